@@ -1,0 +1,43 @@
+// The face of the engine: one specification in, a verdict and certificates out.
+//
+// No global state: two solvers can live in one process.  Everything throws
+// LimitReached when the budget is spent; what has been sent to a sink by then
+// is incomplete and must be discarded by the caller.
+
+#pragma once
+
+#include "budget.hpp"
+#include "specification.hpp"
+#include "statistics.hpp"
+#include "strategy_sink.hpp"
+
+#include <memory>
+
+namespace slugs {
+
+enum class Verdict { Realizable, Unrealizable };
+
+struct SolverOptions {
+  bool robotics_init = false;   // --sysInitRoboticsSemantics
+  bool bias_for_action = false; // --biasForAction
+};
+
+class Solver {
+public:
+  Solver(const Specification &specification, const SolverOptions &options, const Budget &budget);
+  ~Solver();
+  Solver(const Solver &) = delete;
+  Solver &operator=(const Solver &) = delete;
+
+  Verdict verdict();                        // solves at the first call
+  void strategy(StrategySink &sink);        // only if realizable
+  void counterstrategy(StrategySink &sink); // only if unrealizable
+  const Statistics &statistics() const;     // valid at any time, also after LimitReached
+  std::string progress() const;             // one line: how far it got
+
+private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+} // namespace slugs
