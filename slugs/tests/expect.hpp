@@ -1,0 +1,63 @@
+// The whole test framework: a program is a list of claims, each checked with
+// EXPECT or EXPECT_EQ.  A failed claim is printed with its place and values and
+// the program goes on; it exits with status 1 if any claim failed, and also if
+// none was checked, so that an empty test cannot pass.
+
+#pragma once
+
+#include <cstdlib>
+#include <exception>
+#include <iostream>
+#include <sstream>
+#include <string>
+#include <type_traits>
+
+namespace expect {
+
+inline int checked = 0;
+inline int failed = 0;
+constexpr int printed_failures = 50;
+
+template <class T> std::string show(const T &value) {
+  std::ostringstream out;
+  if constexpr (std::is_same_v<T, bool>)
+    out << (value ? "true" : "false");
+  else if constexpr (std::is_enum_v<T>)
+    out << static_cast<long long>(value);
+  else
+    out << value;
+  return out.str();
+}
+
+inline void record(bool holds, const char *file, int line, const std::string &claim) {
+  ++checked;
+  if (holds)
+    return;
+  if (++failed <= printed_failures)
+    std::cerr << file << ':' << line << ": failed: " << claim << '\n';
+}
+
+template <class A, class B>
+void equal(const A &found, const B &wanted, const char *file, int line, const char *claim) {
+  const bool holds = found == wanted;
+  record(holds, file, line,
+         holds ? std::string()
+               : std::string(claim) + "\n    found:  " + show(found) + "\n    wanted: " + show(wanted));
+}
+
+// Runs the tests, reports and returns the exit status.
+template <class Tests> int run(Tests tests) {
+  try {
+    tests();
+  } catch (const std::exception &e) {
+    std::cerr << "a test ended with an exception: " << e.what() << '\n';
+    return EXIT_FAILURE;
+  }
+  std::cerr << checked << " claims checked, " << failed << " failed\n";
+  return checked > 0 && failed == 0 ? EXIT_SUCCESS : EXIT_FAILURE;
+}
+
+} // namespace expect
+
+#define EXPECT(claim) ::expect::record(static_cast<bool>(claim), __FILE__, __LINE__, #claim)
+#define EXPECT_EQ(found, wanted) ::expect::equal((found), (wanted), __FILE__, __LINE__, #found " == " #wanted)
