@@ -1,0 +1,77 @@
+"""Every error that safenav raises on purpose, and the exit code that goes with it.
+
+A proven negative (unrealizable, operator needed) is not an error: it is an outcome, and
+travels as data. What is here is bad input, spent resources, and broken tools.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+
+
+class ExitCode(IntEnum):
+    """Exit status of every command (see the README)."""
+
+    OK = 0
+    NEGATIVE = 1
+    BAD_INPUT = 2
+    RESOURCE_LIMIT = 3
+    INTERNAL = 4
+    INTERRUPTED = 130
+
+
+@dataclass(frozen=True)
+class Diagnostic:
+    """One thing wrong with an input, told so that it can be mended.
+
+    ``line`` and ``column`` count from 1; 0 means that there is no place to point at.
+    ``found`` is what is wrong, ``hint`` what to do about it.
+    """
+
+    file: str
+    line: int
+    column: int
+    found: str
+    hint: str = ""
+
+    def __str__(self) -> str:
+        place = self.file
+        if self.line:
+            place += f":{self.line}:{self.column}"
+        return f"{place}: {self.found}" + (f"\n    {self.hint}" if self.hint else "")
+
+
+class SafenavError(Exception):
+    """Base of all deliberate errors; shown to the user as one message, never a traceback."""
+
+    exit_code: ExitCode = ExitCode.INTERNAL
+
+
+class InputError(SafenavError):
+    """An input cannot be used. Carries every diagnostic that was found, in file order."""
+
+    exit_code = ExitCode.BAD_INPUT
+
+    def __init__(self, diagnostics: Sequence[Diagnostic]) -> None:
+        self.diagnostics = tuple(diagnostics)
+        super().__init__("\n".join(str(d) for d in self.diagnostics))
+
+
+class UsageError(SafenavError):
+    """A request that makes no sense (an unknown robot on the command line, say)."""
+
+    exit_code = ExitCode.BAD_INPUT
+
+
+class SynthesizerError(SafenavError):
+    """The synthesizer is missing, crashed, or printed something that is no answer."""
+
+    exit_code = ExitCode.INTERNAL
+
+
+class ResourceLimitError(SafenavError):
+    """A synthesis ran out of time or memory."""
+
+    exit_code = ExitCode.RESOURCE_LIMIT

@@ -1,0 +1,1 @@
+"""Scenarios: the data model, the catalogue of robots and obstacles, and the YAML loader."""

@@ -1,0 +1,174 @@
+"""A scenario as data: map, robots, hidden obstacles, when to stop, what to expect.
+
+Immutable and already validated (see ``safenav.scenario.loader``): whoever holds a Scenario
+need not check it again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+
+from safenav.scenario.objective import Objective
+from safenav.world.map import Region, RegionMap
+from safenav.world.mobility import Mobility, Pose
+
+
+@dataclass(frozen=True)
+class RobotModel:
+    """What robots of one kind can do.
+
+    ``layer``: robots of different layers never collide. ``vision``: radius in regions, None
+    for unlimited. ``size`` (metres) and ``speed`` (metres per second) serve motion only.
+    """
+
+    name: str
+    mobility: Mobility
+    layer: str
+    capabilities: frozenset[str]
+    vision: float | None = None
+    size: float | None = None
+    speed: float | None = None
+
+
+@dataclass(frozen=True)
+class Robot:
+    """One robot of the team (the paper's agent p with its C_p and objective)."""
+
+    name: str
+    model: RobotModel
+    start: Pose
+    objective: Objective
+
+    @property
+    def capabilities(self) -> frozenset[str]:
+        return self.model.capabilities
+
+
+class ResolveAt(StrEnum):
+    """Where an obstacle's action can be performed, relative to it (the paper's S_r)."""
+
+    SELF = "self"
+    NEIGHBOURS = "neighbours"
+
+
+@dataclass(frozen=True)
+class ObstacleType:
+    """A kind of resolvable obstacle: its action c_r, where that works, and whom it blocks.
+
+    ``blocks`` lists layers or robot models; None means every robot without the action.
+    ``has_truth``: resolving it may also reveal that the region is not traversable.
+    """
+
+    name: str
+    action: str
+    resolve_at: ResolveAt | frozenset[Region] = ResolveAt.SELF
+    blocks: frozenset[str] | None = None
+    has_truth: bool = False
+
+
+@dataclass(frozen=True)
+class Obstacle:
+    """A hidden obstacle r in R. ``traversable`` is the truth that resolving it reveals: True,
+    False, the probability of True (drawn once per run from the seed), or None if its type
+    has no truth to reveal."""
+
+    type: ObstacleType
+    region: Region
+    traversable: bool | float | None = None
+
+    @property
+    def name(self) -> str:
+        """``door@47``: how obstacles are named everywhere."""
+        return f"{self.type.name}@{self.region}"
+
+    def blocks(self, robot: Robot) -> bool:
+        """Whether this robot must not enter the obstacle's region (paper, eq. for phi_a)."""
+        if self.type.action in robot.capabilities:
+            return False
+        listed = self.type.blocks
+        return listed is None or robot.model.layer in listed or robot.model.name in listed
+
+    def resolution_regions(self, world: RegionMap) -> tuple[Region, ...]:
+        """S_r without walls, ascending."""
+        where = self.type.resolve_at
+        if where is ResolveAt.SELF:
+            return (self.region,)
+        if where is ResolveAt.NEIGHBOURS:
+            return tuple(sorted(world.neighbours(self.region)))
+        assert isinstance(where, frozenset)
+        return tuple(sorted(r for r in where if world.is_free(r)))
+
+
+class Coordination(StrEnum):
+    """How the coordination layer reassigns robots (DESIGN section 5)."""
+
+    RESYNTHESIS = "resynthesis"
+    ASSIGNABLE = "assignable"
+
+
+class Outcome(StrEnum):
+    """How a run can end."""
+
+    COMPLETED = "completed"
+    OPERATOR_NEEDED = "operator_needed"
+    UNREALIZABLE = "unrealizable"
+    TICK_LIMIT = "tick_limit"
+    ASSUMPTION_VIOLATED = "assumption_violated"
+    INTERRUPTED = "interrupted"
+
+
+@dataclass(frozen=True)
+class Until:
+    """The run is completed when every robot has met its objective this many times after the
+    last resolution."""
+
+    rounds: int = 2
+
+
+@dataclass(frozen=True)
+class Limits:
+    """``ticks`` of a run; seconds (wall) and MiB of each single synthesis."""
+
+    ticks: int = 1000
+    synthesis_seconds: float = 60.0
+    synthesis_memory: int = 2048
+
+
+@dataclass(frozen=True)
+class Expect:
+    """What a run of the scenario should give; None means: not checked.
+
+    ``resolved`` and ``blocked`` name obstacles (``door@47``) as sets; ``helpers`` maps an
+    obstacle to the robot that is asked; ``ticks`` is an upper bound.
+    """
+
+    outcome: Outcome | None = None
+    resolved: frozenset[str] | None = None
+    blocked: frozenset[str] | None = None
+    helpers: Mapping[str, str] | None = None
+    ticks: int | None = None
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """Everything that a run needs. ``source`` is the file it came from, for messages."""
+
+    name: str
+    map: RegionMap
+    robots: tuple[Robot, ...]
+    obstacles: tuple[Obstacle, ...] = ()
+    until: Until = Until()
+    limits: Limits = Limits()
+    seed: int = 0
+    coordination: Coordination = Coordination.RESYNTHESIS
+    expect: Expect = Expect()
+    source: str = ""
+
+    def robot(self, name: str) -> Robot:
+        """The robot of that name. Raises KeyError."""
+        for robot in self.robots:
+            if robot.name == name:
+                return robot
+        raise KeyError(name)

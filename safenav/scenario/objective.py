@@ -1,0 +1,126 @@
+"""Objectives as data: what a robot is asked to do, over and over (DESIGN section 3).
+
+A target is a set of regions, any of which counts. How an objective becomes GR(1) is
+``safenav.spec.objective``'s business.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from safenav.world.map import Region
+
+Target = frozenset[Region]
+"""Regions of which any one counts."""
+
+
+@dataclass(frozen=True)
+class Patrol:
+    """Alternate between two targets by the paper's Patrol formula (Section VI), which also
+    forbids to touch the target whose turn it is not."""
+
+    first: Target
+    second: Target
+
+
+@dataclass(frozen=True)
+class Visit:
+    """Visit the targets in order, for ever; passing another target on the way is allowed."""
+
+    targets: tuple[Target, ...]
+
+
+@dataclass(frozen=True)
+class Cover:
+    """Visit all targets in any order, for ever."""
+
+    targets: tuple[Target, ...]
+
+
+@dataclass(frozen=True)
+class Hold:
+    """Go to the target and stay there (the paper's Patrol(s, s))."""
+
+    target: Target
+
+
+@dataclass(frozen=True)
+class Ltl:
+    """Guarantees in the structured-slugs language over the robot's own variables
+    (``region``, ``heading``) and declared memory.
+
+    ``memory`` maps a name to None (Boolean) or to its (min, max).
+    """
+
+    init: tuple[str, ...] = ()
+    safety: tuple[str, ...] = ()
+    liveness: tuple[str, ...] = ()
+    memory: Mapping[str, tuple[int, int] | None] = field(default_factory=dict)
+
+    def __hash__(self) -> int:
+        return hash((self.init, self.safety, self.liveness, tuple(sorted(self.memory))))
+
+
+Objective = Patrol | Visit | Cover | Hold | Ltl
+
+
+def targets_of(objective: Objective) -> tuple[Target, ...]:
+    """The objective's targets in its own order; none for ``ltl``."""
+    match objective:
+        case Patrol(first, second):
+            return (first, second)
+        case Visit(targets) | Cover(targets):
+            return targets
+        case Hold(target):
+            return (target,)
+        case Ltl():
+            return ()
+
+
+def to_data(objective: Objective) -> dict[str, object]:
+    """The objective as it stands in a scenario or a trace, regions as numbers.
+
+    A target of one region is a number, a larger one a sorted list.
+    """
+    match objective:
+        case Patrol(first, second):
+            return {"patrol": [_target_data(first), _target_data(second)]}
+        case Visit(targets):
+            return {"visit": [_target_data(t) for t in targets]}
+        case Cover(targets):
+            return {"cover": [_target_data(t) for t in targets]}
+        case Hold(target):
+            return {"hold": _target_data(target)}
+        case Ltl():
+            memory = {n: list(b) if b else "bool" for n, b in objective.memory.items()}
+            parts = {
+                "init": list(objective.init),
+                "safety": list(objective.safety),
+                "liveness": list(objective.liveness),
+                "memory": memory,
+            }
+            return {"ltl": {key: value for key, value in parts.items() if value}}
+
+
+def _target_data(target: Target) -> int | list[int]:
+    return next(iter(target)) if len(target) == 1 else sorted(target)
+
+
+def describe(objective: Objective) -> str:
+    """The objective in a few words, for people: ``patrol 58 <-> 28``."""
+    match objective:
+        case Patrol(first, second):
+            return f"patrol {_words(first)} <-> {_words(second)}"
+        case Visit(targets):
+            return "visit " + ", ".join(_words(t) for t in targets) + " in turn"
+        case Cover(targets):
+            return "cover " + ", ".join(_words(t) for t in targets)
+        case Hold(target):
+            return f"hold {_words(target)}"
+        case Ltl():
+            return f"ltl ({len(objective.safety)} safety, {len(objective.liveness)} liveness)"
+
+
+def _words(target: Target) -> str:
+    return "|".join(str(r) for r in sorted(target))

@@ -1,0 +1,114 @@
+"""One robot's GR(1) specification: variables, constraints with their origin, and its text.
+
+The text is structured slugs, one constraint a line, and reads like documentation: sections
+in a fixed order, constraints under a comment that says where they come from.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import StrEnum
+
+
+class Owner(StrEnum):
+    INPUT = "INPUT"
+    OUTPUT = "OUTPUT"
+
+
+class Section(StrEnum):
+    """The six constraint sections, in the order in which they are printed."""
+
+    ENV_INIT = "ENV_INIT"
+    SYS_INIT = "SYS_INIT"
+    ENV_TRANS = "ENV_TRANS"
+    SYS_TRANS = "SYS_TRANS"
+    ENV_LIVENESS = "ENV_LIVENESS"
+    SYS_LIVENESS = "SYS_LIVENESS"
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A Boolean (``bounds`` is None) or an integer within ``bounds`` (min, max inclusive)."""
+
+    name: str
+    owner: Owner
+    bounds: tuple[int, int] | None = None
+    note: str = ""
+
+    @property
+    def declaration(self) -> str:
+        if self.bounds is None:
+            return self.name
+        low, high = self.bounds
+        return f"{self.name}:{low}...{high}"
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Where a constraint comes from.
+
+    ``item``: the scenario item in dotted form (``map``, ``robots.digit.objective``,
+    ``obstacles.door@47``). ``rule``: what it says, in words. ``source``: paper or design
+    section. Constraints of one item and rule are printed under one comment.
+    """
+
+    item: str
+    rule: str
+    source: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.item}: {self.rule}" + (f" ({self.source})" if self.source else "")
+
+
+@dataclass(frozen=True)
+class Constraint:
+    """One line of a section. ``formula`` is structured-slugs text without line breaks."""
+
+    section: Section
+    formula: str
+    origin: Origin
+
+
+@dataclass(frozen=True)
+class Specification:
+    """A robot's specification. Variables and constraints keep their order: with the same
+    order the synthesizer gives the same strategy to the byte."""
+
+    robot: str
+    title: str
+    variables: tuple[Variable, ...]
+    constraints: tuple[Constraint, ...]
+
+    def section(self, section: Section) -> tuple[Constraint, ...]:
+        return tuple(c for c in self.constraints if c.section is section)
+
+    def owned(self, owner: Owner) -> tuple[Variable, ...]:
+        return tuple(v for v in self.variables if v.owner is owner)
+
+    def without(self, dropped: Iterable[Constraint]) -> Specification:
+        """The specification without some constraints (for explanations)."""
+        gone = set(dropped)
+        kept = tuple(c for c in self.constraints if c not in gone)
+        return Specification(self.robot, self.title, self.variables, kept)
+
+    def to_structuredslugs(self) -> str:
+        """The specification as structured-slugs text, ending in a newline."""
+        lines = [f"# {self.title}", ""]
+        for owner in Owner:
+            lines.append(f"[{owner}]")
+            for variable in self.owned(owner):
+                if variable.note:
+                    lines.append(f"# {variable.note}")
+                lines.append(variable.declaration)
+            lines.append("")
+        for section in Section:
+            lines.append(f"[{section}]")
+            last: Origin | None = None
+            for constraint in self.section(section):
+                if constraint.origin != last:
+                    lines.append(f"# {constraint.origin}")
+                    last = constraint.origin
+                lines.append(constraint.formula)
+            lines.append("")
+        return "\n".join(lines).rstrip("\n") + "\n"

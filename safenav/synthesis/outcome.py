@@ -1,0 +1,44 @@
+"""What a synthesis can end in. A proven negative is not a timeout is not a crash."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from safenav.synthesis.strategy import Strategy
+
+
+class Verdict(StrEnum):
+    REALIZABLE = "realizable"
+    UNREALIZABLE = "unrealizable"
+    TIMEOUT = "timeout"
+    OUT_OF_MEMORY = "out_of_memory"
+    INTERRUPTED = "interrupted"
+
+
+@dataclass(frozen=True)
+class SynthesisResult:
+    """One answer of the synthesizer.
+
+    ``strategy`` is there exactly when the verdict is realizable and a strategy was asked
+    for. ``seconds``: wall time of the subprocess (of the original one if ``cached``).
+    ``spec_sha256`` and ``strategy_sha256``: hex digests of the structured-slugs text and of
+    the JSON that the synthesizer printed. ``detail``: its last words, for messages.
+    """
+
+    robot: str
+    verdict: Verdict
+    seconds: float
+    cached: bool
+    spec_sha256: str
+    strategy: Strategy | None = None
+    strategy_json: bytes | None = None
+    strategy_sha256: str | None = None
+    detail: str = ""
+
+    @property
+    def states(self) -> int | None:
+        """Nodes of the strategy, None without one."""
+        return len(self.strategy.nodes) if self.strategy is not None else None

@@ -1,0 +1,6 @@
+"""The world: maps of regions and how robots move on them."""
+
+from safenav.world.map import Heading, Region, RegionMap
+from safenav.world.mobility import Mobility, Pose, distances, moves
+
+__all__ = ["Heading", "Mobility", "Pose", "Region", "RegionMap", "distances", "moves"]

@@ -1,0 +1,128 @@
+"""The region map: where regions are, which are walls, how they are numbered and named.
+
+Regions of an R x C map are numbered 0 .. R*C-1 in English reading order from the north-west
+(paper, Section VI): ``id = row * cols + col``. This module is the only place that knows it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from enum import IntEnum
+from functools import cached_property
+
+Region = int
+"""A region's number."""
+
+
+class Heading(IntEnum):
+    """A compass direction; the numbers go clockwise and are those of the specification."""
+
+    NORTH = 0
+    EAST = 1
+    SOUTH = 2
+    WEST = 3
+
+    @property
+    def label(self) -> str:
+        """The word used in scenarios and traces: ``north``, ``east``, ``south``, ``west``."""
+        return self.name.lower()
+
+    @property
+    def opposite(self) -> Heading:
+        return Heading((self + 2) % 4)
+
+    @property
+    def step(self) -> tuple[int, int]:
+        """What one step this way adds to (row, col)."""
+        return _STEPS[self]
+
+
+_STEPS = {
+    Heading.NORTH: (-1, 0),
+    Heading.EAST: (0, 1),
+    Heading.SOUTH: (1, 0),
+    Heading.WEST: (0, -1),
+}
+
+WALL = "#"
+FREE = "."
+
+
+@dataclass(frozen=True)
+class RegionMap:
+    """An R x C grid of regions, some of them walls (the paper's set O of known obstacles).
+
+    ``names`` gives regions a name that scenarios may use instead of the number.
+    """
+
+    rows: int
+    cols: int
+    walls: frozenset[Region]
+    names: Mapping[str, Region] = field(default_factory=dict)
+
+    @classmethod
+    def from_grid(cls, lines: Iterable[str], names: Mapping[str, Region] | None = None) -> RegionMap:
+        """Read rows of ``#`` (wall) and ``.`` (free), all of one length.
+
+        Raises ValueError for an empty or ragged grid and for other characters.
+        """
+        rows = list(lines)
+        if not rows or not rows[0]:
+            raise ValueError("the grid is empty")
+        cols = len(rows[0])
+        walls = set()
+        for r, line in enumerate(rows):
+            if len(line) != cols:
+                raise ValueError(f"row {r} has {len(line)} characters, row 0 has {cols}")
+            for c, char in enumerate(line):
+                if char not in (WALL, FREE):
+                    raise ValueError(f"row {r}, column {c}: {char!r} is neither '#' nor '.'")
+                if char == WALL:
+                    walls.add(r * cols + c)
+        return cls(len(rows), cols, frozenset(walls), dict(names or {}))
+
+    @property
+    def size(self) -> int:
+        """Number of regions, walls included."""
+        return self.rows * self.cols
+
+    @cached_property
+    def free(self) -> tuple[Region, ...]:
+        """All regions that are no walls, ascending."""
+        return tuple(r for r in range(self.size) if r not in self.walls)
+
+    def region(self, row: int, col: int) -> Region:
+        return row * self.cols + col
+
+    def position(self, region: Region) -> tuple[int, int]:
+        """(row, col) of a region."""
+        return divmod(region, self.cols)
+
+    def is_free(self, region: Region) -> bool:
+        return 0 <= region < self.size and region not in self.walls
+
+    def step(self, region: Region, heading: Heading) -> Region | None:
+        """The region one step that way, wall or not; None beyond the edge of the map."""
+        row, col = self.position(region)
+        d_row, d_col = heading.step
+        if 0 <= row + d_row < self.rows and 0 <= col + d_col < self.cols:
+            return self.region(row + d_row, col + d_col)
+        return None
+
+    def neighbours(self, region: Region) -> tuple[Region, ...]:
+        """The free 4-neighbours, in the order north, east, south, west."""
+        steps = (self.step(region, heading) for heading in Heading)
+        return tuple(r for r in steps if r is not None and r not in self.walls)
+
+    def grid_rows(self) -> list[str]:
+        """The map as rows of ``#`` and ``.``, as in a scenario and in a trace header."""
+        return [
+            "".join(WALL if self.region(r, c) in self.walls else FREE for c in range(self.cols))
+            for r in range(self.rows)
+        ]
+
+    def label(self, region: Region) -> str:
+        """How a region is shown to people: ``47 [3, 8]``."""
+        row, col = self.position(region)
+        return f"{region} [{row}, {col}]"

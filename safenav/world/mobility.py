@@ -1,0 +1,66 @@
+"""How a robot may move between regions (DESIGN section 3; paper, Section VI).
+
+``free``: stay, or step to a 4-neighbour. ``heading``: a pose is a region and a heading; stay,
+step straight on, or turn 90 degrees and step; never backwards, never a turn on the spot.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Collection
+from dataclasses import dataclass
+from enum import StrEnum
+
+from safenav.world.map import Heading, Region, RegionMap
+
+
+class Mobility(StrEnum):
+    FREE = "free"
+    HEADING = "heading"
+
+
+@dataclass(frozen=True)
+class Pose:
+    """Where a robot is and, for heading mobility, which way it faces."""
+
+    region: Region
+    heading: Heading | None = None
+
+
+def moves(
+    mobility: Mobility, pose: Pose, world: RegionMap, blocked: Collection[Region] = ()
+) -> tuple[Pose, ...]:
+    """All poses after one tick: the stay first, then the steps north, east, south, west.
+
+    ``blocked`` regions are treated like walls for steps (never for staying).
+    """
+    found = [pose]
+    for heading in Heading:
+        if mobility is Mobility.HEADING and pose.heading is not None:
+            if heading is pose.heading.opposite:
+                continue
+        target = world.step(pose.region, heading)
+        if target is None or target in world.walls or target in blocked:
+            continue
+        found.append(Pose(target, heading if mobility is Mobility.HEADING else None))
+    return tuple(found)
+
+
+def distances(
+    mobility: Mobility, start: Pose, world: RegionMap, blocked: Collection[Region] = ()
+) -> dict[Region, int]:
+    """Steps of a shortest path from ``start`` to every region that it can reach.
+
+    The distance to a region is the least over the headings in which it can be entered.
+    """
+    depth = {start: 0}
+    nearest = {start.region: 0}
+    queue = deque([start])
+    while queue:
+        pose = queue.popleft()
+        for after in moves(mobility, pose, world, blocked):
+            if after not in depth:
+                depth[after] = depth[pose] + 1
+                nearest.setdefault(after.region, depth[after])
+                queue.append(after)
+    return nearest
