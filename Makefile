@@ -1,0 +1,63 @@
+# The only entry point, for people and for CI. `make help` lists the targets.
+
+PYTHON ?= python3
+VENV   ?= .venv
+BIN    := $(VENV)/bin
+CXX    ?= c++
+JOBS   ?= 2
+SLUGS_BUILD := slugs/build
+
+.DEFAULT_GOAL := help
+.PHONY: help run test lint format slugs slugs-test bench clean install
+
+help: ## list the targets
+	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
+
+run: install ## install everything, build slugs/, run case study 1
+	$(BIN)/safenav run scenarios/case_study_1.yaml
+
+test: install lint slugs-test ## lint, types, C++ tests, Python tests
+	$(BIN)/pytest
+
+install: $(VENV)/.installed
+
+# Editable: Python files are used from the tree; the C++ side is rebuilt when it changes.
+$(VENV)/.installed: pyproject.toml safenav/__init__.py slugs/CMakeLists.txt $(wildcard slugs/src/*) $(wildcard slugs/include/*) | toolchain
+	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	@touch $@
+
+.PHONY: toolchain
+toolchain:
+	@command -v $(PYTHON) >/dev/null || { echo "error: $(PYTHON) not found; install Python 3.11 or newer (Debian: apt install python3 python3-venv)" >&2; exit 1; }
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "error: Python 3.11 or newer is needed, this is $$($(PYTHON) --version); set PYTHON=..." >&2; exit 1; }
+	@$(PYTHON) -c 'import venv, ensurepip' 2>/dev/null || { echo "error: this Python has no venv; install it (Debian: apt install python3-venv)" >&2; exit 1; }
+	@command -v $(CXX) >/dev/null || { echo "error: no C++ compiler ($(CXX)) found; install one (Debian: apt install g++, macOS: xcode-select --install) or set CXX=..." >&2; exit 1; }
+
+CMAKE = $$(command -v cmake || echo $(BIN)/cmake)
+
+slugs: install ## build the synthesizer alone: slugs/build/slugs
+	$(CMAKE) -S slugs -B $(SLUGS_BUILD) -DCMAKE_BUILD_TYPE=Release -DSLUGS_WERROR=ON -DSLUGS_TESTS=ON
+	$(CMAKE) --build $(SLUGS_BUILD) --parallel $(JOBS)
+
+slugs-test: slugs ## unit tests of the synthesizer
+	ctest --test-dir $(SLUGS_BUILD) --output-on-failure 2>/dev/null || $(BIN)/ctest --test-dir $(SLUGS_BUILD) --output-on-failure
+
+lint: install ## ruff, mypy --strict, clang-format
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/clang-format --dry-run --Werror $$(git ls-files 'slugs/*.cpp' 'slugs/*.hpp')
+
+format: install ## reformat Python and C++
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+	$(BIN)/clang-format -i $$(git ls-files 'slugs/*.cpp' 'slugs/*.hpp')
+
+bench: install slugs ## measure (never part of the tests)
+	$(BIN)/python benchmarks/slugs.py --suite corpus
+	$(BIN)/python benchmarks/case_studies.py
+
+clean: ## remove what was built, not the virtual environment
+	rm -rf $(SLUGS_BUILD) slugs/build-* build out .pytest_cache .mypy_cache .ruff_cache .hypothesis
+
