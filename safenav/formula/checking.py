@@ -1,0 +1,113 @@
+"""Whether a formula makes sense over declared variables: names, types, ranges, primes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from safenav.formula.syntax import (
+    And,
+    Comparison,
+    Constant,
+    Formula,
+    Iff,
+    Implies,
+    Name,
+    Next,
+    Not,
+    Number,
+    Or,
+    Relation,
+    Sum,
+    Term,
+    Xor,
+    names_of,
+)
+
+Bounds = tuple[int, int] | None
+"""Range of an integer variable, None for a Boolean."""
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One thing wrong with a formula, at a column (from 1). ``unknown`` is the name that is
+    not declared, so that the caller can suggest another."""
+
+    column: int
+    found: str
+    hint: str = ""
+    unknown: str = ""
+
+
+def check(
+    formula: Formula, declared: Mapping[str, Bounds], *, next_allowed: bool = True
+) -> tuple[Problem, ...]:
+    """All problems of the formula, by column; none means that it can be used.
+
+    ``declared`` maps the variables to their range, or None for Booleans.
+    ``next_allowed`` is False for initial conditions.
+    """
+    found = _formula(formula, declared, next_allowed)
+    return tuple(sorted(set(found), key=lambda problem: problem.column))
+
+
+def _formula(formula: Formula, declared: Mapping[str, Bounds], primes: bool) -> Iterator[Problem]:
+    match formula:
+        case Constant():
+            pass
+        case Name(name, _, column):
+            yield from _name(formula, declared, primes)
+            if declared.get(name) is not None:
+                yield Problem(column, f"the number {name} stands alone", f"write {name} = ...")
+        case Comparison(relation, left, right):
+            yield from _term(left, declared, primes)
+            yield from _term(right, declared, primes)
+            if relation in (Relation.EQUAL, Relation.UNEQUAL):
+                yield from _range(left, right, declared)
+                yield from _range(right, left, declared)
+        case Next(operand):
+            if not primes:
+                yield Problem(_first_column(operand), "next(...) in an initial condition", _NO_NEXT)
+            yield from _formula(operand, declared, True)
+        case Not(operand):
+            yield from _formula(operand, declared, primes)
+        case And(operands) | Or(operands) | Xor(operands):
+            for operand in operands:
+                yield from _formula(operand, declared, primes)
+        case Implies(left, right) | Iff(left, right):
+            yield from _formula(left, declared, primes)
+            yield from _formula(right, declared, primes)
+
+
+_NO_NEXT = "an initial condition speaks of the first state only"
+
+
+def _name(name: Name, declared: Mapping[str, Bounds], primes: bool) -> Iterator[Problem]:
+    if name.name not in declared:
+        found = f"unknown variable {name.name!r}"
+        yield Problem(name.column, found, unknown=name.name)
+    if name.primed and not primes:
+        yield Problem(name.column, f"the next value {name.name}' here", _NO_NEXT)
+
+
+def _term(term: Term, declared: Mapping[str, Bounds], primes: bool) -> Iterator[Problem]:
+    for part in term.terms if isinstance(term, Sum) else (term,):
+        if isinstance(part, Name):
+            yield from _name(part, declared, primes)
+            if part.name in declared and declared[part.name] is None:
+                found = f"{part.name} is Boolean and cannot be compared"
+                yield Problem(part.column, found, f"write {part.name} or !{part.name}")
+
+
+def _range(term: Term, other: Term, declared: Mapping[str, Bounds]) -> Iterator[Problem]:
+    if not (isinstance(term, Name) and isinstance(other, Number)):
+        return
+    bounds = declared.get(term.name)
+    if bounds is not None and not bounds[0] <= other.value <= bounds[1]:
+        found = f"{other.value} is outside the range of {term.name}"
+        yield Problem(other.column, found, f"{term.name} is from {bounds[0]} to {bounds[1]}")
+
+
+def _first_column(formula: Formula) -> int:
+    """Where a formula begins, as far as its names tell."""
+    return next((name.column for name in names_of(formula)), 1)

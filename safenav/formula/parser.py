@@ -1,0 +1,317 @@
+"""Parser of the structured-slugs expression language (DESIGN section 9, "Inputs").
+
+Operators, from the one that binds most: ``+``; comparisons; ``!``; ``&``; ``|``; ``^``;
+``->``; ``<->``. One loop climbs the precedences, so nesting costs few stack frames; depth is
+limited all the same, because every later walk over the tree recurses.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from safenav.errors import ExitCode, SafenavError
+from safenav.formula.syntax import (
+    And,
+    Comparison,
+    Constant,
+    Formula,
+    Iff,
+    Implies,
+    Name,
+    Next,
+    Not,
+    Number,
+    Or,
+    Relation,
+    Sum,
+    Term,
+    Xor,
+    names_of,
+)
+
+MAX_DEPTH = 100
+"""Deepest nesting of parentheses, negations and implication chains."""
+
+MAX_NUMBER = 2**31 - 1
+
+
+class FormulaError(SafenavError):
+    """A formula that cannot be read: ``column`` (from 1), what was ``found``, and a ``hint``."""
+
+    exit_code = ExitCode.BAD_INPUT
+
+    def __init__(self, column: int, found: str, hint: str = "") -> None:
+        self.column = column
+        self.found = found
+        self.hint = hint
+        super().__init__(f"column {column}: {found}" + (f" ({hint})" if hint else ""))
+
+
+def parse(text: str) -> Formula:
+    """The formula that ``text`` holds. Raises FormulaError."""
+    return _Parser(_tokens(text)).whole()
+
+
+@dataclass(frozen=True, slots=True)
+class _Token:
+    kind: str
+    text: str
+    column: int
+
+
+_TOKEN = re.compile(
+    r"(?P<space>\s+)"
+    r"|(?P<number>[0-9]+)"
+    r"|(?P<name>[A-Za-z_][A-Za-z0-9_]*(?:[@.][A-Za-z0-9_]+)*)"
+    r"|(?P<iff><-->|<->)"
+    r"|(?P<implies>-->|->)"
+    r"|(?P<foreign>===?|!==|<=>|=>|=<|<>|\[\])"
+    r"|(?P<relation>!=|<=|>=|=|<|>)"
+    r"|(?P<and>&&|&|/\\)"
+    r"|(?P<or>\|\||\||\\/)"
+    r"|(?P<xor>\^)"
+    r"|(?P<not>[!~])"
+    r"|(?P<plus>\+)"
+    r"|(?P<prime>')"
+    r"|(?P<open>\()"
+    r"|(?P<close>\))"
+)
+
+_HINTS = {
+    "-": "there is no subtraction: move the term to the other side of the comparison",
+    "*": "there is no multiplication: write a sum",
+    "\N{RIGHT SINGLE QUOTATION MARK}": "the next value is written with a plain apostrophe: x'",
+    "==": "equality is written '='",
+    "===": "equality is written '='",
+    "!==": "inequality is written '!='",
+    "=>": "write '->' for 'implies' or '>=' for 'at least'",
+    "=<": "write '<='",
+    "<=>": "write '<->' for 'if and only if'",
+    "<>": "for 'not equal' write '!='; a goal is a line of its own under 'liveness'",
+    "[]": "what must always hold is a line of its own under 'safety'",
+}
+
+_TEMPORAL = {
+    "F": "a goal to reach again and again is a line of its own under 'liveness'",
+    "G": "what must always hold is a line of its own under 'safety'",
+    "U": "until has no place in GR(1): use a memory variable, or goals under 'liveness'",
+    "W": "weak until has no place in GR(1): use a memory variable under 'safety'",
+}
+
+_PRECEDENCE = {"iff": 1, "implies": 2, "xor": 3, "or": 4, "and": 5}
+
+
+def _tokens(text: str) -> list[_Token]:
+    tokens = []
+    position = 0
+    while position < len(text):
+        match = _TOKEN.match(text, position)
+        if match is None:
+            char = text[position]
+            raise FormulaError(position + 1, f"unexpected {char!r}", _HINTS.get(char, ""))
+        kind = str(match.lastgroup)
+        if kind == "foreign":
+            operator = match.group()
+            raise FormulaError(position + 1, f"unexpected {operator!r}", _HINTS[operator])
+        if kind != "space":
+            tokens.append(_Token(kind, match.group(), position + 1))
+        position = match.end()
+    tokens.append(_Token("end", "", len(text) + 1))
+    return tokens
+
+
+class _Parser:
+    """Recursive descent with precedence climbing over the tokens of one formula."""
+
+    def __init__(self, tokens: list[_Token]) -> None:
+        self._tokens = tokens
+        self._next = 0
+        self._depth = 0
+        self._height = 0
+        self._inside_next = False
+
+    def whole(self) -> Formula:
+        if self._peek().kind == "end":
+            raise FormulaError(1, "the formula is empty", "write TRUE for no condition")
+        formula = self._binary(1)
+        if self._peek().kind != "end":
+            raise self._unexpected("an operator or the end")
+        return formula
+
+    def _peek(self) -> _Token:
+        return self._tokens[self._next]
+
+    def _take(self) -> _Token:
+        token = self._tokens[self._next]
+        self._next += 1
+        return token
+
+    def _binary(self, lowest: int) -> Formula:
+        """Operators of precedence ``lowest`` and higher, with all that binds tighter."""
+        left = self._unary()
+        while lowest <= (rank := _PRECEDENCE.get(self._peek().kind, 0)):
+            kind = self._peek().kind
+            operands = [left]
+            height = self._height
+            while self._peek().kind == kind:
+                operator = self._take()
+                operands.append(self._binary(rank + 1))
+                height = max(height, self._height)
+                if kind in ("implies", "iff"):
+                    height = self._bounded(height + 1, operator)
+            left = _joined(kind, operands)
+            self._height = height if kind in ("implies", "iff") else height + 1
+            self._bounded(self._height, self._peek())
+        return left
+
+    def _unary(self) -> Formula:
+        token = self._peek()
+        if token.kind == "not":
+            self._take()
+            self._descend(token)
+            operand = self._unary()
+            self._depth -= 1
+            self._height = self._bounded(self._height + 1, token)
+            return Not(operand)
+        if token.kind == "name" and token.text in ("next", "X") and self._opens_next():
+            return self._next_formula()
+        return self._comparison()
+
+    def _opens_next(self) -> bool:
+        return self._tokens[self._next + 1].kind == "open"
+
+    def _next_formula(self) -> Formula:
+        word = self._take()
+        if self._inside_next:
+            raise FormulaError(word.column, f"{word.text} inside {word.text}", _ONE_STEP)
+        self._inside_next = True
+        operand = self._parenthesized()
+        self._inside_next = False
+        if self._peek().kind in ("relation", "plus"):
+            hint = "next(...) takes a formula; the next value of a number is written x'"
+            raise FormulaError(self._peek().column, f"unexpected {self._shown()}", hint)
+        for name in names_of(operand):
+            if name.primed:
+                found = f"the primed variable {name.name}' inside {word.text}(...)"
+                raise FormulaError(name.column, found, _ONE_STEP)
+        self._height = self._bounded(self._height + 1, word)
+        return Next(operand)
+
+    def _parenthesized(self) -> Formula:
+        opening = self._take()
+        self._descend(opening)
+        formula = self._binary(1)
+        if self._peek().kind != "close":
+            raise self._unexpected(f"')' for the '(' in column {opening.column}")
+        self._take()
+        self._depth -= 1
+        if self._peek().kind == "prime":
+            hint = "a prime follows a variable; for a formula write next(...)"
+            raise FormulaError(self._peek().column, 'unexpected "\'"', hint)
+        return formula
+
+    def _comparison(self) -> Formula:
+        """A comparison, a Boolean variable, a constant, or a formula in parentheses."""
+        token = self._peek()
+        self._height = 0
+        if token.kind == "open":
+            inner = self._parenthesized()
+            if self._peek().kind not in ("relation", "plus"):
+                return inner
+            if not isinstance(inner, Name):
+                raise FormulaError(
+                    self._peek().column, f"unexpected {self._shown()}", "a formula is no number"
+                )
+            return self._related(self._sum(inner))
+        if token.kind == "name" and token.text in ("TRUE", "FALSE"):
+            self._take()
+            if self._peek().kind in ("relation", "plus"):
+                hint = f"{token.text} is no number"
+                raise FormulaError(self._peek().column, f"unexpected {self._shown()}", hint)
+            return Constant(token.text == "TRUE")
+        term = self._sum(self._atom())
+        if isinstance(term, Name) and self._peek().kind != "relation":
+            return term
+        return self._related(term)
+
+    def _related(self, left: Term) -> Formula:
+        """``left`` compared with the term that follows."""
+        if self._peek().kind != "relation":
+            raise self._unexpected("a comparison such as '=' after a number")
+        relation = Relation(self._take().text)
+        right = self._sum(self._atom())
+        if self._peek().kind == "relation":
+            hint = "comparisons do not chain: join two with '&'"
+            raise FormulaError(self._peek().column, f"unexpected {self._shown()}", hint)
+        return Comparison(relation, left, right)
+
+    def _sum(self, first: Name | Number) -> Term:
+        terms = [first]
+        while self._peek().kind == "plus":
+            self._take()
+            terms.append(self._atom())
+        return Sum(tuple(terms)) if len(terms) > 1 else first
+
+    def _atom(self) -> Name | Number:
+        token = self._peek()
+        if token.kind == "number":
+            self._take()
+            if len(token.text) > 10 or int(token.text) > MAX_NUMBER:
+                hint = f"the largest number is {MAX_NUMBER}"
+                raise FormulaError(token.column, "a number that is too large", hint)
+            return Number(int(token.text), token.column)
+        if token.kind != "name" or token.text in ("TRUE", "FALSE"):
+            raise self._unexpected("a variable, a number or '('")
+        self._take()
+        if token.text in _TEMPORAL:
+            found = f"the temporal operator {token.text}"
+            raise FormulaError(token.column, found, _TEMPORAL[token.text])
+        if token.text in ("next", "X"):
+            hint = f"write {token.text}(...) around what shall hold in the next state"
+            raise FormulaError(token.column, f"unexpected {token.text!r}", hint)
+        primed = self._peek().kind == "prime"
+        if primed:
+            self._take()
+            if self._peek().kind == "prime":
+                raise FormulaError(self._peek().column, "a second prime", _ONE_STEP)
+        return Name(token.text, primed, token.column)
+
+    def _descend(self, token: _Token) -> None:
+        """One level down in the text: bounds the parser's own recursion."""
+        self._depth = self._bounded(self._depth + 1, token)
+
+    def _bounded(self, levels: int, token: _Token) -> int:
+        """``levels`` again; the tree's height is bounded too, for those who walk it later."""
+        if levels > MAX_DEPTH:
+            found = f"nested more than {MAX_DEPTH} deep"
+            raise FormulaError(token.column, found, "split the formula into several lines")
+        return levels
+
+    def _shown(self) -> str:
+        token = self._peek()
+        return "the end of the formula" if token.kind == "end" else repr(token.text)
+
+    def _unexpected(self, expected: str) -> FormulaError:
+        token = self._peek()
+        hint = f"expected {expected}"
+        if token.kind == "name" and token.text in _TEMPORAL:
+            hint = _TEMPORAL[token.text]
+        return FormulaError(token.column, f"unexpected {self._shown()}", hint)
+
+
+_ONE_STEP = "a GR(1) formula speaks of this state and the next one only"
+
+
+def _joined(kind: str, operands: list[Formula]) -> Formula:
+    match kind:
+        case "and":
+            return And(tuple(operands))
+        case "or":
+            return Or(tuple(operands))
+        case "xor":
+            return Xor(tuple(operands))
+    left = operands[0]
+    for right in operands[1:]:
+        left = Implies(left, right) if kind == "implies" else Iff(left, right)
+    return left

@@ -1,0 +1,163 @@
+"""Formulas as data: the syntax tree of the structured-slugs expression language.
+
+``&``, ``|`` and ``^`` are associative and hold any number of operands, so that the long
+chains of generated specifications stay flat; ``->`` and ``<->`` associate to the left.
+Columns (from 1; 0 if the tree was not parsed) do not take part in comparisons.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+
+RESERVED_WORDS = frozenset({"TRUE", "FALSE", "next", "X", "F", "G", "U", "W"})
+"""Words that cannot name a variable: constants, the next operator, and the temporal
+operators that a GR(1) specification expresses by its sections."""
+
+
+class Relation(StrEnum):
+    EQUAL = "="
+    UNEQUAL = "!="
+    LESS = "<"
+    AT_MOST = "<="
+    GREATER = ">"
+    AT_LEAST = ">="
+
+
+@dataclass(frozen=True, slots=True)
+class Constant:
+    """TRUE or FALSE."""
+
+    value: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Number:
+    """A constant of a comparison, not negative."""
+
+    value: int
+    column: int = field(default=0, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Name:
+    """A variable, Boolean or integer, now or (``primed``) in the next state."""
+
+    name: str
+    primed: bool = False
+    column: int = field(default=0, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Sum:
+    """At least two terms added up; there is no wrap-around."""
+
+    terms: tuple[Name | Number, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    relation: Relation
+    left: Term
+    right: Term
+
+
+@dataclass(frozen=True, slots=True)
+class Not:
+    operand: Formula
+
+
+@dataclass(frozen=True, slots=True)
+class Next:
+    """``next(...)``: the formula over the next state; it holds no primes itself."""
+
+    operand: Formula
+
+
+@dataclass(frozen=True, slots=True)
+class And:
+    operands: tuple[Formula, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Or:
+    operands: tuple[Formula, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Xor:
+    """True if an odd number of operands is."""
+
+    operands: tuple[Formula, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Implies:
+    left: Formula
+    right: Formula
+
+
+@dataclass(frozen=True, slots=True)
+class Iff:
+    left: Formula
+    right: Formula
+
+
+Term = Name | Number | Sum
+Formula = Constant | Name | Comparison | Not | Next | And | Or | Xor | Implies | Iff
+
+
+def names_of(formula: Formula) -> Iterator[Name]:
+    """Every occurrence of a variable, from left to right."""
+    match formula:
+        case Name():
+            yield formula
+        case Constant():
+            pass
+        case Comparison(_, left, right):
+            for term in (left, right):
+                for part in term.terms if isinstance(term, Sum) else (term,):
+                    if isinstance(part, Name):
+                        yield part
+        case Not(operand) | Next(operand):
+            yield from names_of(operand)
+        case And(operands) | Or(operands) | Xor(operands):
+            for operand in operands:
+                yield from names_of(operand)
+        case Implies(left, right) | Iff(left, right):
+            yield from names_of(left)
+            yield from names_of(right)
+
+
+def variables(formula: Formula) -> frozenset[str]:
+    """The names of all variables, primed or not."""
+    return frozenset(name.name for name in names_of(formula))
+
+
+def resolve_constants(formula: Formula, value: Callable[[Name, Comparison], int | None]) -> Formula:
+    """The formula with names in comparisons replaced by numbers where ``value`` gives one."""
+
+    def atom(part: Name | Number, within: Comparison) -> Name | Number:
+        number = value(part, within) if isinstance(part, Name) and not part.primed else None
+        return part if number is None else Number(number, part.column)
+
+    def term(whole: Term, within: Comparison) -> Term:
+        if isinstance(whole, Sum):
+            return Sum(tuple(atom(part, within) for part in whole.terms))
+        return atom(whole, within)
+
+    def walk(node: Formula) -> Formula:
+        match node:
+            case Comparison(_, left, right):
+                return replace(node, left=term(left, node), right=term(right, node))
+            case Not(operand) | Next(operand):
+                return replace(node, operand=walk(operand))
+            case And(operands) | Or(operands) | Xor(operands):
+                return replace(node, operands=tuple(walk(operand) for operand in operands))
+            case Implies(left, right) | Iff(left, right):
+                return replace(node, left=walk(left), right=walk(right))
+            case _:
+                return node
+
+    return walk(formula)

@@ -1,0 +1,323 @@
+"""The structured-slugs expression language: reading, printing, checking, evaluating."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from safenav.formula import (
+    And,
+    Comparison,
+    Constant,
+    Formula,
+    FormulaError,
+    Iff,
+    Implies,
+    Name,
+    Next,
+    Not,
+    Number,
+    Or,
+    Relation,
+    Sum,
+    Term,
+    Xor,
+    check,
+    evaluate,
+    parse,
+    resolve_constants,
+    to_text,
+    variables,
+)
+from safenav.formula.parser import MAX_DEPTH
+
+A, B, C = Name("a"), Name("b"), Name("c")
+BOOLEANS = ("a", "b", "next_one", "Xs")
+INTEGERS = ("x", "y")
+
+booleans = st.builds(Name, st.sampled_from(BOOLEANS), st.booleans())
+atoms = st.builds(Name, st.sampled_from(INTEGERS), st.booleans()) | st.builds(
+    Number, st.integers(0, 9)
+)
+sums = st.builds(lambda parts: Sum(tuple(parts)), st.lists(atoms, min_size=2, max_size=3))
+comparisons = st.builds(Comparison, st.sampled_from(Relation), atoms | sums, atoms | sums)
+leaves = booleans | comparisons | st.builds(Constant, st.booleans())
+
+
+def _several(children: st.SearchStrategy[Formula]) -> st.SearchStrategy[tuple[Formula, ...]]:
+    return st.lists(children, min_size=2, max_size=3).map(tuple)
+
+
+def _unprimed(formula: Formula) -> Formula:
+    """The formula as it may stand inside next(...)."""
+    match formula:
+        case Name(name):
+            return Name(name)
+        case Comparison(relation, left, right):
+            return Comparison(relation, _unprimed_term(left), _unprimed_term(right))
+        case Next(operand):
+            return _unprimed(operand)
+        case Not(operand):
+            return Not(_unprimed(operand))
+        case And(operands):
+            return And(tuple(map(_unprimed, operands)))
+        case Or(operands):
+            return Or(tuple(map(_unprimed, operands)))
+        case Xor(operands):
+            return Xor(tuple(map(_unprimed, operands)))
+        case Implies(left, right):
+            return Implies(_unprimed(left), _unprimed(right))
+        case Iff(left, right):
+            return Iff(_unprimed(left), _unprimed(right))
+    return formula
+
+
+def _unprimed_term(term: Term) -> Term:
+    if isinstance(term, Sum):
+        return Sum(tuple(Name(t.name) if isinstance(t, Name) else t for t in term.terms))
+    return Name(term.name) if isinstance(term, Name) else term
+
+
+def _larger(children: st.SearchStrategy[Formula]) -> st.SearchStrategy[Formula]:
+    return st.one_of(
+        st.builds(Not, children),
+        st.builds(Next, children.map(_unprimed)),
+        st.builds(And, _several(children)),
+        st.builds(Or, _several(children)),
+        st.builds(Xor, _several(children)),
+        st.builds(Implies, children, children),
+        st.builds(Iff, children, children),
+    )
+
+
+formulas = st.recursive(leaves, _larger, max_leaves=12)
+states = st.fixed_dictionaries(
+    {**{name: st.booleans() for name in BOOLEANS}, **{name: st.integers(0, 9) for name in INTEGERS}}
+)
+
+
+def _as_python(formula: Formula, primed: bool = False) -> str:
+    """The formula as a Python expression over dicts ``now`` and ``then``: a second semantics
+    that shares nothing with the evaluator but the tree."""
+
+    def term(part: Term) -> str:
+        match part:
+            case Number(value):
+                return str(value)
+            case Name(name, prime):
+                return f"{'then' if prime or primed else 'now'}[{name!r}]"
+            case Sum(terms):
+                return "(" + "+".join(map(term, terms)) + ")"
+
+    def joined(operator: str, operands: tuple[Formula, ...]) -> str:
+        return "(" + operator.join(_as_python(operand, primed) for operand in operands) + ")"
+
+    match formula:
+        case Constant(value):
+            return str(value)
+        case Name():
+            return f"bool({term(formula)})"
+        case Comparison(relation, left, right):
+            sign = "==" if relation is Relation.EQUAL else relation.value
+            return f"({term(left)} {sign} {term(right)})"
+        case Not(operand):
+            return f"(not {_as_python(operand, primed)})"
+        case Next(operand):
+            return _as_python(operand, True)
+        case And(operands):
+            return joined(" and ", operands)
+        case Or(operands):
+            return joined(" or ", operands)
+        case Xor(operands):
+            return joined(" ^ ", operands)
+        case Implies(left, right):
+            return f"({_as_python(left, primed)} <= {_as_python(right, primed)})"
+        case Iff(left, right):
+            return f"({_as_python(left, primed)} == {_as_python(right, primed)})"
+
+
+@given(formulas)
+def test_what_is_printed_reads_back_as_the_same_formula(formula: Formula) -> None:
+    assert parse(to_text(formula)) == formula
+
+
+@given(formulas, states, states)
+def test_evaluation_agrees_with_python(
+    formula: Formula, now: Mapping[str, int | bool], then: Mapping[str, int | bool]
+) -> None:
+    expected = eval(_as_python(formula), {"now": now, "then": then})
+    assert evaluate(formula, now, then) is bool(expected)
+
+
+@given(st.text(alphabet="abx019 '()!&|^-<>=+~/\\FGUWXnextTRUE@.é#*", max_size=40))
+def test_any_text_gives_a_formula_or_an_error_with_a_place(text: str) -> None:
+    column = 1
+    try:
+        formula = parse(text)
+    except FormulaError as error:
+        column = error.column
+    else:
+        assert parse(to_text(formula)) == formula
+    assert 1 <= column <= len(text) + 1
+
+
+@pytest.mark.parametrize(
+    ("text", "formula"),
+    [
+        ("a & b | c", Or((And((A, B)), C))),
+        ("a | b & c", Or((A, And((B, C))))),
+        ("a | b ^ c", Xor((Or((A, B)), C))),
+        ("a ^ b -> c", Implies(Xor((A, B)), C)),
+        ("a -> b <-> c", Iff(Implies(A, B), C)),
+        ("a <-> b -> c", Iff(A, Implies(B, C))),
+        ("a -> b -> c", Implies(Implies(A, B), C)),
+        ("a <-> b <-> c", Iff(Iff(A, B), C)),
+        ("a & b & c", And((A, B, C))),
+        ("a & (b & c)", And((A, And((B, C))))),
+        ("!a & b", And((Not(A), B))),
+        ("!!a", Not(Not(A))),
+        ("! x = 3", Not(Comparison(Relation.EQUAL, Name("x"), Number(3)))),
+        ("x = 3 & b", And((Comparison(Relation.EQUAL, Name("x"), Number(3)), B))),
+        (
+            "(x) + 1 <= y'",
+            Comparison(Relation.AT_MOST, Sum((Name("x"), Number(1))), Name("y", True)),
+        ),
+        ("next(a | b)", Next(Or((A, B)))),
+        ("X(a) & a'", And((Next(A), Name("a", True)))),
+        ("X & a", None),
+        ("TRUE & FALSE", And((Constant(True), Constant(False)))),
+    ],
+)
+def test_precedence_and_associativity(text: str, formula: Formula | None) -> None:
+    if formula is None:
+        with pytest.raises(FormulaError):
+            parse(text)
+    else:
+        assert parse(text) == formula
+
+
+@pytest.mark.parametrize(
+    ("alias", "plain"),
+    [
+        ("a && b /\\ c", "a & b & c"),
+        ("a || b \\/ c", "a | b | c"),
+        ("~a", "!a"),
+        ("a --> b", "a -> b"),
+        ("a <--> b", "a <-> b"),
+        ("X(a)", "next(a)"),
+    ],
+)
+def test_aliases_mean_the_same(alias: str, plain: str) -> None:
+    assert parse(alias) == parse(plain)
+    assert to_text(parse(alias)) == plain
+
+
+@pytest.mark.parametrize(
+    ("text", "column", "words"),
+    [
+        ("", 1, "empty"),
+        ("a &", 4, "the end of the formula.*expected"),
+        ("a b", 3, "'b'.*operator"),
+        ("(a", 3, r"the end.*'\)' for the '\(' in column 1"),
+        ("a)", 2, r"'\)'"),
+        ("x - 1 = 2", 3, "subtraction"),
+        ("x * 2 = 2", 3, "multiplication"),
+        ("x == 2", 3, "equality is written '='"),
+        ("G (a)", 1, "operator G.*safety"),
+        ("a U b", 3, "until"),
+        ("F a", 1, "operator F.*liveness"),
+        ("next a", 1, r"write next\(\.\.\.\)"),
+        ("next(a')", 6, "primed variable a'.*one only"),
+        ("next(X(a))", 6, "X inside X"),
+        ("(a & b)'", 8, r"for a formula write next\(\.\.\.\)"),
+        ("a''", 3, "second prime"),
+        ("next(x) = 3", 9, "the next value of a number is written x'"),
+        ("1 < x < 3", 7, "join two with '&'"),
+        ("(a & b) = c", 9, "a formula is no number"),
+        ("3", 2, "a comparison"),
+        ("x + 1", 6, "a comparison"),
+        ("TRUE = x", 6, "TRUE is no number"),
+        ("x = 99999999999", 5, "too large"),
+        ("a & é", 5, "unexpected 'é'"),
+    ],
+)
+def test_errors_point_at_the_place(text: str, column: int, words: str) -> None:
+    with pytest.raises(FormulaError, match=f"column {column}: .*{words}") as caught:
+        parse(text)
+    assert caught.value.column == column
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "(" * 5000 + "a" + ")" * 5000,
+        "!" * 5000 + "a",
+        "a" + " -> a" * 5000,
+        "(" * 90 + "a" + "".join(" -> a" * 90 + ")" for _ in range(90)),
+        "(" * 90 + "a" + "".join(" & a | b)" for _ in range(90)),
+    ],
+    ids=["parentheses", "negations", "implications", "both", "chains"],
+)
+def test_deep_nesting_is_refused_politely(text: str) -> None:
+    with pytest.raises(FormulaError, match=f"more than {MAX_DEPTH} deep"):
+        parse(text)
+
+
+def test_long_chains_are_flat() -> None:
+    formula = parse(" | ".join(f"x = {i}" for i in range(5000)))
+    assert evaluate(formula, {"x": 4999})
+    assert not evaluate(formula, {"x": 5000})
+
+
+def test_variables_of_a_formula() -> None:
+    assert variables(parse("a & (x + y' < 3) -> next(b)")) == {"a", "x", "y", "b"}
+
+
+def test_named_constants_become_numbers() -> None:
+    places = {"dock": 47}
+    formula = parse("x = dock | next(!(dock < x + 1)) | x = dock'")
+    resolved = resolve_constants(formula, lambda name, _: places.get(name.name))
+    assert to_text(resolved) == "x = 47 | next(!(47 < x + 1)) | x = dock'"
+
+
+def test_next_values_need_a_next_state() -> None:
+    with pytest.raises(ValueError, match="next state"):
+        evaluate(parse("a'"), {"a": True})
+    with pytest.raises(KeyError):
+        evaluate(parse("a"), {})
+
+
+DECLARED = {"flag": None, "x": (2, 9)}
+
+
+@pytest.mark.parametrize(
+    ("text", "column", "words"),
+    [
+        ("flag & nosuch", 8, "unknown variable 'nosuch'"),
+        ("x & flag", 1, "x stands alone.*write x ="),
+        ("flag + x = 3", 1, "flag is Boolean"),
+        ("flag & x = 10", 12, "10 is outside.*from 2 to 9"),
+        ("1 != x'", 1, "1 is outside"),
+    ],
+)
+def test_checks_against_declarations(text: str, column: int, words: str) -> None:
+    (problem,) = check(parse(text), DECLARED)
+    assert problem.column == column
+    assert re.search(words, f"{problem.found} {problem.hint}")
+
+
+def test_no_next_value_in_an_initial_condition() -> None:
+    assert not check(parse("flag' & next(flag)"), DECLARED)
+    primed, following = check(parse("flag' & next(flag)"), DECLARED, next_allowed=False)
+    assert primed.column == 1
+    assert following.column == 14
+    assert "first state only" in primed.hint
+    assert "first state only" in following.hint
+
+
+def test_a_sound_formula_has_no_problem() -> None:
+    assert check(parse("flag -> x + 1 > 50 & x' = 9"), DECLARED) == ()
