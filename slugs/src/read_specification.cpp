@@ -1,0 +1,106 @@
+// Telling the languages apart and running the reader of each, see
+// read_specification.hpp.
+//
+// Sections may come in any order, so a first pass collects their lines, a
+// second declares the variables, and only then formulas are parsed.
+
+#include "read_specification.hpp"
+
+#include "lexer.hpp"
+#include "parser_infix.hpp"
+#include "parser_prefix.hpp"
+#include "read_declarations.hpp"
+#include "read_sections.hpp"
+
+namespace slugs {
+
+namespace {
+
+// Whether a line is prefix notation: behind leading negations it starts with an
+// operator that no infix formula can start with.  A line such as "! a" is both.
+bool is_prefix(const std::vector<Lexeme> &line) {
+  std::size_t at = 0;
+  while (line[at].token == Token::Not)
+    ++at;
+  switch (line[at].token) {
+  case Token::And:
+  case Token::Or:
+  case Token::Xor:
+  case Token::Dollar:
+  case Token::Question:
+    return true;
+  default:
+    return false;
+  }
+}
+
+bool has_infix_operator(const std::vector<Lexeme> &line) {
+  for (const Lexeme &lexeme : line)
+    switch (lexeme.token) {
+    case Token::And:
+    case Token::Or:
+    case Token::Xor:
+    case Token::Implies:
+    case Token::Equivalent:
+    case Token::Equal:
+    case Token::Unequal:
+    case Token::Less:
+    case Token::LessEqual:
+    case Token::Greater:
+    case Token::GreaterEqual:
+    case Token::Plus:
+    case Token::Open:
+    case Token::Close:
+      return true;
+    default:
+      break;
+    }
+  return false;
+}
+
+Language language_of(const Sections &sections, const Source &source) {
+  for (const Declaration &declaration : sections.declarations)
+    if (source.line(declaration.line).find(':') != std::string_view::npos)
+      return Language::Structured;
+  for (const std::vector<int> &section : sections.constraints)
+    for (const int number : section) {
+      const std::vector<Lexeme> line = lex_structured(source.line(number), number);
+      if (!is_prefix(line) && has_infix_operator(line))
+        return Language::Structured;
+    }
+  return Language::Slugsin;
+}
+
+} // namespace
+
+Language language_of(const Source &source) {
+  Diagnostics ignored(source);
+  return language_of(read_sections(source, ignored), source);
+}
+
+Specification read_specification(const Source &source, Diagnostics &diagnostics) {
+  Specification specification;
+  specification.file = source.file();
+  const Sections sections = read_sections(source, diagnostics);
+  const Language language = language_of(sections, source);
+  (language == Language::Slugsin ? declare_slugsin : declare_structured)(sections, source, specification,
+                                                                         diagnostics);
+  const Scope scope(specification);
+  for (std::size_t i = 0; i < section_count; ++i) {
+    const Section section = static_cast<Section>(i);
+    for (const int number : sections.constraints[i]) {
+      const std::string_view text = source.line(number);
+      const std::vector<Lexeme> line =
+          language == Language::Slugsin ? lex_slugsin(text, number) : lex_structured(text, number);
+      const FormulaId formula =
+          language == Language::Slugsin || is_prefix(line)
+              ? parse_prefix(line, section, scope, specification.formulas, diagnostics)
+              : parse_infix(line, section, scope, specification, specification.formulas, diagnostics);
+      specification[section].push_back({formula, number, std::string(trimmed(text)), false});
+    }
+  }
+  limit_ranges(specification);
+  return specification;
+}
+
+} // namespace slugs
