@@ -1,0 +1,229 @@
+"""A run as pictures need it: who is where at each tick, and what is known by then.
+
+Built from a trace and nothing else (docs/trace.md). A ``Replay`` holds the whole run, its
+``scene`` at a tick is what a picture shows: the HTML page, the vector and pixel pictures and
+the terminal replay are all drawn from these two, so they cannot tell different stories.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Generic, TypeVar
+
+from safenav.scenario.objective import Objective
+from safenav.world.map import Heading, Region, RegionMap
+
+T = TypeVar("T")
+
+
+class Status(StrEnum):
+    """What the team knows of a hidden obstacle, in the order in which it can learn it."""
+
+    HIDDEN = "hidden"
+    FOUND = "found"
+    REQUESTED = "requested"
+    RESOLVED = "resolved"
+    BLOCKED = "blocked"
+
+    @property
+    def meaning(self) -> str:
+        """One phrase for legends."""
+        return _MEANINGS[self]
+
+
+_MEANINGS = {
+    Status.HIDDEN: "hidden, nobody knows of it yet",
+    Status.FOUND: "found",
+    Status.REQUESTED: "help requested",
+    Status.RESOLVED: "resolved",
+    Status.BLOCKED: "stays blocked",
+}
+
+
+class EventKind(StrEnum):
+    """The trace lines that tell the story (moves are not among them)."""
+
+    SYNTHESIS = "synthesis"
+    VIOLATION = "violation"
+    REQUEST = "request"
+    PUSH = "push"
+    RESOLVED = "resolved"
+    BLOCKED = "blocked"
+    POP = "pop"
+    GOAL = "goal"
+    ASSUMPTION = "assumption"
+    OUTCOME = "outcome"
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that happened. ``text`` tells it in scenario terms; ``robot`` is the one it
+    happened to and ``region`` the place, where there is one."""
+
+    tick: int
+    kind: EventKind
+    text: str
+    robot: str | None = None
+    region: Region | None = None
+    obstacle: str | None = None
+
+
+@dataclass(frozen=True)
+class Track:
+    """One robot and where it was: ``regions[t]`` and ``headings[t]`` after tick t."""
+
+    name: str
+    model: str
+    layer: str
+    capabilities: tuple[str, ...]
+    regions: tuple[Region, ...]
+    headings: tuple[Heading | None, ...]
+
+
+@dataclass(frozen=True)
+class Hidden:
+    """A hidden obstacle as the header of the trace describes it."""
+
+    name: str
+    type: str
+    region: Region
+    action: str
+    resolution_regions: tuple[Region, ...]
+    blocks: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One entry of the objective stack: who waits for what, and who helps."""
+
+    obstacle: str
+    requester: str
+    helper: str
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a robot is with the objective in force: rounds, and the target reached last."""
+
+    rounds: int = 0
+    reached: Region | None = None
+
+
+@dataclass(frozen=True)
+class Ending:
+    """The ``outcome`` line of a trace."""
+
+    outcome: str
+    explanation: str
+    seconds: float = 0.0
+    syntheses: int = 0
+    synthesis_seconds: float = 0.0
+
+
+@dataclass(frozen=True)
+class Changes(Generic[T]):
+    """A value that changes now and then: its values with the tick from which each holds."""
+
+    ticks: tuple[int, ...]
+    values: tuple[T, ...]
+
+    def at(self, tick: int) -> T:
+        """The value after all that happened in that tick."""
+        return self.values[max(0, bisect_right(self.ticks, tick) - 1)]
+
+    @classmethod
+    def of(cls, first: T, later: Sequence[tuple[int, T]]) -> Changes[T]:
+        """``first`` holds from the start; of several changes in one tick the last counts."""
+        merged = {-1: first}
+        for tick, value in later:
+            merged[tick] = value
+        return cls(tuple(merged), tuple(merged.values()))
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A robot in a scene. ``row`` and ``col`` are fractions between two ticks; ``heading`` is
+    in degrees clockwise from north, None for robots without one. ``trail`` are the regions it
+    came through, oldest first."""
+
+    name: str
+    model: str
+    layer: str
+    row: float
+    col: float
+    heading: float | None
+    objective: Objective | None
+    trail: tuple[Region, ...] = ()
+
+
+@dataclass(frozen=True)
+class Scene:
+    """One moment, complete: everything a picture shows."""
+
+    title: str
+    moment: str
+    map: RegionMap
+    robots: tuple[Placed, ...]
+    obstacles: tuple[tuple[Hidden, Status], ...]
+    stack: tuple[Frame, ...] = ()
+    happened: tuple[Event, ...] = ()
+
+
+@dataclass(frozen=True)
+class Replay:
+    """A whole run. ``ending`` is None for a trace that was cut off."""
+
+    name: str
+    map: RegionMap
+    robots: tuple[Track, ...]
+    hidden: tuple[Hidden, ...]
+    last: int
+    statuses: Mapping[str, Changes[Status]]
+    objectives: Mapping[str, Changes[Objective | None]]
+    progress: Mapping[str, Changes[Progress]]
+    stack: Changes[tuple[Frame, ...]]
+    events: tuple[Event, ...]
+    ending: Ending | None
+    version: str = ""
+    _by_tick: dict[int, list[Event]] = field(default_factory=dict, repr=False, compare=False)
+
+    def happened(self, tick: int) -> tuple[Event, ...]:
+        """The events of one tick, in the order of the trace."""
+        if not self._by_tick:
+            for event in self.events:
+                self._by_tick.setdefault(event.tick, []).append(event)
+        return tuple(self._by_tick.get(tick, ()))
+
+    def scene(self, tick: int, fraction: float = 0.0, trail: int = 24) -> Scene:
+        """The moment after ``tick``, or on the way from there to the next one.
+
+        What is known is that of ``tick``; only the robots are between two places. ``trail``
+        is the number of past ticks whose way is kept.
+        """
+        robots = tuple(self._placed(track, tick, fraction, trail) for track in self.robots)
+        obstacles = tuple((o, self.statuses[o.name].at(tick)) for o in self.hidden)
+        moment = f"tick {tick} of {self.last}"
+        if tick == self.last and self.ending is not None:
+            moment += f": {self.ending.outcome.replace('_', ' ')}"
+        stack = self.stack.at(tick)
+        events = self.happened(tick)
+        return Scene(self.name, moment, self.map, robots, obstacles, stack, events)
+
+    def _placed(self, track: Track, tick: int, fraction: float, trail: int) -> Placed:
+        row, col = self.map.position(track.regions[tick])
+        heading = track.headings[tick]
+        degrees = None if heading is None else heading * 90.0
+        place = (float(row), float(col))
+        if fraction and tick < self.last:
+            to_row, to_col = self.map.position(track.regions[tick + 1])
+            place = (row + (to_row - row) * fraction, col + (to_col - col) * fraction)
+            after = track.headings[tick + 1]
+            if degrees is not None and after is not None:
+                turn = (after * 90.0 - degrees + 180.0) % 360.0 - 180.0
+                degrees += turn * min(1.0, 2.0 * fraction)  # turned before half the way
+        objective = self.objectives[track.name].at(tick)
+        way = track.regions[max(0, tick - trail) : tick + 1]
+        return Placed(track.name, track.model, track.layer, *place, degrees, objective, tuple(way))
