@@ -1,0 +1,50 @@
+"""A brute-force GR(1) solver on explicit states: the judge of slugs/ in tests, never fast.
+
+`build_game` evaluates a specification on every transition, `solve` runs the textbook fixpoint,
+`extract` gives the strategy that the compatibility rules of DESIGN section 9 fix to the byte,
+`check_strategy` and `check_counterstrategy` model check any automaton.  `solve_parity` decides
+the same games in another way and judges the judge.
+"""
+
+from oracle.automaton import Automaton, MalformedAutomatonError, Node, from_json, to_json, to_text
+from oracle.checker import check_counterstrategy, check_strategy
+from oracle.extraction import extract
+from oracle.fixpoint import Solution, initial_states, is_realizable, losing_inputs, solve
+from oracle.game import Game, build_game, members
+from oracle.generator import random_specification
+from oracle.parity import counterstrategy_from_parity, solve_parity, strategy_from_parity
+from oracle.rendering import inputs_first, to_slugsin, to_structuredslugs
+from oracle.shrinking import shrink
+from oracle.slugsin import read_slugsin
+from oracle.specification import Specification, Variable
+
+__all__ = [
+    "Automaton",
+    "Game",
+    "MalformedAutomatonError",
+    "Node",
+    "Solution",
+    "Specification",
+    "Variable",
+    "build_game",
+    "check_counterstrategy",
+    "check_strategy",
+    "counterstrategy_from_parity",
+    "extract",
+    "from_json",
+    "initial_states",
+    "inputs_first",
+    "is_realizable",
+    "losing_inputs",
+    "members",
+    "random_specification",
+    "read_slugsin",
+    "shrink",
+    "solve",
+    "solve_parity",
+    "strategy_from_parity",
+    "to_json",
+    "to_slugsin",
+    "to_structuredslugs",
+    "to_text",
+]

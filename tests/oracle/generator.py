@@ -1,0 +1,156 @@
+"""Random specifications, small enough to solve by hand of the machine, odd enough to matter.
+
+Some have no inputs, no outputs, no goals or contradictions; most have a few constraints that
+leave both players some freedom, so that both verdicts are frequent and strategies have loops.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from random import Random
+
+from oracle.formula import (
+    FALSE,
+    TRUE,
+    Atom,
+    Binary,
+    Compare,
+    Connective,
+    Formula,
+    Next,
+    Not,
+    Number,
+    Relation,
+)
+from oracle.specification import Specification, Variable
+
+_NAMES = ("a", "b", "c", "go", "x_1", "y2", "Done", "in_put")
+_CONNECTIVES: tuple[Connective, ...] = ("&", "|", "|", "^", "->", "<->")
+_RELATIONS: tuple[Relation, ...] = ("=", "!=", "<", "<=", ">", ">=")
+
+
+@dataclass(frozen=True)
+class Vocabulary:
+    """What a formula may mention: variables now, and variables after the transition."""
+
+    now: tuple[Variable, ...]
+    later: tuple[Variable, ...]
+
+
+def random_specification(source: Random, integers: bool = False, bits: int = 5) -> Specification:
+    """A specification of at most `bits` bits; with integers it can only be written infix."""
+    variables = _variables(source, integers, bits)
+    inputs = tuple(v for v in variables if v.owner == "input")
+    outputs = tuple(v for v in variables if v.owner == "output")
+    env = Vocabulary(variables, inputs)
+    system = Vocabulary(variables, variables)
+    return Specification(
+        variables,
+        env_init=_conjuncts(source, Vocabulary(inputs, ()), (0, 0, 1, 2)),
+        sys_init=_conjuncts(source, Vocabulary(variables, ()), (0, 0, 1, 2)),
+        env_trans=_steps(source, env, inputs, (0, 0, 1, 1, 2)),
+        sys_trans=_steps(source, system, outputs, (0, 1, 1, 2, 2, 3)),
+        env_liveness=_goals(source, env, system, (0, 0, 1, 1, 2, 3)),
+        sys_liveness=_goals(source, system, system, (0, 1, 1, 2, 2, 3, 5)),
+    )
+
+
+def _variables(source: Random, integers: bool, bits: int) -> tuple[Variable, ...]:
+    variables: list[Variable] = []
+    left = source.choice((bits, bits, bits - 1, source.randint(0, bits)))
+    for name in source.sample(_NAMES, 6):
+        owner = source.choice(("input", "output"))
+        if owner == "input" and sum(len(v.bits) for v in variables if v.owner == "input") >= 3:
+            continue
+        limits = None
+        if integers and source.random() < 0.6:
+            low = source.choice((0, 0, 0, 1, 3))
+            limits = (low, low + source.choice((0, 1, 2, 2, 3, 3, 4)))
+        variable = Variable(name, "input" if owner == "input" else "output", limits)
+        if len(variable.bits) <= left:
+            left -= len(variable.bits)
+            variables.append(variable)
+    if integers:  # a structuredslugs file cannot declare in another order
+        variables.sort(key=lambda v: v.owner != "input")
+    return tuple(variables)
+
+
+def _conjuncts(
+    source: Random, vocabulary: Vocabulary, counts: tuple[int, ...]
+) -> tuple[Formula, ...]:
+    return tuple(_tree(source, vocabulary, 2) for _ in range(source.choice(counts)))
+
+
+def _steps(
+    source: Random,
+    vocabulary: Vocabulary,
+    own: tuple[Variable, ...],
+    counts: tuple[int, ...],
+) -> tuple[Formula, ...]:
+    """Constraints on the own next values: rarely so tight that nobody can move."""
+    steps = []
+    for _ in range(source.choice(counts)):
+        target = Vocabulary((), own)
+        if not own or source.random() < 0.1:
+            steps.append(_tree(source, vocabulary, 2))
+        elif source.random() < 0.3:
+            steps.append(Binary("<->", _leaf(source, target), _tree(source, vocabulary, 1)))
+        else:
+            guard = _tree(source, vocabulary, 1)
+            steps.append(Binary("|", Not(guard), _tree(source, target, 1)))
+    return tuple(steps)
+
+
+def _goals(
+    source: Random, vocabulary: Vocabulary, wider: Vocabulary, counts: tuple[int, ...]
+) -> tuple[Formula, ...]:
+    return tuple(
+        _tree(source, wider if source.random() < 0.4 else vocabulary, source.choice((0, 0, 1, 2)))
+        for _ in range(source.choice(counts))
+    )
+
+
+def _tree(source: Random, vocabulary: Vocabulary, depth: int) -> Formula:
+    if depth == 0 or source.random() < 0.2:
+        return _leaf(source, vocabulary)
+    shape = source.random()
+    if shape < 0.15:
+        return Not(_tree(source, vocabulary, depth - 1))
+    if shape < 0.25 and vocabulary.later:
+        return Next(_tree(source, Vocabulary(vocabulary.later, ()), depth - 1))
+    return Binary(
+        source.choice(_CONNECTIVES),
+        _tree(source, vocabulary, depth - 1),
+        _tree(source, vocabulary, depth - 1),
+    )
+
+
+def _leaf(source: Random, vocabulary: Vocabulary) -> Formula:
+    choices = [(v, False) for v in vocabulary.now] + [(v, True) for v in vocabulary.later]
+    if not choices or source.random() < 0.03:
+        return source.choice((TRUE, TRUE, TRUE, TRUE, TRUE, FALSE))
+    variable, primed = source.choice(choices)
+    if variable.range is not None:
+        return _comparison(source, choices, Number(variable.name, primed), variable.range)
+    atom = Atom(variable.name, primed)
+    return Not(atom) if source.random() < 0.5 else atom
+
+
+def _comparison(
+    source: Random,
+    choices: list[tuple[Variable, bool]],
+    number: Number,
+    limits: tuple[int, int],
+) -> Compare:
+    numbers = [Number(v.name, primed) for v, primed in choices if v.range is not None]
+    left: tuple[Number, ...] = (number,)
+    right: tuple[Number, ...] = (Number(source.randint(*limits)),)
+    if source.random() < 0.4:
+        right = (source.choice(numbers),)
+    if source.random() < 0.3:
+        extra = source.choice((Number(1), Number(source.randint(0, 3)), source.choice(numbers)))
+        if source.random() < 0.5:
+            left = (*left, extra)
+        else:
+            right = (*right, extra)
+    return Compare(source.choice(_RELATIONS), left, right)
