@@ -2,6 +2,8 @@
 
 #include "parser_prefix.hpp"
 
+#include "foreign_words.hpp"
+
 #include <limits>
 
 namespace slugs {
@@ -140,6 +142,10 @@ private:
   }
 
   void name(const Lexeme &lexeme) {
+    const ForeignWord *word =
+        scope_.find(lexeme.text) ? nullptr : foreign_word(lexeme.text, ForeignWord::Operator);
+    if (word && line_[at_].token != Token::End)
+      return fail(lexeme, word->message(), word->hint);
     bool next = false;
     if (line_[at_].token == Token::Prime) {
       next = true;

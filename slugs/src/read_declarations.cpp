@@ -41,11 +41,16 @@ public:
       return diagnostics_.error(name.place, "'" + std::string(name.text) + "' is a constant, not a variable");
     if (lexemes[1].token == Token::End)
       return boolean(name.text, declaration, name.place);
-    if (lexemes[1].text != ":")
-      return fail(lexemes[1], "':' with a range or the end of the line",
-                  lexemes[1].token == Token::Prime ? "variables are declared without a prime"
-                                                   : "declare one variable on each line");
-    range(lexemes, declaration);
+    if (lexemes[1].text != ":") {
+      fail(lexemes[1], "':' with a range or the end of the line",
+           lexemes[1].token == Token::Prime ? "variables are declared without a prime"
+                                            : "declare one variable on each line");
+      return boolean(name.text, declaration, name.place);
+    }
+    // A broken range declares the widest one, so that uses of the integer are
+    // not reported as well.
+    const std::optional<Range> bounds = range(lexemes);
+    integer(name, declaration, bounds.value_or(Range{0, largest_number}));
   }
 
 private:
@@ -58,29 +63,38 @@ private:
       specification_.variables.push_back({std::string(name), declaration.owner, declaration.line});
   }
 
+  struct Range {
+    std::int64_t min;
+    std::int64_t max;
+  };
+
   // name : min ... max
-  void range(const std::vector<Lexeme> &lexemes, const Declaration &declaration) {
+  std::optional<Range> range(const std::vector<Lexeme> &lexemes) {
     static constexpr const char *form = "an integer is declared as x:0...7";
     std::size_t at = 2;
     const std::optional<std::int64_t> min = bound(lexemes, at);
     if (!min)
-      return;
-    if (lexemes[at].text != "...")
-      return fail(lexemes[at], "'...' between the bounds of the range", form);
+      return std::nullopt;
+    if (lexemes[at].text != "...") {
+      fail(lexemes[at], "'...' between the bounds of the range", form);
+      return std::nullopt;
+    }
     ++at;
     const std::optional<std::int64_t> max = bound(lexemes, at);
     if (!max)
-      return;
-    if (lexemes[at].token != Token::End)
-      return fail(lexemes[at], "the end of the line", form);
-    const Place place = lexemes[0].place;
-    if (*min > *max)
-      return diagnostics_.error(
-          {place.line, lexemes[2].place.column,
-           lexemes[at - 1].place.column + lexemes[at - 1].place.length - lexemes[2].place.column},
-          "the range " + std::to_string(*min) + "..." + std::to_string(*max) + " is empty",
-          "the smaller bound comes first");
-    integer(lexemes[0], declaration, *min, *max);
+      return std::nullopt;
+    if (lexemes[at].token != Token::End) {
+      fail(lexemes[at], "the end of the line", form);
+      return std::nullopt;
+    }
+    if (*min <= *max)
+      return Range{*min, *max};
+    const Place first = lexemes[2].place;
+    const Place last = lexemes[at - 1].place;
+    diagnostics_.error({first.line, first.column, last.column + last.length - first.column},
+                       "the range " + std::to_string(*min) + "..." + std::to_string(*max) + " is empty",
+                       "the smaller bound comes first");
+    return std::nullopt;
   }
 
   std::optional<std::int64_t> bound(const std::vector<Lexeme> &lexemes, std::size_t &at) {
@@ -100,15 +114,15 @@ private:
     return number;
   }
 
-  void integer(const Lexeme &name, const Declaration &declaration, std::int64_t min, std::int64_t max) {
+  void integer(const Lexeme &name, const Declaration &declaration, Range range) {
     if (!fresh(std::string(name.text), name.place))
       return;
     const Integer integer{std::string(name.text),
                           declaration.owner,
-                          min,
-                          max,
+                          range.min,
+                          range.max,
                           static_cast<std::uint32_t>(specification_.variables.size()),
-                          width(static_cast<std::uint64_t>(max - min)),
+                          width(static_cast<std::uint64_t>(range.max - range.min)),
                           declaration.line};
     for (std::uint32_t bit = 0; bit < integer.bits; ++bit)
       if (fresh(bit_name(integer, bit), name.place))

@@ -34,8 +34,7 @@ std::vector<std::string> heading_names() {
   return names;
 }
 
-std::string hint_for(std::string_view name) {
-  const std::string nearest = nearest_word(name, heading_names());
+std::string hint_for(const std::string &nearest) {
   if (!nearest.empty())
     return "did you mean [" + nearest + "]?";
   std::string all;
@@ -61,9 +60,12 @@ Heading read_heading(std::string_view line, int number, Diagnostics &diagnostics
       trimmed(text.substr(1, close == std::string_view::npos ? std::string_view::npos : close - 1));
   if (const std::optional<Heading> known = heading(name))
     return *known;
+  const std::string nearest = nearest_word(name, heading_names());
   diagnostics.error({number, column, static_cast<int>(text.size())},
-                    "unknown section [" + printable(name) + "]", hint_for(name));
-  return {};
+                    "unknown section [" + printable(name) + "]", hint_for(nearest));
+  // Its lines are read as those of the section that was probably meant, so that
+  // they cause no errors of their own.
+  return heading(nearest).value_or(Heading{});
 }
 
 } // namespace

@@ -1,0 +1,51 @@
+// Output that is either complete or not there.
+//
+// A file is written under a temporary name beside its own and renamed when it
+// is complete, so a crash, a limit or a full disk never leaves a partial file
+// under the name that was asked for, and an older file stays until then.
+// Devices and pipes are written directly.
+
+#pragma once
+
+#include <memory>
+#include <ostream>
+#include <stdexcept>
+#include <string>
+
+namespace slugs {
+
+// The output cannot be opened.
+struct OpenError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+// Something that was written did not arrive: disk full, closed pipe.
+struct WriteError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+class OutFile {
+public:
+  // An empty path is standard output.  Throws OpenError.
+  explicit OutFile(const std::string &path);
+  // Discards what was written unless commit() has run.
+  ~OutFile();
+  OutFile(const OutFile &) = delete;
+  OutFile &operator=(const OutFile &) = delete;
+
+  std::ostream &stream() { return stream_; }
+  // Whether a write has failed already, so that going on is in vain.
+  bool failed() const { return stream_.bad(); }
+  // Puts the file in its place.  Throws WriteError if anything was lost.
+  void commit();
+
+private:
+  class Buffer;
+  [[noreturn]] void fail(int reason) const;
+
+  std::string path_;      // of the final file, links resolved; empty for standard output
+  std::string temporary_; // empty if written directly
+  std::unique_ptr<Buffer> buffer_;
+  std::ostream stream_;
+};
+
+} // namespace slugs
