@@ -1,0 +1,154 @@
+"""The oracle against itself, in its second formulation, and against published outputs."""
+
+import csv
+import hashlib
+import os
+from pathlib import Path
+from random import Random
+
+import pytest
+
+from oracle import (
+    Game,
+    Specification,
+    build_game,
+    check_counterstrategy,
+    check_strategy,
+    counterstrategy_from_parity,
+    extract,
+    from_json,
+    initial_states,
+    is_realizable,
+    losing_inputs,
+    random_specification,
+    read_slugsin,
+    shrink,
+    solve,
+    solve_parity,
+    strategy_from_parity,
+    to_json,
+    to_slugsin,
+    to_text,
+)
+from oracle.formula import TRUE, Atom
+
+BATCH = 50
+
+
+def _random(seed: int) -> Specification:
+    return random_specification(Random(seed), integers=seed % 3 == 0, bits=3 + seed % 4)
+
+
+@pytest.mark.parametrize("batch", range(8))
+def test_fixpoint_and_parity_game_agree(batch: int) -> None:
+    """Same winning states; and the strategies of either side hold up under model checking."""
+    for seed in range(batch * BATCH, (batch + 1) * BATCH):
+        game = build_game(_random(seed))
+        solution, parity = solve(game), solve_parity(game)
+        assert solution.winning == parity.winning_states(), f"seed {seed}"
+        assert solve(game, bias_for_action=True).winning == solution.winning, f"seed {seed}"
+        if is_realizable(game, solution.winning):
+            starts = initial_states(game) & solution.winning
+            other = strategy_from_parity(parity, starts)
+            assert check_strategy(game, other) == [], f"seed {seed}"
+            for bias in (False, True):
+                automaton = extract(solve(game, bias))
+                assert check_strategy(game, automaton) == [], f"seed {seed}, bias {bias}"
+        else:
+            starts = losing_inputs(game, solution.winning)[0] & initial_states(game)
+            counter = counterstrategy_from_parity(parity, starts)
+            assert check_counterstrategy(game, counter) == [], f"seed {seed}"
+
+
+def test_both_verdicts_and_non_trivial_strategies_are_frequent() -> None:
+    """The random games are worth playing."""
+    games = [build_game(_random(seed)) for seed in range(400)]
+    solved = [(game, solve(game)) for game in games]
+    realizable = [s for game, s in solved if is_realizable(game, s.winning)]
+    assert 120 <= len(realizable) <= 280
+    assert sum(len(extract(solution).nodes) >= 8 for solution in realizable) >= 80
+    assert sum(any(len(sets) > 2 for sets in solution.recorded) for solution in realizable) >= 80
+
+
+def test_slugsin_is_read_as_it_is_written() -> None:
+    for seed in range(300):
+        source = Random(seed)
+        specification = random_specification(source, bits=4)
+        text = to_slugsin(specification, source)
+        assert _plays(build_game(read_slugsin(text))) == _plays(build_game(specification)), text
+
+
+def _plays(game: Game) -> tuple[object, ...]:
+    return (
+        game.specification.variables,
+        game.env_init,
+        game.sys_init,
+        game.moves,
+        game.assumptions,
+        game.guarantees,
+    )
+
+
+def test_shrinking_keeps_the_failure_and_drops_the_rest() -> None:
+    specification = next(
+        s
+        for s in map(_random, range(1000))
+        if len(s.sys_trans) > 1 and any(Atom(v.name) in s.sys_liveness for v in s.variables)
+    )
+
+    def fails(candidate: Specification) -> bool:
+        return any(isinstance(f, Atom) for f in candidate.sys_liveness)
+
+    smallest = shrink(specification, fails)
+    assert len(smallest.sys_liveness) == 1
+    assert len(smallest.variables) == 1
+    assert smallest.sys_trans == smallest.env_trans == smallest.env_liveness == ()
+    assert shrink(specification, lambda s: TRUE in s.sys_init) == specification
+
+
+def _corpus() -> Path:
+    folder = os.environ.get("SAFENAV_CORPUS")
+    root = Path(__file__).resolve().parents[2]
+    corpus = Path(folder) if folder else root.parent / "shared" / "corpus"
+    if not (corpus / "expected.csv").is_file():
+        pytest.skip(f"no corpus at {corpus}; set SAFENAV_CORPUS")
+    return corpus
+
+
+@pytest.mark.parametrize(
+    ("name", "listed"),
+    [
+        ("simple_safety_example", "simple_safety_example.slugsin"),
+        ("semantics_diference", "semantics_diference.slugsin"),
+        ("optimisticRecoveryTest", "optimisticRecoveryTest.slugsin"),
+        ("firefighting", "firefighting.slugsin"),
+        ("water_reservoir.translated", "water_reservoir.structuredslugs"),
+        ("unrealizable1", "unrealizable1.slugsin"),
+        ("unrealizable_waiter", "unrealizable_waiter.slugsin"),
+        ("unrealizable_waiter2", "unrealizable_waiter2.slugsin"),
+        ("baby_network", "baby_network.slugsin"),
+    ],
+    ids=lambda value: str(value).split(".")[0],
+)
+def test_published_files_give_the_published_bytes(name: str, listed: str) -> None:
+    corpus = _corpus()
+    with (corpus / "expected.csv").open() as table:
+        expected = {row["file"]: row for row in csv.DictReader(table)}[f"slugs/{listed}"]
+    game = build_game(read_slugsin((corpus / "slugs" / f"{name}.slugsin").read_text()))
+    solution = solve(game)
+    realizable = is_realizable(game, solution.winning)
+    assert realizable == (expected["verdict"] == "realizable")
+    if realizable:
+        automaton = extract(solution)
+        text = to_json(game.specification, automaton)
+        assert hashlib.sha256(text.encode()).hexdigest() == expected["strategy_sha256"]
+        assert check_strategy(game, automaton) == []
+        assert from_json(game.specification, text) == automaton
+
+
+def test_the_text_form_is_the_published_one() -> None:
+    folder = _corpus() / "slugs"
+    specification = read_slugsin((folder / "simple_safety_example.slugsin").read_text())
+    automaton = extract(solve(build_game(specification)))
+    published = (folder / "simple_safety_example.strategy.txt").read_text()
+    assert to_text(specification, automaton) == published
