@@ -26,6 +26,8 @@ class SynthesisResult:
     for. ``seconds``: wall time of the subprocess (of the original one if ``cached``).
     ``spec_sha256`` and ``strategy_sha256``: hex digests of the structured-slugs text and of
     the JSON that the synthesizer printed. ``detail``: its last words, for messages.
+    ``verified``: True if an independent check accepted the strategy, None if nobody checked
+    (a strategy that the check rejects is an error, never a result).
     """
 
     robot: str
@@ -37,6 +39,7 @@ class SynthesisResult:
     strategy_json: bytes | None = None
     strategy_sha256: str | None = None
     detail: str = ""
+    verified: bool | None = None
 
     @property
     def states(self) -> int | None:

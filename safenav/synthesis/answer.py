@@ -1,0 +1,90 @@
+"""What a finished synthesizer said: its verdict, a spent limit, or nothing usable.
+
+The verdict is the RESULT line on standard error, whatever the exit status: upstream's binary
+exits with 0 on both verdicts, ours with 0 and 10.
+"""
+
+from __future__ import annotations
+
+import re
+import signal
+from enum import IntEnum
+
+from safenav.errors import SynthesizerError
+from safenav.synthesis.binary import VARIABLE, Binary
+from safenav.synthesis.outcome import Verdict
+from safenav.synthesis.process import Finished
+
+_RESULT = re.compile(rb"^RESULT: Specification is (realizable|unrealizable)\b", re.MULTILINE)
+_OUT_OF_MEMORY = re.compile(
+    rb"bad_alloc|out of memory|memory (limit|exhausted|allocation)|cannot allocate", re.IGNORECASE
+)
+_INTERRUPTED = re.compile(rb"interrupted", re.IGNORECASE)
+
+
+class Status(IntEnum):
+    """Exit statuses of our binary (``slugs --help``)."""
+
+    REALIZABLE = 0
+    UNREALIZABLE = 10
+    BAD_INPUT = 2
+    RESOURCE_LIMIT = 3
+
+
+def verdict_of(finished: Finished, binary: Binary, robot: str) -> Verdict:
+    """The verdict. Raises SynthesizerError, with the last words, if there is none."""
+    if finished.timed_out:
+        return Verdict.TIMEOUT
+    said = _RESULT.findall(finished.stderr)
+    if finished.status < 0:
+        return _killed(finished, binary, robot)
+    if binary.native and finished.status == Status.RESOURCE_LIMIT:
+        if _OUT_OF_MEMORY.search(finished.stderr):
+            return Verdict.OUT_OF_MEMORY
+        return Verdict.INTERRUPTED if _INTERRUPTED.search(finished.stderr) else Verdict.TIMEOUT
+    if binary.native and finished.status == Status.BAD_INPUT:
+        raise failure("rejects the specification", finished, binary, robot)
+    if not said:
+        if _OUT_OF_MEMORY.search(finished.stderr):
+            return Verdict.OUT_OF_MEMORY
+        problem = f"gave no verdict (exit status {finished.status})"
+        raise failure(problem, finished, binary, robot)
+    verdict = Verdict(said[-1].decode())
+    if binary.native and finished.status != Status[verdict.name]:
+        problem = f"said {verdict}, but ended with exit status {finished.status}"
+        raise failure(problem, finished, binary, robot)
+    return verdict
+
+
+def failure(problem: str, finished: Finished, binary: Binary, robot: str) -> SynthesizerError:
+    """An error that tells what the synthesizer did, its last words, and what to do."""
+    lines = [f"the synthesizer {binary.path} {problem}, asked about robot '{robot}'"]
+    words = finished.last_words
+    if words:
+        lines.append("    it said last:")
+        lines += [f"      {line}" for line in words.splitlines()]
+    else:
+        lines.append("    it said nothing")
+    if binary.native:
+        lines.append(
+            "    `safenav synth -o DIR` writes the specification, to try and to report this"
+        )
+    else:
+        lines.append(
+            f"    check the binary that {VARIABLE} names, or unset it to use safenav's own"
+        )
+    return SynthesizerError("\n".join(lines))
+
+
+def _killed(finished: Finished, binary: Binary, robot: str) -> Verdict:
+    number = -finished.status
+    try:
+        name = signal.Signals(number).name
+    except ValueError:
+        name = f"signal {number}"
+    if _OUT_OF_MEMORY.search(finished.stderr):  # foreign programs abort when memory is short
+        return Verdict.OUT_OF_MEMORY
+    problem = f"crashed ({name})"
+    if number == signal.SIGKILL:
+        problem = "was killed from outside (SIGKILL: perhaps the machine ran out of memory)"
+    raise failure(problem, finished, binary, robot)

@@ -1,0 +1,140 @@
+"""Which slugs binary is used, and what it can do.
+
+Ours and upstream's answer the same questions with the same RESULT line; ours also reads
+structured slugs, knows ``--timeout`` and ``--memory``, and says so by ``--version``.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+import sysconfig
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from pathlib import Path
+
+from safenav.errors import SynthesizerError
+from safenav.synthesis.process import Crew
+
+VARIABLE = "SAFENAV_SLUGS"
+"""Environment variable that names another binary, for instance upstream's."""
+
+_PACKAGE = Path(__file__).resolve().parent.parent
+_INSIDE_PACKAGE = Path("_bin") / "slugs"
+_NATIVE_VERSION = re.compile(r"\Aslugs (\d+\.\d+\.\d+\S*)", re.MULTILINE)
+_VERSION_SECONDS = 5.0
+
+
+@dataclass(frozen=True)
+class Binary:
+    """A slugs binary that exists and may be executed."""
+
+    path: Path
+
+    @cached_property
+    def digest(self) -> str:
+        """Hex sha256 of the file: cached answers belong to exactly this program."""
+        try:
+            return hashlib.sha256(self.path.read_bytes()).hexdigest()
+        except OSError as error:
+            raise SynthesizerError(
+                f"the synthesizer {self.path} cannot be read: {error.strerror}"
+            ) from error
+
+    @property
+    def native(self) -> bool:
+        """Whether it is safenav's own slugs (else only upstream's options may be used)."""
+        return self.version is not None
+
+    @property
+    def version(self) -> str | None:
+        """The version that it prints, None if it does not speak as ours does."""
+        try:
+            status = self.path.stat()
+        except OSError:
+            return None
+        return _ask_version(self.path, status.st_mtime_ns, status.st_size)
+
+
+def find_binary() -> Binary:
+    """The binary to use: ``SAFENAV_SLUGS`` if set, else the one that came with safenav.
+
+    Raises SynthesizerError, saying what to do, if there is none that can be executed.
+    """
+    named = os.environ.get(VARIABLE)
+    if named:
+        return _named_by_environment(named)
+    own = find_own_binary()
+    if own is None:
+        raise SynthesizerError(
+            "the slugs binary is missing: safenav was installed without it and there is none at "
+            "slugs/build/slugs\n"
+            "    run `make slugs` in the repository or install again with `pip install .` (both "
+            f"need a C++ compiler), or set {VARIABLE} to a slugs binary"
+        )
+    return own
+
+
+def find_own_binary() -> Binary | None:
+    """safenav's own binary: in the installed package, else built in the source tree."""
+    places = [_PACKAGE / _INSIDE_PACKAGE]
+    places += [
+        Path(sysconfig.get_path(scheme)) / _PACKAGE.name / _INSIDE_PACKAGE
+        for scheme in ("platlib", "purelib")
+    ]
+    for place in places:
+        if _executable(place):
+            return Binary(place)
+    recorded = _recorded_by_installer()
+    if recorded is not None:
+        return Binary(recorded)
+    built = _PACKAGE.parent / "slugs" / "build" / "slugs"
+    return Binary(built) if _executable(built) else None
+
+
+def _named_by_environment(named: str) -> Binary:
+    path = Path(named).expanduser()
+    advice = f"    mend or unset {VARIABLE}, which names it"
+    if not path.exists():
+        raise SynthesizerError(f"the synthesizer {named!r} does not exist\n{advice}")
+    if path.is_dir():
+        raise SynthesizerError(f"the synthesizer {named!r} is a directory\n{advice}")
+    if not os.access(path, os.X_OK):
+        raise SynthesizerError(f"the synthesizer {named!r} is not executable\n{advice}")
+    return Binary(path.resolve())
+
+
+def _executable(path: Path) -> bool:
+    return path.is_file() and os.access(path, os.X_OK)
+
+
+def _recorded_by_installer() -> Path | None:
+    """Where an editable installation or an unusual prefix put the binary."""
+    # Imported here: it costs as much as a small synthesis and is rarely needed.
+    from importlib import metadata
+
+    try:
+        files = metadata.files(_PACKAGE.name) or []
+    except metadata.PackageNotFoundError:
+        return None
+    wanted = (_PACKAGE.name, *_INSIDE_PACKAGE.parts)
+    for file in files:
+        if file.parts[-len(wanted) :] == wanted:
+            path = Path(str(file.locate())).resolve()
+            if _executable(path):
+                return path
+    return None
+
+
+@lru_cache(maxsize=64)
+def _ask_version(path: Path, mtime_ns: int, size: int) -> str | None:  # noqa: ARG001
+    """Ask once per file content; upstream's binary takes ``--version`` for a mistake."""
+    try:
+        answer = Crew().run([str(path), "--version"], b"", _VERSION_SECONDS)
+    except SynthesizerError:
+        return None
+    if answer.status != 0:
+        return None
+    match = _NATIVE_VERSION.search(answer.stdout.decode("utf-8", "replace"))
+    return match.group(1) if match else None

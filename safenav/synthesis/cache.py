@@ -1,0 +1,203 @@
+"""Answers of the synthesizer, kept on disk under what they depend on and nothing else.
+
+The key is a hash of the specification's text, the binary's content and the options. An entry
+carries a checksum of itself, appears by renaming, and is never changed: readers and writers
+of any number of processes need no lock. Whatever goes wrong costs a recomputation, never a
+run: damaged entries are dropped, and a disk that cannot be written is reported once.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import json
+import os
+import time
+import warnings
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from safenav.synthesis.outcome import Verdict
+
+VARIABLE = "SAFENAV_CACHE"
+"""Environment variable: the directory, or ``off``."""
+
+_OFF = "off"
+_MAGIC = b"safenav-cache 1 "
+_SUFFIX = ".answer"
+_LIMIT_BYTES = 512 << 20
+_PRUNE_TO = 0.75
+_STALE_TEMPORARY_SECONDS = 3600.0
+_LASTING = frozenset({Verdict.REALIZABLE, Verdict.UNREALIZABLE})
+
+
+class CacheWarning(UserWarning):
+    """The cache cannot be used; everything still works, only slower."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A proven verdict, what it cost when it was computed, and the strategy if there is one."""
+
+    verdict: Verdict
+    seconds: float
+    strategy_json: bytes | None
+
+
+def key_of(text: str, binary_digest: str, options: Iterable[str]) -> str:
+    """The hex name of an answer. Each part is hashed with its length: no two can run together."""
+    whole = hashlib.sha256()
+    for part in (text, binary_digest, *options):
+        data = part.encode()
+        whole.update(len(data).to_bytes(8, "big"))
+        whole.update(data)
+    return whole.hexdigest()
+
+
+class Cache:
+    """A directory of answers; without a directory, a cache that is always empty."""
+
+    def __init__(self, directory: Path | None, limit_bytes: int = _LIMIT_BYTES) -> None:
+        self.directory = directory
+        self._limit_bytes = limit_bytes
+        self._warned = False
+        self._known_bytes: int | None = None
+
+    @classmethod
+    def from_environment(cls) -> Cache:
+        """``SAFENAV_CACHE`` (a directory, or ``off``), else the user's cache directory."""
+        named = os.environ.get(VARIABLE)
+        if named:
+            return cls(None if named.lower() == _OFF else Path(named).expanduser())
+        base = os.environ.get("XDG_CACHE_HOME", "")
+        if base and Path(base).is_absolute():  # the XDG standard: ignore relative paths
+            return cls(Path(base) / "safenav")
+        try:
+            return cls(Path.home() / ".cache" / "safenav")
+        except RuntimeError:  # no home directory: a container with an unknown user
+            return cls(None)
+
+    @classmethod
+    def off(cls) -> Cache:
+        return cls(None)
+
+    def load(self, key: str) -> Entry | None:
+        """The answer of that name, None if it is unknown or damaged (then it is dropped)."""
+        if self.directory is None:
+            return None
+        path = self._path(key)
+        try:
+            data = path.read_bytes()
+        except OSError:
+            return None
+        entry = _unpack(data, key)
+        if entry is None:
+            self.drop(key)
+        return entry
+
+    def store(self, key: str, entry: Entry) -> None:
+        """Keep a proven verdict; spent time and memory prove nothing and are not kept."""
+        if self.directory is None or entry.verdict not in _LASTING:
+            return
+        path = self._path(key)
+        temporary = path.with_name(f".{path.stem}.{os.getpid()}.{os.urandom(4).hex()}")
+        data = _pack(entry, key)
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            try:
+                temporary.write_bytes(data)
+                temporary.replace(path)
+            except BaseException:
+                with contextlib.suppress(OSError):
+                    temporary.unlink()
+                raise
+        except OSError as error:
+            self._warn(error)
+            return
+        self._bound(len(data))
+
+    def drop(self, key: str) -> None:
+        """Forget an answer that proved wrong."""
+        if self.directory is not None:
+            with contextlib.suppress(OSError):
+                self._path(key).unlink()
+
+    def _path(self, key: str) -> Path:
+        assert self.directory is not None
+        return self.directory / key[:2] / (key + _SUFFIX)
+
+    def _warn(self, error: OSError) -> None:
+        if not self._warned:
+            self._warned = True
+            warnings.warn(
+                f"the cache {self.directory} cannot be written ({error.strerror or error}); "
+                f"going on without it (set {VARIABLE} to another directory, or to '{_OFF}')",
+                CacheWarning,
+                stacklevel=3,
+            )
+
+    def _bound(self, written: int) -> None:
+        """Remove the oldest answers when there is too much. The directory is listed once per
+        process and again only when the sum kept since then passes the limit."""
+        if self._known_bytes is not None:
+            self._known_bytes += written
+            if self._known_bytes <= self._limit_bytes:
+                return
+        with contextlib.suppress(OSError):
+            self._known_bytes = self._prune()
+
+    def _prune(self) -> int:
+        assert self.directory is not None
+        found: list[tuple[float, int, Path]] = []
+        now = time.time()
+        for shard in self.directory.iterdir():
+            if len(shard.name) != 2 or not shard.is_dir():
+                continue
+            for path in shard.iterdir():
+                with contextlib.suppress(OSError):
+                    status = path.stat()
+                    if path.suffix == _SUFFIX:
+                        found.append((status.st_mtime, status.st_size, path))
+                    elif now - status.st_mtime > _STALE_TEMPORARY_SECONDS:
+                        path.unlink()  # of a writer that was killed
+        total = sum(size for _, size, _ in found)
+        if total <= self._limit_bytes:
+            return total
+        for _, size, path in sorted(found):
+            if total <= self._limit_bytes * _PRUNE_TO:
+                break
+            with contextlib.suppress(OSError):
+                path.unlink()
+            total -= size
+        return total
+
+
+def _pack(entry: Entry, key: str) -> bytes:
+    """Magic and checksum on the first line, facts as JSON on the second, then the strategy."""
+    facts = {
+        "key": key,
+        "verdict": entry.verdict.value,
+        "seconds": entry.seconds,
+        "strategy": entry.strategy_json is not None,
+    }
+    body = json.dumps(facts).encode() + b"\n" + (entry.strategy_json or b"")
+    return _MAGIC + hashlib.sha256(body).hexdigest().encode() + b"\n" + body
+
+
+def _unpack(data: bytes, key: str) -> Entry | None:
+    first, _, body = data.partition(b"\n")
+    if first != _MAGIC + hashlib.sha256(body).hexdigest().encode():
+        return None
+    head, _, strategy = body.partition(b"\n")
+    try:
+        facts = json.loads(head)
+        if facts["key"] != key:
+            return None
+        return Entry(
+            Verdict(facts["verdict"]),
+            float(facts["seconds"]),
+            strategy if facts["strategy"] else None,
+        )
+    except (ValueError, TypeError, KeyError):
+        return None

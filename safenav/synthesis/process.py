@@ -1,0 +1,236 @@
+"""Running the synthesizer so that nothing of it survives: not a timeout, not Ctrl-C.
+
+Each command has a process group of its own, which is killed and reaped at its deadline or
+when the crew is dismissed. Commands run in threads, because signals interrupt only the main
+thread: between starting a process and remembering it, nothing can get lost.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import selectors
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from types import FrameType
+
+from safenav.errors import SynthesizerError
+
+_CHUNK = 1 << 16
+_MOST_OUTPUT = 2 << 30
+_GRACE_SECONDS = 2.0
+"""For draining the pipes of a killed group, should a stray grandchild still hold them."""
+
+
+@dataclass(frozen=True)
+class Finished:
+    """What a command left behind. ``status`` is negative for death by that signal."""
+
+    status: int
+    stdout: bytes
+    stderr: bytes
+    seconds: float
+    timed_out: bool = False
+
+    @property
+    def last_words(self) -> str:
+        """The end of what it printed for people, for messages."""
+        text = self.stderr.decode("utf-8", "replace").strip()
+        lines = [line.rstrip() for line in text.splitlines() if line.strip()]
+        return "\n".join(lines[-12:])[-2000:]
+
+
+class DismissedError(Exception):
+    """The command was killed because nobody waits for its answer any more."""
+
+
+class Crew:
+    """The running commands of one call. Thread safe."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._running: set[subprocess.Popen[bytes]] = set()
+        self._dismissed = False
+
+    def run(self, command: Sequence[str], given: bytes, seconds: float | None) -> Finished:
+        """Run ``command`` with ``given`` on its standard input, at most ``seconds``.
+
+        Raises SynthesizerError if it cannot be started or prints without end, and DismissedError
+        after ``dismiss``.
+        """
+        begun = time.monotonic()
+        process = self._start(command)
+        try:
+            talk = _Conversation(process, given, None if seconds is None else begun + seconds)
+            finished = talk.until_silence() and _exits(process, talk.deadline)
+            if not finished:
+                kill_group(process)
+                talk.drain(time.monotonic() + _GRACE_SECONDS)
+        finally:
+            kill_group(process)
+            for pipe in (process.stdin, process.stdout, process.stderr):
+                if pipe is not None:
+                    with contextlib.suppress(OSError):
+                        pipe.close()
+            process.wait()
+            with self._lock:
+                self._running.discard(process)
+        if self._dismissed:
+            raise DismissedError
+        elapsed = time.monotonic() - begun
+        return Finished(process.returncode, talk.stdout, talk.stderr, elapsed, not finished)
+
+    def dismiss(self) -> None:
+        """Kill everything that runs; later commands are not started at all."""
+        with self._lock:
+            self._dismissed = True
+            for process in self._running:
+                kill_group(process)
+
+    def _start(self, command: Sequence[str]) -> subprocess.Popen[bytes]:
+        with self._lock:
+            if self._dismissed:
+                raise DismissedError
+            try:
+                process = subprocess.Popen(
+                    command,
+                    stdin=subprocess.PIPE,
+                    stdout=subprocess.PIPE,
+                    stderr=subprocess.PIPE,
+                    start_new_session=True,
+                )
+            except OSError as error:
+                raise SynthesizerError(
+                    f"the synthesizer {command[0]} cannot be started: {error.strerror}"
+                ) from error
+            self._running.add(process)
+            return process
+
+
+def kill_group(process: subprocess.Popen[bytes]) -> None:
+    """SIGKILL to the process group that this process leads, unless it has been reaped (its
+    number may belong to somebody else by then)."""
+    if process.returncode is None:
+        with contextlib.suppress(ProcessLookupError, PermissionError):
+            os.killpg(process.pid, signal.SIGKILL)
+
+
+@contextlib.contextmanager
+def orderly_termination() -> Iterator[None]:
+    """Within it, SIGTERM unwinds the stack (as SystemExit) instead of ending us on the spot,
+    so that running commands are killed and reaped. A handler of the application's stays."""
+    if (
+        threading.current_thread() is not threading.main_thread()
+        or signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL
+    ):
+        yield
+        return
+    signal.signal(signal.SIGTERM, _exit_as_terminated)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+
+
+def limited(command: Sequence[str], memory_mb: int | None) -> list[str]:
+    """``command`` under a limit on its address space, for programs with no such option.
+
+    The shell sets the limit and becomes the command, so there is no moment without it.
+    """
+    if memory_mb is None or not sys.platform.startswith("linux"):
+        return list(command)
+    return ["/bin/sh", "-c", 'ulimit -v "$0" && exec "$@"', str(memory_mb * 1024), *command]
+
+
+class _Conversation:
+    """Feeds a process and listens to both its outputs at once, up to a deadline and a size.
+
+    ``Popen.communicate`` would do, were it not for programs that print without end.
+    """
+
+    def __init__(
+        self, process: subprocess.Popen[bytes], given: bytes, deadline: float | None
+    ) -> None:
+        assert process.stdin and process.stdout and process.stderr
+        self.deadline = deadline
+        self._command = str(process.args[0] if isinstance(process.args, list) else process.args)
+        self._given = memoryview(given)
+        self._heard: dict[int, list[bytes]] = {1: [], 2: []}
+        self._size = 0
+        self._selector = selectors.DefaultSelector()
+        self._stdin = process.stdin
+        os.set_blocking(process.stdin.fileno(), False)
+        self._selector.register(process.stdin, selectors.EVENT_WRITE, 0)
+        self._selector.register(process.stdout, selectors.EVENT_READ, 1)
+        self._selector.register(process.stderr, selectors.EVENT_READ, 2)
+
+    @property
+    def stdout(self) -> bytes:
+        return b"".join(self._heard[1])
+
+    @property
+    def stderr(self) -> bytes:
+        return b"".join(self._heard[2])
+
+    def until_silence(self) -> bool:
+        """Whether both outputs were closed before the deadline."""
+        while self._selector.get_map():
+            left = None if self.deadline is None else self.deadline - time.monotonic()
+            if left is not None and left <= 0:
+                return False
+            for key, _ in self._selector.select(left):
+                if key.data == 0:
+                    self._feed()
+                else:
+                    self._hear(key)
+        self._selector.close()
+        return True
+
+    def drain(self, deadline: float) -> None:
+        """Take what a killed process had printed."""
+        self.deadline = deadline
+        self.until_silence()
+        self._selector.close()
+
+    def _feed(self) -> None:
+        try:
+            written = os.write(self._stdin.fileno(), self._given[:_CHUNK])
+        except BlockingIOError:
+            return
+        except BrokenPipeError:  # it needs no more: a crash shows in the exit status
+            written = len(self._given)
+        self._given = self._given[written:]
+        if not self._given:
+            self._selector.unregister(self._stdin)
+            self._stdin.close()
+
+    def _hear(self, key: selectors.SelectorKey) -> None:
+        data = os.read(key.fd, _CHUNK)
+        if not data:
+            self._selector.unregister(key.fileobj)
+            return
+        self._heard[key.data].append(data)
+        self._size += len(data)
+        if self._size > _MOST_OUTPUT:
+            raise SynthesizerError(
+                f"the synthesizer {self._command} printed more than {_MOST_OUTPUT >> 20} MiB; "
+                "it was stopped"
+            )
+
+
+def _exits(process: subprocess.Popen[bytes], deadline: float | None) -> bool:
+    """Whether a process that has closed its outputs ends by the deadline, too."""
+    try:
+        process.wait(None if deadline is None else max(0.01, deadline - time.monotonic()))
+    except subprocess.TimeoutExpired:
+        return False
+    return True
+
+
+def _exit_as_terminated(signum: int, frame: FrameType | None) -> None:  # noqa: ARG001
+    raise SystemExit(128 + signum)

@@ -1,0 +1,340 @@
+"""The synthesizer: specifications in, typed results out, several at a time.
+
+    result = Synthesizer().synthesize(specification)
+    if result.verdict is Verdict.REALIZABLE: drive(result.strategy)
+
+Every answer is one of: a proven verdict (perhaps from the cache), a spent limit, or a
+SynthesizerError that says what went wrong with the program.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import queue
+import threading
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+
+from safenav.errors import SynthesizerError
+from safenav.spec.specification import Specification
+from safenav.synthesis.answer import failure, verdict_of
+from safenav.synthesis.binary import Binary, find_binary, find_own_binary
+from safenav.synthesis.cache import Cache, Entry, key_of
+from safenav.synthesis.outcome import SynthesisResult, Verdict
+from safenav.synthesis.process import Crew, DismissedError, Finished, limited, orderly_termination
+from safenav.synthesis.strategy import Strategy
+
+_HEARTBEAT_SECONDS = 1.0
+_OVERTIME_SECONDS = 1.0
+"""Our own binary keeps its time limit itself, to say how far it got; then we end it."""
+
+
+class Question(StrEnum):
+    """What is asked; the value names it in the cache."""
+
+    REALIZABILITY = "realizability"
+    STRATEGY = "strategy"
+    COUNTERSTRATEGY = "counterstrategy"
+
+    @property
+    def options(self) -> tuple[str, ...]:
+        """Options that every slugs binary knows; without any, the verdict alone is given."""
+        match self:
+            case Question.REALIZABILITY:
+                return ()
+            case Question.STRATEGY:
+                return ("--explicitStrategy", "--jsonOutput")
+            case Question.COUNTERSTRATEGY:
+                return ("--counterStrategy", "--jsonOutput")
+
+    @property
+    def answered_by(self) -> Verdict:
+        """The verdict with which an automaton is printed."""
+        if self is Question.COUNTERSTRATEGY:
+            return Verdict.UNREALIZABLE
+        return Verdict.REALIZABLE
+
+
+class Phase(StrEnum):
+    STARTED = "started"
+    RUNNING = "running"
+    FINISHED = "finished"
+
+
+@dataclass(frozen=True)
+class Progress:
+    """Something happened in a synthesis: it started, still runs (told once a second), or
+    finished with a result. ``index``: which of the specifications asked about."""
+
+    index: int
+    robot: str
+    phase: Phase
+    seconds: float
+    result: SynthesisResult | None = None
+
+
+Listener = Callable[[Progress], None]
+
+
+class Synthesizer:
+    """Asks a slugs binary, within limits, and remembers what it said.
+
+    ``binary``: default as ``find_binary`` finds it. ``seconds`` (wall) and ``memory_mb`` limit
+    each single synthesis; None for no limit. ``cache``: default as the environment says.
+    ``verify``: check every automaton against its specification before it is returned; one that
+    fails is a SynthesizerError.
+    """
+
+    def __init__(
+        self,
+        binary: Binary | Path | None = None,
+        *,
+        seconds: float | None = 60.0,
+        memory_mb: int | None = 2048,
+        cache: Cache | None = None,
+        verify: bool = False,
+    ) -> None:
+        self.binary = Binary(binary) if isinstance(binary, Path) else binary or find_binary()
+        self.seconds = seconds
+        self.memory_mb = memory_mb
+        self.cache = Cache.from_environment() if cache is None else cache
+        self.verify = verify
+
+    def synthesize(self, spec: Specification, strategy: bool = True) -> SynthesisResult:
+        """The verdict, and the strategy if there is one and it is wanted.
+
+        Raises SynthesizerError if the binary is missing, crashes or prints nonsense.
+        """
+        return self.synthesize_all([spec], strategy)[0]
+
+    def counterstrategy(self, spec: Specification) -> SynthesisResult:
+        """The verdict, and for an unrealizable specification the environment's strategy."""
+        return self._ask_all([spec], Question.COUNTERSTRATEGY, None)[0]
+
+    def synthesize_all(
+        self,
+        specs: Sequence[Specification],
+        strategy: bool = True,
+        progress: Listener | None = None,
+    ) -> list[SynthesisResult]:
+        """Results in the order of ``specs``, computed at once on the machine's processors.
+
+        ``progress`` is called in the caller's thread. On an error, Ctrl-C or SIGTERM all
+        running syntheses are killed before the exception leaves.
+        """
+        question = Question.STRATEGY if strategy else Question.REALIZABILITY
+        return self._ask_all(specs, question, progress)
+
+    def _ask_all(
+        self, specs: Sequence[Specification], question: Question, progress: Listener | None
+    ) -> list[SynthesisResult]:
+        tell = progress or (lambda _: None)
+        results: list[SynthesisResult | None] = [None] * len(specs)
+        jobs = []
+        for index, spec in enumerate(specs):
+            job = _Job(index, spec, spec.to_structuredslugs(), question)
+            begun = time.monotonic()
+            remembered = self._remembered(job)
+            if remembered is None:
+                jobs.append(job)
+                continue
+            results[index] = remembered
+            elapsed = time.monotonic() - begun
+            tell(Progress(index, spec.robot, Phase.FINISHED, elapsed, remembered))
+        if jobs:
+            with orderly_termination():
+                self._work_off(jobs, results, tell)
+        return [result for result in results if result is not None]
+
+    def _work_off(
+        self, jobs: Sequence[_Job], results: list[SynthesisResult | None], tell: Listener
+    ) -> None:
+        """Run the jobs in threads; turn what they bring into results here."""
+        crew = Crew()
+        todo: queue.SimpleQueue[_Job] = queue.SimpleQueue()
+        news: queue.SimpleQueue[_News] = queue.SimpleQueue()
+        for job in jobs:
+            todo.put(job)
+        count = min(len(jobs), os.cpu_count() or 1)
+        workers = [
+            threading.Thread(target=self._labour, args=(crew, todo, news), daemon=True)
+            for _ in range(count)
+        ]
+        try:
+            for worker in workers:
+                worker.start()
+            started: dict[int, tuple[_Job, float]] = {}
+            left = len(jobs)
+            while left:
+                try:
+                    job, brought = news.get(timeout=_HEARTBEAT_SECONDS)
+                except queue.Empty:
+                    for running, since in started.values():
+                        tell(running.progress(Phase.RUNNING, time.monotonic() - since))
+                    continue
+                if brought is None:
+                    started[job.index] = (job, time.monotonic())
+                    tell(job.progress(Phase.STARTED, 0.0))
+                    continue
+                if isinstance(brought, BaseException):
+                    raise brought
+                result = self._result(job, brought)
+                results[job.index] = result
+                started.pop(job.index, None)
+                left -= 1
+                tell(job.progress(Phase.FINISHED, result.seconds, result))
+        finally:
+            crew.dismiss()
+            for worker in workers:
+                if worker.ident is not None:
+                    worker.join()
+
+    def _labour(
+        self, crew: Crew, todo: queue.SimpleQueue[_Job], news: queue.SimpleQueue[_News]
+    ) -> None:
+        """What a thread does: take a job, run the binary, bring what it printed."""
+        while True:
+            try:
+                job = todo.get_nowait()
+            except queue.Empty:
+                return
+            news.put((job, None))
+            try:
+                news.put((job, self._run(crew, job)))
+            except DismissedError:
+                return
+            except BaseException as error:
+                news.put((job, error))
+                return
+
+    def _run(self, crew: Crew, job: _Job) -> Finished:
+        binary = self.binary
+        command = [str(binary.path), *job.question.options]
+        if binary.native:
+            if job.question is Question.REALIZABILITY:
+                command.append("--realizability")
+            deadline = None
+            if self.seconds is not None:
+                command += ["--timeout", f"{self.seconds:g}"]
+                deadline = self.seconds + _OVERTIME_SECONDS
+            if self.memory_mb is not None:
+                command += ["--memory", str(self.memory_mb)]
+            return crew.run([*command, "-"], job.text.encode(), deadline)
+        return self._run_foreign(crew, job, command)
+
+    def _run_foreign(self, crew: Crew, job: _Job, command: list[str]) -> Finished:
+        """Upstream's program reads slugsin files only and knows no limits."""
+        # Imported here: it is slow, and our own binary needs no files.
+        import tempfile
+
+        text, suffix = self._translated(crew, job)
+        with tempfile.TemporaryDirectory(prefix="safenav-") as directory:
+            file = Path(directory) / f"specification{suffix}"
+            file.write_bytes(text)
+            return crew.run(limited([*command, str(file)], self.memory_mb), b"", self.seconds)
+
+    def _translated(self, crew: Crew, job: _Job) -> tuple[bytes, str]:
+        """The specification as slugsin if our own binary is there to translate it."""
+        own = find_own_binary()
+        given = job.text.encode()
+        if own is None or not own.native:
+            return given, ".structuredslugs"
+        translated = crew.run([str(own.path), "--translate", "-"], given, self.seconds)
+        if translated.timed_out or translated.status != 0:
+            raise failure("does not translate the specification", translated, own, job.robot)
+        return translated.stdout, ".slugsin"
+
+    def _remembered(self, job: _Job) -> SynthesisResult | None:
+        """The cached result, if it is there and stands every check that a fresh one stands."""
+        if self.cache.directory is None:
+            return None
+        key = self._key(job)
+        entry = self.cache.load(key)
+        if entry is None:
+            return None
+        try:
+            return self._checked(job, entry, cached=True)
+        except SynthesizerError:
+            self.cache.drop(key)
+            return None
+
+    def _result(self, job: _Job, finished: Finished) -> SynthesisResult:
+        verdict = verdict_of(finished, self.binary, job.robot)
+        wanted = job.question is not Question.REALIZABILITY
+        automaton = wanted and verdict is job.question.answered_by
+        entry = Entry(verdict, finished.seconds, finished.stdout if automaton else None)
+        try:
+            result = self._checked(job, entry, cached=False, detail=finished.last_words)
+        except SynthesizerError as error:
+            raise failure(
+                f"gave a wrong answer: {error}", finished, self.binary, job.robot
+            ) from error
+        if self.cache.directory is not None:
+            self.cache.store(self._key(job), entry)
+        return result
+
+    def _checked(
+        self, job: _Job, entry: Entry, *, cached: bool, detail: str = ""
+    ) -> SynthesisResult:
+        """The result of an answer. Raises SynthesizerError if its automaton is no automaton, or
+        is verified and fails."""
+        data = entry.strategy_json
+        strategy = None if data is None else Strategy.parse(data, job.spec)
+        verified = None
+        if strategy is not None and self.verify:
+            job.verify(strategy)
+            verified = True
+        return SynthesisResult(
+            robot=job.robot,
+            verdict=entry.verdict,
+            seconds=entry.seconds,
+            cached=cached,
+            spec_sha256=hashlib.sha256(job.text.encode()).hexdigest(),
+            strategy=strategy,
+            strategy_json=data,
+            strategy_sha256=None if data is None else hashlib.sha256(data).hexdigest(),
+            detail=detail,
+            verified=verified,
+        )
+
+    def _key(self, job: _Job) -> str:
+        return key_of(job.text, self.binary.digest, (job.question,))
+
+
+@dataclass(frozen=True)
+class _Job:
+    """One question about one specification."""
+
+    index: int
+    spec: Specification
+    text: str
+    question: Question
+
+    @property
+    def robot(self) -> str:
+        return self.spec.robot
+
+    def progress(
+        self, phase: Phase, seconds: float, result: SynthesisResult | None = None
+    ) -> Progress:
+        return Progress(self.index, self.robot, phase, seconds, result)
+
+    def verify(self, strategy: Strategy) -> None:
+        """Raises SynthesizerError with the first failure of the independent check."""
+        # Imported here: verification is optional.
+        from safenav.synthesis.verify import verify_counterstrategy, verify_strategy
+
+        check = (
+            verify_counterstrategy if self.question is Question.COUNTERSTRATEGY else verify_strategy
+        )
+        verification = check(self.spec, strategy)
+        if not verification.ok:
+            raise SynthesizerError(f"the strategy is wrong: {verification.failures[0]}")
+
+
+_News = tuple[_Job, Finished | BaseException | None]
+"""A job and what became of it: None when it starts."""

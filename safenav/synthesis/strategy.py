@@ -1,0 +1,294 @@
+"""A strategy: the finite automaton that the synthesizer prints as JSON.
+
+A node is a valuation of all variables and a rank (the goal that is pursued there); it has one
+successor for each next input that the assumptions allow. Reading checks the shape of the whole
+automaton at once; the bits of a node become named values only when somebody looks at it, so
+that a million edges cost a fraction of a second.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import chain
+from typing import Any, overload
+
+from safenav.errors import SynthesizerError
+from safenav.spec.specification import Owner, Section, Specification, Variable
+
+
+def bit_names(variable: Variable) -> tuple[str, ...]:
+    """How the synthesizer names the bits of a variable, least significant first.
+
+    A Boolean is its own bit. An integer holds value - min in as many bits as max - min needs:
+    ``x@0.min.max``, ``x@1``, ``x@2``, ...; none if it has one value only.
+    """
+    if variable.bounds is None:
+        return (variable.name,)
+    low, high = variable.bounds
+    count = (high - low).bit_length()
+    return tuple(
+        f"{variable.name}@0.{low}.{high}" if bit == 0 else f"{variable.name}@{bit}"
+        for bit in range(count)
+    )
+
+
+@dataclass(frozen=True)
+class Field:
+    """Where the bits of a variable stand in a node's state."""
+
+    variable: Variable
+    columns: tuple[int, ...]
+
+    @property
+    def base(self) -> int:
+        """The value that all bits zero stand for."""
+        return 0 if self.variable.bounds is None else self.variable.bounds[0]
+
+    def decode(self, state: Sequence[int]) -> int:
+        value = self.base
+        for position, column in enumerate(self.columns):
+            if state[column]:
+                value += 1 << position
+        return value
+
+    def encode(self, value: int) -> tuple[tuple[int, int], ...] | None:
+        """(column, bit) pairs of a value, None if the variable cannot hold it."""
+        offset = value - self.base
+        if not 0 <= offset < 1 << len(self.columns):
+            return None
+        return tuple((c, offset >> position & 1) for position, c in enumerate(self.columns))
+
+
+@dataclass(frozen=True)
+class Node:
+    """One node of a strategy. ``rank``: index of the goal that is pursued."""
+
+    id: int
+    values: Mapping[str, int]
+    rank: int
+    successors: tuple[int, ...]
+
+
+class Strategy:
+    """An automaton over the variables of a specification (or a counterstrategy: same shape).
+
+    ``states``, ``ranks`` and ``transitions`` are the raw columns of it, one entry a node, for
+    those who go through all of it. They must not be changed.
+    """
+
+    def __init__(
+        self,
+        specification: Specification,
+        fields: tuple[Field, ...],
+        states: list[list[int]],
+        ranks: list[int],
+        transitions: list[list[int]],
+    ) -> None:
+        self.specification = specification
+        self.fields = fields
+        self.states = states
+        self.ranks = ranks
+        self.transitions = transitions
+        self.nodes = Nodes(self)
+        self._field = {field.variable.name: field for field in fields}
+
+    @classmethod
+    def parse(cls, data: bytes, specification: Specification) -> Strategy:
+        """Read what ``slugs --explicitStrategy --jsonOutput`` prints for this specification.
+
+        Raises SynthesizerError for anything that is not such an automaton.
+        """
+        try:
+            document = json.loads(data)
+        except (ValueError, RecursionError) as error:
+            raise SynthesizerError(f"the strategy is not JSON: {error}") from error
+        if not isinstance(document, dict):
+            raise _malformed("it is no JSON object")
+        fields = _locate(document.get("variables"), specification)
+        states, ranks, transitions = _columns(document)
+        _check_columns(states, ranks, transitions, len(document["variables"]))
+        return cls(specification, fields, states, ranks, transitions)
+
+    def __len__(self) -> int:
+        return len(self.states)
+
+    @property
+    def edges(self) -> int:
+        """Number of transitions."""
+        return sum(map(len, self.transitions))
+
+    @property
+    def goals(self) -> int:
+        """Number of different ranks that occur."""
+        return len(set(self.ranks))
+
+    def values(self, node: int) -> dict[str, int]:
+        """All variables at a node: integers as they are, Booleans as 0 and 1."""
+        state = self.states[node]
+        return {field.variable.name: field.decode(state) for field in self.fields}
+
+    def initial(self) -> tuple[int, ...]:
+        """The nodes in which a play may start, ascending.
+
+        The synthesizer prints them first and tells them apart by nothing else: they are the
+        leading nodes of rank 0, each with another state, that satisfy ENV_INIT and SYS_INIT.
+        """
+        return self._initial
+
+    def find_initial(self, values: Mapping[str, int]) -> int | None:
+        """The first initial node with these values (of any variables), None without one."""
+        return self._first(self._initial, self._wanted(values))
+
+    def step(self, node: int, inputs: Mapping[str, int]) -> int | None:
+        """The successor for these next inputs; None if there is none, which means that the
+        environment did what the assumptions exclude. Raises KeyError for unknown names."""
+        return self._first(self.transitions[node], self._wanted(inputs, Owner.INPUT))
+
+    def successors_for(self, node: int, inputs: Mapping[str, int]) -> tuple[int, ...]:
+        """All successors whose inputs agree with the given ones (which may be only some)."""
+        wanted = self._wanted(inputs, Owner.INPUT)
+        if wanted is None:
+            return ()
+        return tuple(n for n in self.transitions[node] if self._agrees(n, wanted))
+
+    @cached_property
+    def _initial(self) -> tuple[int, ...]:
+        # Imported here: only this needs formulas, and small programs may never ask.
+        from safenav.formula import evaluate, parse
+
+        initial_sections = (Section.ENV_INIT, Section.SYS_INIT)
+        constraints = [
+            parse(c.formula) for s in initial_sections for c in self.specification.section(s)
+        ]
+        seen: set[tuple[int, ...]] = set()
+        for node, rank in enumerate(self.ranks):
+            state = tuple(self.states[node])
+            values = self.values(node)
+            if rank != 0 or state in seen:
+                break
+            if not all(evaluate(formula, values) for formula in constraints):
+                break
+            seen.add(state)
+        return tuple(range(len(seen)))
+
+    def _wanted(
+        self, values: Mapping[str, int], owner: Owner | None = None
+    ) -> list[tuple[int, int]] | None:
+        """(column, bit) pairs that a state must have; None if a value is out of range."""
+        pairs: list[tuple[int, int]] = []
+        for name, value in values.items():
+            field = self._field[name]
+            if owner is not None and field.variable.owner is not owner:
+                raise KeyError(f"{name} is not an {owner.value.lower()} of the strategy")
+            bits = field.encode(int(value))
+            if bits is None:
+                return None
+            pairs.extend(bits)
+        return pairs
+
+    def _agrees(self, node: int, wanted: list[tuple[int, int]]) -> bool:
+        state = self.states[node]
+        return all(state[column] == bit for column, bit in wanted)
+
+    def _first(self, nodes: Sequence[int], wanted: list[tuple[int, int]] | None) -> int | None:
+        if wanted is None:
+            return None
+        return next((n for n in nodes if self._agrees(n, wanted)), None)
+
+
+class Nodes(Sequence[Node]):
+    """The nodes of a strategy as a sequence; each is decoded when it is looked at."""
+
+    def __init__(self, strategy: Strategy) -> None:
+        self._strategy = strategy
+
+    def __len__(self) -> int:
+        return len(self._strategy.states)
+
+    @overload
+    def __getitem__(self, index: int) -> Node: ...
+    @overload
+    def __getitem__(self, index: slice) -> Sequence[Node]: ...
+    def __getitem__(self, index: int | slice) -> Node | Sequence[Node]:
+        if isinstance(index, slice):
+            return [self[i] for i in range(*index.indices(len(self)))]
+        number = range(len(self))[index]
+        strategy = self._strategy
+        return Node(
+            number,
+            strategy.values(number),
+            strategy.ranks[number],
+            tuple(strategy.transitions[number]),
+        )
+
+    def __iter__(self) -> Iterator[Node]:
+        return (self[i] for i in range(len(self)))
+
+
+def _malformed(what: str) -> SynthesizerError:
+    return SynthesizerError(f"the strategy that the synthesizer printed is malformed: {what}")
+
+
+def _locate(names: object, specification: Specification) -> tuple[Field, ...]:
+    """Find each variable's bits among the printed names."""
+    if not isinstance(names, list) or not all(isinstance(n, str) for n in names):
+        raise _malformed("'variables' is no list of names")
+    column = {name: i for i, name in enumerate(names)}
+    fields = []
+    for variable in specification.variables:
+        bits = bit_names(variable)
+        missing = [bit for bit in bits if bit not in column]
+        if missing:
+            raise _malformed(f"it has no variable '{missing[0]}'")
+        fields.append(Field(variable, tuple(column[bit] for bit in bits)))
+    known = sum(len(field.columns) for field in fields)
+    if known != len(names):
+        expected = {bit for v in specification.variables for bit in bit_names(v)}
+        stray = [name for name in names if name not in expected]
+        raise _malformed(f"'{stray[0]}' is no variable" if stray else "a variable is there twice")
+    return tuple(fields)
+
+
+def _columns(document: dict[str, Any]) -> tuple[list[list[int]], list[int], list[list[int]]]:
+    nodes = document.get("nodes")
+    if not isinstance(nodes, dict):
+        raise _malformed("'nodes' is no object")
+    try:
+        ordered = [nodes[str(number)] for number in range(len(nodes))]
+    except KeyError as error:
+        raise _malformed(f"there are {len(nodes)} nodes, but none is {error}") from None
+    try:
+        return (
+            [node["state"] for node in ordered],
+            [node["rank"] for node in ordered],
+            [node["trans"] for node in ordered],
+        )
+    except (KeyError, TypeError, IndexError):
+        raise _malformed("a node lacks 'state', 'rank' or 'trans'") from None
+
+
+def _check_columns(
+    states: list[list[int]], ranks: list[int], transitions: list[list[int]], bits: int
+) -> None:
+    """Types and ranges of everything, a column at a time: this sees a million edges."""
+    if not set(map(type, ranks)) <= {int} or (ranks and min(ranks) < 0):
+        raise _malformed("a 'rank' is no natural number")
+    if not set(map(type, states)) <= {list} or not set(map(type, transitions)) <= {list}:
+        raise _malformed("a 'state' or 'trans' is no list")
+    for node, state in enumerate(states):
+        if len(state) != bits:
+            raise _malformed(f"node {node} has {len(state)} bits, there are {bits} variables")
+    values = list(chain.from_iterable(states))
+    if not set(map(type, values)) <= {int} or not set(values) <= {0, 1}:
+        raise _malformed("a 'state' has something else than bits 0 and 1")
+    targets = list(chain.from_iterable(transitions))
+    if not set(map(type, targets)) <= {int}:
+        raise _malformed("a 'trans' has something else than node numbers")
+    if targets and not (min(targets) >= 0 and max(targets) < len(states)):
+        node = next(
+            n for n, t in enumerate(transitions) if t and not 0 <= min(t) <= max(t) < len(states)
+        )
+        raise _malformed(f"node {node} leads to a node that does not exist")

@@ -1,0 +1,269 @@
+"""The cache: right answers or none, whatever happens to its directory."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from safenav.spec.specification import Specification
+from safenav.synthesis.binary import Binary
+from safenav.synthesis.cache import Cache, CacheWarning, Entry, key_of
+from safenav.synthesis.outcome import Verdict
+from safenav.synthesis.slugs import Synthesizer
+
+KEY = "ab" + "0" * 62
+ENTRY = Entry(Verdict.REALIZABLE, 0.125, b'{"nodes": "\n\xff"}')
+
+
+@pytest.fixture
+def cache(tmp_path: Path) -> Cache:
+    return Cache(tmp_path / "answers")
+
+
+@pytest.fixture
+def counting(
+    script: Callable[[str], Binary], patrol_json: bytes, tmp_path: Path
+) -> tuple[Binary, Callable[[], int]]:
+    """A binary that notes each time it is asked, and how often that was."""
+    (tmp_path / "strategy").write_bytes(patrol_json)
+    calls = tmp_path / "calls"
+    calls.touch()
+    binary = script(
+        'if [ "$1" = --version ]; then echo "slugs 9.9.9"; exit 0; fi\n'
+        f'echo call >> "{calls}"; cat "{tmp_path}/strategy"\n'
+        "echo 'RESULT: Specification is realizable.' >&2"
+    )
+    return binary, lambda: len(calls.read_text().split())
+
+
+def _files(cache: Cache) -> list[Path]:
+    assert cache.directory is not None
+    return sorted(p for p in cache.directory.rglob("*") if p.is_file())
+
+
+def test_an_answer_comes_back_as_it_was(cache: Cache) -> None:
+    for entry in (ENTRY, Entry(Verdict.UNREALIZABLE, 2.0, None), replace(ENTRY, strategy_json=b"")):
+        cache.store(KEY, entry)
+        assert cache.load(KEY) == entry
+    assert cache.load("cd" + KEY[2:]) is None
+    assert len(_files(cache)) == 1
+
+
+@pytest.mark.parametrize(
+    "verdict", [Verdict.TIMEOUT, Verdict.OUT_OF_MEMORY, Verdict.INTERRUPTED], ids=str
+)
+def test_spent_limits_are_not_kept(cache: Cache, verdict: Verdict) -> None:
+    cache.store(KEY, Entry(verdict, 60.0, None))
+    assert cache.load(KEY) is None
+
+
+def test_the_key_depends_on_each_part() -> None:
+    keys = {
+        key_of("spec", "binary", ["strategy"]),
+        key_of("spec2", "binary", ["strategy"]),
+        key_of("spec", "binary2", ["strategy"]),
+        key_of("spec", "binary", ["realizability"]),
+        key_of("spec", "binary", []),
+        key_of("specbinary", "", ["strategy"]),
+        key_of("spec", "binary", ["strat", "egy"]),
+    }
+    assert len(keys) == 7
+
+
+def test_every_flipped_byte_and_every_truncation_is_detected(cache: Cache) -> None:
+    cache.store(KEY, ENTRY)
+    (file,) = _files(cache)
+    good = file.read_bytes()
+    damaged = [good[:cut] for cut in range(len(good))]
+    damaged += [good[:i] + bytes([good[i] ^ 1]) + good[i + 1 :] for i in range(len(good))]
+    damaged += [good + b"x", b"\0" * len(good)]
+    for data in damaged:
+        file.write_bytes(data)
+        assert cache.load(KEY) is None
+        assert not file.exists(), "a damaged entry is dropped"
+
+
+def test_an_entry_under_another_name_is_not_believed(cache: Cache) -> None:
+    cache.store(KEY, ENTRY)
+    (file,) = _files(cache)
+    other = "ab1" + KEY[3:]
+    file.rename(file.with_name(other + file.suffix))
+    assert cache.load(other) is None
+
+
+def test_the_oldest_answers_go_when_there_is_too_much(tmp_path: Path) -> None:
+    size = 10_000
+    keys = [f"{i:02x}" * 32 for i in range(12)]
+    cache = Cache(tmp_path / "answers", limit_bytes=8 * size)
+    for age, key in enumerate(keys):
+        cache.store(key, Entry(Verdict.REALIZABLE, 1.0, bytes(size)))
+        for file in _files(cache):
+            if file.stem == key:
+                os.utime(file, (1e9 + age, 1e9 + age))
+    assert sum(f.stat().st_size for f in _files(cache)) <= 8 * size
+    kept = [key for key in keys if cache.load(key) is not None]
+    assert kept and kept == keys[-len(kept) :]
+
+
+def test_what_a_killed_writer_left_is_swept_up(cache: Cache) -> None:
+    cache.store(KEY, ENTRY)
+    (file,) = _files(cache)
+    old, new = file.with_name(".old.1.tmp"), file.with_name(".new.1.tmp")
+    for leftover in (old, new):
+        leftover.write_bytes(b"half")
+    os.utime(old, (1e9, 1e9))
+    assert cache.directory is not None
+    Cache(cache.directory).store(KEY, ENTRY)
+    assert not old.exists()
+    assert new.exists(), "perhaps its writer still lives"
+
+
+@pytest.mark.parametrize("trouble", ["a file in the way", "a loop", "a null device"])
+def test_a_directory_that_cannot_be_written_costs_one_warning(tmp_path: Path, trouble: str) -> None:
+    place = tmp_path / "answers"
+    if trouble == "a file in the way":
+        place.write_text("")
+    elif trouble == "a loop":
+        place.symlink_to(place)
+    else:
+        place.symlink_to("/dev/null")
+    cache = Cache(place)
+    with pytest.warns(CacheWarning, match="SAFENAV_CACHE") as heard:
+        cache.store(KEY, ENTRY)
+        cache.store(KEY, ENTRY)
+    assert len(heard) == 1
+    assert cache.load(KEY) is None
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="the superuser writes read-only directories")
+def test_a_read_only_directory_still_answers(cache: Cache) -> None:
+    cache.store(KEY, ENTRY)
+    assert cache.directory is not None
+    shard = cache.directory / KEY[:2]
+    shard.chmod(0o500)
+    try:
+        with pytest.warns(CacheWarning):
+            cache.store(KEY, replace(ENTRY, seconds=2.0))
+        assert cache.load(KEY) == ENTRY
+    finally:
+        shard.chmod(0o700)
+
+
+def test_a_full_disk_leaves_no_half_entry(cache: Cache, monkeypatch: pytest.MonkeyPatch) -> None:
+    real = Path.write_bytes
+
+    def full(path: Path, data: bytes) -> int:
+        real(path, data[:10])
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    with pytest.warns(CacheWarning, match="No space left"):
+        cache.store(KEY, ENTRY)
+    assert _files(cache) == []
+
+
+def test_the_environment_says_where_it_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SAFENAV_CACHE", str(tmp_path / "here"))
+    assert Cache.from_environment().directory == tmp_path / "here"
+    monkeypatch.setenv("SAFENAV_CACHE", "OFF")
+    assert Cache.from_environment().directory is None
+    monkeypatch.delenv("SAFENAV_CACHE")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "xdg"))
+    assert Cache.from_environment().directory == tmp_path / "xdg" / "safenav"
+    monkeypatch.setenv("XDG_CACHE_HOME", "not/absolute")
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    assert Cache.from_environment().directory == tmp_path / "home" / ".cache" / "safenav"
+
+
+def test_the_second_time_nobody_is_asked(
+    counting: tuple[Binary, Callable[[], int]], patrol: Specification
+) -> None:
+    binary, calls = counting
+    first = Synthesizer(binary).synthesize(patrol)
+    second = Synthesizer(binary).synthesize(patrol)
+    assert calls() == 1
+    assert (first.cached, second.cached) == (False, True)
+    assert second.strategy_json == first.strategy_json
+    assert second.strategy_sha256 == first.strategy_sha256
+    assert second.seconds == first.seconds
+    assert second.strategy is not None and second.strategy.initial() == (0,)
+
+
+def test_another_question_or_binary_is_asked_again(
+    counting: tuple[Binary, Callable[[], int]], patrol: Specification
+) -> None:
+    binary, calls = counting
+    Synthesizer(binary).synthesize(patrol)
+    Synthesizer(binary).synthesize(patrol, strategy=False)
+    assert calls() == 2
+    binary.path.write_text(binary.path.read_text() + "# a newer version\n")
+    assert not Synthesizer(Binary(binary.path)).synthesize(patrol).cached
+    assert calls() == 3
+
+
+def test_off_means_off(
+    counting: tuple[Binary, Callable[[], int]],
+    patrol: Specification,
+    own_cache: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("SAFENAV_CACHE", "off")
+    binary, calls = counting
+    for _ in range(2):
+        assert not Synthesizer(binary).synthesize(patrol).cached
+    assert calls() == 2
+    assert not own_cache.exists()
+
+
+def test_a_damaged_entry_is_computed_again(
+    counting: tuple[Binary, Callable[[], int]], patrol: Specification, own_cache: Path
+) -> None:
+    binary, calls = counting
+    Synthesizer(binary).synthesize(patrol)
+    (file,) = (p for p in own_cache.rglob("*") if p.is_file())
+    file.write_bytes(file.read_bytes()[:-5])
+    assert not Synthesizer(binary).synthesize(patrol).cached
+    assert Synthesizer(binary).synthesize(patrol).cached
+    assert calls() == 2
+
+
+def test_a_broken_cache_does_not_stop_a_synthesis(
+    counting: tuple[Binary, Callable[[], int]], patrol: Specification, own_cache: Path
+) -> None:
+    binary, _ = counting
+    own_cache.write_text("a file where the directory should be")
+    with pytest.warns(CacheWarning):
+        results = Synthesizer(binary).synthesize_all([patrol, patrol])
+    assert [r.verdict for r in results] == [Verdict.REALIZABLE] * 2
+
+
+_WRITER = """
+import sys
+from pathlib import Path
+from safenav.synthesis.cache import Cache, Entry
+from safenav.synthesis.outcome import Verdict
+cache = Cache(Path(sys.argv[1]), limit_bytes=2_000_000)
+for turn in range(60):
+    for number in range(4):
+        key = f"{number:02x}" * 32
+        entry = cache.load(key)
+        assert entry is None or entry.strategy_json == bytes([number]) * 300_000, "mixed up"
+        cache.store(key, Entry(Verdict.REALIZABLE, 1.0, bytes([number]) * 300_000))
+"""
+
+
+def test_processes_share_it_without_a_lock(tmp_path: Path) -> None:
+    """Two processes read and write the same answers at the same time; each sees whole ones."""
+    command = [sys.executable, "-W", "error", "-c", _WRITER, str(tmp_path / "shared")]
+    writers = [subprocess.Popen(command, stderr=subprocess.PIPE) for _ in range(2)]
+    for writer in writers:
+        _, complaint = writer.communicate(timeout=60)
+        assert writer.returncode == 0, complaint.decode()
+    leftovers = [p for p in (tmp_path / "shared").rglob("*") if p.name.startswith(".")]
+    assert leftovers == []

@@ -1,0 +1,433 @@
+"""Asking a slugs binary: verdicts, limits, and every way in which a program can fail."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from safenav.errors import ExitCode, SynthesizerError
+from safenav.spec.specification import Constraint, Origin, Section, Specification
+from safenav.synthesis.binary import Binary
+from safenav.synthesis.cache import Cache
+from safenav.synthesis.outcome import Verdict
+from safenav.synthesis.slugs import Phase, Progress, Synthesizer
+
+Script = Callable[[str], Binary]
+Answering = Callable[..., Binary]
+
+UPSTREAM = 'if [ "$1" = --version ]; then echo "unknown parameter" >&2; exit 1; fi\n'
+NATIVE = 'if [ "$1" = --version ]; then echo "slugs 9.9.9"; exit 0; fi\n'
+
+
+def _impossible(spec: Specification) -> Specification:
+    wall = Constraint(Section.SYS_TRANS, "region' != 5", Origin("obstacles.wall", "no entry"))
+    return Specification(spec.robot, spec.title, spec.variables, (*spec.constraints, wall))
+
+
+def _ask(binary: Binary, spec: Specification, seconds: float | None = 20.0) -> Verdict:
+    return Synthesizer(binary, seconds=seconds, cache=Cache.off()).synthesize(spec).verdict
+
+
+@pytest.mark.parametrize("status", [0, 1, 10])
+def test_a_foreign_binary_is_believed_by_its_result_line_not_its_status(
+    answering: Answering, patrol: Specification, patrol_json: bytes, status: int
+) -> None:
+    assert _ask(answering("realizable", patrol_json, status), patrol) is Verdict.REALIZABLE
+    assert _ask(answering("unrealizable", b"", status), patrol) is Verdict.UNREALIZABLE
+
+
+def test_a_result_tells_everything_about_the_synthesis(
+    answering: Answering, patrol: Specification, patrol_json: bytes
+) -> None:
+    result = Synthesizer(answering("realizable", patrol_json)).synthesize(patrol)
+    assert result.robot == "carrier"
+    assert result.states == 9
+    assert result.strategy_json == patrol_json
+    assert result.strategy is not None and result.strategy.initial() == (0,)
+    assert result.strategy_sha256 is not None and len(result.strategy_sha256) == 64
+    assert result.detail == "RESULT: Specification is realizable."
+    assert (result.cached, result.verified) == (False, None)
+    assert 0 < result.seconds < 20
+
+
+def test_our_binary_gets_the_specification_on_standard_input_with_its_limits(
+    script: Script, patrol: Specification, tmp_path: Path
+) -> None:
+    binary = script(
+        NATIVE + f'cat > "{tmp_path}/given"; echo "$@" > "{tmp_path}/arguments"\n'
+        "echo 'RESULT: Specification is unrealizable.' >&2; exit 10"
+    )
+    synthesizer = Synthesizer(binary, seconds=7.5, memory_mb=100, cache=Cache.off())
+    assert synthesizer.synthesize(patrol).verdict is Verdict.UNREALIZABLE
+    assert (tmp_path / "given").read_text() == patrol.to_structuredslugs()
+    arguments = (tmp_path / "arguments").read_text().strip()
+    assert arguments == "--explicitStrategy --jsonOutput --timeout 7.5 --memory 100 -"
+
+
+def test_a_foreign_binary_gets_a_file_and_only_options_that_it_knows(
+    script: Script, patrol: Specification, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("safenav.synthesis.slugs.find_own_binary", lambda: None)
+    binary = script(
+        UPSTREAM + f'cat "$3" > "{tmp_path}/given"; echo "$@" > "{tmp_path}/arguments"\n'
+        "echo 'RESULT: Specification is unrealizable.' >&2"
+    )
+    assert _ask(binary, patrol) is Verdict.UNREALIZABLE
+    assert (tmp_path / "given").read_text() == patrol.to_structuredslugs()
+    *options, file = (tmp_path / "arguments").read_text().split()
+    assert options == ["--explicitStrategy", "--jsonOutput"]
+    assert file.endswith(".structuredslugs") and not Path(file).exists()
+
+
+def test_our_binary_translates_for_a_foreign_one(
+    script: Script, patrol: Specification, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    own = script(NATIVE + 'test "$1 $2" = "--translate -" && tr a-z A-Z')
+    monkeypatch.setattr("safenav.synthesis.slugs.find_own_binary", lambda: own)
+    foreign = script(
+        UPSTREAM + f'cat "$3" > "{tmp_path}/given"; echo "$3" > "{tmp_path}/name"\n'
+        "echo 'RESULT: Specification is unrealizable.' >&2"
+    )
+    assert _ask(foreign, patrol) is Verdict.UNREALIZABLE
+    assert (tmp_path / "given").read_text() == patrol.to_structuredslugs().upper()
+    assert (tmp_path / "name").read_text().strip().endswith(".slugsin")
+
+
+def test_a_failed_translation_is_an_error(
+    script: Script, patrol: Specification, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    own = script(NATIVE + "echo 'translation is broken' >&2; exit 4")
+    monkeypatch.setattr("safenav.synthesis.slugs.find_own_binary", lambda: own)
+    with pytest.raises(SynthesizerError, match=r"does not translate(.|\n)*translation is broken"):
+        _ask(script(UPSTREAM), patrol)
+
+
+@pytest.mark.parametrize(
+    ("words", "verdict"),
+    [
+        ("time limit reached in iteration 3", Verdict.TIMEOUT),
+        ("memory limit reached (100 MB)", Verdict.OUT_OF_MEMORY),
+        ("interrupted in iteration 3", Verdict.INTERRUPTED),
+    ],
+)
+def test_limits_that_our_binary_keeps_are_verdicts_with_its_last_words(
+    script: Script, patrol: Specification, words: str, verdict: Verdict
+) -> None:
+    binary = script(NATIVE + f"echo '{words}' >&2; exit 3")
+    result = Synthesizer(binary).synthesize(patrol)
+    assert (result.verdict, result.detail, result.strategy) == (verdict, words, None)
+
+
+@pytest.mark.parametrize("prefix", [UPSTREAM, NATIVE], ids=["upstream", "ours"])
+def test_a_binary_that_hangs_is_killed_with_its_children(
+    script: Script,
+    patrol: Specification,
+    tmp_path: Path,
+    prefix: str,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("safenav.synthesis.slugs._OVERTIME_SECONDS", 0.1)
+    binary = script(
+        prefix + f'sleep 60 & echo $! > "{tmp_path}/child"; echo working >&2; sleep 60; wait'
+    )
+    begun = time.monotonic()
+    result = Synthesizer(binary, seconds=0.3).synthesize(patrol)
+    assert result.verdict is Verdict.TIMEOUT
+    assert result.detail == "working"
+    assert 0.3 <= time.monotonic() - begun < 5
+    assert _gone(int((tmp_path / "child").read_text()))
+
+
+def _gone(pid: int) -> bool:
+    """Whether a process that is not our child has ended, waiting a moment for init."""
+    for _ in range(100):
+        try:
+            if Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] == "Z":
+                return True  # killed; its new parent has not looked yet
+            os.kill(pid, 0)
+        except (ProcessLookupError, FileNotFoundError):
+            return True
+        time.sleep(0.02)
+    return False
+
+
+def test_a_foreign_binary_is_held_to_its_memory(script: Script, patrol: Specification) -> None:
+    eater = (
+        "import sys\n"
+        "try: data = bytearray(1 << 30)\n"
+        "except MemoryError: sys.exit('terminate called after throwing std::bad_alloc')\n"
+        "print('RESULT: Specification is unrealizable.', file=sys.stderr)\n"
+    )
+    binary = script(UPSTREAM + f'exec "{sys.executable}" -c "{eater}"')
+    free = Synthesizer(binary, memory_mb=None, cache=Cache.off())
+    assert free.synthesize(patrol).verdict is Verdict.UNREALIZABLE
+    bound = Synthesizer(binary, memory_mb=500, cache=Cache.off())
+    assert bound.synthesize(patrol).verdict is Verdict.OUT_OF_MEMORY
+
+
+@pytest.mark.parametrize("prefix", [UPSTREAM, NATIVE], ids=["upstream", "ours"])
+@pytest.mark.parametrize(
+    ("body", "complaint"),
+    [
+        ("echo oh dear >&2; kill -SEGV $$", r"crashed \(SIGSEGV\)(.|\n)*oh dear"),
+        ("kill -ABRT $$", r"crashed \(SIGABRT\)(.|\n)*said nothing"),
+        ("kill -KILL $$", "killed from outside"),
+        ("exit 0", "no verdict"),
+        ("exit 7", r"no verdict \(exit status 7\)"),
+        ("head -c 100000 /dev/urandom; echo Segmentation >&2", "no verdict(.|\n)*Segmentation"),
+        ("head -c 100000 /dev/urandom >&2", "no verdict"),
+        ("echo 'RESULT: Specification is realizable.' >&2", "wrong answer: the strategy is not"),
+        ("echo '{}'; echo 'RESULT: Specification is realizable.' >&2", "wrong answer"),
+    ],
+    ids=[
+        "segmentation fault", "abort", "killed", "silence", "status", "garbage",
+        "binary words", "no strategy", "empty strategy",
+    ],
+)  # fmt: skip
+def test_a_broken_binary_is_an_error_with_its_last_words(
+    script: Script, patrol: Specification, prefix: str, body: str, complaint: str
+) -> None:
+    with pytest.raises(SynthesizerError, match=complaint) as raised:
+        _ask(script(prefix + body), patrol)
+    assert raised.value.exit_code is ExitCode.INTERNAL
+    assert "robot 'carrier'" in str(raised.value)
+
+
+def test_truncated_json_is_an_error(
+    answering: Answering, patrol: Specification, patrol_json: bytes
+) -> None:
+    for prefix in (UPSTREAM, NATIVE):
+        binary = answering("realizable", patrol_json[:200], prefix=prefix)
+        with pytest.raises(SynthesizerError, match="not JSON"):
+            _ask(binary, patrol)
+
+
+def test_our_binary_must_agree_with_itself(
+    answering: Answering, patrol: Specification, patrol_json: bytes
+) -> None:
+    binary = answering("realizable", patrol_json, status=10, prefix=NATIVE)
+    with pytest.raises(SynthesizerError, match="said realizable, but ended with exit status 10"):
+        _ask(binary, patrol)
+
+
+def test_a_rejected_specification_shows_the_complaint(
+    script: Script, patrol: Specification
+) -> None:
+    binary = script(NATIVE + "echo '-:7:3: unexpected U' >&2; exit 2")
+    with pytest.raises(SynthesizerError, match=r"rejects the specification(.|\n)*unexpected U"):
+        _ask(binary, patrol)
+
+
+def test_a_binary_that_never_stops_printing_is_stopped(
+    script: Script, patrol: Specification, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("safenav.synthesis.process._MOST_OUTPUT", 1 << 20)
+    with pytest.raises(SynthesizerError, match="more than 1 MiB"):
+        _ask(script(UPSTREAM + "exec yes"), patrol)
+
+
+def test_a_file_that_is_no_program_is_an_error(tmp_path: Path, patrol: Specification) -> None:
+    path = tmp_path / "slugs"
+    path.write_bytes(b"\x7fELF but not really")
+    path.chmod(0o755)
+    with pytest.raises(SynthesizerError):
+        _ask(Binary(path), patrol)
+    with pytest.raises(SynthesizerError):
+        _ask(Binary(tmp_path / "nothing"), patrol)
+
+
+def test_several_run_at_once_and_come_back_in_order(
+    script: Script, patrol: Specification, tmp_path: Path
+) -> None:
+    """Each of two waits for the other to have started, so they cannot run one by one."""
+    if (os.cpu_count() or 1) < 2:
+        pytest.skip("one processor: nothing runs at once")
+    binary = script(
+        NATIVE + f'cat > "{tmp_path}/in.$$"; cd "{tmp_path}"\n'
+        "while [ $(ls in.* | wc -l) -lt 2 ]; do sleep 0.01; done\n"
+        "if grep -q '!= 5' in.$$; then verdict=unrealizable; status=10; sleep 0.2\n"
+        "else verdict=realizable; status=0; fi\n"
+        'echo "RESULT: Specification is $verdict." >&2; exit $status'
+    )
+    synthesizer = Synthesizer(binary, seconds=20)
+    heard: list[Progress] = []
+    results = synthesizer.synthesize_all(
+        [_impossible(patrol), patrol], strategy=False, progress=heard.append
+    )
+    assert [r.verdict for r in results] == [Verdict.UNREALIZABLE, Verdict.REALIZABLE]
+    assert [p.phase for p in heard].count(Phase.STARTED) == 2
+    finished = [(p.index, p.result) for p in heard if p.phase is Phase.FINISHED]
+    assert finished == [(1, results[1]), (0, results[0])]
+
+
+def test_a_long_synthesis_reports_that_it_still_runs(
+    script: Script, patrol: Specification, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("safenav.synthesis.slugs._HEARTBEAT_SECONDS", 0.05)
+    heard: list[Progress] = []
+    binary = script(NATIVE + "sleep 0.4; echo 'RESULT: Specification is realizable.' >&2")
+    Synthesizer(binary).synthesize_all([patrol], strategy=False, progress=heard.append)
+    running = [p for p in heard if p.phase is Phase.RUNNING]
+    assert len(running) >= 2
+    assert running[0].robot == "carrier"
+    assert 0 < running[0].seconds < running[-1].seconds
+
+
+def test_one_failure_ends_all_the_others(
+    script: Script, patrol: Specification, tmp_path: Path
+) -> None:
+    binary = script(
+        NATIVE + f'cat > "{tmp_path}/in.$$"\n'
+        f"if grep -q '!= 5' \"{tmp_path}/in.$$\"; then kill -SEGV $$; fi; sleep 60"
+    )
+    begun = time.monotonic()
+    with pytest.raises(SynthesizerError, match="SIGSEGV"):
+        Synthesizer(binary).synthesize_all([_impossible(patrol), patrol, patrol, patrol])
+    assert time.monotonic() - begun < 10
+
+
+def test_a_listener_that_fails_ends_the_syntheses(script: Script, patrol: Specification) -> None:
+    def listener(progress: Progress) -> None:
+        raise RuntimeError(progress.phase)
+
+    begun = time.monotonic()
+    with pytest.raises(RuntimeError, match="started"):
+        Synthesizer(script(NATIVE + "sleep 60")).synthesize_all([patrol], progress=listener)
+    assert time.monotonic() - begun < 10
+
+
+_CALLER = """
+import sys
+from pathlib import Path
+from safenav.spec.specification import Specification
+from safenav.synthesis.slugs import Synthesizer
+try:
+    Synthesizer(Path(sys.argv[1]), seconds=60).synthesize_all([Specification("r", "r", (), ())] * 2)
+except KeyboardInterrupt:
+    print("interrupted")
+    sys.exit(130)
+"""
+
+
+@pytest.mark.parametrize(
+    ("sent", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 128 + signal.SIGTERM)]
+)
+def test_a_signal_ends_the_syntheses_before_the_caller_ends(
+    script: Script, tmp_path: Path, sent: signal.Signals, status: int
+) -> None:
+    binary = script(NATIVE + f'echo $$ >> "{tmp_path}/pids"; sleep 60; wait')
+    caller = subprocess.Popen(
+        [sys.executable, "-c", _CALLER, str(binary.path)], stdout=subprocess.PIPE, text=True
+    )
+    wanted = min(2, os.cpu_count() or 1)
+    pids: list[str] = []
+    for _ in range(1000):
+        time.sleep(0.02)
+        if (tmp_path / "pids").exists():
+            pids = (tmp_path / "pids").read_text().split()
+            if len(pids) >= wanted:
+                break
+    caller.send_signal(sent)
+    printed, _ = caller.communicate(timeout=20)
+    assert caller.returncode == status
+    assert printed == ("interrupted\n" if sent is signal.SIGINT else "")
+    assert pids and all(_gone(int(pid)) for pid in pids)
+
+
+def test_the_applications_own_handler_of_sigterm_is_kept(
+    script: Script, patrol: Specification
+) -> None:
+    class TerminatedError(Exception):
+        pass
+
+    def handler(*_: object) -> None:
+        raise TerminatedError
+
+    before = signal.signal(signal.SIGTERM, handler)
+    try:
+        timer = threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGTERM))
+        timer.start()
+        with pytest.raises(TerminatedError):
+            Synthesizer(script(NATIVE + "sleep 60")).synthesize(patrol)
+        timer.join()
+        assert signal.getsignal(signal.SIGTERM) is handler
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def test_it_works_in_a_thread_of_the_application(
+    answering: Answering, patrol: Specification, patrol_json: bytes
+) -> None:
+    binary = answering("realizable", patrol_json)
+    found: list[Verdict] = []
+    thread = threading.Thread(target=lambda: found.append(_ask(binary, patrol)))
+    thread.start()
+    thread.join()
+    assert found == [Verdict.REALIZABLE]
+
+
+def test_a_specification_larger_than_a_pipe_is_given_whole(
+    script: Script, patrol: Specification
+) -> None:
+    many = tuple(
+        Constraint(Section.SYS_TRANS, f"region < 6 | region > {n}", Origin("map", f"row {n}"))
+        for n in range(6000)
+    )
+    spec = Specification("r", "r", patrol.variables, many)
+    binary = script(
+        NATIVE + "head -c 200000 /dev/zero >&2; wc -c >&2\n"
+        "echo 'RESULT: Specification is unrealizable.' >&2; exit 10"
+    )
+    result = Synthesizer(binary).synthesize(spec)
+    assert str(len(spec.to_structuredslugs())) in result.detail
+
+
+def test_a_binary_that_does_not_read_its_input_may_still_answer(
+    script: Script, patrol: Specification
+) -> None:
+    many = tuple(patrol.constraints) * 5000
+    spec = Specification("r", "r", patrol.variables, many)
+    binary = script(NATIVE + "echo 'RESULT: Specification is unrealizable.' >&2; exit 10")
+    assert _ask(binary, spec) is Verdict.UNREALIZABLE
+
+
+def test_importing_it_loads_nothing_heavy() -> None:
+    """``safenav --help`` and small runs have no time for numpy or networkx."""
+    code = (
+        "import sys, safenav.synthesis.slugs\n"
+        "print(sorted({'numpy', 'networkx', 'scipy', 'tempfile', 'asyncio', 'yaml'} "
+        "& set(sys.modules)))"
+    )
+    printed = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    ).stdout
+    assert printed.strip() == "[]"
+
+
+def test_the_real_binary_patrols(slugs: Binary, patrol: Specification) -> None:
+    result = Synthesizer(slugs, cache=Cache.off()).synthesize(patrol)
+    assert result.verdict is Verdict.REALIZABLE
+    assert result.strategy is not None
+    node = result.strategy.initial()[0]
+    regions = []
+    for tick in range(12):
+        following = result.strategy.step(node, {"request": tick % 2})
+        assert following is not None
+        node = following
+        regions.append(result.strategy.nodes[node].values["region"])
+    assert {3, 5} <= set(regions[6:])
+
+
+def test_the_real_binary_gives_the_verdict_alone(slugs: Binary, patrol: Specification) -> None:
+    synthesizer = Synthesizer(slugs, cache=Cache.off())
+    results = synthesizer.synthesize_all([patrol, _impossible(patrol)], strategy=False)
+    assert [r.verdict for r in results] == [Verdict.REALIZABLE, Verdict.UNREALIZABLE]
+    assert [r.strategy for r in results] == [None, None]
