@@ -19,7 +19,7 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     directory.mkdir(parents=True)
     monkeypatch.setattr(module, "_PACKAGE", directory)
     monkeypatch.setattr(module, "_recorded_by_installer", lambda: None)
-    monkeypatch.setattr(module.sysconfig, "get_path", lambda _: str(tmp_path / "site-packages"))
+    monkeypatch.setattr("sysconfig.get_path", lambda _: str(tmp_path / "site-packages"))
     monkeypatch.delenv(VARIABLE, raising=False)
     return directory
 
