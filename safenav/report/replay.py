@@ -35,7 +35,7 @@ class Status(StrEnum):
 
 
 _MEANINGS = {
-    Status.HIDDEN: "hidden, nobody knows of it yet",
+    Status.HIDDEN: "hidden so far",
     Status.FOUND: "found",
     Status.REQUESTED: "help requested",
     Status.RESOLVED: "resolved",
