@@ -1,0 +1,167 @@
+"""The catalogue: which robot models and obstacle types there are.
+
+The built-in part is YAML beside this module; a scenario adds to it, or replaces entries, in
+place or from a file. Nothing about a model or a type is written in code.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import lru_cache
+from pathlib import Path
+
+from safenav.scenario import fields as read
+from safenav.scenario.document import Node, Scalar, Sequence, clipped
+from safenav.scenario.findings import Findings, suggestion
+from safenav.scenario.model import ObstacleType, ResolveAt, RobotModel
+from safenav.scenario.region_reader import RegionReader
+from safenav.scenario.source import parsed, read_source
+from safenav.world.map import Region
+from safenav.world.mobility import Mobility
+
+BUILT_IN = "built in"
+NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*")
+
+CATALOGUE_KEYS = ("robots", "obstacles")
+MODEL_KEYS = ("mobility", "layer", "capabilities", "vision", "size", "speed")
+TYPE_KEYS = ("action", "resolve_at", "blocks", "has_truth")
+
+
+@dataclass(frozen=True)
+class Catalogue:
+    """Robot models and obstacle types by name.
+
+    ``sources`` says where an entry comes from: ``robots.digit`` -> "built in" or a file.
+    """
+
+    robots: Mapping[str, RobotModel] = field(default_factory=dict)
+    obstacles: Mapping[str, ObstacleType] = field(default_factory=dict)
+    sources: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def layers(self) -> frozenset[str]:
+        return frozenset(model.layer for model in self.robots.values())
+
+
+@lru_cache(maxsize=1)
+def built_in() -> Catalogue:
+    """The catalogue that is shipped with the package."""
+    catalogue = Catalogue()
+    for name in ("robots.yaml", "obstacles.yaml"):
+        path = Path(__file__).with_suffix("") / name
+        findings = Findings(str(path))
+        text = read_source(path, findings)
+        if text is not None:
+            regions = RegionReader(None, {}, findings)
+            catalogue = extended(catalogue, text, regions, findings, BUILT_IN)
+        findings.raise_if_any()
+    return catalogue
+
+
+def extended(
+    base: Catalogue, text: str, regions: RegionReader, findings: Findings, source: str
+) -> Catalogue:
+    """``base`` extended by the text of a catalogue file, whose ``findings`` these are."""
+    document = parsed(text, findings)
+    if document is None:
+        return base
+    return read_catalogue(document.root, base, regions.for_file(findings), findings, source)
+
+
+def read_catalogue(
+    node: Node, base: Catalogue, regions: RegionReader, findings: Findings, source: str
+) -> Catalogue:
+    """``base`` extended by a mapping of ``robots`` and ``obstacles``."""
+    entries = read.mapping(node, "catalogue", findings, CATALOGUE_KEYS)
+    if entries is None:
+        return base
+    sources = dict(base.sources)
+    robots = dict(base.robots)
+    listed = read.mapping(entries.get("robots"), "'robots' of catalogue", findings)
+    for key, item in listed.entries if listed else ():
+        model = _model(key, item, findings)
+        if model is not None:
+            robots[model.name] = model
+            sources[f"robots.{model.name}"] = source
+    known = Catalogue(robots, base.obstacles, sources)
+    obstacles = dict(base.obstacles)
+    listed = read.mapping(entries.get("obstacles"), "'obstacles' of catalogue", findings)
+    for key, item in listed.entries if listed else ():
+        kind = _type(key, item, known, regions, findings)
+        if kind is not None:
+            obstacles[kind.name] = kind
+            sources[f"obstacles.{kind.name}"] = source
+    return Catalogue(robots, obstacles, sources)
+
+
+def _named(key: Scalar, what: str, findings: Findings) -> str | None:
+    if NAME.fullmatch(key.text):
+        return key.text
+    hint = "use letters, digits, '_' and '-', beginning with a letter"
+    findings.add(key, f"'{clipped(key.text)}' cannot name {what}", hint)
+    return None
+
+
+def _model(key: Scalar, node: Node, findings: Findings) -> RobotModel | None:
+    before = len(findings)
+    name = _named(key, "a robot model", findings)
+    what = f"robot model {clipped(key.text)}"
+    item = read.mapping(node, what, findings, MODEL_KEYS, ("mobility", "layer"))
+    if item is None:
+        return None
+    mobility = read.choice(item.get("mobility"), f"'mobility' of {what}", Mobility, findings)
+    layer = read.text(item.get("layer"), f"'layer' of {what}", findings)
+    capabilities = read.words(item.get("capabilities"), f"'capabilities' of {what}", findings)
+    vision, size, speed = (
+        read.positive(item.get(word), f"'{word}' of {what}", findings)
+        for word in ("vision", "size", "speed")
+    )
+    if len(findings) > before or name is None or mobility is None or layer is None:
+        return None
+    return RobotModel(name, mobility, layer, capabilities or frozenset(), vision, size, speed)
+
+
+def _type(
+    key: Scalar, node: Node, known: Catalogue, regions: RegionReader, findings: Findings
+) -> ObstacleType | None:
+    before = len(findings)
+    name = _named(key, "an obstacle type", findings)
+    what = f"obstacle type {clipped(key.text)}"
+    item = read.mapping(node, what, findings, TYPE_KEYS, ("action",))
+    if item is None:
+        return None
+    action = read.text(item.get("action"), f"'action' of {what}", findings)
+    where = _resolve_at(item.get("resolve_at"), what, regions, findings)
+    blocks = _blocks(item.get("blocks"), what, known, findings)
+    has_truth = read.boolean(item.get("has_truth"), f"'has_truth' of {what}", findings)
+    if len(findings) > before or name is None or action is None:
+        return None
+    return ObstacleType(name, action, where or ResolveAt.SELF, blocks, has_truth or False)
+
+
+def _resolve_at(
+    node: Node | None, what: str, regions: RegionReader, findings: Findings
+) -> ResolveAt | frozenset[Region] | None:
+    label = f"'resolve_at' of {what}"
+    if not isinstance(node, Sequence):
+        return read.choice(node, label, ResolveAt, findings)
+    if not node.items:
+        findings.add(node, f"{label} is empty", "without a region nobody can resolve it")
+        return None
+    found = [regions.region(item, label) for item in node.items]
+    return frozenset(region for region in found if region is not None)
+
+
+def _blocks(
+    node: Node | None, what: str, known: Catalogue, findings: Findings
+) -> frozenset[str] | None:
+    label = f"'blocks' of {what}"
+    words = {*known.layers, *known.robots}
+    for item in node.items if isinstance(node, Sequence) else ():
+        word = item.value if isinstance(item, Scalar) else None
+        if isinstance(word, str) and word.strip() and word not in words:
+            found = f"{label}: '{clipped(word)}' is no layer and no robot model"
+            findings.add(item, found, suggestion(word, words))
+    return read.words(node, label, findings)

@@ -1,0 +1,163 @@
+"""Scenarios from YAML: everything that can be known to be wrong before a run is told here.
+
+All diagnostics are collected and raised as one InputError. The readers beside this module
+each know one item of the format; docs/scenario.md is its reference.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from safenav.scenario import fields as read
+from safenav.scenario.catalogue import Catalogue, built_in, extended, read_catalogue
+from safenav.scenario.document import Mapping, Node, Scalar
+from safenav.scenario.expectation_reader import ExpectationReader
+from safenav.scenario.findings import Findings
+from safenav.scenario.map_reader import read_map
+from safenav.scenario.model import Coordination, Limits, Scenario, Until
+from safenav.scenario.obstacle_reader import read_obstacles
+from safenav.scenario.region_reader import RegionReader
+from safenav.scenario.robot_reader import read_robots
+from safenav.scenario.source import parsed, read_source
+
+VERSION = 1
+
+KEYS = (
+    "safenav",
+    "name",
+    "map",
+    "robots",
+    "obstacles",
+    "until",
+    "limits",
+    "seed",
+    "coordination",
+    "expect",
+    "catalogue",
+)
+LIMIT_KEYS = ("ticks", "synthesis_seconds", "synthesis_memory")
+REQUIRED = ("safenav", "map", "robots")
+
+
+def load_scenario(path: Path) -> Scenario:
+    """The scenario in a file.
+
+    Raises InputError with every diagnostic, in file order, if the file cannot be read or is
+    no valid scenario.
+    """
+    findings = Findings(str(path))
+    text = read_source(path, findings)
+    findings.raise_if_any()
+    assert text is not None
+    return load_scenario_text(text, str(path))
+
+
+def load_scenario_text(text: str, file: str = "<text>") -> Scenario:
+    """The scenario in a text. ``file`` is named in messages and as the scenario's source; a
+    catalogue file is looked for beside it. Raises InputError."""
+    findings = Findings(file)
+    document = parsed(text, findings)
+    if document is None:
+        findings.raise_if_any()
+        raise AssertionError("a document that cannot be read is reported")
+    scenario = _Loader(text, file, findings).read(document.root)
+    findings.raise_if_any()
+    assert scenario is not None
+    return scenario
+
+
+class _Loader:
+    def __init__(self, text: str, file: str, findings: Findings) -> None:
+        self._lines = text.splitlines()
+        self._file = file
+        self._findings = findings
+
+    def read(self, root: Node) -> Scenario | None:
+        """The scenario; only to be used if nothing was reported."""
+        item = read.mapping(root, "the scenario", self._findings, KEYS, REQUIRED)
+        if item is None:
+            return None
+        self._version(item.get("safenav"))
+        regions = read_map(item.get("map"), self._lines, self._findings)
+        catalogue = self._catalogue(item.get("catalogue"), regions)
+        robots = read_robots(item.get("robots"), regions, catalogue, self._findings)
+        before = len(self._findings)
+        obstacles = read_obstacles(
+            item.get("obstacles"), regions, catalogue, robots, self._findings
+        )
+        all_known = len(self._findings) == before and regions.world is not None
+        expectations = ExpectationReader(
+            regions, obstacles if all_known else None, _names(item.get("robots")), self._findings
+        )
+        expect = expectations.read(item.get("expect"))
+        name = read.text(item.get("name"), "'name'", self._findings)
+        until, limits = self._until(item.get("until")), self._limits(item.get("limits"))
+        seed = read.integer(item.get("seed"), "'seed'", self._findings, most=2**63 - 1)
+        coordination = read.choice(
+            item.get("coordination"), "'coordination'", Coordination, self._findings
+        )
+        if regions.world is None:
+            return None
+        return Scenario(
+            name or Path(self._file).stem,
+            regions.world,
+            robots,
+            obstacles,
+            until,
+            limits,
+            seed or 0,
+            coordination or Coordination.RESYNTHESIS,
+            expect,
+            self._file,
+        )
+
+    def _version(self, node: Node | None) -> None:
+        if node is None:
+            return
+        version = read.integer(node, "'safenav' (the version of the format)", self._findings)
+        if version is not None and version != VERSION:
+            found = f"version {version} of the scenario format is unknown"
+            self._findings.add(node, found, f"this safenav reads 'safenav: {VERSION}'")
+
+    def _catalogue(self, node: Node | None, regions: RegionReader) -> Catalogue:
+        base = built_in()
+        if node is None:
+            return base
+        if not isinstance(node, Scalar) or not isinstance(node.value, str):
+            return read_catalogue(node, base, regions, self._findings, self._file)
+        path = Path(self._file).parent / node.value
+        text = read_source(path, self._findings, node)
+        if text is None:
+            return base
+        return extended(base, text, regions, self._findings.beside(str(path)), str(path))
+
+    def _until(self, node: Node | None) -> Until:
+        item = read.mapping(node, "until", self._findings, ("rounds",))
+        if item is None:
+            return Until()
+        label = "'rounds' of until"
+        rounds = read.integer(item.get("rounds"), label, self._findings, least=1)
+        return Until() if rounds is None else Until(rounds)
+
+    def _limits(self, node: Node | None) -> Limits:
+        item = read.mapping(node, "limits", self._findings, LIMIT_KEYS)
+        if item is None:
+            return Limits()
+        ticks = read.integer(item.get("ticks"), "'ticks' of limits", self._findings, least=1)
+        seconds = read.positive(
+            item.get("synthesis_seconds"), "'synthesis_seconds' of limits", self._findings
+        )
+        memory = read.integer(
+            item.get("synthesis_memory"), "'synthesis_memory' of limits", self._findings, least=1
+        )
+        default = Limits()
+        return Limits(
+            ticks or default.ticks,
+            seconds or default.synthesis_seconds,
+            memory or default.synthesis_memory,
+        )
+
+
+def _names(node: Node | None) -> tuple[str, ...]:
+    """All robots that the scenario names, usable or not."""
+    return tuple(key.text for key, _ in node.entries) if isinstance(node, Mapping) else ()

@@ -1,0 +1,157 @@
+"""The ``robots:`` of a scenario, and whether each can do what its objective asks."""
+
+from __future__ import annotations
+
+from safenav.formula import RESERVED_WORDS
+from safenav.scenario import fields as read
+from safenav.scenario.catalogue import Catalogue
+from safenav.scenario.document import Mapping, Node, Scalar, Sequence, clipped
+from safenav.scenario.findings import Findings, suggestion
+from safenav.scenario.model import Robot, RobotModel
+from safenav.scenario.objective import Hold, Objective, targets_of
+from safenav.scenario.objective_reader import IDENTIFIER, OWN_VARIABLES, ObjectiveReader
+from safenav.scenario.reachability import Reachability
+from safenav.scenario.region_reader import RegionReader
+from safenav.world.map import Heading, RegionMap
+from safenav.world.mobility import Mobility, Pose
+
+KEYS = ("model", "start", "heading", "objective")
+REQUIRED = ("model", "start", "objective")
+
+_HEADINGS = {heading.label: heading for heading in Heading}
+
+
+def read_robots(
+    node: Node | None, regions: RegionReader, catalogue: Catalogue, findings: Findings
+) -> tuple[Robot, ...]:
+    """The robots that could be read; what is wrong with the others is reported."""
+    team = read.mapping(node, "robots", findings)
+    if team is None:
+        return ()
+    if not team.entries:
+        findings.add(team, "there are no robots", "a scenario has at least one")
+    names = frozenset(key.text for key, _ in team.entries)
+    objectives = ObjectiveReader(regions, names, findings)
+    reader = _RobotReader(regions, catalogue, objectives, findings)
+    found = [reader.read(key, item) for key, item in team.entries]
+    return tuple(robot for robot in found if robot is not None)
+
+
+class _RobotReader:
+    def __init__(
+        self,
+        regions: RegionReader,
+        catalogue: Catalogue,
+        objectives: ObjectiveReader,
+        findings: Findings,
+    ) -> None:
+        self._regions = regions
+        self._catalogue = catalogue
+        self._objectives = objectives
+        self._findings = findings
+        self._starts: dict[tuple[str, int], str] = {}
+
+    def read(self, key: Scalar, node: Node) -> Robot | None:
+        before = len(self._findings)
+        name = clipped(key.text)
+        self._check_name(key)
+        item = read.mapping(node, f"robot {name}", self._findings, KEYS, REQUIRED)
+        if item is None:
+            return None
+        model = self._model(item.get("model"), name)
+        heading = self._heading(item, name, model)
+        start = self._regions.region(item.get("start"), f"'start' of {name}")
+        if start is not None and model is not None:
+            self._check_start(item.get("start"), start, model, name)
+        mobility = model.mobility if model else None
+        objective = self._objectives.read(item.get("objective"), name, mobility)
+        if model is None or start is None or objective is None:
+            return None
+        if mobility is Mobility.HEADING and heading is None:
+            return None
+        pose = Pose(start, heading if mobility is Mobility.HEADING else None)
+        robot = Robot(key.text, model, pose, objective)
+        if self._regions.world is not None:
+            _check_reachable(robot, item.get("objective"), self._regions.world, self._findings)
+        return robot if len(self._findings) == before else None
+
+    def _check_name(self, key: Scalar) -> None:
+        shown = clipped(key.text)
+        if not IDENTIFIER.fullmatch(key.text):
+            hint = "use letters, digits and '_', beginning with a letter"
+            self._findings.add(key, f"'{shown}' cannot name a robot", hint)
+        elif key.text in RESERVED_WORDS | OWN_VARIABLES:
+            hint = "use another name: robots become variables of specifications"
+            self._findings.add(key, f"the robot name '{shown}' has a meaning of its own", hint)
+
+    def _model(self, node: Node | None, name: str) -> RobotModel | None:
+        word = read.text(node, f"'model' of {name}", self._findings)
+        if word is None:
+            return None
+        model = self._catalogue.robots.get(word)
+        if model is None:
+            hint = suggestion(word, self._catalogue.robots)
+            found = f"'model' of {name}: unknown robot model '{clipped(word)}'"
+            self._findings.add(node, found, hint)
+        return model
+
+    def _heading(self, item: Mapping, name: str, model: RobotModel | None) -> Heading | None:
+        """The heading; one that the mobility does not need is checked and ignored."""
+        node = item.get("heading")
+        if node is None:
+            if model is not None and model.mobility is Mobility.HEADING:
+                found = f"robot {name}: the key 'heading' is missing"
+                hint = f"a {model.name} starts with a heading: {', '.join(_HEADINGS)}"
+                self._findings.add(item, found, hint)
+            return None
+        word = read.text(node, f"'heading' of {name}", self._findings)
+        if word is not None and word not in _HEADINGS:
+            found = f"'heading' of {name}: unknown heading '{clipped(word)}'"
+            self._findings.add(node, found, suggestion(word, _HEADINGS))
+        return _HEADINGS.get(word) if word is not None else None
+
+    def _check_start(self, node: Node | None, start: int, model: RobotModel, name: str) -> None:
+        first = self._starts.setdefault((model.layer, start), name)
+        if first != name:
+            found = f"'start' of {name}: {first} starts in region {start}, too"
+            hint = f"robots of one layer ({clipped(model.layer)}) cannot share a region"
+            self._findings.add(node, found, hint)
+
+
+def _check_reachable(robot: Robot, node: Node | None, world: RegionMap, findings: Findings) -> None:
+    targets = targets_of(robot.objective)
+    if not targets:
+        return
+    reach = Reachability(robot.model.mobility, robot.start, world)
+    places = _target_nodes(robot.objective, node)
+    start = world.label(robot.start.region)
+    missed = False
+    for target, place in zip(targets, places, strict=True):
+        if reach.reaches(target):
+            continue
+        missed = True
+        regions = " or ".join(world.label(region) for region in sorted(target))
+        found = f"objective of {robot.name}: {clipped(regions, 80)} cannot be reached from {start}"
+        findings.add(place, found, _why(robot, target, world))
+    if not missed and not reach.recurs(targets):
+        found = f"objective of {robot.name}: it cannot go from target to target for ever"
+        hint = "with heading mobility it cannot turn round where it gets to"
+        findings.add(node, found, hint)
+
+
+def _target_nodes(objective: Objective, node: Node | None) -> tuple[Node, ...]:
+    """Where each target is written."""
+    assert isinstance(node, Mapping)
+    value = node.entries[0][1]
+    if isinstance(objective, Hold):
+        return (value,)
+    assert isinstance(value, Sequence)
+    return value.items
+
+
+def _why(robot: Robot, target: frozenset[int], world: RegionMap) -> str:
+    if robot.model.mobility is Mobility.HEADING:
+        on_foot = Reachability(Mobility.FREE, Pose(robot.start.region), world)
+        if on_foot.reaches(target):
+            return "with heading mobility it cannot turn round on the spot: check the heading"
+    return "walls are between them"
