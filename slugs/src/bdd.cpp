@@ -122,7 +122,7 @@ void BddStore::grow_buckets() {
 }
 
 void BddStore::before_operation() {
-  if (live_ >= collect_at_)
+  if (live_ >= collect_at_ && collection_allowed_)
     collect();
 }
 

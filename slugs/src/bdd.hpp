@@ -123,6 +123,8 @@ public:
   std::size_t size(const Bdd &f);                           // nodes, without the constant
 
   void collect();
+  // While forbidden, edges without handles stay valid until collect().
+  void allow_collection(bool allowed) { collection_allowed_ = allowed; }
   // Moves each pair to its best position, largest first (Rudell 1993).  Stops
   // moving a pair when the diagrams exceed `growth` times their best size.
   // After a LimitReached out of here nothing but destruction is safe.
@@ -206,6 +208,7 @@ private:
   std::size_t live_ = 0;
   std::size_t peak_ = 0;
   std::size_t collect_at_ = 0;
+  bool collection_allowed_ = true;
   std::uint64_t collections_ = 0;
   std::uint64_t reorderings_ = 0;
   std::uint32_t ticks_ = 0;

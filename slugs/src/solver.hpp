@@ -11,7 +11,10 @@
 #include "statistics.hpp"
 #include "strategy_sink.hpp"
 
+#include <cstdint>
 #include <memory>
+#include <string>
+#include <vector>
 
 namespace slugs {
 
@@ -20,6 +23,9 @@ enum class Verdict { Realizable, Unrealizable };
 struct SolverOptions {
   bool robotics_init = false;   // --sysInitRoboticsSemantics
   bool bias_for_action = false; // --biasForAction
+  // Variables from the top, as indices into Specification::variables; empty:
+  // the solver chooses.  Changes speed and nothing else; for tests.
+  std::vector<std::uint32_t> start_order;
 };
 
 class Solver {

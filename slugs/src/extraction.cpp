@@ -1,0 +1,180 @@
+// Breadth-first exploration of the game under the strategy.
+//
+// The positional strategy of a guarantee, cofactored by a state, is a function
+// of next variables that says all about its successors.  Games have far more
+// states than such functions, so lists of successors are remembered by function
+// and rank.  Numbers of nodes are given in the order in which a first-in
+// first-out search meets them; a remembered list holds only numbers that have
+// been given, so remembering never changes them.
+//
+// The rank advances on a transition past the guarantees that it satisfies, from
+// the present one on, at most once around.  Which they are often depends on the
+// state alone; otherwise the guarantees' cofactors are part of the key.
+
+#include "extraction.hpp"
+
+#include "node_table.hpp"
+#include "positional.hpp"
+#include "state_cofactor.hpp"
+#include "successors.hpp"
+
+#include <map>
+#include <unordered_map>
+
+namespace slugs {
+
+namespace {
+
+class Extraction {
+public:
+  Extraction(Game &game, const Fixpoint &fixpoint, StrategySink &sink, Statistics &statistics)
+      : game_(game), sink_(sink), statistics_(statistics),
+        nodes_(words_for(game.store.bits()), game.store.account()), functions_(prepare(game, fixpoint)),
+        cofactor_(game.store, functions_), successors_(game), goal_cofactors_(game.guarantees.size()),
+        print_order_(game.specification.print_order()) {}
+
+  void run(const Bdd &winning) {
+    game_.store.allow_collection(false);
+    collect_at_ = 2 * game_.store.live_nodes() + (1u << 18);
+    std::vector<Word> valuation(words_for(game_.store.bits()));
+    meet_initial((winning & game_.env_init & game_.sys_init).edge(), 0, valuation);
+    sink_.begin();
+    std::vector<bool> bits(print_order_.size());
+    std::vector<Word> state(valuation.size());
+    for (std::size_t id = 0; id < nodes_.size(); ++id) {
+      if ((id & 0x3FF) == 0)
+        pause();
+      state.assign(nodes_.state(id), nodes_.state(id) + state.size());
+      const std::uint32_t rank = nodes_.rank(id);
+      const std::vector<std::uint64_t> &list = successors(state.data(), rank);
+      for (std::size_t k = 0; k < bits.size(); ++k)
+        bits[k] = get_bit(state.data(), print_order_[k]);
+      sink_.node(id, rank, bits, list);
+      ++statistics_.strategy_nodes;
+      statistics_.strategy_edges += list.size();
+    }
+    sink_.end();
+    game_.store.allow_collection(true);
+  }
+
+private:
+  // The positional strategies, then the guarantees.
+  static std::vector<Bdd> prepare(Game &game, const Fixpoint &fixpoint) {
+    std::vector<Bdd> functions;
+    for (std::size_t j = 0; j < game.guarantees.size(); ++j)
+      functions.push_back(positional_strategy(game, fixpoint.winning(), fixpoint.progress()[j], j));
+    functions.insert(functions.end(), game.guarantees.begin(), game.guarantees.end());
+    return functions;
+  }
+
+  Edge strategy(std::uint32_t rank) const { return functions_[rank].edge(); }
+  Edge guarantee(std::uint32_t rank) const { return functions_[game_.guarantees.size() + rank].edge(); }
+
+  // Variable by variable as declared, 0 before 1.
+  void meet_initial(Edge f, std::uint32_t bit, std::vector<Word> &valuation) {
+    if (f == bdd_false)
+      return;
+    if (bit == game_.store.bits()) {
+      if ((nodes_.intern(valuation.data(), 0) & 0x3FF) == 0)
+        game_.store.account().budget().check();
+      return;
+    }
+    meet_initial(game_.store.cofactor_edge(f, current_var(bit), false), bit + 1, valuation);
+    set_bit(valuation.data(), bit);
+    meet_initial(game_.store.cofactor_edge(f, current_var(bit), true), bit + 1, valuation);
+    reset_bit(valuation.data(), bit);
+  }
+
+  // Between nodes: limits, and memory that only speeds things up.
+  void pause() {
+    game_.store.account().budget().check();
+    if (game_.store.live_nodes() > collect_at_ || remembered_numbers_ > (1u << 22)) {
+      remembered_.clear();
+      signatures_.clear();
+      remembered_numbers_ = 0;
+      cofactor_.forget();
+      game_.store.collect();
+    }
+  }
+
+  const std::vector<std::uint64_t> &successors(const Word *state, std::uint32_t rank) {
+    const Edge f = cofactor_(strategy(rank), state);
+    const std::uint32_t goals = static_cast<std::uint32_t>(game_.guarantees.size());
+    std::uint32_t next_rank = rank;
+    bool uniform = true;
+    do {
+      const Edge g = cofactor_(guarantee(next_rank), state);
+      uniform = g <= 1;
+      if (g != bdd_true)
+        break;
+      next_rank = (next_rank + 1) % goals;
+    } while (next_rank != rank);
+    Key key{f, next_rank, 0};
+    if (!uniform) {
+      for (std::uint32_t j = 0; j < goals; ++j)
+        goal_cofactors_[j] = cofactor_(guarantee(j), state);
+      key.rank = rank;
+      key.signature =
+          signatures_.try_emplace(goal_cofactors_, static_cast<std::uint32_t>(signatures_.size() + 1))
+              .first->second;
+    }
+    const auto [place, fresh] = remembered_.try_emplace(key);
+    std::vector<std::uint64_t> &list = place->second;
+    if (fresh) {
+      const PackedStates &found = successors_.list(f);
+      list.reserve(found.size());
+      for (std::size_t i = 0; i < found.size(); ++i)
+        list.push_back(nodes_.intern(found[i], uniform ? next_rank : advance(rank, found[i])));
+      remembered_numbers_ += list.size() + 8;
+    }
+    return list;
+  }
+
+  std::uint32_t advance(std::uint32_t rank, const Word *next) const {
+    std::uint32_t result = rank;
+    do {
+      Edge g = goal_cofactors_[result];
+      while (g > 1)
+        g = get_bit(next, game_.store.var_of(g) / 2) ? game_.store.high_of(g) : game_.store.low_of(g);
+      if (g == bdd_false)
+        break;
+      result = static_cast<std::uint32_t>((result + 1) % game_.guarantees.size());
+    } while (result != rank);
+    return result;
+  }
+
+  struct Key {
+    Edge f;
+    std::uint32_t rank;      // of all successors, or the present one if they differ
+    std::uint32_t signature; // of the guarantees' cofactors; 0 if not needed
+    bool operator==(const Key &o) const { return f == o.f && rank == o.rank && signature == o.signature; }
+  };
+  struct KeyHash {
+    std::size_t operator()(const Key &k) const {
+      const Word words[2] = {Word{k.f} << 32 | k.rank, k.signature};
+      return static_cast<std::size_t>(hash_words(words, 2, 1));
+    }
+  };
+
+  Game &game_;
+  StrategySink &sink_;
+  Statistics &statistics_;
+  NodeTable nodes_;
+  std::vector<Bdd> functions_;
+  StateCofactor cofactor_;
+  Successors successors_;
+  std::vector<Edge> goal_cofactors_;
+  std::vector<std::uint32_t> print_order_;
+  std::unordered_map<Key, std::vector<std::uint64_t>, KeyHash> remembered_;
+  std::map<std::vector<Edge>, std::uint32_t> signatures_;
+  std::size_t remembered_numbers_ = 0;
+  std::size_t collect_at_ = 0;
+};
+
+} // namespace
+
+void extract_strategy(Game &game, const Fixpoint &fixpoint, StrategySink &sink, Statistics &statistics) {
+  Extraction(game, fixpoint, sink, statistics).run(fixpoint.winning());
+}
+
+} // namespace slugs

@@ -1,0 +1,55 @@
+// The winning states of a GR(1) game, and what is needed to win from them.
+
+#pragma once
+
+#include "game.hpp"
+#include "statistics.hpp"
+
+#include <functional>
+#include <vector>
+
+namespace slugs {
+
+// One round of the middle fixpoint (Y) for a goal.  From `waiting[i]` the system
+// reaches the goal, or a state of `closer`, or stays while assumption i fails.
+// With a bias for action `steps` are the ever larger sets of states that a
+// least fixpoint without assumptions comes closer to, the last one being
+// `closer`; otherwise it is empty.
+struct Round {
+  std::vector<Bdd> steps;
+  Bdd closer;
+  std::vector<Bdd> waiting;
+};
+
+using GoalProgress = std::vector<Round>;
+
+class Fixpoint {
+public:
+  Fixpoint(Game &game, bool robotics_init, bool bias_for_action, Statistics &statistics);
+
+  // Called between steps, where diagrams may be reordered.
+  std::function<void()> between_steps = [] {};
+
+  // Computes until done, or until some initial position is known to be lost.
+  // Returns whether the system wins.
+  bool solve();
+
+  // After solve() returned true: the winning states, and for each guarantee the
+  // way to it within them.
+  const Bdd &winning() const { return z_; }
+  const std::vector<GoalProgress> &progress() const { return progress_; }
+
+private:
+  void close_under_safety();
+  Bdd reach_goal(std::size_t j);
+  Bdd wait(const Bdd &targets, const Bdd &start, std::size_t assumption, std::uint64_t &iterations);
+
+  Game &game_;
+  bool robotics_init_;
+  bool bias_for_action_;
+  Statistics &statistics_;
+  Bdd z_;
+  std::vector<GoalProgress> progress_; // by guarantee
+};
+
+} // namespace slugs

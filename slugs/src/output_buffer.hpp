@@ -1,0 +1,49 @@
+// Text on its way to a stream, in large pieces: strategies have millions of
+// short tokens, and a stream pays for each.
+
+#pragma once
+
+#include <charconv>
+#include <cstdint>
+#include <ostream>
+#include <string>
+#include <string_view>
+#include <type_traits>
+
+namespace slugs {
+
+class OutputBuffer {
+public:
+  explicit OutputBuffer(std::ostream &out) : out_(out) { text_.reserve(capacity + reserve); }
+
+  OutputBuffer &operator<<(std::string_view s) {
+    text_ += s;
+    return *this;
+  }
+  OutputBuffer &operator<<(char c) {
+    text_ += c;
+    return *this;
+  }
+  template <typename Unsigned, typename = std::enable_if_t<std::is_unsigned_v<Unsigned>>>
+  OutputBuffer &operator<<(Unsigned n) {
+    char digits[20];
+    text_.append(digits, std::to_chars(digits, digits + sizeof digits, n).ptr);
+    return *this;
+  }
+  // To be called now and then.
+  void pass_on() {
+    if (text_.size() >= capacity)
+      flush();
+  }
+  void flush() {
+    out_.write(text_.data(), static_cast<std::streamsize>(text_.size()));
+    text_.clear();
+  }
+
+private:
+  static constexpr std::size_t capacity = 1 << 16, reserve = 1 << 12;
+  std::ostream &out_;
+  std::string text_;
+};
+
+} // namespace slugs

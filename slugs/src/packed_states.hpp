@@ -1,0 +1,50 @@
+// Valuations of one copy of the variables, packed into words so that comparing
+// words compares valuations lexicographically: variable 0 is the most
+// significant bit of the first word.
+
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace slugs {
+
+using Word = std::uint64_t;
+
+constexpr std::size_t words_for(std::size_t bits) { return bits ? (bits + 63) / 64 : 1; }
+constexpr Word word_bit(std::size_t bit) { return Word{1} << (63 - bit % 64); }
+inline bool get_bit(const Word *state, std::size_t bit) { return state[bit / 64] & word_bit(bit); }
+inline void set_bit(Word *state, std::size_t bit) { state[bit / 64] |= word_bit(bit); }
+inline void reset_bit(Word *state, std::size_t bit) { state[bit / 64] &= ~word_bit(bit); }
+
+inline Word hash_words(const Word *words, std::size_t count, Word seed) {
+  Word h = seed * 0x9E3779B97F4A7C15ull;
+  for (std::size_t i = 0; i < count; ++i) {
+    h = (h ^ words[i]) * 0xD6E8FEB86659FD93ull;
+    h ^= h >> 32;
+  }
+  return h;
+}
+
+// A list of valuations of the same width.
+class PackedStates {
+public:
+  explicit PackedStates(std::size_t words) : words_(words) {}
+  std::size_t size() const { return data_.size() / words_; }
+  bool empty() const { return data_.empty(); }
+  void clear() { data_.clear(); }
+  void push_back(const Word *state) { data_.insert(data_.end(), state, state + words_); }
+  const Word *operator[](std::size_t i) const { return data_.data() + i * words_; }
+  void sort(); // lexicographically
+  // Sorts, and of those that agree on the mask keeps the least.
+  void keep_least_for_each(const std::vector<Word> &mask);
+
+private:
+  void permute(const std::vector<std::size_t> &index);
+
+  std::size_t words_;
+  std::vector<Word> data_;
+};
+
+} // namespace slugs

@@ -1,0 +1,152 @@
+// The way through the engine: order, game, reachable states, fixpoint, and on
+// request a strategy or a counterstrategy.  When to reorder is decided here.
+
+#include "solver.hpp"
+
+#include "extraction.hpp"
+#include "fixpoint.hpp"
+#include "game.hpp"
+#include "order.hpp"
+#include "reach.hpp"
+
+#include <algorithm>
+#include <optional>
+
+namespace slugs {
+
+struct Solver::Implementation {
+  const Specification &specification;
+  SolverOptions options;
+  Budget budget;
+  Statistics statistics{};
+  Phase phase = Phase::Build;
+  std::optional<Game> game;
+  std::optional<Fixpoint> fixpoint;
+  std::optional<Verdict> verdict;
+  std::size_t sift_at = 0;
+
+  Implementation(const Specification &s, const SolverOptions &o, const Budget &b)
+      : specification(s), options(o), budget(b) {
+    statistics.variables = s.variables.size();
+    for (const Variable &v : s.variables)
+      ++(v.owner == Owner::Input ? statistics.inputs : statistics.outputs);
+    for (std::size_t i = 0; i < section_count; ++i)
+      statistics.constraints[i] = s.constraints[i].size();
+  }
+
+  // Runs a phase, and accounts for it also when a limit ends it.
+  template <typename Work> void timed(Phase which, Work work) {
+    phase = which;
+    const auto start = Budget::Clock::now();
+    const auto account = [&] {
+      statistics.seconds[static_cast<std::size_t>(which)] +=
+          std::chrono::duration<double>(Budget::Clock::now() - start).count();
+      observe();
+    };
+    try {
+      budget.check();
+      work();
+    } catch (...) {
+      account();
+      throw;
+    }
+    account();
+  }
+
+  void observe() {
+    if (!game)
+      return;
+    statistics.live_nodes = game->store.live_nodes();
+    statistics.peak_nodes = game->store.peak_nodes();
+    statistics.reorderings = game->store.reorderings();
+    statistics.collections = game->store.collections();
+    statistics.memory_bytes = game->store.account().peak();
+  }
+
+  void sift() {
+    game->store.sift();
+    sift_at = std::max<std::size_t>(4 * game->store.live_nodes(), 1 << 14);
+  }
+  void sift_if_grown() {
+    BddStore &store = game->store;
+    if (store.live_nodes() < sift_at)
+      return;
+    store.collect();
+    if (store.live_nodes() >= sift_at)
+      sift();
+  }
+
+  void solve();
+};
+
+void Solver::Implementation::solve() {
+  timed(Phase::Build, [&] {
+    const std::vector<std::uint32_t> order =
+        options.start_order.empty() ? force_order(specification) : options.start_order;
+    game.emplace(specification, order, budget);
+    game->store.collect();
+    sift_at = std::max<std::size_t>(4 * game->store.live_nodes(), 1 << 14);
+  });
+  timed(Phase::Reach, [&] {
+    const Bdd reachable = reachable_states(*game, [this] { sift_if_grown(); });
+    statistics.reachable_states = game->store.count(reachable, game->current_vars());
+    game->restrict_to(reachable);
+    game->store.collect();
+    if (game->store.live_nodes() > (1 << 10))
+      sift();
+  });
+  timed(Phase::Solve, [&] {
+    fixpoint.emplace(*game, options.robotics_init, options.bias_for_action, statistics);
+    fixpoint->between_steps = [this] { sift_if_grown(); };
+    verdict = fixpoint->solve() ? Verdict::Realizable : Verdict::Unrealizable;
+    if (verdict == Verdict::Realizable) {
+      const Bdd stuck = fixpoint->winning() & !game->store.exists(game->env_trans, game->next_inputs);
+      statistics.vacuous_win = game->env_init.is_false() || !stuck.is_false();
+    }
+  });
+}
+
+Solver::Solver(const Specification &specification, const SolverOptions &options, const Budget &budget)
+    : implementation_(std::make_unique<Implementation>(specification, options, budget)) {}
+
+Solver::~Solver() = default;
+
+Verdict Solver::verdict() {
+  Implementation &it = *implementation_;
+  if (!it.verdict)
+    it.solve();
+  return *it.verdict;
+}
+
+void Solver::strategy(StrategySink &sink) {
+  Implementation &it = *implementation_;
+  if (verdict() != Verdict::Realizable)
+    throw std::logic_error("a strategy of an unrealizable specification");
+  it.timed(Phase::Strategy, [&] { extract_strategy(*it.game, *it.fixpoint, sink, it.statistics); });
+}
+
+void Solver::counterstrategy(StrategySink &) {
+  throw std::logic_error("counterstrategies come with the next commit");
+}
+
+const Statistics &Solver::statistics() const { return implementation_->statistics; }
+
+std::string Solver::progress() const {
+  const Statistics &s = implementation_->statistics;
+  const auto count = [](std::uint64_t n, const std::string &what) {
+    return std::to_string(n) + ' ' + what + (n == 1 ? "" : "s");
+  };
+  switch (implementation_->phase) {
+  case Phase::Build:
+    return "while building the game";
+  case Phase::Reach:
+    return "while computing the reachable states";
+  case Phase::Solve:
+    return "while solving, in " + count(s.outer_iterations, "outer iteration");
+  case Phase::Strategy:
+    return "while writing the strategy, after " + count(s.strategy_nodes, "node");
+  }
+  return "";
+}
+
+} // namespace slugs

@@ -1,0 +1,37 @@
+// From a function of next variables to the list of valuations that it stands
+// for: one for each input, in lexicographic order.
+
+#pragma once
+
+#include "game.hpp"
+#include "packed_states.hpp"
+
+#include <vector>
+
+namespace slugs {
+
+class Successors {
+public:
+  explicit Successors(Game &game);
+
+  // For each next input that f allows, the lexicographically least next
+  // output; the list is sorted.  Valid until the next call.
+  const PackedStates &list(Edge f);
+
+  // The least next output is chosen by diagrams: f & "no smaller one in f".
+  Edge least_outputs(Edge f);
+
+private:
+  bool enumerate(Edge f, std::size_t k, std::size_t limit);
+
+  Game &game_;
+  std::vector<Var> by_level_;          // next variables
+  std::vector<bool> is_input_;         // by bit
+  std::vector<std::uint32_t> outputs_; // bits, as declared
+  std::vector<VarSet> outputs_from_;   // the next copies of outputs_[k] and later ones
+  std::vector<Word> input_mask_;
+  std::vector<Word> valuation_;
+  PackedStates found_;
+};
+
+} // namespace slugs
