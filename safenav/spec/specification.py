@@ -63,11 +63,13 @@ class Origin:
 
 @dataclass(frozen=True)
 class Constraint:
-    """One line of a section. ``formula`` is structured-slugs text without line breaks."""
+    """One line of a section. ``formula`` is structured-slugs text without line breaks;
+    ``regions`` are those that it is about (walls, targets), for explanations."""
 
     section: Section
     formula: str
     origin: Origin
+    regions: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,1 @@
+"""The coordination layer: missions, their parts, and the trace."""

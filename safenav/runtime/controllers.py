@@ -1,0 +1,235 @@
+"""Controllers: from what each robot is to do now to a planner that does it.
+
+One question is asked here, for one robot or for several at once: given these assignments, is
+there a strategy for everybody whose specification changed? Nothing is installed until the
+answer is yes for all of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, replace
+
+from safenav.errors import ResourceLimitError
+from safenav.runtime.events import GoalReached, Reason, Synthesized
+from safenav.runtime.navigation import Planner
+from safenav.runtime.state import TeamState
+from safenav.runtime.tasks import Assignment
+from safenav.scenario.model import Robot
+from safenav.scenario.objective import Hold, Ltl, targets_of, to_data
+from safenav.spec.robot import (
+    Fairness,
+    Known,
+    Observed,
+    Task,
+    assumption_names,
+    compile_task,
+)
+from safenav.synthesis.outcome import SynthesisResult, Verdict
+from safenav.synthesis.slugs import Listener as SynthesisListener
+from safenav.synthesis.slugs import Synthesizer
+from safenav.world.map import Region
+
+
+@dataclass(frozen=True)
+class Answer:
+    """The synthesizer's last word on one robot's task."""
+
+    task: Task
+    result: SynthesisResult
+
+    @property
+    def realizable(self) -> bool:
+        return self.result.verdict is Verdict.REALIZABLE
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """Answers for all robots whose specification would change under ``assignments``."""
+
+    assignments: Mapping[str, Assignment]
+    answers: Mapping[str, Answer]
+
+    @property
+    def failed(self) -> list[str]:
+        """The robots that have no strategy."""
+        return [name for name, answer in self.answers.items() if not answer.realizable]
+
+
+class Controllers:
+    """Synthesizes and installs planners; counts what that cost."""
+
+    def __init__(
+        self,
+        state: TeamState,
+        synthesizer: Synthesizer,
+        progress: SynthesisListener | None = None,
+    ) -> None:
+        self._state = state
+        self._synthesizer = synthesizer
+        self._progress = progress
+        self.syntheses = 0
+        self.seconds = 0.0
+
+    def attempt(
+        self, changes: Mapping[str, Assignment], strict: Collection[str] | None = None
+    ) -> Attempt:
+        """Ask for strategies under the assignments in force with ``changes`` made to them.
+
+        Robots in ``strict`` (default: all that change) take those who wait as obstacles; the
+        others may instead rely on their moving on. Raises ResourceLimitError if a synthesis
+        runs out of time or memory.
+        """
+        assignments = {**self._state.tasks.current, **changes}
+        if strict is None:
+            strict = changes.keys()
+        stale = [
+            (robot, task)
+            for robot in self._state.scenario.robots
+            if self._differs(robot, task := self._task(robot, assignments, parked=True))
+        ]
+        answers: dict[str, Answer] = {}
+        for ladder in self._rounds(stale, assignments, strict):
+            open_tasks = [t for t in ladder if not _answered(answers, t)]
+            for answer in self._ask(open_tasks):
+                answers[answer.task.robot.name] = answer
+        return Attempt(assignments, answers)
+
+    def announce(self, attempt: Attempt, reason: Reason, names: Iterable[str]) -> None:
+        """Tell what was synthesized for some robots of an attempt."""
+        for name in names:
+            task, result = attempt.answers[name].task, attempt.answers[name].result
+            self._state.emit(
+                Synthesized(
+                    self._state.tick,
+                    name,
+                    reason,
+                    result.verdict.value,
+                    round(result.seconds, 6),
+                    result.states,
+                    result.cached,
+                    result.verified,
+                    result.spec_sha256,
+                    result.strategy_sha256,
+                    to_data(task.objective),
+                    assumption_names(task) if task.observed else [],
+                )
+            )
+
+    def install(self, attempt: Attempt, reason: Reason) -> None:
+        """Put a successful attempt in force: its assignments must be the current ones."""
+        self.announce(attempt, reason, attempt.answers)
+        fresh: list[str] = []
+        for name, answer in attempt.answers.items():
+            strategy = answer.result.strategy
+            assert strategy is not None
+            before = self._state.planners.get(name)
+            planner = Planner.start(answer.task, strategy, attempt.assignments[name])
+            self._state.planners[name] = planner
+            if before is None or before.assignment is not planner.assignment:
+                fresh.append(name)
+        for name in fresh:
+            planner = self._state.planners[name]
+            region = self._state.poses[name].region
+            progress = planner.assignment.progress
+            for goal in progress.begin(region, planner.values()):
+                self._state.emit(
+                    GoalReached(self._state.tick, name, goal.goal, region, progress.rounds)
+                )
+
+    def _rounds(
+        self,
+        stale: list[tuple[Robot, Task]],
+        assignments: Mapping[str, Assignment],
+        strict: Collection[str],
+    ) -> Iterable[list[Task]]:
+        """The tasks to try, from the weakest assumptions to the strongest."""
+        yield [task for _, task in stale]
+        for fairness in (Fairness.OFF_MY_TARGETS, Fairness.AT_ITS_TARGETS):
+            yield [replace(task, fairness=fairness) for _, task in stale if task.observed]
+        hopeful = [
+            (robot, self._task(robot, assignments, parked=False))
+            for robot, task in stale
+            if robot.name not in strict
+        ]
+        for fairness in Fairness:
+            yield [replace(task, fairness=fairness) for _, task in hopeful if task.observed]
+
+    def _ask(self, tasks: list[Task]) -> list[Answer]:
+        if not tasks:
+            return []
+        world = self._state.scenario.map
+        results = self._synthesizer.synthesize_all(
+            [compile_task(task, world) for task in tasks], progress=self._progress
+        )
+        for result in results:
+            self.syntheses += 1
+            self.seconds += 0.0 if result.cached else result.seconds
+            if result.verdict not in (Verdict.REALIZABLE, Verdict.UNREALIZABLE):
+                raise ResourceLimitError(
+                    f"the synthesis for {result.robot} ended by {result.verdict.value} after "
+                    f"{result.seconds:.1f} s; raise limits.synthesis_seconds or "
+                    "limits.synthesis_memory in the scenario"
+                )
+        return [Answer(task, result) for task, result in zip(tasks, results, strict=True)]
+
+    def _task(self, robot: Robot, assignments: Mapping[str, Assignment], parked: bool) -> Task:
+        """What ``robot`` is to be synthesized for, from its current pose.
+
+        With ``parked`` a robot that waits where it stands is an obstacle like any other;
+        without, it is one that moves.
+        """
+        state = self._state
+        assignment = assignments[robot.name]
+        blocked = list(state.knowledge.known_for(robot, assignment.avoid))
+        observed = []
+        for other in state.scenario.robots:
+            if other is robot or other.model.layer != robot.model.layer:
+                continue
+            where = state.region(other)
+            if parked and _parked(assignments[other.name], where):
+                blocked.append(Known(where, f"robots.{other.name}", f"{other.name} waits here"))
+            else:
+                targets = targets_of(assignments[other.name].objective)
+                observed.append(Observed(other.name, where, targets))
+        return Task(
+            robot=robot,
+            pose=state.poses[robot.name],
+            objective=assignment.objective,
+            memory=assignment.progress.memory,
+            blocked=tuple(blocked),
+            observed=tuple(observed),
+            targets=targets_of(assignment.objective),
+        )
+
+    def _differs(self, robot: Robot, task: Task) -> bool:
+        """Whether the planner in force is for another task (poses and memory aside)."""
+        planner = self._state.planners.get(robot.name)
+        if planner is None or planner.node is None:
+            return True
+        old = planner.task
+        if old.objective != task.objective or set(_kept(old)) != set(_kept(task)):
+            return True
+        relied = old.fairness is Fairness.AT_ITS_TARGETS
+        return {(o.name, o.targets if relied else ()) for o in old.observed} != {
+            (o.name, o.targets if relied else ()) for o in task.observed
+        }
+
+
+def _answered(answers: Mapping[str, Answer], task: Task) -> bool:
+    answer = answers.get(task.robot.name)
+    return answer is not None and answer.realizable
+
+
+def _kept(task: Task) -> list[tuple[Region, str]]:
+    return [(known.region, known.item) for known in task.blocked]
+
+
+def _parked(assignment: Assignment, where: Region) -> bool:
+    """Whether a robot that stands in ``where`` will stay there until it is reassigned."""
+    objective = assignment.objective
+    if isinstance(objective, Hold):
+        return where in objective.target
+    if isinstance(objective, Ltl):
+        return f"region = {where} -> region' = {where}" in objective.safety
+    return False

@@ -1,0 +1,133 @@
+"""Task replanning (TR): who has which objective, and the stack of what was interrupted.
+
+A frame is pushed when a robot asks for help and popped when the obstacle is resolved; it keeps
+the objectives of the whole team as they were before (paper, Section V-D and Algorithm 1).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+
+from safenav.runtime.progress import Progress
+from safenav.scenario.model import Obstacle
+from safenav.scenario.objective import Hold, Ltl, Objective, Target, Visit
+from safenav.spec.motion import one_of
+from safenav.world.map import Region
+
+
+@dataclass(frozen=True)
+class Assignment:
+    """What one robot is doing now.
+
+    ``avoid`` names obstacles that were found and not resolved when a robot began to wait or to
+    help: as long as they are pending it plans around them, since walking into one would only
+    ask again for what has been asked for.
+    """
+
+    objective: Objective
+    progress: Progress
+    avoid: frozenset[str] = frozenset()
+
+    @classmethod
+    def of(cls, objective: Objective, avoid: Iterable[str] = ()) -> Assignment:
+        """A new assignment, nothing of it done yet."""
+        return cls(objective, Progress(objective), frozenset(avoid))
+
+
+@dataclass
+class Frame:
+    """One request for help that is being served, and what it interrupted.
+
+    ``done``: its obstacle is resolved. ``relieved``: its helper could not do it after all, and
+    a newer frame for the same obstacle has another one.
+    """
+
+    obstacle: Obstacle
+    requester: str
+    helper: str
+    tick: int
+    saved: dict[str, Assignment]
+    done: bool = False
+    relieved: bool = False
+
+
+class TaskStack:
+    """The objectives in force and the stack of interrupted ones."""
+
+    def __init__(self, assignments: Mapping[str, Assignment]) -> None:
+        self.current = dict(assignments)
+        self.frames: list[Frame] = []
+
+    @property
+    def depth(self) -> int:
+        return len(self.frames)
+
+    def push(
+        self,
+        obstacle: Obstacle,
+        requester: str,
+        helper: str,
+        tick: int,
+        changes: Mapping[str, Assignment],
+    ) -> Frame:
+        """Interrupt the team: save all objectives, then put ``changes`` in force."""
+        frame = Frame(obstacle, requester, helper, tick, dict(self.current))
+        self.frames.append(frame)
+        self.current.update(changes)
+        return frame
+
+    def finish(self, obstacle: Obstacle) -> bool:
+        """Mark all frames of a resolved obstacle done; whether there was one."""
+        served = [f for f in self.frames if f.obstacle.name == obstacle.name and not f.done]
+        for frame in served:
+            frame.done = True
+        return bool(served)
+
+    def pop_done(self) -> Frame | None:
+        """Drop the top frame if it is done and bring back what it interrupted.
+
+        A robot whose objective the frame had not changed keeps the progress that it made.
+        """
+        if not self.frames or not self.frames[-1].done:
+            return None
+        frame = self.frames.pop()
+        for name, saved in frame.saved.items():
+            if self.current[name] is not saved:
+                self.current[name] = saved
+        return frame
+
+    def request_for(self, obstacle: Obstacle) -> Frame | None:
+        """The newest frame in which somebody is on the way to this obstacle."""
+        for frame in reversed(self.frames):
+            if frame.obstacle.name == obstacle.name and not (frame.done or frame.relieved):
+                return frame
+        return None
+
+    def waiting(self) -> dict[str, Frame]:
+        """Robots that wait for an open request of theirs -> the newest such frame."""
+        return {f.requester: f for f in self.frames if not (f.done or f.relieved)}
+
+
+def holding(objective: Objective, region: Region) -> Objective:
+    """What a requester does while it waits: stay in ``region``.
+
+    An ``ltl`` robot keeps its safety guarantees: they hold always, also while it waits.
+    """
+    if isinstance(objective, Ltl):
+        stay = f"region = {region} -> region' = {region}"
+        return replace(
+            objective, safety=(*objective.safety, stay), liveness=(f"region = {region}",)
+        )
+    return Hold(frozenset({region}))
+
+
+def helping(objective: Objective, places: Target, own: Target | None) -> Objective:
+    """What a helper does: go to ``places`` first, then alternate with its ``own`` target.
+
+    Plain alternation, not the literal Patrol formula, which would forbid a robot that leaves a
+    doorway on the far side to come back through it (DESIGN section 5, rule 5).
+    """
+    if isinstance(objective, Ltl):
+        return replace(objective, liveness=(one_of("region", places),))
+    return Visit((places,) if own is None else (places, own))
