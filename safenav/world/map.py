@@ -62,7 +62,9 @@ class RegionMap:
     names: Mapping[str, Region] = field(default_factory=dict)
 
     @classmethod
-    def from_grid(cls, lines: Iterable[str], names: Mapping[str, Region] | None = None) -> RegionMap:
+    def from_grid(
+        cls, lines: Iterable[str], names: Mapping[str, Region] | None = None
+    ) -> RegionMap:
         """Read rows of ``#`` (wall) and ``.`` (free), all of one length.
 
         Raises ValueError for an empty or ragged grid and for other characters.

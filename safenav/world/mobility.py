@@ -36,9 +36,9 @@ def moves(
     """
     found = [pose]
     for heading in Heading:
-        if mobility is Mobility.HEADING and pose.heading is not None:
-            if heading is pose.heading.opposite:
-                continue
+        turned = pose.heading if mobility is Mobility.HEADING else None
+        if turned is not None and heading is turned.opposite:
+            continue
         target = world.step(pose.region, heading)
         if target is None or target in world.walls or target in blocked:
             continue
