@@ -1,0 +1,190 @@
+"""Scalable families of specifications in structuredslugs, for measuring synthesizers.
+
+    python benchmarks/families.py grid --rows 12 --cols 12 --adversary four > grid.structuredslugs
+    python benchmarks/families.py errands --size 8 --goals 6
+    python benchmarks/families.py arbiter --clients 5
+
+Each family is one function from sizes to text, so that tests and runners can import them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import click
+
+ADVERSARIES = ("none", "four", "king")
+
+
+@dataclass
+class _Text:
+    """Sections of a specification under construction, each constraint with its reason."""
+
+    title: str
+    sections: dict[str, list[str]] = field(default_factory=dict)
+
+    def add(self, section: str, *lines: str, why: str = "") -> None:
+        here = self.sections.setdefault(section, [])
+        here += ([f"# {why}"] if why else []) + list(lines)
+
+    def __str__(self) -> str:
+        blocks = [f"# {self.title}\n"]
+        blocks += [
+            f"[{name}]\n" + "".join(f"{line}\n" for line in lines)
+            for name, lines in self.sections.items()
+        ]
+        return "\n".join(blocks)
+
+
+def grid(rows: int, cols: int, adversary: str = "none", walls: bool = False) -> str:
+    """A robot patrols the four corners of a grid, with or without another robot in its way.
+
+    The other robot moves by at most one cell (`four`: to a 4-neighbour, `king`: diagonally too),
+    never steps onto the robot, and comes back to two far cells again and again; else it does what
+    it likes.  The robot never steps onto it.  With walls, every third column is a wall with a gap.
+    """
+    text = _Text(f"{rows} x {cols} grid, patrol of the corners, adversary: {adversary}")
+    text.add("INPUT")
+    text.add("OUTPUT", f"row:0...{rows - 1}", f"col:0...{cols - 1}")
+    text.add("SYS_INIT", "row = 0", "col = 0")
+    text.add("SYS_TRANS", *_four_neighbours("row", "col"), why="at most one step, not diagonally")
+    if walls:
+        for col in range(2, cols - 1, 3):
+            gap = 0 if col % 2 else rows - 1
+            wall = f"!(col' = {col} & row' != {gap})"
+            text.add("SYS_TRANS", wall, why=f"wall in column {col} with a gap in row {gap}")
+    if adversary != "none":
+        _add_adversary(text, rows, cols, diagonal=adversary == "king")
+    for row, col in ((0, 0), (0, cols - 1), (rows - 1, cols - 1), (rows - 1, 0)):
+        text.add("SYS_LIVENESS", f"row = {row} & col = {col}")
+    return str(text)
+
+
+def errands(size: int, goals: int) -> str:
+    """Many goals: a robot on a square grid serves requests at scattered cells.
+
+    Each request stays until the robot is there, and a slow door (open again and again) divides the
+    grid, so that every goal needs both the other player's patience and a path.
+    """
+    text = _Text(f"{goals} errands on a {size} x {size} grid with a door in the middle")
+    text.add("INPUT", "open", *(f"ask{j}" for j in range(goals)))
+    text.add("OUTPUT", f"row:0...{size - 1}", f"col:0...{size - 1}")
+    text.add("ENV_INIT", "!open", *(f"!ask{j}" for j in range(goals)))
+    text.add("SYS_INIT", "row = 0", "col = 0")
+    middle = size // 2
+    text.add("SYS_TRANS", *_four_neighbours("row", "col"), why="at most one step, not diagonally")
+    text.add(
+        "SYS_TRANS",
+        f"(col = {middle - 1} & col' = {middle}) -> (open & row = {middle})",
+        f"(col = {middle} & col' = {middle - 1}) -> (open & row = {middle})",
+        why="the two halves are joined by the door alone",
+    )
+    text.add("ENV_LIVENESS", "open", why="the door opens again and again")
+    for j in range(goals):
+        row, col = (j * 5 + 2) % size, (j * 3 + j * size // max(goals, 1)) % size
+        there = f"(row = {row} & col = {col})"
+        text.add("ENV_TRANS", f"(ask{j} & !{there}) -> ask{j}'", why=f"request {j} is patient")
+        text.add("SYS_LIVENESS", f"!ask{j} | {there}")
+    return str(text)
+
+
+def arbiter(clients: int) -> str:
+    """Many assumptions: a bus is lent to one client at a time, which may hold on to it.
+
+    As in bus arbiters (AMBA), each client must let go at some time: one assumption for each; and
+    each request must be granted: one guarantee for each.
+    """
+    if clients < 2:
+        raise ValueError("an arbiter needs at least two clients")
+    text = _Text(f"arbiter of a bus with {clients} clients")
+    text.add(
+        "INPUT", *(f"request{i}" for i in range(clients)), *(f"hold{i}" for i in range(clients))
+    )
+    text.add("OUTPUT", f"owner:0...{clients - 1}", "fresh")
+    text.add("ENV_INIT", *(f"!request{i} & !hold{i}" for i in range(clients)))
+    text.add("SYS_INIT", "owner = 0", "!fresh")
+    for i in range(clients):
+        text.add(
+            "ENV_TRANS",
+            f"(request{i} & owner != {i}) -> request{i}'",
+            f"hold{i}' -> (owner = {i} | hold{i})",
+            why=f"client {i} waits for its turn, and starts to hold only what it has",
+        )
+        text.add("ENV_LIVENESS", f"!hold{i}")
+        text.add("SYS_TRANS", f"(owner = {i} & hold{i}') -> owner' = {i}")
+        text.add(
+            "SYS_TRANS",
+            f"(owner != {i} & owner' = {i}) -> request{i}",
+            why=f"client {i} gets the bus on request only",
+        )
+        text.add("SYS_LIVENESS", f"!request{i} | owner = {i}")
+    changes = " | ".join(f"(owner = {i} & owner' != {i})" for i in range(clients))
+    text.add("SYS_TRANS", f"fresh' <-> ({changes})", why="fresh marks a change of owner")
+    return str(text)
+
+
+def _four_neighbours(row: str, col: str) -> tuple[str, ...]:
+    return (*_one_step(row), *_one_step(col), f"{row}' = {row} | {col}' = {col}")
+
+
+def _one_step(name: str) -> tuple[str, str]:
+    return (f"{name}' <= {name} + 1", f"{name} <= {name}' + 1")
+
+
+def _add_adversary(text: _Text, rows: int, cols: int, diagonal: bool) -> None:
+    text.add("INPUT", f"other_row:0...{rows - 1}", f"other_col:0...{cols - 1}")
+    text.add("ENV_INIT", f"other_row = {rows - 1}", f"other_col = {cols - 1}")
+    steps = (*_one_step("other_row"), *_one_step("other_col"))
+    text.add(
+        "ENV_TRANS",
+        *(steps if diagonal else _four_neighbours("other_row", "other_col")),
+        why="the other robot moves by at most one cell",
+    )
+    text.add(
+        "ENV_TRANS",
+        "!(other_row' = row & other_col' = col)",
+        why="and does not step onto this one",
+    )
+    text.add(
+        "ENV_LIVENESS",
+        f"other_row = {rows // 2} & other_col = 0",
+        f"other_row = {rows // 2} & other_col = {cols - 1}",
+        why="fairness: it does not stay in the way for ever",
+    )
+    text.add(
+        "SYS_TRANS", "!(row' = other_row' & col' = other_col')", why="no step onto the other robot"
+    )
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+def main() -> None:
+    """Print a specification of a scalable family."""
+
+
+@main.command("grid")
+@click.option("--rows", type=click.IntRange(2), default=12, show_default=True)
+@click.option("--cols", type=click.IntRange(2), default=12, show_default=True)
+@click.option("--adversary", type=click.Choice(ADVERSARIES), default="none", show_default=True)
+@click.option("--walls", is_flag=True, help="Every third column is a wall with a gap.")
+def grid_command(rows: int, cols: int, adversary: str, walls: bool) -> None:
+    """Patrol the corners of a grid."""
+    click.echo(grid(rows, cols, adversary, walls), nl=False)
+
+
+@main.command("errands")
+@click.option("--size", type=click.IntRange(2), default=8, show_default=True)
+@click.option("--goals", type=click.IntRange(1), default=6, show_default=True)
+def errands_command(size: int, goals: int) -> None:
+    """Serve many requests on a grid."""
+    click.echo(errands(size, goals), nl=False)
+
+
+@main.command("arbiter")
+@click.option("--clients", type=click.IntRange(2), default=4, show_default=True)
+def arbiter_command(clients: int) -> None:
+    """Lend a bus to clients that may hold it."""
+    click.echo(arbiter(clients), nl=False)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,120 @@
+"""What is measured: named cases, the time that each should take, and where the files come from."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import families
+
+Mode = Literal["strategy", "verdict"]
+
+
+@dataclass(frozen=True)
+class Case:
+    """One file in one mode. Seconds are CPU seconds; `upstream` and `prototype` are quoted."""
+
+    name: str
+    file: Path
+    mode: Mode
+    bar: float | None = None
+    prototype: float | None = None
+    upstream: str = ""
+
+
+@dataclass(frozen=True)
+class Bar:
+    file: str
+    mode: Mode
+    seconds: float
+    prototype: float | None
+    upstream: str
+
+
+GENERATED = "generated/grid_12x12_adversary"
+
+# Upstream SLUGS and the prototype as measured once on a 2-core machine of this kind: quoted, not
+# measured here.  Give upstream's binary with --binary to measure it on the spot.
+BARS = (
+    Bar("safe-nav-locomotion/coop_0_cassie.structuredslugs", "strategy", 1.0, 1.8, "458"),
+    Bar("safe-nav-locomotion/coop_0_quad.structuredslugs", "strategy", 0.25, 0.5, "63"),
+    Bar(
+        "safe-nav-locomotion/Belief_Evasion_coarse_cdc_map.structuredslugs",
+        "strategy",
+        1.7,
+        3.4,
+        "191 to 282",
+    ),
+    Bar(
+        "safe-nav-locomotion/Belief_Evasion_fine_abstraction.structuredslugs",
+        "strategy",
+        7.0,
+        13.5,
+        "> 500",
+    ),
+    Bar("slugs/basicEvasion.structuredslugs", "strategy", 2.5, 4.7, "> 498"),
+    Bar(GENERATED, "strategy", 2.0, 4.0, "61"),
+    Bar("gr1/bunny_many_goals_8.slugsin", "strategy", 0.5, None, "26"),
+    Bar("gr1/genbuf_20.slugsin", "verdict", 1.0, None, "> 60"),
+    Bar("gr1/synt15_10.slugsin", "verdict", 1.0, None, "26"),
+    Bar("gr1/jcss12_4.slugsin", "verdict", 5.0, None, "> 60"),
+)
+SMALL_BAR = 0.02
+NOT_SMALL = ("basicEvasion", "two_customer_waiter")
+
+
+def corpus_folder() -> Path | None:
+    """The folder of published specifications: SAFENAV_CORPUS, or beside the repository."""
+    named = os.environ.get("SAFENAV_CORPUS")
+    beside = Path(__file__).resolve().parents[2] / "shared" / "corpus"
+    folder = Path(named) if named else beside
+    return folder if (folder / "expected.csv").is_file() else None
+
+
+def corpus_suite(scratch: Path) -> list[Case]:
+    """The files with a bar, then the small ones; without the corpus only the generated one."""
+    corpus = corpus_folder()
+    cases = []
+    for bar in BARS:
+        if bar.file == GENERATED:
+            file = _write(scratch, bar.file, families.grid(12, 12, "four"))
+        elif corpus is None:
+            continue
+        else:
+            file = corpus / bar.file
+        name = Path(bar.file).name.split(".")[0]
+        cases.append(Case(name, file, bar.mode, bar.seconds, bar.prototype, bar.upstream))
+    if corpus is not None:
+        for file in sorted((corpus / "slugs").glob("*.s*slugs*")):
+            name = file.name.split(".")[0]
+            if name not in NOT_SMALL and ".strategy" not in file.name:
+                cases.append(Case(f"small/{file.stem}", file, "strategy", SMALL_BAR))
+    return cases
+
+
+def families_suite(scratch: Path) -> list[Case]:
+    """Rising sizes of every generated family."""
+    texts = {
+        **{f"grid_{n}x{n}": families.grid(n, n) for n in (8, 16, 32)},
+        **{f"walls_{n}x{n}": families.grid(n, n, walls=True) for n in (8, 16, 32)},
+        **{f"four_{n}x{n}": families.grid(n, n, "four") for n in (6, 9, 12)},
+        **{f"king_{n}x{n}": families.grid(n, n, "king") for n in (6, 9, 12)},
+        **{f"errands_8_{k}": families.errands(8, k) for k in (2, 4, 6)},
+        **{f"arbiter_{k}": families.arbiter(k) for k in (2, 4, 6)},
+    }
+    return [
+        Case(name, _write(scratch, name, text), mode)
+        for name, text in texts.items()
+        for mode in _MODES
+    ]
+
+
+_MODES: tuple[Mode, ...] = ("verdict", "strategy")
+
+
+def _write(scratch: Path, name: str, text: str) -> Path:
+    file = scratch / f"{Path(name).name}.structuredslugs"
+    file.write_text(text)
+    return file
