@@ -12,7 +12,9 @@ import json
 import subprocess
 import sys
 import tempfile
+from collections.abc import Sequence
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 
 import click
@@ -94,7 +96,7 @@ def main(
                 _command(named, name, case, name in slugsin_only, options, scratch)
                 for name in named
             ]
-            results = interleaved(commands, repeat, timeout, lambda c: _progress(case, c[0]))
+            results = interleaved(commands, repeat, timeout, partial(_progress, case))
             nodes = None
             if count and case.mode == "strategy" and results[0].ending == "realizable":
                 nodes = count_nodes(commands[0], timeout)
@@ -139,9 +141,9 @@ def _command(
     return [str(named[name]), *mode, *options, str(file)]
 
 
-def _progress(case: Case, binary: str) -> None:
+def _progress(case: Case, command: Sequence[str]) -> None:
     if sys.stderr.isatty():
-        click.echo(f"\r\033[K{case.name} ({case.mode}): {binary}", nl=False, err=True)
+        click.echo(f"\r\033[K{case.name} ({case.mode}): {command[0]}", nl=False, err=True)
 
 
 def _progress_done() -> None:
