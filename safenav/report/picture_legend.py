@@ -207,9 +207,9 @@ def _status(status: Status) -> Icon:
 def _stack(stack: tuple[Frame, ...]) -> Block:
     rows = []
     for depth, frame in reversed(list(enumerate(stack, start=1))):
-        words = f"{depth}. {frame.obstacle}"
+        words = f"{depth}. {frame.about}"
         lines = _lines(words, 12, WIDTH, bold=True)
-        lines += _lines(f"{frame.requester} waits, {frame.helper} helps", 12, WIDTH)
+        lines += _lines(frame.roles, 12, WIDTH)
         rows.append(Row(None, lines))
     return Block("Objective stack, top first", tuple(rows))
 

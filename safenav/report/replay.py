@@ -97,11 +97,24 @@ class Hidden:
 
 @dataclass(frozen=True)
 class Frame:
-    """One entry of the objective stack: who waits for what, and who helps."""
+    """One entry of the objective stack: who waits for what, and who helps.
 
-    obstacle: str
-    requester: str
-    helper: str
+    Without an obstacle a robot was asked to make way.
+    """
+
+    obstacle: str | None
+    requester: str | None
+    helper: str | None
+
+    @property
+    def about(self) -> str:
+        return self.obstacle or "making way"
+
+    @property
+    def roles(self) -> str:
+        """``quad waits, digit helps``"""
+        told = [(self.requester, "waits"), (self.helper, "helps")]
+        return ", ".join(f"{name} {what}" for name, what in told if name is not None)
 
 
 @dataclass(frozen=True)

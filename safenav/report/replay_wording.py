@@ -5,49 +5,38 @@ One sentence a line; the page, the pictures and the terminal replay all use thes
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+import json
+from collections.abc import Iterable
+from functools import singledispatch
 
-from safenav.scenario.objective import Cover, Hold, Ltl, Objective, Patrol, Target, Visit, describe
-
-
-def objective_from_data(data: object) -> Objective | None:
-    """The objective that a trace line writes; None for a kind that is not known here.
-
-    The inverse of ``safenav.scenario.objective.to_data`` (``ltl`` without its text, which no
-    picture shows).
-    """
-    if not isinstance(data, Mapping) or len(data) != 1:
-        return None
-    kind, written = next(iter(data.items()))
-    if kind == "hold":
-        target = _target(written)
-        return Hold(target) if target else None
-    if kind == "ltl" and isinstance(written, Mapping):
-        return Ltl(
-            init=_texts(written.get("init")),
-            safety=_texts(written.get("safety")),
-            liveness=_texts(written.get("liveness")),
-        )
-    if not isinstance(written, list):
-        return None
-    targets = tuple(_target(item) for item in written)
-    if not targets or not all(targets):
-        return None
-    if kind == "patrol" and len(targets) == 2:
-        return Patrol(targets[0], targets[1])
-    if kind == "visit":
-        return Visit(targets)
-    return Cover(targets) if kind == "cover" else None
+from safenav.audit import records
+from safenav.scenario.objective import Cover, Hold, Ltl, Objective, Patrol, Visit, describe
 
 
-def _target(written: object) -> Target:
-    regions = written if isinstance(written, list) else [written]
-    return frozenset(r for r in regions if isinstance(r, int))
+def objective_of(told: records.Objective) -> Objective | None:
+    """The objective that a trace names; None for a kind that is not known here."""
+    match told.kind, told.targets:
+        case "patrol", (first, second):
+            return Patrol(first, second)
+        case "visit", targets:
+            return Visit(targets)
+        case "cover", targets:
+            return Cover(targets)
+        case "hold", (target,):
+            return Hold(target)
+        case "ltl", _:
+            return _ltl(told.text.removeprefix("ltl "))
+    return None
 
 
-def _texts(written: object) -> tuple[str, ...]:
-    return tuple(str(text) for text in written) if isinstance(written, list) else ()
+def _ltl(spelled: str) -> Ltl:
+    """Only how much there is of each part: no picture shows more."""
+    try:
+        parts = json.loads(spelled)
+        safety, liveness = (tuple(map(str, parts.get(k, ()))) for k in ("safety", "liveness"))
+        return Ltl(safety=safety, liveness=liveness)
+    except (ValueError, TypeError, AttributeError):
+        return Ltl()
 
 
 def objective_words(objective: Objective | None) -> str:
@@ -58,127 +47,125 @@ def seconds_words(seconds: float) -> str:
     """A duration in the unit that fits: ``12 ms``, ``3.4 s``, ``2 min 5 s``."""
     if seconds < 0.0005:
         return "under 1 ms"
-    if seconds < 1:
+    if seconds < 0.9995:
         return f"{seconds * 1000:.0f} ms"
-    if seconds < 60:
+    if seconds < 59.95:
         return f"{seconds:.1f} s"
-    return f"{int(seconds) // 60} min {int(seconds) % 60} s"
+    return f"{round(seconds) // 60} min {round(seconds) % 60} s"
 
 
-def event_text(line: Mapping[str, Any], backtracked: object = None) -> str:
-    """One trace line as a sentence. ``backtracked``: where the ``backtrack`` line that goes
-    with a violation leads."""
-    return _SENTENCES[line["type"]]({**line, "backtracked": backtracked})
+@singledispatch
+def event_text(line: records.Line) -> str:
+    """One trace line as a sentence, without its full stop."""
+    raise TypeError(f"{type(line).__name__} is no event")
 
 
-def _synthesis(line: Mapping[str, Any]) -> str:
-    why = {
-        "initial": "before the start",
-        "request": "to meet a request",
-        "resolved": "after a resolution",
-        "blocked": "around a blocked region",
-        "yield": "to make way",
-    }.get(str(line.get("reason")), str(line.get("reason")))
-    text = f"synthesis for {line['robot']} {why}: "
-    verdict = str(line.get("verdict")).replace("_", " ")
-    states = line.get("states")
-    text += f"{states} states" if verdict == "realizable" and states is not None else verdict
-    if line.get("cached"):
-        text += ", from the cache"
-    elif isinstance(line.get("seconds"), int | float):
-        text += f", {seconds_words(line['seconds'])}"
-    if line.get("verified") is not None:
-        text += ", verified" if line["verified"] else ", verification failed"
+def backtrack_text(violation: records.Violation, backtrack: records.Backtrack) -> str:
+    """A violation and the safe action that was taken instead, as one sentence."""
+    stays = backtrack.to == violation.at
+    return event_text(violation) + ("; it stays" if stays else f"; it goes to {backtrack.to}")
+
+
+_REASONS = {
+    records.SynthesisReason.INITIAL: "before the start",
+    records.SynthesisReason.REQUEST: "to meet a request",
+    records.SynthesisReason.RESOLVED: "after a resolution",
+    records.SynthesisReason.BLOCKED: "around a blocked region",
+    records.SynthesisReason.YIELD: "to make way",
+}
+
+_BLOCK_REASONS = {
+    records.BlockReason.UNTRAVERSABLE: "it is not traversable",
+    records.BlockReason.NO_CAPABLE_ROBOT: "no robot has the action it needs",
+    records.BlockReason.NO_HELPER: "no robot can help",
+}
+
+
+@event_text.register
+def _(line: records.Synthesis) -> str:
+    realizable = line.verdict is records.Verdict.REALIZABLE
+    found = line.verdict.value.replace("_", " ")
+    if realizable and line.states is not None:
+        found = f"{line.states} states"
+    spent = "from the cache" if line.cached else seconds_words(line.seconds)
+    text = f"synthesis for {line.robot} {_REASONS[line.reason]}: {found}, {spent}"
+    if line.verified is not None:
+        text += ", verified" if line.verified else ", verification failed"
     return text
 
 
-def _violation(line: Mapping[str, Any]) -> str:
-    text = (
-        f"{line['robot']} at {line['at']} would enter {line['proposed']}: {line['obstacle']} is "
-        f"there and it cannot {line.get('action')}"
-    )
-    to = line["backtracked"]
-    if to is None:
-        return text
-    return text + ("; it stays" if to == line["at"] else f"; it goes to {to} instead")
+@event_text.register
+def _(line: records.Violation) -> str:
+    place = f"{line.robot} at {line.at} would enter {line.proposed}"
+    return f"{place}: {line.obstacle} is there and it cannot {line.action}"
 
 
-def _request(line: Mapping[str, Any]) -> str:
-    bids = line.get("bids")
-    bids = bids if isinstance(bids, Mapping) else {}
-    steps = [
-        f"{name} cannot get there" if bid is None else f"{name} is {bid} steps away"
-        for name, bid in bids.items()
+@event_text.register
+def _(line: records.Request) -> str:
+    bids = [
+        f"{name} cannot get there" if bid is None else f"{name} is {_counted(bid, 'step')} away"
+        for name, bid in line.bids.items()
     ]
-    text = f"{line['requester']} asks for help with {line['obstacle']}"
-    text += f" ({', '.join(steps)})" if steps else ""
-    helper = line.get("helper")
-    return text + (f": {helper} helps" if helper else ": nobody can help")
+    text = f"{line.requester} asks for help with {line.obstacle}"
+    text += f" ({', '.join(bids)})" if bids else ""
+    return text + (f": {line.helper} helps" if line.helper else ": nobody can help")
 
 
-def _push(line: Mapping[str, Any]) -> str:
-    robots = [line.get("requester"), line.get("helper")]
-    objectives = line["objectives"]
+@event_text.register
+def _(line: records.Push) -> str:
     tasks = [
-        f"{name}: {objective_words(objective_from_data(objectives[name]))}"
-        for name in dict.fromkeys(robots)
-        if name in objectives
+        f"{name}: {objective_words(objective_of(line.objectives[name]))}"
+        for name in (line.requester, line.helper)
+        if name is not None and name in line.objectives
     ]
-    return f"objectives pushed, depth {line['depth']}" + (f" ({'; '.join(tasks)})" if tasks else "")
+    text = f"objectives pushed, depth {line.depth}"
+    return text + (f" ({'; '.join(tasks)})" if tasks else "")
 
 
-def _resolved(line: Mapping[str, Any]) -> str:
-    text = f"{line['robot']} at {line['at']} resolves {line['obstacle']}"
-    truth = line.get("traversable")
-    if truth is not None:
-        text += ", which is traversable" if truth else ", which is not traversable"
-    return text if line.get("requested", True) else text + " (nobody had asked)"
+@event_text.register
+def _(line: records.Resolved) -> str:
+    text = f"{line.robot} at {line.at} resolves {line.obstacle}"
+    if line.traversable is not None:
+        text += ", which is traversable" if line.traversable else ", which is not traversable"
+    return text if line.requested else text + " (nobody had asked)"
 
 
-def _blocked(line: Mapping[str, Any]) -> str:
-    why = {
-        "untraversable": "it is not traversable",
-        "no_capable_robot": "no robot has the action it needs",
-        "no_helper": "no robot can get there",
-    }.get(str(line.get("reason")), str(line.get("reason")))
-    return f"{line['obstacle']} stays blocked for {_listed(line.get('robots') or [])}: {why}"
+@event_text.register
+def _(line: records.Blocked) -> str:
+    whom = listed(sorted(line.robots))
+    return f"{line.obstacle} stays blocked for {whom}: {_BLOCK_REASONS[line.reason]}"
 
 
-def _pop(line: Mapping[str, Any]) -> str:
-    obstacle = line.get("obstacle")
-    return f"objectives restored, depth {line['depth']}" + (f" ({obstacle})" if obstacle else "")
+@event_text.register
+def _(line: records.Pop) -> str:
+    obstacle = f" ({line.obstacle})" if line.obstacle else ""
+    return f"objectives restored, depth {line.depth}{obstacle}"
 
 
-def _goal(line: Mapping[str, Any]) -> str:
-    rounds = line.get("round")
-    done = f", {rounds} round{'s' * (rounds != 1)} done" if rounds else ""
-    return f"{line['robot']} reaches {line['region']}{done}"
+@event_text.register
+def _(line: records.Goal) -> str:
+    done = f", {_counted(line.round, 'round')} done" if line.round else ""
+    return f"{line.robot} reaches {line.region}{done}"
 
 
-def _assumption(line: Mapping[str, Any]) -> str:
-    return f"{line['robot']}: the assumption {line.get('name')} was violated"
+@event_text.register
+def _(line: records.Assumption) -> str:
+    return f"{line.robot}: the assumption {line.name} was violated"
 
 
-def _outcome(line: Mapping[str, Any]) -> str:
-    text = str(line["outcome"]).replace("_", " ")
-    explanation = line.get("explanation")
-    return f"{text}: {explanation}" if explanation else text
+@event_text.register
+def _(line: records.Outcome) -> str:
+    text = line.outcome.value.replace("_", " ")
+    return f"{text}: {line.explanation}" if line.explanation else text
 
 
-def _listed(names: Sequence[object]) -> str:
-    words = [str(name) for name in names]
-    return " and ".join([", ".join(words[:-1])] * (len(words) > 1) + words[-1:]) or "nobody"
+def _counted(number: int, noun: str) -> str:
+    return f"{number} {noun}" + ("" if number == 1 else "s")
 
 
-_SENTENCES = {
-    "synthesis": _synthesis,
-    "violation": _violation,
-    "request": _request,
-    "push": _push,
-    "resolved": _resolved,
-    "blocked": _blocked,
-    "pop": _pop,
-    "goal": _goal,
-    "assumption": _assumption,
-    "outcome": _outcome,
-}
+def listed(names: Iterable[str]) -> str:
+    """``a``, ``a and b``, ``a, b and c``; ``nobody`` without any."""
+    words = list(names)
+    if len(words) < 2:
+        return words[0] if words else "nobody"
+    return ", ".join(words[:-1]) + " and " + words[-1]

@@ -132,6 +132,7 @@ class Simulator:
             }
         for o in self.hidden:
             o["name"] = f"{o['type']}@{o['region']}"
+            o.setdefault("traversable", None)
             o["action"] = ACTIONS[o["type"]]
             neighbours = sorted(self.world.neighbours(o["region"]))
             o["resolution_regions"] = [o["region"]] if o["type"] == "door" else neighbours
