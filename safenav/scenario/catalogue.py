@@ -26,6 +26,11 @@ NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*")
 
 CATALOGUE_KEYS = ("robots", "obstacles")
 MODEL_KEYS = ("mobility", "layer", "capabilities", "vision", "size", "speed")
+MODEL_REQUIRED = {
+    "mobility": "'mobility: free' or 'mobility: heading'",
+    "layer": "robots of one layer avoid each other, for example 'layer: ground'",
+}
+TYPE_REQUIRED = {"action": "the capability that resolves it, for example 'action: push'"}
 TYPE_KEYS = ("action", "resolve_at", "blocks", "has_truth")
 
 
@@ -108,7 +113,7 @@ def _model(key: Scalar, node: Node, findings: Findings) -> RobotModel | None:
     before = len(findings)
     name = _named(key, "a robot model", findings)
     what = f"robot model {clipped(key.text)}"
-    item = read.mapping(node, what, findings, MODEL_KEYS, ("mobility", "layer"))
+    item = read.mapping(node, what, findings, MODEL_KEYS, MODEL_REQUIRED)
     if item is None:
         return None
     mobility = read.choice(item.get("mobility"), f"'mobility' of {what}", Mobility, findings)
@@ -129,7 +134,7 @@ def _type(
     before = len(findings)
     name = _named(key, "an obstacle type", findings)
     what = f"obstacle type {clipped(key.text)}"
-    item = read.mapping(node, what, findings, TYPE_KEYS, ("action",))
+    item = read.mapping(node, what, findings, TYPE_KEYS, TYPE_REQUIRED)
     if item is None:
         return None
     action = read.text(item.get("action"), f"'action' of {what}", findings)

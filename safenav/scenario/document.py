@@ -189,10 +189,11 @@ class _Builder:
                 place, f"*{event.anchor} refers to nothing", f"no &{event.anchor} before it"
             )
         node, weight = self.anchors[event.anchor]
-        # As a key, the copy would be reported where it is defined: give it its own place.
-        self.add(replace(node, place=place) if isinstance(node, Scalar) else node, None, weight)
+        # A diagnostic points at the alias for a scalar, into what it stands for otherwise.
+        here = replace(node, place=place, literal=False) if isinstance(node, Scalar) else node
+        self.add(here, None, weight, place)
 
-    def add(self, node: Node, anchor: str | None, weight: int) -> None:
+    def add(self, node: Node, anchor: str | None, weight: int, place: Place | None = None) -> None:
         if anchor is not None:
             self.anchors[anchor] = (node, weight)
         if not self.stack:
@@ -202,7 +203,9 @@ class _Builder:
         parent.weight += weight
         if parent.weight > MAX_NODES:
             hint = "aliases count as all that they stand for"
-            raise DocumentError(node.place, f"more than {MAX_NODES} values in one file", hint)
+            raise DocumentError(
+                place or node.place, f"more than {MAX_NODES} values in one file", hint
+            )
         if not parent.is_mapping:
             parent.items.append(node)
         elif parent.key is None:
@@ -279,10 +282,15 @@ def _syntax_hint(error: yaml.MarkedYAMLError) -> str:
         return "indent with spaces, not tabs; quote text that begins with a special character"
     if "mapping values are not allowed" in problem:
         return "check the indentation of this line and the one before; quote text that holds ': '"
+    if "quoted scalar" in str(error.context) and error.context_mark:
+        begin = error.context_mark
+        return f"the quote in line {begin.line + 1}, column {begin.column + 1} is not closed"
     if "block" in problem or "block" in str(error.context):
         return "check the indentation: items of one mapping or list begin in one column"
     if "flow" in str(error.context):
-        return "a '[' or '{' before this place is not closed, or a ',' is missing"
+        mark = error.context_mark
+        where = f" in line {mark.line + 1}, column {mark.column + 1}" if mark else ""
+        return f"the '[' or '{{'{where} is not closed, or a ',' is missing"
     return "check quotes and brackets on this line and the one before"
 
 

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from collections.abc import Mapping as Wanted
 from enum import StrEnum
 from typing import TypeVar
 
 from safenav.scenario.document import Mapping, Node, Scalar, Sequence, clipped
-from safenav.scenario.findings import Findings, listed, suggestion
+from safenav.scenario.findings import Findings, closest, listed, suggestion
 
 E = TypeVar("E", bound=StrEnum)
 
@@ -34,8 +35,11 @@ def described(node: Node) -> str:
             return f"the text '{clipped(node.text)}'"
 
 
-def wrong_type(node: Node, what: str, expected: str, findings: Findings) -> None:
-    findings.add(node, f"{what}: found {described(node)}, expected {expected}")
+def wrong_type(node: Node, what: str, expected: str, findings: Findings, hint: str = "") -> None:
+    """Report that a node is not of the kind that is expected."""
+    if isinstance(node, Scalar) and node.style in ("'", '"') and "number" in expected:
+        hint = hint or "numbers are written without quotes"
+    findings.add(node, f"{what}: found {described(node)}, expected {expected}", hint)
 
 
 def mapping(
@@ -43,25 +47,33 @@ def mapping(
     what: str,
     findings: Findings,
     known: Iterable[str] | None = None,
-    required: Iterable[str] = (),
+    required: Wanted[str, str] | None = None,
 ) -> Mapping | None:
-    """A mapping, whose keys are ``known`` (None: any) and hold the ``required`` ones."""
+    """A mapping, whose keys are ``known`` (None: any) and hold the ``required`` ones (each
+    with a hint what to write)."""
     if node is None:
         return None
     if not isinstance(node, Mapping):
         wrong_type(node, what, "a mapping (key: value)", findings)
         return None
-    if known is not None:
-        words = list(known)
-        present = {key.text for key, _ in node.entries}
-        for key, _ in node.entries:
-            if key.text not in words:
-                hint = suggestion(key.text, [word for word in words if word not in present])
-                findings.add(key, f"unknown key '{clipped(key.text)}' in {what}", hint)
-    for key_word in required:
-        if node.get(key_word) is None:
-            findings.add(node, f"{what}: the key '{key_word}' is missing")
+    misspelt = _unknown_keys(node, what, known, findings) if known is not None else set()
+    for key_word, hint in (required or {}).items():
+        if node.get(key_word) is None and key_word not in misspelt:
+            findings.add(node, f"{what}: the key '{key_word}' is missing", hint)
     return node
+
+
+def _unknown_keys(node: Mapping, what: str, known: Iterable[str], findings: Findings) -> set[str]:
+    """Report keys that are not known; returns the known ones that were probably meant."""
+    words = set(known)
+    free = words - {key.text for key, _ in node.entries}
+    meant = set()
+    for key, _ in node.entries:
+        if key.text not in words:
+            hint = suggestion(key.text, free)
+            findings.add(key, f"unknown key '{clipped(key.text)}' in {what}", hint)
+            meant.update(closest(key.text, free))
+    return meant
 
 
 def sequence(node: Node | None, what: str, findings: Findings) -> tuple[Node, ...] | None:
@@ -69,7 +81,9 @@ def sequence(node: Node | None, what: str, findings: Findings) -> tuple[Node, ..
     if node is None:
         return None
     if not isinstance(node, Sequence):
-        wrong_type(node, what, "a list [...]", findings)
+        shown = clipped(node.text) if isinstance(node, Scalar) else ""
+        hint = f"put brackets around it: [{shown}]" if shown else ""
+        wrong_type(node, what, "a list [...]", findings, hint)
         return None
     return node.items
 

@@ -50,12 +50,17 @@ class Findings:
         raise InputError(ordered)
 
 
-def suggestion(word: str, known: Iterable[str]) -> str:
-    """The known word that was probably meant, and all known ones if they are few."""
+def closest(word: str, known: Iterable[str]) -> list[str]:
+    """The known word that was probably meant, if there is one."""
     from difflib import get_close_matches  # only needed when something is wrong
 
+    return get_close_matches(word[:80], sorted(known), n=1, cutoff=0.6)
+
+
+def suggestion(word: str, known: Iterable[str]) -> str:
+    """The known word that was probably meant, and all known ones if they are few."""
     words = sorted(known)
-    close = get_close_matches(word, words, n=1, cutoff=0.6)
+    close = closest(word, words)
     parts = [f"did you mean '{close[0]}'?"] if close else []
     if words and len(words) <= 12:
         parts.append(f"known: {listed(words)}")

@@ -36,7 +36,11 @@ KEYS = (
     "catalogue",
 )
 LIMIT_KEYS = ("ticks", "synthesis_seconds", "synthesis_memory")
-REQUIRED = ("safenav", "map", "robots")
+REQUIRED = {
+    "safenav": "begin the file with 'safenav: 1', the version of its format",
+    "map": "draw it: 'map:', below it 'grid: |', below that rows of '#' and '.'",
+    "robots": "name each robot with its model, start and objective",
+}
 
 
 def load_scenario(path: Path) -> Scenario:

@@ -11,8 +11,12 @@ from safenav.scenario.findings import Findings, suggestion
 from safenav.scenario.model import Obstacle, ObstacleType, Robot
 from safenav.scenario.region_reader import RegionReader
 
+PROBABILITY = {"probability": "from 0 to 1, for example {probability: 0.5}"}
 KEYS = ("type", "region", "traversable")
-REQUIRED = ("type", "region")
+REQUIRED = {
+    "type": "an obstacle type of the catalogue, for example 'type: door'",
+    "region": "where it is, for example 'region: 47' or 'region: [3, 8]'",
+}
 
 
 def read_obstacles(
@@ -78,7 +82,7 @@ def _truth(
         findings.add(node, f"a {kind.name} has no 'traversable' to reveal", hint)
         return None
     if isinstance(node, Mapping):
-        item = read.mapping(node, "'traversable'", findings, ("probability",), ("probability",))
+        item = read.mapping(node, "'traversable'", findings, ("probability",), PROBABILITY)
         value = item.get("probability") if item else None
         return read.probability(value, "'probability' of traversable", findings)
     if isinstance(node, Scalar) and isinstance(node.value, bool):

@@ -33,8 +33,10 @@ class Reachability:
         connected set of poses within reach meets every one of them."""
         if self._mobility is Mobility.FREE or len(set(targets)) < 2:
             return all(self.reaches(target) for target in targets)  # every step has a way back
-        poses = [frozenset(self._poses(target)) & self._reached for target in targets]
-        open_poses = set(min(poses, key=lambda found: len(found)))
+        poses: list[frozenset[int]] = [
+            frozenset(self._poses(target)) & self._reached for target in targets
+        ]
+        open_poses = set(min(poses, key=len))
         while open_poses:
             pose = open_poses.pop()
             component = _explore([pose], self._after) & _explore([pose], self._before)

@@ -12,6 +12,7 @@ from safenav.scenario.objective import Target
 from safenav.world.map import Region, RegionMap
 
 _EXPECTED = "a region: 47, [row, column] or a name"
+_SET = {"any": "a target of several regions is written {any: [47, [3, 8]]}"}
 _BRACKETS = re.compile(r"\[\s*(\d{1,9})\s*,\s*(\d{1,9})\s*\]", re.ASCII)
 
 
@@ -48,7 +49,7 @@ class RegionReader:
         if not isinstance(node, Mapping):
             region = self.region(node, what)
             return None if region is None else frozenset({region})
-        fields = mapping(node, what, self._findings, ("any",), ("any",))
+        fields = mapping(node, what, self._findings, ("any",), _SET)
         items = sequence(fields.get("any") if fields else None, f"'any' of {what}", self._findings)
         if items is None:
             return None

@@ -16,7 +16,11 @@ from safenav.world.map import Heading, RegionMap
 from safenav.world.mobility import Mobility, Pose
 
 KEYS = ("model", "start", "heading", "objective")
-REQUIRED = ("model", "start", "objective")
+REQUIRED = {
+    "model": "a robot model of the catalogue, for example 'model: digit'",
+    "start": "a region, for example 'start: 47' or 'start: [3, 8]'",
+    "objective": "what it shall do, for example 'objective: {patrol: [14, 20]}'",
+}
 
 _HEADINGS = {heading.label: heading for heading in Heading}
 
