@@ -55,7 +55,8 @@ def to_text(specification: Specification, automaton: Automaton) -> str:
             f"{name}:{bit}" for name, bit in zip(automaton.variables, bits, strict=True)
         )
         lines.append(f"State {number} with rank {node.rank} -> <{values}>\n")
-        lines.append(f"\tWith successors : {_joined(node.successors)}\n")
+        after = f"successors : {_joined(node.successors)}" if node.successors else "no successors."
+        lines.append(f"\tWith {after}\n")
     return "".join(lines)
 
 
