@@ -11,11 +11,12 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 
 from safenav.errors import ResourceLimitError
+from safenav.runtime.environment import SimulatedWorld
 from safenav.runtime.events import GoalReached, Reason, Synthesized
 from safenav.runtime.navigation import Planner
 from safenav.runtime.state import TeamState
 from safenav.runtime.tasks import Assignment
-from safenav.scenario.model import Robot
+from safenav.scenario.model import Robot, Scenario
 from safenav.scenario.objective import Hold, Ltl, targets_of, to_data
 from safenav.spec.robot import (
     Fairness,
@@ -72,12 +73,16 @@ class Controllers:
         self.seconds = 0.0
 
     def attempt(
-        self, changes: Mapping[str, Assignment], strict: Collection[str] | None = None
+        self,
+        changes: Mapping[str, Assignment],
+        strict: Collection[str] | None = None,
+        only: Collection[str] | None = None,
     ) -> Attempt:
         """Ask for strategies under the assignments in force with ``changes`` made to them.
 
         Robots in ``strict`` (default: all that change) take those who wait as obstacles; the
-        others may instead rely on their moving on. Raises ResourceLimitError if a synthesis
+        others may instead rely on their moving on. ``only`` restricts the question to some
+        robots. Raises ResourceLimitError if a synthesis
         runs out of time or memory.
         """
         assignments = {**self._state.tasks.current, **changes}
@@ -86,7 +91,8 @@ class Controllers:
         stale = [
             (robot, task)
             for robot in self._state.scenario.robots
-            if self._differs(robot, task := self._task(robot, assignments, parked=True))
+            if (only is None or robot.name in only)
+            and self._differs(robot, task := self._task(robot, assignments, parked=True))
         ]
         answers: dict[str, Answer] = {}
         for ladder in self._rounds(stale, assignments, strict):
@@ -148,9 +154,10 @@ class Controllers:
         for fairness in (Fairness.OFF_MY_TARGETS, Fairness.AT_ITS_TARGETS):
             yield [replace(task, fairness=fairness) for _, task in stale if task.observed]
         hopeful = [
-            (robot, self._task(robot, assignments, parked=False))
+            (robot, moving)
             for robot, task in stale
             if robot.name not in strict
+            and (moving := self._task(robot, assignments, parked=False)) != task
         ]
         for fairness in Fairness:
             yield [replace(task, fairness=fairness) for _, task in hopeful if task.observed]
@@ -214,6 +221,19 @@ class Controllers:
         return {(o.name, o.targets if relied else ()) for o in old.observed} != {
             (o.name, o.targets if relied else ()) for o in task.observed
         }
+
+
+def first_answers(
+    scenario: Scenario,
+    synthesizer: Synthesizer,
+    progress: SynthesisListener | None = None,
+    names: Collection[str] | None = None,
+) -> dict[str, Answer]:
+    """The synthesizer's answers for the start of a scenario, without a run: for the robots
+    with these names (default: all), in the scenario's order."""
+    state = TeamState.initial(scenario, SimulatedWorld(scenario))
+    attempt = Controllers(state, synthesizer, progress).attempt({}, strict=(), only=names)
+    return dict(attempt.answers)
 
 
 def _answered(answers: Mapping[str, Answer], task: Task) -> bool:

@@ -17,7 +17,6 @@ from safenav.errors import SafenavError
 from safenav.runtime.controllers import Controllers
 from safenav.runtime.coordination import Impasse, Resynthesis
 from safenav.runtime.environment import (
-    Characterization,
     SimulatedWorld,
     Violation,
     World,
@@ -36,7 +35,6 @@ from safenav.runtime.events import (
 from safenav.runtime.explanation import explain_impasse, explain_unrealizable
 from safenav.runtime.navigation import Planner, Proposal
 from safenav.runtime.state import TeamState
-from safenav.runtime.tasks import Assignment, TaskStack
 from safenav.runtime.trace import Listener, scenario_record
 from safenav.scenario.model import Outcome, Robot, Scenario
 from safenav.synthesis.slugs import Listener as SynthesisListener
@@ -76,13 +74,7 @@ class Mission:
         self.scenario = scenario
         self.result: RunResult | None = None
         self._world = world or SimulatedWorld(scenario)
-        self.state = TeamState(
-            scenario,
-            {robot.name: robot.start for robot in scenario.robots},
-            TaskStack({r.name: Assignment.of(r.objective) for r in scenario.robots}),
-            Characterization(self._world),
-            tuple(listeners),
-        )
+        self.state = TeamState.initial(scenario, self._world, listeners)
         self._controllers = Controllers(
             self.state, synthesizer or default_synthesizer(scenario), progress
         )

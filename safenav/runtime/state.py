@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
-from safenav.runtime.environment import Characterization
+from safenav.runtime.environment import Characterization, World
 from safenav.runtime.events import Event
 from safenav.runtime.navigation import Planner
-from safenav.runtime.tasks import TaskStack
+from safenav.runtime.tasks import Assignment, TaskStack
 from safenav.runtime.trace import Listener
 from safenav.scenario.model import Robot, Scenario
 from safenav.scenario.objective import to_data
@@ -26,6 +27,19 @@ class TeamState:
     listeners: tuple[Listener, ...] = ()
     planners: dict[str, Planner] = field(default_factory=dict)
     tick: int = 0
+
+    @classmethod
+    def initial(
+        cls, scenario: Scenario, world: World, listeners: Iterable[Listener] = ()
+    ) -> TeamState:
+        """Everybody at the start with the objective that the scenario gives."""
+        return cls(
+            scenario,
+            {robot.name: robot.start for robot in scenario.robots},
+            TaskStack({r.name: Assignment.of(r.objective) for r in scenario.robots}),
+            Characterization(world),
+            tuple(listeners),
+        )
 
     def emit(self, event: Event) -> None:
         for listener in self.listeners:

@@ -1,0 +1,110 @@
+"""The command line: one module a command, loaded only when it is used.
+
+``main`` is the only place that turns an exception into an exit status.
+"""
+
+from __future__ import annotations
+
+import importlib
+import os
+import sys
+
+import click
+
+import safenav
+from safenav.errors import ExitCode, SafenavError
+
+COMMANDS = {
+    "run": "Run a scenario and tell its story.",
+    "synth": "Synthesize the controllers and write them to files.",
+    "check": "Validate a scenario and say whether each robot is realizable.",
+    "check-trace": "Check a trace independently of what wrote it.",
+    "draw": "Draw a scenario before any run.",
+    "replay": "Replay a trace: a page, pictures, or the terminal.",
+}
+
+EPILOG = """\b
+Exit codes:
+  0  as expected: completed, realizable
+  1  a proven negative: operator needed, unrealizable, expectation not met
+  2  bad input or usage
+  3  a resource limit: ticks, time, memory
+  4  internal error or synthesizer failure
+  130  interrupted
+\b
+Environment:
+  SAFENAV_SLUGS  another slugs binary to use
+  SAFENAV_CACHE  directory of the synthesis cache, or 'off'
+  NO_COLOR       no colours
+"""
+
+
+class _Commands(click.Group):
+    """Knows the commands by name and imports a command's module when it is wanted."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        del ctx
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        del ctx
+        if cmd_name not in COMMANDS:
+            return None
+        module = importlib.import_module(f"safenav.cli.{cmd_name.replace('-', '_')}")
+        command: click.Command = module.command
+        return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        del ctx
+        with formatter.section("Commands"):
+            formatter.write_dl(list(COMMANDS.items()))
+
+
+@click.group(cls=_Commands, epilog=EPILOG, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(safenav.__version__, prog_name="safenav")
+def group() -> None:
+    """Correct-by-construction controllers for teams of heterogeneous robots.
+
+    A scenario (YAML) holds a map, robots, their objectives and what they do not know yet;
+    safenav synthesizes a controller for each robot and runs the team.
+
+    \b
+    Examples:
+      safenav run scenarios/case_study_1.yaml
+      safenav check scenarios/hello.yaml
+      safenav synth scenarios/hello.yaml -o out
+    """
+
+
+def main() -> None:
+    """Entry point of the ``safenav`` command."""
+    try:
+        status = group.main(standalone_mode=False)
+        sys.exit(status if isinstance(status, int) else ExitCode.OK)
+    except SafenavError as error:
+        _fail(str(error), error.exit_code)
+    except click.exceptions.Abort:
+        _fail("interrupted", ExitCode.INTERRUPTED)
+    except click.ClickException as error:
+        error.show()
+        sys.exit(error.exit_code)
+    except KeyboardInterrupt:
+        _fail("interrupted", ExitCode.INTERRUPTED)
+    except BrokenPipeError:
+        # The reader of our output has gone (``safenav ... | head``): nothing is wrong here,
+        # and nobody is left to tell. Keep the interpreter from trying at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        sys.exit(ExitCode.OK)
+    except Exception as error:
+        if os.environ.get("SAFENAV_DEBUG"):
+            raise
+        _fail(
+            f"internal error: {type(error).__name__}: {error}\n"
+            "    this is a defect of safenav; set SAFENAV_DEBUG=1 to see where it happened",
+            ExitCode.INTERNAL,
+        )
+
+
+def _fail(message: str, code: ExitCode) -> None:
+    click.echo(f"{click.style('error:', fg='red', bold=True)} {message}", err=True)
+    sys.exit(code)

@@ -1,0 +1,118 @@
+"""``safenav run``: run a scenario and tell its story."""
+
+from __future__ import annotations
+
+import json
+import signal
+from contextlib import ExitStack
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import click
+
+from safenav.errors import ExitCode
+
+EPILOG = """\b
+Examples:
+  safenav run scenarios/case_study_1.yaml
+  safenav run scenarios/case_study_3.yaml --trace chain.jsonl
+  safenav run scenarios/hello.yaml --json
+\b
+Exit codes:
+  0  the run ended as the scenario expects (without 'expect': completed)
+  1  operator needed, unrealizable, or not as expected
+  2  bad input   3  tick, time or memory limit   4  synthesizer failure
+  130  interrupted
+"""
+
+
+@click.command(epilog=EPILOG)
+@click.argument("scenario", type=click.Path(path_type=Path))
+@click.option("--trace", type=click.Path(path_type=Path), help="Write what happens (JSON Lines).")
+@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON, no story.")
+@click.option("--seed", type=click.IntRange(min=0), help="Use this seed, not the scenario's.")
+@click.option("--max-ticks", type=click.IntRange(min=1), help="Stop after so many ticks.")
+@click.option("--verify/--no-verify", default=True, help="Check each strategy before it is used.")
+@click.option("--map/--no-map", "maps", default=True, help="Draw the map at moments that matter.")
+def command(
+    scenario: Path,
+    trace: Path | None,
+    as_json: bool,
+    seed: int | None,
+    max_ticks: int | None,
+    verify: bool,
+    maps: bool,
+) -> int:
+    """Run SCENARIO: synthesize a controller for each robot, then execute them in a world
+    with the scenario's hidden obstacles until every robot has met its objective."""
+    from safenav.report.story import Story
+    from safenav.report.waiting import WaitingLine
+    from safenav.runtime.expectation import Ledger, differences
+    from safenav.runtime.mission import Mission
+    from safenav.runtime.trace import Listener, TraceWriter
+    from safenav.scenario.loader import load_scenario
+    from safenav.synthesis.slugs import Synthesizer
+
+    plan = load_scenario(scenario)
+    if seed is not None:
+        plan = replace(plan, seed=seed)
+    if max_ticks is not None:
+        plan = replace(plan, limits=replace(plan.limits, ticks=max_ticks))
+    synthesizer = Synthesizer(
+        seconds=plan.limits.synthesis_seconds,
+        memory_mb=plan.limits.synthesis_memory,
+        verify=verify,
+    )
+    ledger = Ledger()
+    listeners: list[Listener] = [ledger]
+    signal.signal(signal.SIGTERM, _as_interrupt)
+    with ExitStack() as stack:
+        if trace is not None:
+            listeners.append(stack.enter_context(TraceWriter(trace)))
+        if not as_json:
+            listeners.append(Story(plan, maps=maps))
+        mission = Mission(plan, synthesizer, listeners=listeners, progress=WaitingLine())
+        result = mission.run()
+    wrong = differences(plan.expect, ledger)
+    if as_json:
+        click.echo(json.dumps(_record(ledger, mission, wrong), indent=2))
+    for difference in wrong:
+        click.echo(f"{click.style('not as expected:', fg='red')} {difference}", err=True)
+    return _status(result.outcome.value, plan.expect.outcome is not None, bool(wrong))
+
+
+def _status(outcome: str, expected: bool, wrong: bool) -> ExitCode:
+    if outcome == "interrupted":
+        return ExitCode.INTERRUPTED
+    if wrong:
+        return ExitCode.RESOURCE_LIMIT if outcome == "tick_limit" else ExitCode.NEGATIVE
+    if outcome == "completed" or expected:
+        return ExitCode.OK
+    return ExitCode.RESOURCE_LIMIT if outcome == "tick_limit" else ExitCode.NEGATIVE
+
+
+def _record(ledger: Any, mission: Any, wrong: list[str]) -> dict[str, Any]:
+    result = mission.result
+    return {
+        "scenario": mission.scenario.name,
+        "outcome": result.outcome.value,
+        "explanation": result.explanation,
+        "cause": result.cause,
+        "as_expected": not wrong,
+        "differences": wrong,
+        "resolved": ledger.resolved,
+        "blocked": ledger.blocked,
+        "helpers": ledger.helpers,
+        "rounds": result.rounds,
+        "ticks": result.ticks,
+        "seconds": result.seconds,
+        "syntheses": result.syntheses,
+        "synthesis_seconds": result.synthesis_seconds,
+    }
+
+
+def _as_interrupt(number: int, frame: object) -> None:
+    """End on SIGTERM as on Ctrl-C: with the outcome written."""
+    del number, frame
+    raise KeyboardInterrupt

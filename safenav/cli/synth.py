@@ -1,0 +1,140 @@
+"""``safenav synth``: synthesize the controllers of a scenario and write them to files."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from safenav.errors import ExitCode, UsageError
+
+if TYPE_CHECKING:
+    from safenav.runtime.controllers import Answer
+    from safenav.scenario.model import Scenario
+
+EPILOG = """\b
+Examples:
+  safenav synth scenarios/case_study_1.yaml
+  safenav synth scenarios/case_study_1.yaml --robot digit -o out
+\b
+Files written for each robot R into DIR:
+  R.structuredslugs  the specification, with the origin of each constraint
+  R.json             the strategy, as slugs prints it
+  R.dot              the automaton for Graphviz
+  R.graphml          the automaton for networkx, Gephi, yEd
+\b
+Exit codes:
+  0  all realizable   1  some robot is unrealizable   2  bad input
+  3  time or memory limit   4  synthesizer failure
+"""
+
+
+@click.command(epilog=EPILOG)
+@click.argument("scenario", type=click.Path(path_type=Path))
+@click.option("--robot", help="Only this robot.")
+@click.option(
+    "-o", "--output", type=click.Path(path_type=Path), help="Directory to write files into."
+)
+@click.option("--verify/--no-verify", default=True, help="Check each strategy independently.")
+def command(scenario: Path, robot: str | None, output: Path | None, verify: bool) -> int:
+    """Synthesize the controllers for the start of SCENARIO and print their size."""
+    from safenav.report.waiting import WaitingLine
+    from safenav.runtime.controllers import first_answers
+    from safenav.scenario.loader import load_scenario
+    from safenav.synthesis.slugs import Synthesizer
+
+    plan = load_scenario(scenario)
+    names = [r.name for r in plan.robots]
+    if robot is not None and robot not in names:
+        raise UsageError(f"{scenario}: there is no robot '{robot}'; it has {', '.join(names)}")
+    limits = plan.limits
+    synthesizer = Synthesizer(
+        seconds=limits.synthesis_seconds, memory_mb=limits.synthesis_memory, verify=verify
+    )
+    wanted = [robot] if robot is not None else names
+    answers = first_answers(plan, synthesizer, WaitingLine(), wanted)
+    if output is not None:
+        for answer in answers.values():
+            _write_all(answer, plan, output)
+    _print_statistics(answers, plan)
+    if output is not None:
+        click.echo(f"\nwritten to {output}")
+    return _explain_failures(answers, plan)
+
+
+def _print_statistics(answers: dict[str, Answer], plan: Scenario) -> None:
+    from safenav.report.table import table
+    from safenav.spec.robot import assumption_names, compile_task
+    from safenav.synthesis.export import statistics_of
+
+    headings = ("robot", "verdict", "states", "edges", "goals", "bits", "ms", "verified")
+    rows = []
+    for answer in answers.values():
+        figures = statistics_of(compile_task(answer.task, plan.map), answer.result)
+        verified = {True: "yes", None: "no"}[answer.result.verified or None]
+        rows.append(
+            (
+                figures.robot,
+                figures.verdict,
+                figures.states,
+                figures.edges,
+                figures.goals,
+                figures.bits,
+                round(figures.seconds * 1000, 1),
+                verified if answer.realizable else "-",
+            )
+        )
+    for line in table(headings, rows):
+        click.echo(line)
+    for name, answer in answers.items():
+        for assumption in assumption_names(answer.task):
+            click.echo(f"{name} assumes: {assumption}")
+
+
+def _explain_failures(answers: dict[str, Answer], plan: Scenario) -> int:
+    from safenav.runtime.explanation import explain_unrealizable
+
+    failed = [answer for answer in answers.values() if not answer.realizable]
+    for answer in failed:
+        click.echo(
+            f"{click.style('unrealizable:', fg='red', bold=True)} "
+            f"{explain_unrealizable(answer.task.robot, answer.task, plan.map)}",
+            err=True,
+        )
+    return ExitCode.NEGATIVE if failed else ExitCode.OK
+
+
+def _write_all(answer: Answer, plan: Scenario, directory: Path) -> None:
+    name = answer.task.robot.name
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        for suffix, data in _files(answer, plan):
+            _write_whole(directory / f"{name}{suffix}", data)
+    except OSError as error:
+        raise UsageError(f"cannot write to {directory}: {error.strerror}") from error
+
+
+def _files(answer: Answer, plan: Scenario) -> Iterator[tuple[str, bytes]]:
+    from safenav.spec.robot import compile_task
+    from safenav.synthesis.export import to_dot, to_graphml
+
+    text = compile_task(answer.task, plan.map).to_structuredslugs()
+    yield ".structuredslugs", text.encode()
+    strategy, data = answer.result.strategy, answer.result.strategy_json
+    if strategy is not None and data is not None:
+        yield ".json", data
+        yield ".dot", to_dot(strategy).encode()
+        yield ".graphml", to_graphml(strategy).encode()
+
+
+def _write_whole(path: Path, data: bytes) -> None:
+    """Write a file whole or not at all."""
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    try:
+        temporary.write_bytes(data)
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)

@@ -1,0 +1,74 @@
+"""The map as text: two characters a region, robots as letters, obstacles as blocks.
+
+Two robots above each other (one flies) share a region's two characters.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from safenav.world.map import Heading, Region, RegionMap
+
+ARROWS = {Heading.NORTH: "^", Heading.EAST: ">", Heading.SOUTH: "v", Heading.WEST: "<"}
+WALL = "██"
+FREE = " ·"
+
+
+@dataclass(frozen=True)
+class Marker:
+    """A robot to draw: its letter, where it is, and which way it faces (if it does)."""
+
+    letter: str
+    region: Region
+    heading: Heading | None = None
+
+
+@dataclass(frozen=True)
+class MapPicture:
+    """What is on the map besides the walls. ``closed``: obstacles found and not resolved;
+    ``barred``: regions that have joined the known obstacles; ``targets``: marked faintly."""
+
+    markers: Sequence[Marker] = ()
+    closed: Mapping[Region, str] = field(default_factory=dict)
+    barred: Mapping[Region, str] = field(default_factory=dict)
+    targets: Sequence[Region] = ()
+
+
+def letters(names: Sequence[str]) -> dict[str, str]:
+    """A letter for each robot: its initial in upper case, or else the first free letter."""
+    taken: dict[str, str] = {}
+    for name in names:
+        wanted = [*name.upper(), *"ABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789"]
+        taken[name] = next((c for c in wanted if c.isalnum() and c not in taken.values()), "*")
+    return taken
+
+
+def draw(world: RegionMap, picture: MapPicture) -> list[str]:
+    """The map as lines of text, row 0 first."""
+    standing: dict[Region, list[Marker]] = {}
+    for marker in picture.markers:
+        standing.setdefault(marker.region, []).append(marker)
+    lines = []
+    for row in range(world.rows):
+        cells = []
+        for col in range(world.cols):
+            region = world.region(row, col)
+            cells.append(_cell(region, world, picture, standing.get(region, [])))
+        lines.append("".join(cells))
+    return lines
+
+
+def _cell(region: Region, world: RegionMap, picture: MapPicture, here: list[Marker]) -> str:
+    if len(here) == 1:
+        heading = here[0].heading
+        return here[0].letter + (ARROWS[heading] if heading is not None else " ")
+    if here:
+        return "".join(marker.letter for marker in here)[:2]
+    if region in world.walls:
+        return WALL
+    if region in picture.barred:
+        return "XX"
+    if region in picture.closed:
+        return "▒▒"
+    return " o" if region in picture.targets else FREE

@@ -1,0 +1,36 @@
+"""Say on standard error that a synthesis takes long (progress on anything over a second)."""
+
+from __future__ import annotations
+
+import sys
+
+import click
+
+from safenav.synthesis.slugs import Phase, Progress
+
+
+class WaitingLine:
+    """One line that is kept up to date on a terminal, and a line now and then elsewhere."""
+
+    EVERY = 10
+    """Seconds between lines where standard error is no terminal."""
+
+    def __init__(self) -> None:
+        self._live = sys.stderr.isatty()
+        self._shown = False
+        self._told = 0
+
+    def __call__(self, progress: Progress) -> None:
+        if progress.phase is Phase.RUNNING:
+            text = f"synthesizing {progress.robot}: {progress.seconds:.0f} s"
+            if self._live:
+                click.echo(f"\r\033[K{text}", nl=False, err=True)
+                self._shown = True
+            elif int(progress.seconds) // self.EVERY > self._told:
+                self._told = int(progress.seconds) // self.EVERY
+                click.echo(text, err=True)
+        elif progress.phase is Phase.FINISHED:
+            self._told = 0
+            if self._shown:
+                click.echo("\r\033[K", nl=False, err=True)
+                self._shown = False
