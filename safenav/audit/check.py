@@ -1,0 +1,227 @@
+"""Checks a trace: replays it line by line and asks every rule.
+
+The joint-trace checker of the design (section 10). It shares no code with what writes traces:
+it knows docs/trace.md and works out the rest from the header.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from safenav.audit.reader import read_lines, read_trace
+from safenav.audit.records import (
+    Blocked,
+    Goal,
+    Header,
+    Move,
+    Outcome,
+    Pop,
+    Push,
+    Record,
+    Request,
+    Resolved,
+    Synthesis,
+    Trace,
+    Violation,
+)
+from safenav.audit.rule import Finding, Rule
+from safenav.audit.rules_motion import (
+    CollisionRule,
+    ContinuityRule,
+    KnownObstacleRule,
+    MapRule,
+    MobilityRule,
+    SwapRule,
+    UnresolvedObstacleRule,
+)
+from safenav.audit.rules_objectives import (
+    GoalOrderRule,
+    GoalRule,
+    HoldRule,
+    MissedGoalRule,
+    PatrolRule,
+    RoundsRule,
+)
+from safenav.audit.rules_obstacles import (
+    BacktrackRule,
+    BlockedRule,
+    MissedResolutionRule,
+    ResolutionRule,
+    ViolationRule,
+)
+from safenav.audit.rules_order import HeaderRule, OrderRule
+from safenav.audit.rules_outcome import CompletedRule, OutcomeRule
+from safenav.audit.rules_requests import BidsRule, HelperRule, RequestRule
+from safenav.audit.rules_stack import MissedPopRule, PopRule, PushRule
+from safenav.audit.rules_synthesis import StrategyRule, SynthesisRule, VerdictsRule
+from safenav.audit.situation import Situation
+
+RULES: tuple[type[Rule], ...] = (
+    HeaderRule,
+    OrderRule,
+    ContinuityRule,
+    MapRule,
+    MobilityRule,
+    UnresolvedObstacleRule,
+    KnownObstacleRule,
+    CollisionRule,
+    SwapRule,
+    ViolationRule,
+    BacktrackRule,
+    ResolutionRule,
+    MissedResolutionRule,
+    BlockedRule,
+    RequestRule,
+    BidsRule,
+    HelperRule,
+    PushRule,
+    PopRule,
+    MissedPopRule,
+    GoalRule,
+    GoalOrderRule,
+    PatrolRule,
+    MissedGoalRule,
+    RoundsRule,
+    HoldRule,
+    SynthesisRule,
+    StrategyRule,
+    VerdictsRule,
+    OutcomeRule,
+    CompletedRule,
+)
+"""Every rule, in the order in which findings on one line are told."""
+
+NAMES_RULE = "names"
+"""Lines speak of robots and obstacles of the header only. Kept here, since lines that break it
+mean nothing to the other rules and are left out."""
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """What the trace holds, by count. ``steps`` are the moves that were no stays."""
+
+    robots: int
+    ticks: int
+    moves: int
+    steps: int
+    goals: int
+    violations: int
+    requests: int
+    resolved: int
+    blocked: int
+    deepest_stack: int
+    syntheses: int
+    ignored_lines: int
+
+
+@dataclass(frozen=True)
+class Audit:
+    """What was found. ``complete``: the trace has its outcome; otherwise it was cut off (by a
+    crash, say), and nothing is said about what came after."""
+
+    source: str
+    outcome: str | None
+    complete: bool
+    findings: tuple[Finding, ...]
+    statistics: Statistics
+
+    @property
+    def ok(self) -> bool:
+        """Whether no rule was broken, as far as the trace goes."""
+        return not self.findings
+
+
+def check_trace(trace: str | Path | Iterable[str]) -> Audit:
+    """Check a trace in a file (its path) or in lines. Raises InputError if it is no trace."""
+    if isinstance(trace, str | Path):
+        return audit(read_trace(trace))
+    return audit(read_lines(trace))
+
+
+def audit(trace: Trace) -> Audit:
+    """Check a trace that was read. Findings come in the order of the lines they are about."""
+    rank = {rule.name: position for position, rule in enumerate(RULES, start=1)}
+    findings = sorted(_findings(trace), key=lambda f: (f.line, rank.get(f.rule, 0)))
+    outcome = trace.outcome
+    return Audit(
+        trace.source,
+        outcome.outcome.value if outcome else None,
+        outcome is not None and not trace.cut_off,
+        tuple(findings),
+        _statistics(trace),
+    )
+
+
+def _findings(trace: Trace) -> Iterator[Finding]:
+    now = Situation(trace.header)
+    rules = [rule() for rule in RULES]
+    for rule in rules:
+        yield from rule.opening(now)
+    for record in trace.records:
+        stranger = _stranger(record, trace.header)
+        if stranger is not None:
+            problem = f"{stranger!r} is not in the scenario"
+            yield Finding(NAMES_RULE, record.tick, None, record.line, problem)
+            continue
+        for rule in rules:
+            yield from rule.line(record, now)
+        if now.outcome is not None:
+            continue  # told by the rule on the order of lines
+        if isinstance(record, Violation | Move) and now.starts_turn(record):
+            now.finish_turn(last=False)
+            for rule in rules:
+                yield from rule.turn(now)
+            now.begin_turn(record)
+        now.apply(record)
+    now.finish_turn(last=True)
+    for rule in rules:
+        yield from rule.turn(now)
+    for rule in rules:
+        yield from rule.ending(now)
+
+
+def _stranger(record: Record, header: Header) -> str | None:
+    """A robot or obstacle that the line speaks of and the header does not know."""
+    robots: list[str | None] = []
+    obstacle: str | None = None
+    match record:
+        case Request():
+            robots, obstacle = [record.requester, record.helper, *record.bids], record.obstacle
+        case Push() | Pop():
+            robots = [record.requester, record.helper, *record.objectives]
+            obstacle = record.obstacle
+        case Blocked():
+            robots, obstacle = list(record.robots), record.obstacle
+        case Violation() | Resolved():
+            robots, obstacle = [record.robot], record.obstacle
+        case Outcome():
+            robots = list(record.rounds)
+        case _:
+            robots = [record.robot]
+    for robot in robots:
+        if robot is not None and robot not in header.robots:
+            return robot
+    return obstacle if obstacle is not None and obstacle not in header.obstacles else None
+
+
+def _statistics(trace: Trace) -> Statistics:
+    def count(kind: type[Record]) -> int:
+        return sum(isinstance(record, kind) for record in trace.records)
+
+    moves = [record for record in trace.records if isinstance(record, Move)]
+    return Statistics(
+        robots=len(trace.header.robots),
+        ticks=max((move.tick for move in moves), default=0),
+        moves=len(moves),
+        steps=sum(move.origin != move.to for move in moves),
+        goals=count(Goal),
+        violations=count(Violation),
+        requests=count(Request),
+        resolved=count(Resolved),
+        blocked=count(Blocked),
+        deepest_stack=max((r.depth for r in trace.records if isinstance(r, Push)), default=0),
+        syntheses=count(Synthesis),
+        ignored_lines=trace.ignored,
+    )

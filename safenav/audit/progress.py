@@ -1,0 +1,63 @@
+"""How far a robot is with its objective, as far as its goal lines tell.
+
+A new strategy may begin the objective at any of its targets, since nothing in the format says
+that memory survives a resynthesis. So after each the next goal is unknown until one is met.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from safenav.audit.records import Goal, Objective, Region
+
+
+@dataclass
+class Progress:
+    """``awaited``: the index of the next target of patrol or visit, None while unknown.
+
+    ``covered``: the targets of a cover met in this round, meaningful only if ``fresh`` (the
+    beginning of the round was seen). ``reset_line``: since when all this is counted.
+    """
+
+    objective: Objective
+    awaited: int | None = None
+    covered: set[int] = field(default_factory=set)
+    fresh: bool = False
+    reset_line: int = 0
+    last_round: int = 0
+
+    @classmethod
+    def at_start(cls, objective: Objective, start: Region) -> Progress:
+        """Before the first move: a visit begins with its first target unless the robot is
+        there already (whether that counts is the strategy's business)."""
+        first = objective.targets[0] if objective.targets else frozenset()
+        in_order = objective.kind == "visit" and start not in first
+        return cls(objective, awaited=0 if in_order else None, fresh=start not in first)
+
+    def reset(self, objective: Objective, line: int) -> None:
+        self.objective = objective
+        self.awaited = None
+        self.covered.clear()
+        self.fresh = False
+        self.reset_line = line
+
+    def meet(self, goal: Goal) -> None:
+        count = len(self.objective.targets)
+        if self.objective.kind in ("patrol", "visit") and goal.goal < count:
+            self.awaited = (goal.goal + 1) % count
+        elif self.objective.kind == "cover":
+            self.covered.add(goal.goal)
+            if goal.round > self.last_round or len(self.covered) >= count:
+                self.covered.clear()
+                self.fresh = True
+        self.last_round = goal.round
+
+    def copy(self) -> Progress:
+        return Progress(
+            self.objective,
+            self.awaited,
+            set(self.covered),
+            self.fresh,
+            self.reset_line,
+            self.last_round,
+        )

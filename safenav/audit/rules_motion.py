@@ -1,0 +1,155 @@
+"""Rules on where robots are: the map, mobility, obstacles, each other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from safenav.audit.grid import opposite
+from safenav.audit.records import Move, Record
+from safenav.audit.rule import Finding, Rule
+from safenav.audit.situation import Situation, Status
+
+
+class ContinuityRule(Rule):
+    """A robot moves from where it was: ``from`` is its former ``to``, at first its start (T)."""
+
+    name = "continuity"
+
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        if isinstance(record, Move) and record.origin != now.region[record.robot]:
+            problem = (
+                f"{record.robot} moves from {now.show(record.origin)}, "
+                f"but was at {now.show(now.region[record.robot])}"
+            )
+            yield self.broken_by(record, record.robot, problem)
+
+
+class MapRule(Rule):
+    """Robots stay on the map and out of its walls (D 4: ``region' not in O``)."""
+
+    name = "map"
+
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        if isinstance(record, Move) and not now.grid.is_free(record.to):
+            what = "a wall" if now.grid.on_map(record.to) else "not on the map"
+            problem = f"{record.robot} enters {now.show(record.to)}, which is {what}"
+            yield self.broken_by(record, record.robot, problem)
+
+
+class MobilityRule(Rule):
+    """A move is a stay or a step to a 4-neighbour. With a heading: staying keeps it, a step is
+    not backwards, and afterwards the robot faces the way it stepped (D 3, Mobility)."""
+
+    name = "mobility"
+
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        if isinstance(record, Move):
+            problem = self._problem(record, now)
+            if problem:
+                yield self.broken_by(record, record.robot, problem)
+
+    def _problem(self, move: Move, now: Situation) -> str:
+        robot, before = move.robot, now.heading[move.robot]
+        way = now.grid.direction(move.origin, move.to)
+        if move.to != move.origin and way is None:
+            origin, to = now.show(move.origin), now.show(move.to)
+            return f"{robot} jumps from {origin} to {to}, which is no neighbour"
+        if not now.has_heading(robot):
+            return ""
+        if way is None:
+            if move.heading != before:
+                return f"{robot} turns from {before} to {move.heading} while it stays"
+            return ""
+        if before is not None and way == opposite(before):
+            return f"{robot} faces {before} and steps {way}, which is backwards"
+        if move.heading != way:
+            return f"{robot} steps {way} and then faces {move.heading}"
+        return ""
+
+
+class UnresolvedObstacleRule(Rule):
+    """Nobody is in the region of an obstacle that blocks it and is not resolved (D 5.3)."""
+
+    name = "unresolved-obstacle"
+
+    def opening(self, now: Situation) -> Iterator[Finding]:
+        for robot, region in now.region.items():
+            for problem in _entered(robot, region, now, Status.UNRESOLVED):
+                yield self.broken(0, robot, now.header.line, problem)
+
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        if isinstance(record, Move):
+            for problem in _entered(record.robot, record.to, now, Status.UNRESOLVED):
+                yield self.broken_by(record, record.robot, problem)
+
+
+class KnownObstacleRule(Rule):
+    """An obstacle that was found untraversable, or that nobody can resolve, has joined O for
+    those whom it blocks: none of them enters it (D 5.4 and 5.6)."""
+
+    name = "known-obstacle"
+
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        if isinstance(record, Move):
+            for status in (Status.UNTRAVERSABLE, Status.GIVEN_UP):
+                for problem in _entered(record.robot, record.to, now, status):
+                    yield self.broken_by(record, record.robot, problem)
+
+
+class CollisionRule(Rule):
+    """Robots of one layer never share a region, at no moment of a tick (D 4, Layers)."""
+
+    name = "collision"
+
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        if not isinstance(record, Move):
+            return
+        for other, region in now.region.items():
+            if region != record.to or other == record.robot:
+                continue
+            if _same_layer(record.robot, other, now):
+                problem = f"{record.robot} and {other} are both at {now.show(record.to)}"
+                yield self.broken_by(record, record.robot, problem)
+
+
+class SwapRule(Rule):
+    """Robots of one layer do not change places within a tick (D 4). Turns interleave, so that
+    follows from the absence of collisions if the moves are continuous; checked on its own."""
+
+    name = "swap"
+
+    def __init__(self) -> None:
+        self._tick = 0
+        self._moves: list[Move] = []
+
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        if not isinstance(record, Move):
+            return
+        if record.tick != self._tick:
+            self._tick, self._moves = record.tick, []
+        for other in self._moves:
+            swapped = (other.origin, other.to) == (record.to, record.origin)
+            if not swapped or record.to == record.origin or other.robot == record.robot:
+                continue
+            if _same_layer(record.robot, other.robot, now):
+                places = f"{now.show(record.origin)} and {now.show(record.to)}"
+                problem = f"{other.robot} and {record.robot} change places, {places}"
+                yield self.broken_by(record, record.robot, problem)
+        self._moves.append(record)
+
+
+def _same_layer(one: str, other: str, now: Situation) -> bool:
+    robots = now.header.robots
+    return robots[one].layer == robots[other].layer
+
+
+def _entered(robot: str, region: int, now: Situation, status: Status) -> Iterator[str]:
+    how = {
+        Status.UNRESOLVED: "not resolved",
+        Status.UNTRAVERSABLE: "known to be untraversable",
+        Status.GIVEN_UP: "known, and that nobody can resolve",
+    }
+    for obstacle in now.obstacles_at(region):
+        if now.status[obstacle.name] is status and robot in now.blocked_by(obstacle.name):
+            place = now.show(region)
+            yield f"{robot} is at {place} with {obstacle.name}, which is {how[status]}"

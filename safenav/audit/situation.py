@@ -1,0 +1,217 @@
+"""What is so at a line of a trace: replayed from the lines before it, and nothing else.
+
+Rules look at a situation before a line takes effect, and again when a turn is over. After a
+broken rule the situation follows the trace, so that one fault is not reported for ever.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import Enum, auto
+from typing import TypeVar
+
+from safenav.audit.grid import Grid
+from safenav.audit.progress import Progress
+from safenav.audit.records import (
+    Assumption,
+    Blocked,
+    BlockReason,
+    Ending,
+    Goal,
+    Header,
+    Heading,
+    Line,
+    Move,
+    Objective,
+    ObstacleHeader,
+    Outcome,
+    Pop,
+    Push,
+    Record,
+    Region,
+    Resolved,
+    Synthesis,
+    Violation,
+)
+
+L = TypeVar("L", bound=Line)
+
+RESYNTHESIS = "resynthesis"
+
+
+class Status(Enum):
+    """What has become of an obstacle."""
+
+    UNRESOLVED = auto()
+    RESOLVED = auto()
+    UNTRAVERSABLE = auto()
+    """Resolved, and found to be an obstacle for good."""
+    GIVEN_UP = auto()
+    """Nobody can resolve it: those whom it blocks plan around it."""
+
+
+@dataclass(frozen=True)
+class Frame:
+    """An entry of the objective stack: why it was pushed, and what was in force before."""
+
+    obstacle: str | None
+    requester: str | None
+    helper: str | None
+    before: Mapping[str, Objective]
+    tick: int
+    line: int
+
+
+@dataclass
+class Turn:
+    """One robot's turn, or (robot None) what happens before the first.
+
+    ``origin`` and ``progress`` are the robot's when the turn began, ``objectives`` those of
+    the whole team. ``final``: nothing comes after it but the outcome. ``torn``: the run ended
+    from outside, or the trace breaks off, so that lines may be missing here.
+    """
+
+    tick: int
+    robot: str | None
+    line: int
+    objectives: Mapping[str, Objective]
+    origin: Region | None = None
+    progress: Progress | None = None
+    records: list[Record] = field(default_factory=list)
+    final: bool = False
+    torn: bool = False
+
+    def all(self, kind: type[L]) -> list[L]:
+        return [record for record in self.records if isinstance(record, kind)]
+
+    def first(self, kind: type[L]) -> L | None:
+        return next((record for record in self.records if isinstance(record, kind)), None)
+
+
+class Situation:
+    """The team, the obstacles and the stack, as of some line."""
+
+    def __init__(self, header: Header) -> None:
+        self.header = header
+        self.grid = Grid(header)
+        robots = header.robots
+        self.region: dict[str, Region] = {n: r.start for n, r in robots.items()}
+        self.heading: dict[str, Heading | None] = {n: r.heading for n, r in robots.items()}
+        self.objectives: dict[str, Objective] = {n: r.objective for n, r in robots.items()}
+        self.progress = {n: Progress.at_start(r.objective, r.start) for n, r in robots.items()}
+        self.stack: list[Frame] = []
+        self.status = dict.fromkeys(header.obstacles, Status.UNRESOLVED)
+        self.discovered: set[str] = set()
+        self.outcome: Outcome | None = None
+        self.turn = Turn(0, None, header.line, dict(self.objectives))
+
+    def has_heading(self, robot: str) -> bool:
+        return self.header.robots[robot].mobility == "heading"
+
+    def capable(self, obstacle: str) -> set[str]:
+        """The robots that can resolve the obstacle."""
+        action = self.header.obstacles[obstacle].action
+        return {n for n, r in self.header.robots.items() if action in r.capabilities}
+
+    def blocked_by(self, obstacle: str) -> set[str]:
+        """The robots that must not enter the obstacle's region: those whom its type blocks,
+        save those who can resolve it (DESIGN section 5, step 2)."""
+        listed = self.header.obstacles[obstacle].blocks & self.header.robots.keys()
+        return set(listed) - self.capable(obstacle)
+
+    def is_over(self, obstacle: str | None) -> bool:
+        """Whether a request for this obstacle has been answered, one way or the other."""
+        return obstacle is None or self.status[obstacle] is not Status.UNRESOLVED
+
+    def is_requested(self, obstacle: str) -> bool:
+        """Whether a request for the obstacle is on the stack and not yet answered."""
+        return not self.is_over(obstacle) and any(f.obstacle == obstacle for f in self.stack)
+
+    def obstacles_at(self, region: Region) -> list[ObstacleHeader]:
+        return [o for o in self.header.obstacles.values() if o.region == region]
+
+    def show(self, region: Region) -> str:
+        return self.grid.show(region)
+
+    def starts_turn(self, record: Record) -> bool:
+        """Whether a new turn begins with this line: its violation, or else its move."""
+        turn = self.turn
+        if isinstance(record, Violation):
+            return True
+        if not isinstance(record, Move):
+            return False
+        return turn.robot != record.robot or turn.first(Move) is not None
+
+    def begin_turn(self, record: Violation | Move) -> None:
+        robot = record.robot
+        self.turn = Turn(
+            record.tick,
+            robot,
+            record.line,
+            dict(self.objectives),
+            self.region[robot],
+            self.progress[robot].copy(),
+        )
+
+    def apply(self, record: Record) -> None:
+        """Let a line take effect."""
+        if isinstance(record, Outcome):
+            self.outcome = record
+            return
+        self.turn.records.append(record)
+        match record:
+            case Move():
+                self.region[record.robot] = record.to
+                self.heading[record.robot] = record.heading
+            case Violation():
+                self.discovered.add(record.obstacle)
+            case Resolved():
+                gone = record.traversable is not False
+                self.status[record.obstacle] = Status.RESOLVED if gone else Status.UNTRAVERSABLE
+            case Blocked():
+                untraversable = record.reason is BlockReason.UNTRAVERSABLE
+                self.status[record.obstacle] = (
+                    Status.UNTRAVERSABLE if untraversable else Status.GIVEN_UP
+                )
+            case Push():
+                frame = Frame(
+                    record.obstacle,
+                    record.requester,
+                    record.helper,
+                    dict(self.objectives),
+                    record.tick,
+                    record.line,
+                )
+                self.stack.append(frame)
+                self._put_in_force(record.objectives, record.line)
+            case Pop():
+                if self.stack:
+                    self.stack.pop()
+                self._put_in_force(record.objectives, record.line)
+            case Synthesis():
+                if record.tick > 0:
+                    robot = record.robot
+                    self.progress[robot].reset(self.objectives[robot], record.line)
+            case Assumption():
+                self.progress[record.robot].reset(self.objectives[record.robot], record.line)
+            case Goal():
+                progress = self.progress[record.robot]
+                if progress.reset_line < self.turn.line:
+                    progress.meet(record)
+                else:  # counted by the objective before the reset, or by that after it
+                    progress.last_round = record.round
+            case _:
+                pass
+
+    def finish_turn(self, last: bool) -> None:
+        """Say of the turn that is over whether it was the last of the trace."""
+        self.turn.final = last
+        from_outside = (Ending.INTERRUPTED, Ending.ERROR)
+        self.turn.torn = last and (self.outcome is None or self.outcome.outcome in from_outside)
+
+    def _put_in_force(self, objectives: Mapping[str, Objective], line: int) -> None:
+        for robot, objective in objectives.items():
+            if self.objectives[robot] != objective:
+                self.objectives[robot] = objective
+                self.progress[robot].reset(objective, line)

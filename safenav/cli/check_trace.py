@@ -1,0 +1,71 @@
+"""``safenav check-trace``: check a trace against the rules, apart from the program that ran."""
+
+from __future__ import annotations
+
+import json
+import sys
+from dataclasses import asdict
+
+import click
+
+from safenav.audit.check import Audit, audit
+from safenav.audit.reader import read_bytes, read_trace
+from safenav.errors import ExitCode, InputError
+
+
+@click.command(name="check-trace")
+@click.argument("trace", type=click.Path())
+@click.option("--all", "show_all", is_flag=True, help="Print every broken rule.")
+@click.option("--json", "as_json", is_flag=True, help="Print the whole result as JSON.")
+def command(trace: str, show_all: bool, as_json: bool) -> None:
+    """Check a trace (`-`: standard input) against the rules of the design.
+
+    Walls, mobility, obstacles, collisions, requests, the objective stack, goals and the outcome
+    are worked out again from the trace alone.
+
+    \b
+    Examples:
+      safenav run door.yaml --trace door.jsonl && safenav check-trace door.jsonl
+      safenav check-trace --json door.jsonl
+
+    \b
+    Exit status:
+      0  no rule is broken
+      1  a rule is broken
+      2  this is no trace, or it cannot be read
+    """
+    try:
+        if trace == "-":
+            found = audit(read_bytes(sys.stdin.buffer.read(), "<stdin>"))
+        else:
+            found = audit(read_trace(trace))
+    except InputError as error:
+        click.echo(str(error), err=True)
+        sys.exit(ExitCode.BAD_INPUT)
+    if as_json:
+        click.echo(json.dumps(_data(found), indent=2))
+    else:
+        _tell(found, show_all)
+    sys.exit(ExitCode.OK if found.ok else ExitCode.NEGATIVE)
+
+
+def _data(found: Audit) -> dict[str, object]:
+    return {"ok": found.ok, **asdict(found)}
+
+
+def _tell(found: Audit, show_all: bool) -> None:
+    shown = found.findings if show_all else found.findings[:1]
+    for finding in shown:
+        click.echo(f"{found.source}: {finding}")
+    hidden = len(found.findings) - len(shown)
+    if hidden:
+        click.echo(f"and {hidden} more (--all shows them)")
+    if not found.complete:
+        click.echo("The trace breaks off before its outcome; checked as far as it goes.")
+    if found.ok:
+        numbers = found.statistics
+        click.echo(
+            f"{found.source}: no rule broken in {numbers.ticks} ticks of {numbers.robots} robots "
+            f"({numbers.moves} moves, {numbers.goals} goals, {numbers.resolved} resolved, "
+            f"outcome {found.outcome or 'unknown'})."
+        )
