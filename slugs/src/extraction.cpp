@@ -6,19 +6,15 @@
 // and rank.  Numbers of nodes are given in the order in which a first-in
 // first-out search meets them; a remembered list holds only numbers that have
 // been given, so remembering never changes them.
-//
-// The rank advances on a transition past the guarantees that it satisfies, from
-// the present one on, at most once around.  Which they are often depends on the
-// state alone; otherwise the guarantees' cofactors are part of the key.
 
 #include "extraction.hpp"
 
 #include "node_table.hpp"
 #include "positional.hpp"
+#include "ranks.hpp"
 #include "state_cofactor.hpp"
 #include "successors.hpp"
 
-#include <map>
 #include <unordered_map>
 
 namespace slugs {
@@ -30,7 +26,7 @@ public:
   Extraction(Game &game, const Fixpoint &fixpoint, StrategySink &sink, Statistics &statistics)
       : game_(game), sink_(sink), statistics_(statistics),
         nodes_(words_for(game.store.bits()), game.store.account()), functions_(prepare(game, fixpoint)),
-        cofactor_(game.store, functions_), successors_(game), goal_cofactors_(game.guarantees.size()),
+        cofactor_(game.store, functions_), successors_(game), ranks_(game.store, cofactor_, game.guarantees),
         print_order_(game.specification.print_order()) {}
 
   void run(const Bdd &winning) {
@@ -67,9 +63,6 @@ private:
     return functions;
   }
 
-  Edge strategy(std::uint32_t rank) const { return functions_[rank].edge(); }
-  Edge guarantee(std::uint32_t rank) const { return functions_[game_.guarantees.size() + rank].edge(); }
-
   // Variable by variable as declared, 0 before 1.
   void meet_initial(Edge f, std::uint32_t bit, std::vector<Word> &valuation) {
     if (f == bdd_false)
@@ -90,7 +83,7 @@ private:
     game_.store.account().budget().check();
     if (game_.store.live_nodes() > collect_at_ || remembered_numbers_ > (1u << 22)) {
       remembered_.clear();
-      signatures_.clear();
+      ranks_.forget();
       remembered_numbers_ = 0;
       cofactor_.forget();
       game_.store.collect();
@@ -98,55 +91,24 @@ private:
   }
 
   const std::vector<std::uint64_t> &successors(const Word *state, std::uint32_t rank) {
-    const Edge f = cofactor_(strategy(rank), state);
-    const std::uint32_t goals = static_cast<std::uint32_t>(game_.guarantees.size());
-    std::uint32_t next_rank = rank;
-    bool uniform = true;
-    do {
-      const Edge g = cofactor_(guarantee(next_rank), state);
-      uniform = g <= 1;
-      if (g != bdd_true)
-        break;
-      next_rank = (next_rank + 1) % goals;
-    } while (next_rank != rank);
-    Key key{f, next_rank, 0};
-    if (!uniform) {
-      for (std::uint32_t j = 0; j < goals; ++j)
-        goal_cofactors_[j] = cofactor_(guarantee(j), state);
-      key.rank = rank;
-      key.signature =
-          signatures_.try_emplace(goal_cofactors_, static_cast<std::uint32_t>(signatures_.size() + 1))
-              .first->second;
-    }
-    const auto [place, fresh] = remembered_.try_emplace(key);
+    const Edge f = cofactor_(functions_[rank].edge(), state);
+    const Ranks::Step step = ranks_.from(state, rank);
+    const auto [place, fresh] = remembered_.try_emplace(Key{f, step.rank, step.signature});
     std::vector<std::uint64_t> &list = place->second;
     if (fresh) {
-      const PackedStates &found = successors_.list(f);
+      const PackedStates &found = successors_.least(f);
       list.reserve(found.size());
       for (std::size_t i = 0; i < found.size(); ++i)
-        list.push_back(nodes_.intern(found[i], uniform ? next_rank : advance(rank, found[i])));
+        list.push_back(nodes_.intern(found[i], ranks_.advance(step, found[i])));
       remembered_numbers_ += list.size() + 8;
     }
     return list;
   }
 
-  std::uint32_t advance(std::uint32_t rank, const Word *next) const {
-    std::uint32_t result = rank;
-    do {
-      Edge g = goal_cofactors_[result];
-      while (g > 1)
-        g = get_bit(next, game_.store.var_of(g) / 2) ? game_.store.high_of(g) : game_.store.low_of(g);
-      if (g == bdd_false)
-        break;
-      result = static_cast<std::uint32_t>((result + 1) % game_.guarantees.size());
-    } while (result != rank);
-    return result;
-  }
-
   struct Key {
     Edge f;
-    std::uint32_t rank;      // of all successors, or the present one if they differ
-    std::uint32_t signature; // of the guarantees' cofactors; 0 if not needed
+    std::uint32_t rank;
+    std::uint32_t signature;
     bool operator==(const Key &o) const { return f == o.f && rank == o.rank && signature == o.signature; }
   };
   struct KeyHash {
@@ -163,10 +125,9 @@ private:
   std::vector<Bdd> functions_;
   StateCofactor cofactor_;
   Successors successors_;
-  std::vector<Edge> goal_cofactors_;
+  Ranks ranks_;
   std::vector<std::uint32_t> print_order_;
   std::unordered_map<Key, std::vector<std::uint64_t>, KeyHash> remembered_;
-  std::map<std::vector<Edge>, std::uint32_t> signatures_;
   std::size_t remembered_numbers_ = 0;
   std::size_t collect_at_ = 0;
 };

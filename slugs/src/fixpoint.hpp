@@ -34,9 +34,10 @@ public:
   // Returns whether the system wins.
   bool solve();
 
-  // After solve() returned true: the winning states, and for each guarantee the
-  // way to it within them.
+  // After solve(): the winning states, or if it returned false a superset of
+  // them; the system loses from all other states that the game is restricted to.
   const Bdd &winning() const { return z_; }
+  // After solve() returned true: for each guarantee the way to it.
   const std::vector<GoalProgress> &progress() const { return progress_; }
 
 private:

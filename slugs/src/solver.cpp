@@ -3,6 +3,7 @@
 
 #include "solver.hpp"
 
+#include "counterstrategy.hpp"
 #include "extraction.hpp"
 #include "fixpoint.hpp"
 #include "game.hpp"
@@ -125,8 +126,14 @@ void Solver::strategy(StrategySink &sink) {
   it.timed(Phase::Strategy, [&] { extract_strategy(*it.game, *it.fixpoint, sink, it.statistics); });
 }
 
-void Solver::counterstrategy(StrategySink &) {
-  throw std::logic_error("counterstrategies come with the next commit");
+void Solver::counterstrategy(StrategySink &sink) {
+  Implementation &it = *implementation_;
+  if (verdict() != Verdict::Unrealizable)
+    throw std::logic_error("a counterstrategy of a realizable specification");
+  it.timed(Phase::Strategy, [&] {
+    const Bdd losing = it.game->states & !it.fixpoint->winning();
+    extract_counterstrategy(*it.game, losing, it.options.robotics_init, sink, it.statistics);
+  });
 }
 
 const Statistics &Solver::statistics() const { return implementation_->statistics; }

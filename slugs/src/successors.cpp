@@ -31,39 +31,51 @@ Successors::Successors(Game &game)
   }
 }
 
-const PackedStates &Successors::list(Edge f) {
+const PackedStates &Successors::least(Edge f) {
   constexpr std::size_t few = 256;
   found_.clear();
-  if (!enumerate(f, 0, few)) {
-    found_.clear();
-    std::fill(valuation_.begin(), valuation_.end(), 0);
-    enumerate(least_outputs(f), 0, static_cast<std::size_t>(-1));
-    found_.sort();
-  } else {
+  all_outputs_ = false;
+  limit_ = few;
+  if (enumerate(f, 0)) {
     found_.keep_least_for_each(input_mask_);
+    return found_;
   }
+  found_.clear();
+  std::fill(valuation_.begin(), valuation_.end(), 0);
+  limit_ = static_cast<std::size_t>(-1);
+  enumerate(least_outputs(f), 0);
+  found_.sort();
+  return found_;
+}
+
+const PackedStates &Successors::all(Edge f) {
+  found_.clear();
+  all_outputs_ = true;
+  limit_ = static_cast<std::size_t>(-1);
+  enumerate(f, 0);
+  found_.sort();
   return found_;
 }
 
 // Appends what f allows of by_level_[k..]; false if there are too many.
-bool Successors::enumerate(Edge f, std::size_t k, std::size_t limit) {
+bool Successors::enumerate(Edge f, std::size_t k) {
   if (f == bdd_false)
     return true;
   if (k == by_level_.size()) {
     if ((found_.size() & 0x3FF) == 0x3FF)
       game_.store.account().budget().check();
     found_.push_back(valuation_.data());
-    return found_.size() <= limit;
+    return found_.size() <= limit_;
   }
   const Var v = by_level_[k];
   const std::uint32_t bit = v / 2;
   const bool branches = f > 1 && game_.store.var_of(f) == v;
-  if (!enumerate(branches ? game_.store.low_of(f) : f, k + 1, limit))
+  if (!enumerate(branches ? game_.store.low_of(f) : f, k + 1))
     return false;
-  if (!branches && !is_input_[bit])
+  if (!branches && !is_input_[bit] && !all_outputs_)
     return true; // 0 is the least
   set_bit(valuation_.data(), bit);
-  const bool complete = enumerate(branches ? game_.store.high_of(f) : f, k + 1, limit);
+  const bool complete = enumerate(branches ? game_.store.high_of(f) : f, k + 1);
   reset_bit(valuation_.data(), bit);
   return complete;
 }

@@ -1,5 +1,5 @@
 // From a function of next variables to the list of valuations that it stands
-// for: one for each input, in lexicographic order.
+// for, in lexicographic order.
 
 #pragma once
 
@@ -14,15 +14,17 @@ class Successors {
 public:
   explicit Successors(Game &game);
 
-  // For each next input that f allows, the lexicographically least next
-  // output; the list is sorted.  Valid until the next call.
-  const PackedStates &list(Edge f);
+  // Sorted lists; valid until the next call.
+  // For each next input that f allows, with the lexicographically least output.
+  const PackedStates &least(Edge f);
+  // Everything that f allows.
+  const PackedStates &all(Edge f);
 
   // The least next output is chosen by diagrams: f & "no smaller one in f".
   Edge least_outputs(Edge f);
 
 private:
-  bool enumerate(Edge f, std::size_t k, std::size_t limit);
+  bool enumerate(Edge f, std::size_t k);
 
   Game &game_;
   std::vector<Var> by_level_;          // next variables
@@ -32,6 +34,8 @@ private:
   std::vector<Word> input_mask_;
   std::vector<Word> valuation_;
   PackedStates found_;
+  std::size_t limit_ = 0;
+  bool all_outputs_ = false;
 };
 
 } // namespace slugs
