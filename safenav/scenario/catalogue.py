@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
 
@@ -39,15 +39,26 @@ class Catalogue:
     """Robot models and obstacle types by name.
 
     ``sources`` says where an entry comes from: ``robots.digit`` -> "built in" or a file.
+    ``broken`` holds the names (and ``*`` for any) of entries that were reported as unusable:
+    to call them unknown as well would only hide what is wrong.
     """
 
     robots: Mapping[str, RobotModel] = field(default_factory=dict)
     obstacles: Mapping[str, ObstacleType] = field(default_factory=dict)
     sources: Mapping[str, str] = field(default_factory=dict)
+    broken: frozenset[str] = frozenset()
 
     @property
     def layers(self) -> frozenset[str]:
         return frozenset(model.layer for model in self.robots.values())
+
+    def may_hold(self, name: str) -> bool:
+        """Whether an entry that is not there may be one that could not be read."""
+        return not self.broken.isdisjoint((name, "*"))
+
+    def without_rest(self) -> Catalogue:
+        """The same after more of it could not be read at all."""
+        return replace(self, broken=self.broken | {"*"})
 
 
 @lru_cache(maxsize=1)
@@ -71,7 +82,7 @@ def extended(
     """``base`` extended by the text of a catalogue file, whose ``findings`` these are."""
     document = parsed(text, findings)
     if document is None:
-        return base
+        return base.without_rest()
     return read_catalogue(document.root, base, regions.for_file(findings), findings, source)
 
 
@@ -81,24 +92,29 @@ def read_catalogue(
     """``base`` extended by a mapping of ``robots`` and ``obstacles``."""
     entries = read.mapping(node, "catalogue", findings, CATALOGUE_KEYS)
     if entries is None:
-        return base
+        return base.without_rest()
     sources = dict(base.sources)
+    broken = set(base.broken)
     robots = dict(base.robots)
     listed = read.mapping(entries.get("robots"), "'robots' of catalogue", findings)
     for key, item in listed.entries if listed else ():
         model = _model(key, item, findings)
-        if model is not None:
+        if model is None:
+            broken.add(key.text)
+        else:
             robots[model.name] = model
             sources[f"robots.{model.name}"] = source
-    known = Catalogue(robots, base.obstacles, sources)
+    known = replace(base, robots=robots, broken=frozenset(broken))
     obstacles = dict(base.obstacles)
     listed = read.mapping(entries.get("obstacles"), "'obstacles' of catalogue", findings)
     for key, item in listed.entries if listed else ():
         kind = _type(key, item, known, regions, findings)
-        if kind is not None:
+        if kind is None:
+            broken.add(key.text)
+        else:
             obstacles[kind.name] = kind
             sources[f"obstacles.{kind.name}"] = source
-    return Catalogue(robots, obstacles, sources)
+    return Catalogue(robots, obstacles, sources, frozenset(broken))
 
 
 def _named(key: Scalar, what: str, findings: Findings) -> str | None:
@@ -166,7 +182,9 @@ def _blocks(
     words = {*known.layers, *known.robots}
     for item in node.items if isinstance(node, Sequence) else ():
         word = item.value if isinstance(item, Scalar) else None
-        if isinstance(word, str) and word.strip() and word not in words:
+        if not isinstance(word, str) or not word.strip() or known.broken:
+            continue  # not a word at all, or perhaps the layer of a model that is broken
+        if word not in words:
             found = f"{label}: '{clipped(word)}' is no layer and no robot model"
             findings.add(item, found, suggestion(word, words))
     return read.words(node, label, findings)

@@ -132,7 +132,7 @@ class _Loader:
         path = Path(self._file).parent / node.value
         text = read_source(path, self._findings, node)
         if text is None:
-            return base
+            return base.without_rest()
         return extended(base, text, regions, self._findings.beside(str(path)), str(path))
 
     def _until(self, node: Node | None) -> Until:

@@ -64,7 +64,7 @@ def _type(node: Node | None, catalogue: Catalogue, findings: Findings) -> Obstac
     if word is None:
         return None
     kind = catalogue.obstacles.get(word)
-    if kind is None:
+    if kind is None and not catalogue.may_hold(word):
         hint = suggestion(word, catalogue.obstacles)
         findings.add(node, f"unknown obstacle type '{clipped(word)}'", hint)
     return kind

@@ -36,7 +36,8 @@ class Reachability:
         poses: list[frozenset[int]] = [
             frozenset(self._poses(target)) & self._reached for target in targets
         ]
-        open_poses = set(min(poses, key=len))
+        fewest = min(poses, key=len)
+        open_poses = set(fewest)
         while open_poses:
             pose = open_poses.pop()
             component = _explore([pose], self._after) & _explore([pose], self._before)

@@ -93,7 +93,7 @@ class _RobotReader:
         if word is None:
             return None
         model = self._catalogue.robots.get(word)
-        if model is None:
+        if model is None and not self._catalogue.may_hold(word):
             hint = suggestion(word, self._catalogue.robots)
             found = f"'model' of {name}: unknown robot model '{clipped(word)}'"
             self._findings.add(node, found, hint)

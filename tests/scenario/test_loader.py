@@ -1,0 +1,317 @@
+"""Valid scenarios: what the loader makes of each item of the format."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from safenav.errors import InputError
+from safenav.scenario.catalogue import BUILT_IN, built_in
+from safenav.scenario.loader import load_scenario, load_scenario_text
+from safenav.scenario.model import (
+    Coordination,
+    Limits,
+    ObstacleType,
+    Outcome,
+    ResolveAt,
+    RobotModel,
+    Scenario,
+    Until,
+)
+from safenav.scenario.objective import Cover, Hold, Ltl, Patrol, Visit, to_data
+from safenav.world import Heading, Mobility, Pose
+
+SHIPPED = sorted((Path(__file__).parents[2] / "scenarios").glob("*.yaml"))
+
+ROOMS = """\
+safenav: 1
+map:
+  grid: |
+    #######
+    #..#..#
+    #.....#
+    #..#..#
+    #######
+  names: {dock: [1, 2], gate: 17}
+"""
+
+
+def load(rest: str) -> Scenario:
+    return load_scenario_text(ROOMS + rest, "rooms.yaml")
+
+
+def objective(written: str, robot: str = "model: quadcopter, start: 8") -> object:
+    return load(f"robots:\n  ann: {{{robot}, objective: {written}}}\n").robots[0].objective
+
+
+@pytest.mark.parametrize("file", SHIPPED, ids=[file.stem for file in SHIPPED])
+def test_shipped_scenarios_load_and_say_what_to_expect(file: Path) -> None:
+    scenario = load_scenario(file)
+    assert scenario.source == str(file)
+    assert scenario.expect.outcome is not None
+
+
+def test_everything_at_its_default() -> None:
+    scenario = load("robots: {ann: {model: quadcopter, start: 8, objective: {hold: 9}}}")
+    assert scenario.name == "rooms"
+    assert scenario.map.grid_rows()[1] == "#..#..#"
+    assert scenario.map.names == {"dock": 9, "gate": 17}
+    assert scenario.obstacles == ()
+    assert scenario.until == Until()
+    assert scenario.limits == Limits()
+    assert scenario.seed == 0
+    assert scenario.coordination is Coordination.RESYNTHESIS
+    assert scenario.expect.outcome is None
+
+
+def test_everything_given() -> None:
+    scenario = load(
+        """\
+name: all of it
+robots:
+  ann: {model: digit, start: dock, heading: south, objective: {patrol: [8, [3, 5]]}}
+  fly: {model: quadcopter, start: 9, heading: east, objective: {hold: gate}}
+obstacles:
+  - {type: door, region: gate}
+  - {type: uncertainty, region: [3, 1]}
+  - {type: uncertainty, region: 23, traversable: false}
+  - {type: uncertainty, region: 25, traversable: {probability: 0.25}}
+until: {rounds: 3}
+limits: {ticks: 50, synthesis_seconds: 2.5, synthesis_memory: 100}
+seed: 7
+coordination: assignable
+expect:
+  outcome: tick_limit
+  resolved: [door@17, "uncertainty@[3, 1]", door@gate]
+  blocked: [uncertainty@23]
+  helpers: {door@gate: ann}
+  ticks: 40
+"""
+    )
+    ann, fly = scenario.robots
+    assert ann.start == Pose(9, Heading.SOUTH)
+    assert ann.objective == Patrol(frozenset({8}), frozenset({26}))
+    assert fly.start == Pose(9)
+    assert [o.name for o in scenario.obstacles] == [
+        "door@17",
+        "uncertainty@22",
+        "uncertainty@23",
+        "uncertainty@25",
+    ]
+    assert [o.traversable for o in scenario.obstacles] == [None, True, False, 0.25]
+    assert scenario.until == Until(3)
+    assert scenario.limits == Limits(50, 2.5, 100)
+    assert scenario.seed == 7
+    assert scenario.coordination is Coordination.ASSIGNABLE
+    assert scenario.expect.outcome is Outcome.TICK_LIMIT
+    assert scenario.expect.resolved == frozenset({"door@17", "uncertainty@22"})
+    assert scenario.expect.blocked == frozenset({"uncertainty@23"})
+    assert scenario.expect.helpers == {"door@17": "ann"}
+    assert scenario.expect.ticks == 40
+
+
+@pytest.mark.parametrize(
+    ("written", "expected"),
+    [
+        ("{patrol: [8, 26]}", Patrol(frozenset({8}), frozenset({26}))),
+        ("{patrol: [{any: [8, dock]}, gate]}", Patrol(frozenset({8, 9}), frozenset({17}))),
+        ("{visit: [8, 9, 8]}", Visit((frozenset({8}), frozenset({9}), frozenset({8})))),
+        ("{visit: [3, 8]}", None),
+        ("{visit: [[1, 4], 8]}", Visit((frozenset({11}), frozenset({8})))),
+        ("{cover: [dock]}", Cover((frozenset({9}),))),
+        ("{hold: [3, 5]}", Hold(frozenset({26}))),
+        ("{hold: {any: [26, [1, 1]]}}", Hold(frozenset({26, 8}))),
+    ],
+)
+def test_objectives_with_regions(written: str, expected: object) -> None:
+    if expected is None:  # a list of targets is no [row, column]: region 3 is a wall
+        with pytest.raises(InputError, match=r"region 3 \[0, 3\] is a wall"):
+            objective(written)
+    else:
+        assert objective(written) == expected
+
+
+def test_raw_guarantees_are_kept_in_canonical_form() -> None:
+    found = objective(
+        """{ltl: {memory: {done: bool, laps: [0, 3]},
+        init: "!done /\\\\ laps = 0",
+        safety: ["done' <--> (done || region=dock)", 'heading = north -> !X((heading = west))'],
+        liveness: [region = gate]}}""",
+        "model: digit, start: 8, heading: east",
+    )
+    assert found == Ltl(
+        init=("!done & laps = 0",),
+        safety=("done' <-> done | region = 9", "heading = 0 -> !next(heading = 3)"),
+        liveness=("region = 17",),
+        memory={"done": None, "laps": (0, 3)},
+    )
+
+
+def test_what_is_written_to_a_trace_reads_back() -> None:
+    for written in (
+        "{patrol: [8, 26]}",
+        "{visit: [8, 9]}",
+        "{cover: [8, 9, 26]}",
+        "{hold: 8}",
+        '{ltl: {safety: ["a\' -> a"], liveness: [a], memory: {a: bool, b: [1, 2]}}}',
+    ):
+        first = objective(written)
+        assert isinstance(first, Patrol | Visit | Cover | Hold | Ltl)
+        assert objective(str(to_data(first))) == first
+
+
+def test_robots_of_different_layers_may_start_in_one_region() -> None:
+    scenario = load(
+        """\
+robots:
+  ann: {model: digit, start: 8, heading: east, objective: {hold: 26}}
+  fly: {model: quadcopter, start: 8, objective: {hold: 26}}
+"""
+    )
+    assert {robot.start.region for robot in scenario.robots} == {8}
+
+
+def test_an_obstacle_may_hide_where_a_robot_starts_that_it_does_not_block() -> None:
+    scenario = load(
+        """\
+robots: {ann: {model: digit, start: 8, heading: east, objective: {hold: 26}}}
+obstacles: [{type: door, region: 8}]
+"""
+    )
+    assert scenario.obstacles[0].name == "door@8"
+
+
+def test_a_grid_may_be_a_list_of_rows() -> None:
+    text = "safenav: 1\nmap: {grid: ['..', '.#']}\n"
+    robots = "robots: {ann: {model: quadcopter, start: 0, objective: {hold: 1}}}"
+    assert load_scenario_text(text + robots).map.grid_rows() == ["..", ".#"]
+
+
+def test_a_target_may_be_out_of_reach_if_another_of_its_set_is_not() -> None:
+    text = "safenav: 1\nmap: {grid: ['.#.']}\n"
+    robots = "robots: {ann: {model: quadcopter, start: 0, objective: {hold: {any: [0, 2]}}}}"
+    assert load_scenario_text(text + robots).robots[0].objective == Hold(frozenset({0, 2}))
+
+
+def test_line_ends_and_byte_order_marks_of_other_systems(tmp_path: Path) -> None:
+    body = ROOMS + "robots: {ann: {model: quadcopter, start: 8, objective: {hold: 9}}}\n"
+    file = tmp_path / "with space and ü.yaml"
+    file.write_bytes(b"\xef\xbb\xbf" + body.replace("\n", "\r\n").encode())
+    assert load_scenario(file).map == load_scenario_text(body).map
+
+
+ROVER = """\
+robots:
+  rover: {mobility: free, layer: ground, capabilities: [push, clear], vision: 4}
+obstacles:
+  debris: {action: clear, resolve_at: neighbours, blocks: [ground, quadcopter]}
+  airlock: {action: push, resolve_at: [%s]}
+"""
+USE = """\
+robots: {ann: {model: rover, start: 8, objective: {hold: 9}}}
+obstacles: [{type: debris, region: 17}, {type: airlock, region: 11}]
+"""
+
+
+def test_a_scenario_extends_the_catalogue_in_place() -> None:
+    inline = "".join(f"  {line}\n" for line in (ROVER % "dock, [1, 1]").splitlines())
+    scenario = load(USE + "catalogue:\n" + inline)
+    assert scenario.robots[0].model == RobotModel(
+        "rover", Mobility.FREE, "ground", frozenset({"push", "clear"}), 4.0
+    )
+    debris, airlock = (obstacle.type for obstacle in scenario.obstacles)
+    blocks = frozenset({"ground", "quadcopter"})
+    assert debris == ObstacleType("debris", "clear", ResolveAt.NEIGHBOURS, blocks)
+    assert airlock == ObstacleType("airlock", "push", frozenset({9, 8}))
+
+
+def test_a_scenario_extends_the_catalogue_from_a_file_beside_it(tmp_path: Path) -> None:
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "more.yaml").write_text(ROVER % "9", encoding="utf-8")
+    file = tmp_path / "scenario.yaml"
+    file.write_text(ROOMS + USE + "catalogue: parts/more.yaml\n", encoding="utf-8")
+    assert load_scenario(file).robots[0].model.name == "rover"
+
+
+def test_mistakes_in_a_catalogue_file_are_told_after_those_of_the_scenario(tmp_path: Path) -> None:
+    catalogue = tmp_path / "more.yaml"
+    catalogue.write_text("robots:\n  rover: {mobility: free, layer: ground, wheels: 4}\n")
+    file = tmp_path / "scenario.yaml"
+    file.write_text(ROOMS + USE + "catalogue: more.yaml\nseed: -1\n", encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        load_scenario(file)
+    places = [(Path(d.file).name, d.line) for d in caught.value.diagnostics]
+    assert places == [
+        ("scenario.yaml", 11),  # debris and airlock are unknown; the broken rover is not
+        ("scenario.yaml", 11),
+        ("scenario.yaml", 13),
+        ("more.yaml", 2),
+    ]
+
+
+def test_the_built_in_catalogue() -> None:
+    catalogue = built_in()
+    digit, quadcopter = catalogue.robots["digit"], catalogue.robots["quadcopter"]
+    assert (digit.mobility, digit.layer, digit.capabilities) == (
+        Mobility.HEADING,
+        "ground",
+        frozenset({"push"}),
+    )
+    assert (quadcopter.mobility, quadcopter.layer, quadcopter.capabilities) == (
+        Mobility.FREE,
+        "air",
+        frozenset({"sense"}),
+    )
+    assert catalogue.obstacles["door"] == ObstacleType("door", "push", ResolveAt.SELF)
+    assert catalogue.obstacles["uncertainty"] == ObstacleType(
+        "uncertainty", "sense", ResolveAt.NEIGHBOURS, None, True
+    )
+    assert set(catalogue.sources.values()) == {BUILT_IN}
+
+
+def test_paths_that_are_no_scenario(tmp_path: Path) -> None:
+    (tmp_path / "door.yaml").write_text("")
+    (tmp_path / "latin.yaml").write_bytes("name: Tür\n".encode("latin-1"))
+    (tmp_path / "huge.yaml").write_bytes(b"#" * 5_000_001)
+    os.mkfifo(tmp_path / "pipe.yaml")
+    expected = {
+        "dor.yaml": "no such file\n.*did you mean '.*door.yaml'",
+        "none/door.yaml": "no such file\n.*directory .* does not exist",
+        "door.yaml": "the file is empty",
+        ".": "this is a directory",
+        "latin.yaml": "latin.yaml:1:8: not UTF-8: byte 0xFC\n.*UTF-8",
+        "huge.yaml": "larger than 5 MB",
+        "pipe.yaml": "not a regular file",
+        "door.yaml/x": "not readable: Not a directory",
+        "x\0y": "not readable: .*null",
+        "x" * 5000: "not readable: File name too long",
+    }
+    for name, words in expected.items():
+        with pytest.raises(InputError, match=words):
+            load_scenario(tmp_path / name)
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="the superuser may read everything")
+def test_a_file_that_may_not_be_read(tmp_path: Path) -> None:
+    file = tmp_path / "secret.yaml"
+    file.write_text(ROOMS)
+    file.chmod(0)
+    with pytest.raises(InputError, match="permission denied"):
+        load_scenario(file)
+
+
+def test_a_map_that_is_too_large() -> None:
+    rows = "".join(f"    {'.' * 600}\n" for _ in range(500))
+    robots = "robots: {ann: {model: quadcopter, start: 0, objective: {hold: 1}}}"
+    with pytest.raises(InputError, match="a map of 500 x 600 regions; the most is 262144"):
+        load_scenario_text(f"safenav: 1\nmap:\n  grid: |\n{rows}{robots}")
+
+
+def test_a_thousand_mistakes_are_not_all_listed() -> None:
+    rows = "".join(f"    {'x' * 5}\n" for _ in range(1000))
+    with pytest.raises(InputError) as caught:
+        load_scenario_text(f"safenav: 1\nmap:\n  grid: |\n{rows}\nrobots: {{}}\n")
+    assert len(caught.value.diagnostics) == 101
+    assert caught.value.diagnostics[-1].found == "and 901 more"
