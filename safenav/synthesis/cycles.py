@@ -1,0 +1,110 @@
+"""Cycles of a directed graph: strongly connected components (Tarjan 1972) and walks in them.
+
+Liveness is about what happens again and again, so all of it is decided on cycles.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
+
+Edge = tuple[int, int]
+Successors = Mapping[int, Sequence[int]]
+
+
+def cyclic_parts(edges: Iterable[Edge]) -> dict[int, int]:
+    """The nodes that lie on a cycle of ``edges``, each with the number of its component."""
+    successors: dict[int, list[int]] = {}
+    indegree: dict[int, int] = {}
+    for source, target in edges:
+        successors.setdefault(source, []).append(target)
+        indegree[target] = indegree.get(target, 0) + 1
+    _strip_sources(successors, indegree)
+    parts: dict[int, int] = {}
+    for number, component in enumerate(_components(successors)):
+        if len(component) > 1 or component[0] in successors.get(component[0], ()):
+            for node in component:
+                parts[node] = number
+    return parts
+
+
+def closed_walk(edges: Iterable[Edge], required: Sequence[Edge]) -> tuple[int, ...]:
+    """A walk over ``edges`` of one component that takes each ``required`` edge and returns to
+    its first node (which is not repeated at the end)."""
+    successors: dict[int, list[int]] = {}
+    for source, target in edges:
+        successors.setdefault(source, []).append(target)
+    if not required:
+        source = next(iter(successors))
+        required = [(source, successors[source][0])]
+    start = required[0][0]
+    walk = [start]
+    for source, target in required:
+        walk += shortest_path(successors, walk[-1], {source})[1:]
+        walk.append(target)
+    walk += shortest_path(successors, walk[-1], {start})[1:]
+    return tuple(walk[:-1])
+
+
+def shortest_path(successors: Successors, start: int, goals: Container[int]) -> list[int]:
+    """Nodes from ``start`` to the nearest of ``goals``, both included. Raises ValueError."""
+    parent = {start: start}
+    queue = deque([start])
+    while queue:
+        node = queue.popleft()
+        if node in goals:
+            path = [node]
+            while path[-1] != start:
+                path.append(parent[path[-1]])
+            return path[::-1]
+        for successor in successors.get(node, ()):
+            if successor not in parent:
+                parent[successor] = node
+                queue.append(successor)
+    raise ValueError("there is no path")
+
+
+def _strip_sources(successors: dict[int, list[int]], indegree: dict[int, int]) -> None:
+    """Remove what no cycle leads to: usually everything, and cheaper than a full search."""
+    ready = [node for node in successors if node not in indegree]
+    while ready:
+        node = ready.pop()
+        for target in successors.pop(node, ()):
+            indegree[target] -= 1
+            if not indegree[target]:
+                ready.append(target)
+
+
+def _components(successors: Successors) -> Iterator[list[int]]:
+    """Tarjan's algorithm with its own stack: recursion would end at a thousand nodes."""
+    order: dict[int, int] = {}
+    low: dict[int, int] = {}
+    stack: list[int] = []
+    finished: set[int] = set()
+    for root in successors:
+        if root in order:
+            continue
+        order[root] = low[root] = len(order)
+        stack.append(root)
+        work = [(root, iter(successors[root]))]
+        while work:
+            node, rest = work[-1]
+            for target in rest:
+                if target not in order:
+                    order[target] = low[target] = len(order)
+                    stack.append(target)
+                    work.append((target, iter(successors.get(target, ()))))
+                    break
+                if target not in finished:
+                    low[node] = min(low[node], order[target])
+            else:
+                work.pop()
+                if work:
+                    above = work[-1][0]
+                    low[above] = min(low[above], low[node])
+                if low[node] == order[node]:
+                    component: list[int] = []
+                    while not component or component[-1] != node:
+                        component.append(stack.pop())
+                    finished.update(component)
+                    yield component

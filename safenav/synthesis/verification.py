@@ -1,0 +1,79 @@
+"""What an independent check of an automaton can find."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from safenav.spec.specification import Constraint
+
+
+class Fault(StrEnum):
+    """What is wrong with an automaton; the value says it in words."""
+
+    NO_START = "no node to start from"
+    RANGE = "a value outside its range"
+    FORBIDDEN_INPUT = "a next input that the assumptions exclude"
+    SEVERAL_INPUTS = "the environment does not choose one next input"
+    MISSING_SUCCESSOR = "no successor for something that the other player may do"
+    SEVERAL_SUCCESSORS = "two successors for the same move of the other player"
+    BROKEN_GUARANTEE = "a transition that breaks a guarantee"
+    STARVED_GOAL = "a cycle that meets all assumptions, but not this goal"
+    STARVED_ASSUMPTION = "a cycle on which the environment does not meet this assumption"
+    GOALS_MET = "a cycle on which the system meets all its goals"
+
+
+@dataclass(frozen=True)
+class Failure:
+    """One fault, and how to get there.
+
+    ``node``: where it is, None if it concerns no node; ``state``: that node in words.
+    ``successor``: the other end of a wrong transition. ``constraint``: what is violated, with
+    its origin. ``path``: shortest from an initial node to ``node``. ``cycle``: nodes of a
+    closed walk from ``node``, for faults of liveness. ``detail``: the move in question.
+    """
+
+    fault: Fault
+    node: int | None = None
+    successor: int | None = None
+    constraint: Constraint | None = None
+    path: tuple[int, ...] = ()
+    cycle: tuple[int, ...] = ()
+    state: str = ""
+    detail: str = ""
+
+    def __str__(self) -> str:
+        lines = [self.fault.value]
+        if self.node is not None:
+            lines[0] += f" at node {self.node} ({self.state})"
+        if self.detail:
+            lines.append(self.detail)
+        if self.constraint is not None:
+            lines.append(f"constraint: {self.constraint.formula}")
+            lines.append(f"from: {self.constraint.origin}")
+        if self.path:
+            lines.append("path: " + _arrows(self.path))
+        if self.cycle:
+            lines.append("cycle: " + _arrows((*self.cycle, self.cycle[0])))
+        return "\n    ".join(lines)
+
+
+@dataclass(frozen=True)
+class Verification:
+    """The outcome of a check: ``failures`` has the shallowest one of each kind and constraint;
+    ``nodes`` and ``edges`` were reached and checked."""
+
+    failures: tuple[Failure, ...]
+    nodes: int
+    edges: int
+
+    @property
+    def ok(self) -> bool:
+        return not self.failures
+
+
+def _arrows(nodes: tuple[int, ...], most: int = 40) -> str:
+    shown = [str(node) for node in nodes]
+    if len(shown) > most:
+        shown[most // 2 : -most // 2] = ["..."]
+    return " -> ".join(shown)
