@@ -58,6 +58,8 @@ class Story:
         self._closed: dict[Region, str] = {}
         self._barred: dict[Region, str] = {}
         self._syntheses: list[Synthesized] = []
+        self._rounds: dict[str, int] = {}
+        self._depth = 0
         self._tick = -1
         self._drawn: tuple[object, ...] | None = None
 
@@ -78,9 +80,11 @@ class Story:
             case Requested():
                 self._requested(event)
             case Pushed():
+                self._depth = event.depth
                 self._say(event.tick, f"objectives pushed, depth {event.depth}")
                 self._objectives(event.objectives)
             case Popped():
+                self._depth = event.depth
                 self._say(event.tick, f"objectives popped, depth {event.depth}")
                 self._objectives(event.objectives)
             case Resolved():
@@ -133,6 +137,7 @@ class Story:
         found = {True: ", it is traversable", False: ", it is not traversable", None: ""}
         unasked = "" if event.requested else " without being asked"
         action = obstacle.type.action if obstacle is not None else "resolve"
+        self._rounds.clear()  # they are counted from the last resolution on
         self._say(
             event.tick,
             f"{self._name(event.robot)} at {self._region(event.at)} performs '{action}'{unasked}: "
@@ -152,10 +157,12 @@ class Story:
         )
 
     def _goal(self, event: GoalReached) -> None:
-        if event.round:
+        """Tell each completed round once, and nothing of those who wait or help."""
+        if self._depth == 0 and event.round > self._rounds.get(event.robot, 0):
             at = self._region(event.region)
             done = f"round {event.round} done"
             self._say(event.tick, f"{self._name(event.robot)} reaches {at}, {done}")
+        self._rounds[event.robot] = event.round
 
     def _ended(self, event: Ended) -> None:
         self._map()

@@ -2,7 +2,9 @@
 
 ``patrol`` is the paper's formula (Section VI, the definition of Patrol_p) with its bit
 ``scout``, plus the frame condition that the paper leaves unsaid. The others follow the same
-habit: a goal is a state, and memory changes in the step after it.
+habit: a goal is a state, and memory changes in the step after it. Goals are written about the
+next state, so that the step that meets one is the last of its pursuit and the step after it
+already pursues the next goal: about the current state, every goal would cost an idle step.
 """
 
 from __future__ import annotations
@@ -113,8 +115,8 @@ def _patrol(patrol: Patrol, item: str, region: Region, memory: Memory) -> Iterat
     yield Constraint(Section.SYS_TRANS, f"!({first_next} & scout')", apart, about_first)
     yield Constraint(Section.SYS_TRANS, f"!({second_next} & !scout')", apart, about_second)
     recur = origin("infinitely often at each target in its turn")
-    yield Constraint(Section.SYS_LIVENESS, f"{first} & !scout", recur, about_first)
-    yield Constraint(Section.SYS_LIVENESS, f"{second} & scout", recur, about_second)
+    yield Constraint(Section.SYS_LIVENESS, f"{first_next} & !scout'", recur, about_first)
+    yield Constraint(Section.SYS_LIVENESS, f"{second_next} & scout'", recur, about_second)
 
 
 def _visit(visit: Visit, item: str, memory: Memory) -> Iterator[Constraint]:
@@ -135,7 +137,8 @@ def _visit(visit: Visit, item: str, memory: Memory) -> Iterator[Constraint]:
             Section.SYS_TRANS, f"goal = {index} & !({there}) -> goal' = {index}", turn, about
         )
     for index, target in enumerate(visit.targets):
-        formula = f"goal = {index} & {one_of('region', target)}"
+        there_next = one_of("region", target, "'")
+        formula = f"goal' = {index} & {there_next}"
         yield Constraint(Section.SYS_LIVENESS, formula, recur, tuple(sorted(target)))
 
 
@@ -145,7 +148,7 @@ def _recur(objective: Visit | Cover, item: str) -> Iterator[Constraint]:
     origin = Origin(item, rule, SOURCE_OBJECTIVE)
     for target in objective.targets:
         yield Constraint(
-            Section.SYS_LIVENESS, one_of("region", target), origin, tuple(sorted(target))
+            Section.SYS_LIVENESS, one_of("region", target, "'"), origin, tuple(sorted(target))
         )
 
 
@@ -158,7 +161,7 @@ def _hold(hold: Hold, item: str) -> Iterator[Constraint]:
         )
     come = Origin(item, f"{what}: infinitely often there", "paper, Section VI, Patrol(s, s)")
     yield Constraint(
-        Section.SYS_LIVENESS, one_of("region", hold.target), come, tuple(sorted(hold.target))
+        Section.SYS_LIVENESS, one_of("region", hold.target, "'"), come, tuple(sorted(hold.target))
     )
 
 
