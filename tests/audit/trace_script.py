@@ -1,0 +1,253 @@
+"""Writing traces by hand: a script follows the robots so that a line needs only what is new.
+
+It knows docs/trace.md and nothing of safenav. It checks nothing: scripts may be wrong.
+"""
+
+from __future__ import annotations
+
+import copy
+import json
+from collections.abc import Callable, Mapping
+from typing import Any, Self
+
+Line = dict[str, Any]
+WAYS = {"north": (-1, 0), "east": (0, 1), "south": (1, 0), "west": (0, -1)}
+
+
+def robot(
+    layer: str, capabilities: list[str], start: int, objective: Line, heading: str | None = None
+) -> Line:
+    return {
+        "model": "test",
+        "mobility": "heading" if heading else "free",
+        "layer": layer,
+        "capabilities": capabilities,
+        "start": start,
+        "heading": heading,
+        "objective": objective,
+    }
+
+
+def obstacle(
+    kind: str,
+    region: int,
+    action: str,
+    at: list[int],
+    blocks: list[str],
+    traversable: bool | None = None,
+) -> Line:
+    return {
+        "type": kind,
+        "name": f"{kind}@{region}",
+        "region": region,
+        "action": action,
+        "resolution_regions": at,
+        "blocks": blocks,
+        "traversable": traversable,
+    }
+
+
+class Script:
+    """A trace in the making: ``lines`` are its lines as objects."""
+
+    def __init__(
+        self,
+        grid: str,
+        robots: dict[str, Line],
+        obstacles: list[Line],
+        rounds: int = 1,
+        ticks: int = 50,
+    ) -> None:
+        rows = grid.split()
+        self.cols = len(rows[0])
+        self.position = {name: entry["start"] for name, entry in robots.items()}
+        self.heading = {name: entry["heading"] for name, entry in robots.items()}
+        self.objectives = {name: entry["objective"] for name, entry in robots.items()}
+        self.stack: list[tuple[Line, dict[str, Line]]] = []
+        self.tick = 0
+        self.obstacles = {entry["name"]: entry for entry in obstacles}
+        scenario = {
+            "name": "test",
+            "map": {"rows": len(rows), "cols": self.cols, "grid": rows},
+            "robots": robots,
+            "obstacles": obstacles,
+            "until": {"rounds": rounds},
+            "limits": {"ticks": ticks},
+            "seed": 0,
+            "coordination": "resynthesis",
+        }
+        self.lines: list[Line] = [
+            {"type": "header", "trace": 1, "safenav": "0.1.0", "scenario": scenario}
+        ]
+        self.synthesize("initial", *robots)
+
+    def add(self, kind: str, **fields: Any) -> Self:
+        self.lines.append({"type": kind, "tick": self.tick, **copy.deepcopy(fields)})
+        return self
+
+    def synthesize(
+        self, reason: str, *robots: str, verdict: str = "realizable", objective: Line | None = None
+    ) -> Self:
+        good = verdict == "realizable"
+        for name in robots:
+            self.add(
+                "synthesis",
+                robot=name,
+                reason=reason,
+                verdict=verdict,
+                seconds=0.01,
+                states=20 if good else None,
+                cached=False,
+                verified=True if good else None,
+                spec=f"{len(self.lines):064x}",
+                strategy="0" * 64 if good else None,
+                objective=objective or self.objectives[name],
+                assumptions=[],
+            )
+        return self
+
+    def next_tick(self) -> Self:
+        self.tick += 1
+        return self
+
+    def move(self, name: str, to: int | None = None) -> Self:
+        """A step to a neighbour, or (without one) a stay."""
+        origin = self.position[name]
+        to = origin if to is None else to
+        step = (to // self.cols - origin // self.cols, to % self.cols - origin % self.cols)
+        for way, delta in WAYS.items():
+            if step == delta and self.heading[name] is not None:
+                self.heading[name] = way
+        self.position[name] = to
+        return self.add("move", robot=name, **{"from": origin}, to=to, heading=self.heading[name])
+
+    def meet(self, name: str, what: str, instead: int | None = None) -> Self:
+        """Violation, backtrack and the move that follows."""
+        entry = self.obstacles[what]
+        here = self.position[name]
+        to = here if instead is None else instead
+        self.add(
+            "violation",
+            robot=name,
+            at=here,
+            proposed=entry["region"],
+            obstacle=what,
+            action=entry["action"],
+        )
+        return self.add("backtrack", robot=name, to=to).move(name, instead)
+
+    def request(
+        self, requester: str, what: str, bids: Mapping[str, int | None], helper: str | None
+    ) -> Self:
+        at = self.obstacles[what]["resolution_regions"]
+        return self.add(
+            "request", obstacle=what, requester=requester, bids=bids, helper=helper, regions=at
+        )
+
+    def push(self, requester: str, what: str, helper: str, **changed: Line) -> Self:
+        why = {"obstacle": what, "requester": requester, "helper": helper}
+        self.stack.append((why, dict(self.objectives)))
+        self.objectives |= changed
+        return self.add("push", depth=len(self.stack), objectives=self.objectives, **why)
+
+    def resolve(self, name: str, what: str, requested: bool = True) -> Self:
+        return self.add(
+            "resolved",
+            obstacle=what,
+            robot=name,
+            at=self.position[name],
+            requested=requested,
+            traversable=self.obstacles[what]["traversable"],
+        )
+
+    def pop(self) -> Self:
+        why, self.objectives = self.stack.pop()
+        return self.add("pop", depth=len(self.stack), objectives=self.objectives, **why)
+
+    def block(self, what: str, reason: str, *robots: str) -> Self:
+        return self.add("blocked", obstacle=what, robots=list(robots), reason=reason)
+
+    def goal(self, name: str, index: int, completed: int) -> Self:
+        at = self.position[name]
+        return self.add("goal", robot=name, goal=index, region=at, round=completed)
+
+    def end(self, outcome: str, rounds: dict[str, int], **more: Any) -> list[Line]:
+        """The outcome; returns all lines."""
+        self.add(
+            "outcome",
+            outcome=outcome,
+            explanation="",
+            rounds=rounds,
+            ticks=self.tick,
+            seconds=0.1,
+            syntheses=sum(line["type"] == "synthesis" for line in self.lines),
+            synthesis_seconds=0.05,
+            **more,
+        )
+        return self.lines
+
+
+Mutation = Callable[[list[Line]], None]
+
+
+def find(lines: list[Line], kind: str, nth: int = 0, **fields: Any) -> int:
+    """The index of the nth line of a kind with these fields (``origin`` stands for ``from``)."""
+    wanted = {"from" if key == "origin" else key: value for key, value in fields.items()}
+    found = [
+        index
+        for index, line in enumerate(lines)
+        if line["type"] == kind and all(line.get(k) == v for k, v in wanted.items())
+    ]
+    return found[nth]
+
+
+def edit(kind: str, where: Line, /, **changes: Any) -> Mutation:
+    """Change fields of the first line that matches."""
+
+    def mutate(lines: list[Line]) -> None:
+        renamed = {"from" if key == "origin" else key: value for key, value in changes.items()}
+        lines[find(lines, kind, **where)].update(renamed)
+
+    return mutate
+
+
+def drop(kind: str, **where: Any) -> Mutation:
+    def mutate(lines: list[Line]) -> None:
+        del lines[find(lines, kind, **where)]
+
+    return mutate
+
+
+def insert_after(kind: str, where: Line, /, **line: Any) -> Mutation:
+    """Put a copy of a line, with changes, behind it (or a new line if it has a ``type``)."""
+
+    def mutate(lines: list[Line]) -> None:
+        index = find(lines, kind, **where)
+        base = {} if "type" in line else copy.deepcopy(lines[index])
+        lines.insert(index + 1, {"tick": lines[index].get("tick", 0), **base, **line})
+
+    return mutate
+
+
+def scenario(*path: Any, to: Any) -> Mutation:
+    """Set something in the header's scenario."""
+
+    def mutate(lines: list[Line]) -> None:
+        place = lines[0]["scenario"]
+        for key in path[:-1]:
+            place = place[key]
+        place[path[-1]] = to
+
+    return mutate
+
+
+def both(*mutations: Mutation) -> Mutation:
+    def mutate(lines: list[Line]) -> None:
+        for mutation in mutations:
+            mutation(lines)
+
+    return mutate
+
+
+def text(lines: list[Line]) -> list[str]:
+    return [json.dumps(line) for line in lines]
