@@ -1,8 +1,7 @@
 // The command `slugs`.
 
-#include <iostream>
+#include "command.hpp"
 
-int main() {
-  std::cerr << "slugs: not yet connected to the solver\n";
-  return 4;
+int main(int argc, char **argv) {
+  return static_cast<int>(slugs::run_command({argv + (argc > 0 ? 1 : 0), argv + argc}));
 }

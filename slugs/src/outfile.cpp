@@ -13,27 +13,30 @@
 
 namespace slugs {
 
-// Writes to a file descriptor; remembers the first error, after which the
-// stream is bad and everything else is dropped.
+// Writes to a file descriptor.  The first error throws, through the stream, so
+// that whoever is writing stops; it is remembered, and all else is dropped.
 class OutFile::Buffer : public std::streambuf {
 public:
-  explicit Buffer(int descriptor) : descriptor_(descriptor), bytes_(std::size_t{1} << 18) {
+  Buffer(int descriptor, std::string name)
+      : descriptor_(descriptor), name_(std::move(name)), bytes_(std::size_t{1} << 18) {
     setp(bytes_.data(), bytes_.data() + bytes_.size());
   }
 
-  int error() const { return error_; }
-  int descriptor() const { return descriptor_; }
+  [[noreturn]] void fail(int reason) const {
+    throw WriteError("cannot write " + name_ + ": " + std::strerror(reason));
+  }
 
-  void close() {
+  // Returns 0 or the reason for which something may be lost.
+  int close() {
     if (descriptor_ > STDERR_FILENO && ::close(descriptor_) != 0 && error_ == 0)
       error_ = errno;
     descriptor_ = -1;
+    return error_;
   }
 
 protected:
   int_type overflow(int_type c) override {
-    if (sync() != 0)
-      return traits_type::eof();
+    sync();
     if (!traits_type::eq_int_type(c, traits_type::eof()))
       sputc(traits_type::to_char_type(c));
     return traits_type::not_eof(c);
@@ -45,15 +48,18 @@ protected:
       const ssize_t written = ::write(descriptor_, at, static_cast<std::size_t>(pptr() - at));
       if (written >= 0)
         at += written;
-      else if (errno != EINTR)
-        error_ = errno;
+      else
+        error_ = errno; // EINTR too: the only handlers are those that end the run
     }
     setp(bytes_.data(), bytes_.data() + bytes_.size());
-    return error_ == 0 ? 0 : -1;
+    if (error_ != 0)
+      fail(error_);
+    return 0;
   }
 
 private:
   int descriptor_;
+  const std::string name_;
   int error_ = 0;
   std::vector<char> bytes_;
 };
@@ -100,33 +106,24 @@ OutFile::OutFile(const std::string &path) : path_(path.empty() ? path : resolved
       cannot_open(path, reason);
     }
   }
-  buffer_ = std::make_unique<Buffer>(descriptor);
+  buffer_ = std::make_unique<Buffer>(descriptor, path_.empty() ? "to standard output" : "'" + path + "'");
   stream_.rdbuf(buffer_.get());
+  stream_.exceptions(std::ios::badbit); // rethrows what the buffer throws
 }
 
 OutFile::~OutFile() {
-  if (buffer_->descriptor() >= 0 && path_.empty())
-    stream_.flush(); // what was said on standard output stays said
   buffer_->close();
   if (!temporary_.empty())
     ::unlink(temporary_.c_str());
 }
 
-void OutFile::fail(int reason) const {
-  throw WriteError("cannot write " + (path_.empty() ? std::string("to standard output") : "'" + path_ + "'") +
-                   ": " + std::strerror(reason));
-}
-
 void OutFile::commit() {
   stream_.flush();
-  buffer_->close();
-  if (buffer_->error() != 0)
-    fail(buffer_->error());
-  if (stream_.bad())
-    fail(EIO);
+  if (const int reason = buffer_->close(); reason != 0)
+    buffer_->fail(reason);
   if (!temporary_.empty()) {
     if (::rename(temporary_.c_str(), path_.c_str()) != 0)
-      fail(errno);
+      buffer_->fail(errno);
     temporary_.clear();
   }
 }

@@ -32,15 +32,13 @@ public:
   OutFile(const OutFile &) = delete;
   OutFile &operator=(const OutFile &) = delete;
 
+  // Throws WriteError as soon as a write fails.
   std::ostream &stream() { return stream_; }
-  // Whether a write has failed already, so that going on is in vain.
-  bool failed() const { return stream_.bad(); }
   // Puts the file in its place.  Throws WriteError if anything was lost.
   void commit();
 
 private:
   class Buffer;
-  [[noreturn]] void fail(int reason) const;
 
   std::string path_;      // of the final file, links resolved; empty for standard output
   std::string temporary_; // empty if written directly

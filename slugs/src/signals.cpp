@@ -2,7 +2,7 @@
 
 #include "signals.hpp"
 
-#include <csignal>
+#include <signal.h>
 
 namespace slugs {
 
@@ -16,9 +16,13 @@ extern "C" void note_interrupt(int) { interrupted.store(true, std::memory_order_
 } // namespace
 
 const std::atomic<bool> &catch_signals() {
-  std::signal(SIGINT, note_interrupt);
-  std::signal(SIGTERM, note_interrupt);
-  std::signal(SIGPIPE, SIG_IGN);
+  // No SA_RESTART: a read or write that blocks must end as well.
+  struct sigaction action = {};
+  action.sa_handler = note_interrupt;
+  sigemptyset(&action.sa_mask);
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+  signal(SIGPIPE, SIG_IGN);
   return interrupted;
 }
 

@@ -1,0 +1,229 @@
+// Whether a counterstrategy of the environment is correct; the conditions are
+// in check.hpp.
+
+#include "check_cycles.hpp"
+#include "check_kinds.hpp"
+
+#include <algorithm>
+#include <map>
+#include <unordered_set>
+
+namespace slugs {
+
+namespace {
+
+using Node = CheckModel::Node;
+using Valuation = CheckModel::Valuation;
+
+// Beyond this many allowed inputs in one state a witness is not searched for.
+constexpr std::uint64_t most_inputs = std::uint64_t{1} << 20;
+
+// Whether after one of the inputs that `inputs` allows there is no output that
+// `outputs` allows; tried 64 at a time.
+bool some_input_has_no_output(const CheckModel &model, const Completions &inputs,
+                              const Completions::Answer &answer, Completions &outputs, bool next,
+                              Assignment assignment) {
+  unsigned lane = 0;
+  bool found = false;
+  const auto try_lanes = [&] {
+    model.budget.check();
+    outputs.load(assignment);
+    for (unsigned i = 0; i < lane && !found; ++i)
+      found = outputs.answer(i).count == 0;
+    lane = 0;
+  };
+  inputs.enumerate(answer, [&](const Valuation &input) {
+    model.put(assignment, input, Owner::Input, lane++, next);
+    if (lane == lanes)
+      try_lanes();
+    return !found;
+  });
+  if (lane > 0 && !found)
+    try_lanes();
+  return found;
+}
+
+void require_initial_nodes(const CheckModel &model, const std::vector<Node> &initial) {
+  std::map<Valuation, std::unordered_set<Valuation>> outputs_of;
+  for (const Node node : initial)
+    outputs_of[model.valuation(node, Owner::Input)].insert(model.valuation(node, Owner::Output));
+  Completions outputs(model.specification, {Section::SysInit}, model.open_variables(Owner::Output, false),
+                      model.strategy.size() + 1, model.budget);
+  std::string missing;
+  for (const auto &[input, covered] : outputs_of) {
+    Assignment assignment = model.blank();
+    model.put(assignment, input, Owner::Input, 0, false);
+    outputs.load(assignment);
+    const Completions::Answer &answer = outputs.answer(0);
+    if (answer.count == covered.size())
+      return;
+    const auto &known = covered;
+    outputs.enumerate(answer, [&](const Valuation &output) {
+      if (known.count(output) != 0)
+        return true;
+      if (missing.empty())
+        missing = ", such as, for the input " + model.describe(input, Owner::Input) + ", the output " +
+                  model.describe(output, Owner::Output);
+      return false;
+    });
+  }
+  Completions inputs(model.specification, {Section::EnvInit}, model.open_variables(Owner::Input, false),
+                     most_inputs, model.budget);
+  inputs.load(model.blank());
+  if (!some_input_has_no_output(model, inputs, inputs.answer(0), outputs, false, model.blank()))
+    throw Rejection("for no input that ENV_INIT allows are all outputs that SYS_INIT allows initial nodes" +
+                    missing);
+}
+
+class ReplyCheck {
+public:
+  explicit ReplyCheck(const CheckModel &model)
+      : model_(model), graph_(model.strategy),
+        inputs_(model.specification, {Section::EnvTrans}, model.open_variables(Owner::Input, true),
+                most_inputs, model.budget),
+        outputs_(model.specification, {Section::SysTrans}, model.open_variables(Owner::Output, true),
+                 model.largest_degree(), model.budget) {}
+
+  void run() {
+    Assignment assignment = model_.blank();
+    Node batch[lanes];
+    unsigned count = 0;
+    const auto check_batch = [&] {
+      model_.budget.check();
+      outputs_.load(assignment);
+      for (unsigned lane = 0; lane < count; ++lane)
+        require_all_outputs(batch[lane], outputs_.answer(lane));
+      count = 0;
+    };
+    for (Node node = 0; node < graph_.size(); ++node) {
+      const std::uint64_t first = graph_.first_edge[node];
+      if (first == graph_.first_edge[node + 1]) {
+        dead_ends_.push_back(node);
+        continue;
+      }
+      require_one_input(node);
+      model_.put(assignment, node, count, false);
+      model_.put(assignment, graph_.successors[first], count, true);
+      batch[count++] = node;
+      if (count == lanes)
+        check_batch();
+    }
+    if (count > 0)
+      check_batch();
+    for (const Node node : dead_ends_)
+      require_dead_end(node);
+  }
+
+private:
+  void require_one_input(Node node) const {
+    const std::uint64_t first = graph_.first_edge[node];
+    const Valuation input = model_.valuation(graph_.successors[first], Owner::Input);
+    std::unordered_set<Valuation> outputs;
+    for (std::uint64_t edge = first; edge < graph_.first_edge[node + 1]; ++edge) {
+      const Node successor = graph_.successors[edge];
+      if (model_.valuation(successor, Owner::Input) != input)
+        throw Rejection(model_.name(node) + ": its successors " + std::to_string(graph_.named[first]) +
+                        " and " + std::to_string(graph_.named[edge]) + " have different inputs");
+      if (!outputs.insert(model_.valuation(successor, Owner::Output)).second)
+        throw Rejection(model_.name(node) + ": two of its successors have the state of " +
+                        model_.name(successor));
+    }
+  }
+
+  // All successors are legal and differ, so their number decides.
+  void require_all_outputs(Node node, const Completions::Answer &answer) const {
+    const std::uint64_t first = graph_.first_edge[node];
+    if (answer.count == graph_.first_edge[node + 1] - first)
+      return;
+    std::unordered_set<Valuation> covered;
+    for (std::uint64_t edge = first; edge < graph_.first_edge[node + 1]; ++edge)
+      covered.insert(model_.valuation(graph_.successors[edge], Owner::Output));
+    outputs_.enumerate(answer, [&](const Valuation &output) {
+      if (covered.count(output) == 0)
+        throw Rejection(model_.name(node) + ": no successor for the output that SYS_TRANS allows: " +
+                        model_.describe(output, Owner::Output));
+      return true;
+    });
+    throw std::logic_error("successors and allowed outputs do not match, but none is missing");
+  }
+
+  void require_dead_end(Node node) {
+    Assignment assignment = model_.blank();
+    for (unsigned lane = 0; lane < lanes; ++lane)
+      model_.put(assignment, node, lane, false);
+    inputs_.load(assignment);
+    const Completions::Answer &answer = inputs_.answer(0);
+    if (answer.count == 0)
+      throw Rejection(model_.name(node) + ": it has no successors, but it is the environment that is stuck");
+    if (!some_input_has_no_output(model_, inputs_, answer, outputs_, true, assignment))
+      throw Rejection(model_.name(node) +
+                      ": it has no successors, but the system has an output for every next "
+                      "input that ENV_TRANS allows");
+  }
+
+  const CheckModel &model_;
+  const ExplicitStrategy &graph_;
+  Completions inputs_;
+  Completions outputs_;
+  std::vector<Node> dead_ends_;
+};
+
+// No play may satisfy all guarantees, none may starve an assumption.
+void require_violation(const CheckModel &model) {
+  const ExplicitStrategy &graph = model.strategy;
+  const auto each_inner_edge = [&](const std::vector<std::uint32_t> &component, const std::vector<bool> &kept,
+                                   auto visit) {
+    for (Node node = 0; node < graph.size(); ++node)
+      for (std::uint64_t edge = graph.first_edge[node]; edge < graph.first_edge[node + 1]; ++edge)
+        if (kept[edge] && component[graph.successors[edge]] == component[node])
+          visit(node, edge);
+  };
+  std::uint32_t count;
+  const std::vector<bool> all(graph.successors.size(), true);
+  const std::vector<std::uint32_t> component = components(graph, all, count);
+  const auto &guarantees = model.edges_meeting(Section::SysLiveness);
+  std::vector<bool> wins(count, false); // has a cycle, and all guarantees so far
+  each_inner_edge(component, all, [&](Node node, std::uint64_t) { wins[component[node]] = true; });
+  for (const std::vector<bool> &meeting : guarantees) {
+    model.budget.check();
+    std::vector<bool> met(count, false);
+    each_inner_edge(component, all, [&](Node node, std::uint64_t edge) {
+      if (meeting[edge])
+        met[component[node]] = true;
+    });
+    for (std::uint32_t c = 0; c < count; ++c)
+      wins[c] = wins[c] && met[c];
+  }
+  for (Node node = 0; node < graph.size(); ++node)
+    if (wins[component[node]])
+      throw Rejection(model.name(node) + ": it is on a cycle that meets all guarantees");
+
+  const auto &assumptions = model.edges_meeting(Section::EnvLiveness);
+  for (std::size_t i = 0; i < assumptions.size(); ++i) {
+    model.budget.check();
+    std::vector<bool> kept = assumptions[i];
+    kept.flip();
+    const std::vector<std::uint32_t> starving = components(graph, kept, count);
+    each_inner_edge(starving, kept, [&](Node node, std::uint64_t) {
+      throw Rejection(
+          model.name(node) + ": it is on a cycle that never meets the assumption " +
+          CheckModel::describe(model.specification[Section::EnvLiveness][i], Section::EnvLiveness));
+    });
+  }
+}
+
+} // namespace
+
+void check_counterstrategy(CheckModel &model, bool robotics_init) {
+  const std::vector<Node> initial = model.initial_nodes();
+  if (!robotics_init)
+    require_initial_nodes(model, initial);
+  else if (initial.empty())
+    throw Rejection("there is no initial node");
+  model.require_legal_edges();
+  ReplyCheck(model).run();
+  model.require_reachable(initial);
+  require_violation(model);
+}
+
+} // namespace slugs

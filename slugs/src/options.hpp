@@ -1,0 +1,44 @@
+// The command line: one table of options, from which parsing, help and
+// suggestions come.
+
+#pragma once
+
+#include <cstddef>
+#include <iosfwd>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace slugs {
+
+struct Options {
+  bool explicit_strategy = false;
+  bool json_output = false;
+  bool counter_strategy = false;
+  bool robotics_init = false;
+  bool bias_for_action = false;
+  bool realizability = false;
+  bool translate = false;
+  bool help = false;
+  bool version = false;
+  std::optional<std::string> check;      // the strategy to check
+  std::optional<std::string> stats_file; // "-" for standard error
+  std::optional<double> timeout_seconds;
+  std::optional<std::size_t> memory_megabytes;
+  std::string file;    // "-" for standard input
+  std::string outfile; // empty for standard output
+};
+
+struct UsageError : std::runtime_error {
+  UsageError(const std::string &message, std::string hint = "")
+      : std::runtime_error(message), hint(std::move(hint)) {}
+  std::string hint;
+};
+
+// `arguments` without the program's name.  Throws UsageError.
+Options parse_options(const std::vector<std::string> &arguments);
+
+void print_help(std::ostream &out);
+
+} // namespace slugs

@@ -1,0 +1,68 @@
+// JSON (RFC 8259) as a stream of steps, without a tree of the document.
+//
+// The caller knows which shape it expects and asks for it piece by piece; a
+// strategy of millions of edges goes straight into its arrays.
+
+#pragma once
+
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+namespace slugs {
+
+// The text is not JSON, or not of the expected shape; says where.
+struct JsonError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+class JsonReader {
+public:
+  // `file` is for messages; the caller keeps the text alive.
+  JsonReader(std::string file, std::string_view text);
+
+  // Calls value(key) for each member; it must read the value.
+  template <class Value> void object(Value value) {
+    expect('{');
+    if (accept('}'))
+      return;
+    do {
+      const std::string key = string();
+      expect(':');
+      value(key);
+    } while (accept(','));
+    expect('}');
+  }
+  // Calls element() for each element; it must read the element.
+  template <class Element> void array(Element element) {
+    expect('[');
+    if (accept(']'))
+      return;
+    do
+      element();
+    while (accept(','));
+    expect(']');
+  }
+  std::string string();
+  std::uint64_t natural(); // a number without sign, fraction and exponent
+  void skip();             // any value
+  void end();              // nothing but white space may follow
+
+  [[noreturn]] void fail(const std::string &message) const;
+
+private:
+  void blanks();
+  bool accept(char c);
+  void expect(char c);
+  void skip_scalar();
+  void append_escape(std::string &out);
+  unsigned hex_digits();
+  std::string found() const;
+
+  std::string file_;
+  std::string_view text_;
+  std::size_t at_ = 0;
+};
+
+} // namespace slugs
