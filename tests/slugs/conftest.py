@@ -1,0 +1,20 @@
+"""The real slugs binary: SAFENAV_SLUGS names one, else the one that `make slugs` leaves."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture(scope="session")
+def slugs_binary() -> Path:
+    """The binary under test; without one the test is skipped, unless one was asked for."""
+    named = os.environ.get("SAFENAV_SLUGS")
+    binary = Path(named) if named else ROOT / "slugs" / "build" / "slugs"
+    if binary.is_file() and os.access(binary, os.X_OK):
+        return binary.resolve()
+    if named:
+        pytest.fail(f"SAFENAV_SLUGS names no program: {named}")
+    pytest.skip(f"no slugs binary at {binary}: run `make slugs` or set SAFENAV_SLUGS")
