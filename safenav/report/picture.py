@@ -152,10 +152,10 @@ class _Drawing:
         self.page.path("".join(walls), fill=WALL, stroke=WALL, stroke_width=0.5)
         numbers = self.options.numbers
         if cell >= 26 if numbers is None else numbers:
-            self.page.open_group(font_size=number(cell * 0.2), fill="#8A919C")
+            self.page.open_group(font_size=number(cell * 0.18), fill="#8A919C")
             for region in world.free:
                 x, y = self._corner(region)
-                place = {"x": x + cell * 0.08, "y": y + cell * 0.24}
+                place = {"x": x + cell * 0.08, "y": y + cell * 0.22}
                 self.page.element("text", str(region), **place)
             self.page.close_group()
 
@@ -247,7 +247,6 @@ class _Drawing:
         if robot.heading is not None:
             self.page.glyph(NOSE, x, y, radius * 0.92, robot.heading, fill=INK)
         self.page.glyph(look.path, x, y, radius, fill=look.colour, stroke=INK, stroke_width=0.09)
-        size = radius * (1.0 if len(look.letters) == 1 else 0.8)
-        self.page.text(
-            x, y + size * 0.36, look.letters, size, bold=True, fill=look.ink, text_anchor="middle"
-        )
+        size, baseline = radius * look.size, y + radius * look.drop
+        centred = {"fill": look.ink, "text_anchor": "middle"}
+        self.page.text(x, baseline, look.letters, size, bold=True, **centred)

@@ -25,13 +25,18 @@ GREY = "#7A7F87"
 
 @dataclass(frozen=True)
 class Look:
-    """How one robot is drawn: body, the colour of it and of the letters on it."""
+    """How one robot is drawn: body, the colour of it and of the letters on it.
+
+    ``size`` of the letters and ``drop`` of their baseline are in radii of the body.
+    """
 
     shape: str
     path: str
     colour: str
     ink: str
     letters: str
+    size: float
+    drop: float
 
 
 _SHAPES = (
@@ -46,12 +51,12 @@ _SHAPES = (
 _COLOURS = (
     (BLUE, "#FFFFFF"),
     (ORANGE, "#000000"),
-    (GREEN, "#FFFFFF"),
+    (GREEN, "#000000"),
     (PURPLE, "#000000"),
     (SKY, "#000000"),
-    (VERMILLION, "#FFFFFF"),
+    (VERMILLION, "#000000"),
     (YELLOW, "#000000"),
-    (GREY, "#FFFFFF"),
+    (GREY, "#000000"),
 )
 
 NOSE = "M-0.42,-1.12L0,-1.72L0.42,-1.12Z"
@@ -65,7 +70,9 @@ def looks(names: Sequence[str]) -> tuple[Look, ...]:
     for i in range(len(names)):
         shape, path = _SHAPES[i % len(_SHAPES)]
         colour, ink = _COLOURS[i % len(_COLOURS)]
-        found.append(Look(shape, path, colour, ink, letters[i]))
+        size = (1.05 if len(letters[i]) == 1 else 0.82) * (0.85 if shape == "triangle" else 1)
+        drop = 0.36 * size + (0.22 if shape == "triangle" else 0)
+        found.append(Look(shape, path, colour, ink, letters[i], round(size, 2), round(drop, 2)))
     return tuple(found)
 
 

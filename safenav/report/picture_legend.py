@@ -178,9 +178,8 @@ def _robots(scene: Scene, style: tuple[Look, ...]) -> Block:
 def _body(look: Look) -> Icon:
     def draw(page: SvgWriter, x: float, y: float) -> None:
         page.glyph(look.path, x, y, 10, fill=look.colour, stroke=INK, stroke_width=0.1)
-        size = 10 if len(look.letters) == 1 else 8
         centred = {"fill": look.ink, "text_anchor": "middle"}
-        page.text(x, y + size * 0.36, look.letters, size, bold=True, **centred)
+        page.text(x, y + 10 * look.drop, look.letters, 10 * look.size, bold=True, **centred)
 
     return draw
 

@@ -1,0 +1,171 @@
+/** The page as a whole. */
+
+import { useEffect, useLayoutEffect, useMemo, useReducer, useRef, useState } from "preact/hooks";
+import { Button, Controls } from "./controls";
+import { Events } from "./events";
+import { KEYS, listen } from "./keyboard";
+import { MapView } from "./map";
+import { Legend, Obstacles, Robots, Stack } from "./panels";
+import type { Player } from "./player";
+import { eventsAfter, type EventKind, type Run } from "./run";
+import { applyTheme, nextTheme, storedTheme, type Shown } from "./settings";
+
+const TOLD: ReadonlySet<EventKind> = new Set([
+  "violation",
+  "request",
+  "resolved",
+  "blocked",
+  "assumption",
+  "outcome",
+]);
+
+export function App({ run, player }: { run: Run; player: Player }) {
+  const [, redraw] = useReducer((count: number) => count + 1, 0);
+  const [theme, setTheme] = useState(storedTheme);
+  const [shown, setShown] = useState<Shown>({
+    numbers: run.cols * run.rows <= 600,
+    trails: true,
+    targets: true,
+    hidden: true,
+  });
+  const help = useRef<HTMLDialogElement>(null);
+  const openHelp = (): void => help.current!.showModal();
+  useLayoutEffect(() => player.onTick(() => redraw(0)), [player]);
+  useLayoutEffect(() => applyTheme(theme), [theme]);
+  useEffect(
+    () => listen(run, player, { help: openHelp, theme: () => setTheme(nextTheme) }),
+    [run, player],
+  );
+  const tick = player.tick;
+  return (
+    <>
+      <header>
+        <div>
+          <h1>{run.name}</h1>
+          <OutcomeBadge run={run} />
+        </div>
+        <div class="group">
+          <Button icon={theme} label={`Theme: ${theme}`} onClick={() => setTheme(nextTheme)} />
+          <button type="button" title="Help" aria-label="Help" onClick={openHelp}>
+            ?
+          </button>
+        </div>
+      </header>
+      <main>
+        <section class="stage" aria-label="Map">
+          <MapView run={run} player={player} tick={tick} shown={shown} />
+          <Story run={run} tick={tick} playing={player.playing} />
+          <div class="below">
+            <Choices shown={shown} onChange={setShown} />
+            <Legend run={run} />
+          </div>
+        </section>
+        <Controls run={run} player={player} tick={tick} />
+        <aside aria-label="State of the run">
+          <Robots run={run} tick={tick} />
+          <Stack run={run} tick={tick} />
+          <Obstacles run={run} tick={tick} />
+          <Events run={run} player={player} tick={tick} />
+        </aside>
+      </main>
+      <Help dialog={help} run={run} />
+    </>
+  );
+}
+
+function OutcomeBadge({ run }: { run: Run }) {
+  const { ending } = run;
+  if (ending === null) return <p class="badge cut">cut off</p>;
+  const words = ending.outcome.replace(/_/g, " ");
+  return (
+    <p class={`badge ${ending.outcome === "completed" ? "good" : "bad"}`} title={ending.explanation}>
+      {words}
+    </p>
+  );
+}
+
+/** The last thing that mattered, in words; read aloud when the run is stepped by hand. */
+function Story({ run, tick, playing }: { run: Run; tick: number; playing: boolean }) {
+  const told = useMemo(() => run.events.filter((event) => TOLD.has(event[1])), [run]);
+  const end = eventsAfter(told, tick);
+  const last = told[end - 1];
+  const texts = last ? told.slice(eventsAfter(told, last[0] - 1), end).map((event) => event[2]) : [];
+  const before = last === undefined;
+  return (
+    <p class="story" aria-live={playing ? "off" : "polite"}>
+      {before ? (
+        <span class="quiet">Nothing has been found yet.</span>
+      ) : (
+        <>
+          <b>{last[0] === tick ? "Now" : `Tick ${last[0]}`}</b> {texts.join(". ")}.
+        </>
+      )}
+    </p>
+  );
+}
+
+const CHOICES: [key: keyof Shown, words: string][] = [
+  ["numbers", "region numbers"],
+  ["trails", "trails"],
+  ["targets", "targets"],
+  ["hidden", "hidden obstacles"],
+];
+
+function Choices({ shown, onChange }: { shown: Shown; onChange(shown: Shown): void }) {
+  return (
+    <fieldset class="choices">
+      <legend>Show</legend>
+      {CHOICES.map(([key, words]) => (
+        <label key={key}>
+          <input
+            type="checkbox"
+            checked={shown[key]}
+            onChange={(event) => onChange({ ...shown, [key]: event.currentTarget.checked })}
+          />
+          {words}
+        </label>
+      ))}
+    </fieldset>
+  );
+}
+
+function Help({ dialog, run }: { dialog: { current: HTMLDialogElement | null }; run: Run }) {
+  const { ending } = run;
+  return (
+    <dialog
+      ref={dialog}
+      aria-labelledby="help-title"
+      onClick={(event) => event.target === event.currentTarget && dialog.current!.close()}
+    >
+      <div>
+        <h2 id="help-title">Keys</h2>
+        <dl>
+          {KEYS.map(([keys, meaning]) => (
+            <div key={keys}>
+              <dt>
+                {keys.split(" ").map((key) => (
+                  <kbd key={key}>{key}</kbd>
+                ))}
+              </dt>
+              <dd>{meaning}</dd>
+            </div>
+          ))}
+        </dl>
+        <p>Events and marks on the timeline can be clicked; the address names the tick.</p>
+        <h2>This run</h2>
+        <p>
+          {ending
+            ? `${ending.outcome.replace(/_/g, " ")}: ${ending.explanation} (${run.last} ticks, ` +
+              `${ending.syntheses} syntheses in ${ending.synthesisSeconds}, ${ending.seconds} in all)`
+            : `cut off after tick ${run.last}`}
+        </p>
+        <p class="quiet">
+          {run.source} · safenav {run.version}
+        </p>
+        <form method="dialog">
+          <button>Close</button>
+        </form>
+      </div>
+    </dialog>
+  );
+}

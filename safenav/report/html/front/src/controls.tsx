@@ -1,0 +1,214 @@
+/** Play, step, speed, and the timeline with its marks. */
+
+import { useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
+import { EventSign, Icon, type ButtonIcon } from "./icons";
+import { SPEEDS, type Player } from "./player";
+import type { EventKind, Run, RunEvent } from "./run";
+
+interface ControlsProps {
+  run: Run;
+  player: Player;
+  tick: number;
+}
+
+export function Controls({ run, player, tick }: ControlsProps) {
+  return (
+    <section class="controls" aria-label="Playback">
+      <Timeline run={run} player={player} tick={tick} />
+      <div class="buttons">
+        <div class="group">
+          <Button icon="first" label="First tick" onClick={() => player.seek(0)} />
+          <Button icon="back" label="One tick back" onClick={() => player.step(-1)} />
+          <Button
+            icon={player.playing ? "pause" : "play"}
+            label={player.playing ? "Pause" : "Play"}
+            primary
+            onClick={() => player.toggle()}
+          />
+          <Button icon="on" label="One tick on" onClick={() => player.step(1)} />
+          <Button icon="last" label="Last tick" onClick={() => player.seek(player.last)} />
+        </div>
+        <p class="clock">
+          tick <b>{tick}</b> of {run.last}
+          <LinkButton tick={tick} />
+        </p>
+        <div class="group speed">
+          <Button
+            icon="slower"
+            label="Slower"
+            disabled={player.speed === SPEEDS[0]}
+            onClick={() => player.faster(-1)}
+          />
+          <label>
+            <span class="unseen">Speed</span>
+            <select
+              value={String(player.speed)}
+              onChange={(event) => player.setSpeed(Number(event.currentTarget.value))}
+            >
+              {SPEEDS.map((speed) => (
+                <option value={String(speed)}>{speed} ticks/s</option>
+              ))}
+            </select>
+          </label>
+          <Button
+            icon="faster"
+            label="Faster"
+            disabled={player.speed === SPEEDS[SPEEDS.length - 1]}
+            onClick={() => player.faster(1)}
+          />
+        </div>
+      </div>
+    </section>
+  );
+}
+
+interface ButtonProps {
+  icon: ButtonIcon;
+  label: string;
+  primary?: boolean;
+  disabled?: boolean;
+  onClick(): void;
+}
+
+export function Button({ icon, label, primary, disabled, onClick }: ButtonProps) {
+  return (
+    <button
+      type="button"
+      class={primary ? "primary" : ""}
+      title={label}
+      aria-label={label}
+      disabled={disabled}
+      onClick={onClick}
+    >
+      <Icon name={icon} />
+    </button>
+  );
+}
+
+/** Copies the address of this tick; where there is no clipboard, the address bar has it. */
+function LinkButton({ tick }: { tick: number }) {
+  const [copied, setCopied] = useState(false);
+  const copy = async (): Promise<void> => {
+    const address = location.href.replace(/#.*$/, "") + `#tick=${tick}`;
+    try {
+      await navigator.clipboard.writeText(address);
+    } catch {
+      location.hash = `tick=${tick}`;
+    }
+    setCopied(true);
+    setTimeout(() => setCopied(false), 1200);
+  };
+  return (
+    <button
+      type="button"
+      class="link"
+      title="Copy a link to this tick"
+      aria-label="Copy a link to this tick"
+      onClick={copy}
+    >
+      {copied ? "copied" : <Icon name="link" />}
+    </button>
+  );
+}
+
+/** Most telling first: what stands for a tick in which several things happened. */
+const WEIGHT: EventKind[] = [
+  "outcome",
+  "assumption",
+  "violation",
+  "blocked",
+  "resolved",
+  "request",
+  "push",
+  "pop",
+  "synthesis",
+  "goal",
+];
+const MARK = 18;
+
+interface TimelineMark {
+  /** Percent of the width. */
+  place: number;
+  event: RunEvent;
+  title: string;
+}
+
+/** Events closer than a mark is wide share one, so that marks never overlap. */
+function marksOf(run: Run, width: number): TimelineMark[] {
+  const marks: TimelineMark[] = [];
+  let edge = -Infinity;
+  for (const event of run.events) {
+    if (event[1] === "goal") continue;
+    const place = run.last ? event[0] / run.last : 0;
+    const told = `tick ${event[0]}: ${event[2]}`;
+    const before = marks[marks.length - 1];
+    if (before && place * width < edge + MARK) {
+      if (WEIGHT.indexOf(event[1]) < WEIGHT.indexOf(before.event[1])) before.event = event;
+      if (before.title.length < 600) before.title += `\n${told}`;
+    } else {
+      edge = place * width;
+      marks.push({ place: 100 * place, event, title: told });
+    }
+  }
+  return marks;
+}
+
+function Timeline({ run, player, tick }: ControlsProps) {
+  const track = useRef<HTMLDivElement>(null);
+  const slider = useRef<HTMLInputElement>(null);
+  const [width, setWidth] = useState(800);
+  useLayoutEffect(() => {
+    const observer = new ResizeObserver(() => setWidth(track.current!.clientWidth));
+    observer.observe(track.current!);
+    return () => observer.disconnect();
+  }, []);
+  useLayoutEffect(
+    () =>
+      player.onFrame((time) => {
+        slider.current!.value = String(time);
+        track.current!.style.setProperty("--played", `${run.last ? (100 * time) / run.last : 0}%`);
+      }),
+    [run, player],
+  );
+  const marks = useMemo(() => marksOf(run, width), [run, width]);
+  const goals = useMemo(() => {
+    const ticks = new Set(run.events.filter((event) => event[1] === "goal").map((event) => event[0]));
+    return [...ticks].map((t) => `M${((t / (run.last || 1)) * 1000).toFixed(1)} 0v6`).join("");
+  }, [run]);
+  return (
+    <div class="timeline" ref={track}>
+      <div class="marks">
+        {marks.map(({ place, event, title }) => (
+          <button
+            type="button"
+            tabIndex={-1}
+            aria-hidden="true"
+            class={event[0] <= tick ? "past" : ""}
+            style={{ left: `${place}%` }}
+            title={title}
+            data-tick={event[0]}
+            onClick={() => {
+              player.pause();
+              player.seek(event[0]);
+            }}
+          >
+            <EventSign run={run} kind={event[1]} size={16} />
+          </button>
+        ))}
+      </div>
+      <input
+        ref={slider}
+        type="range"
+        min={0}
+        max={run.last}
+        step="any"
+        aria-label="Tick"
+        aria-valuetext={`tick ${tick} of ${run.last}`}
+        onInput={(event) => player.seek(Number(event.currentTarget.value))}
+      />
+      <svg class="goals" viewBox="0 0 1000 6" preserveAspectRatio="none" aria-hidden="true">
+        <path d={goals} />
+      </svg>
+    </div>
+  );
+}

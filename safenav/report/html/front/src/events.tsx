@@ -1,0 +1,89 @@
+/** All events as a list to click, with filters; the ones of the current tick are marked. */
+
+import { memo } from "preact/compat";
+import { useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
+import { EventSign } from "./icons";
+import type { Player } from "./player";
+import type { EventKind, Run, RunEvent } from "./run";
+
+const GROUPS: [name: string, kinds: EventKind[]][] = [
+  ["coordination", ["violation", "request", "push", "pop", "resolved", "blocked", "assumption", "outcome"]],
+  ["synthesis", ["synthesis"]],
+  ["goals", ["goal"]],
+];
+const MANY_GOALS = 60;
+
+export function Events({ run, player, tick }: { run: Run; player: Player; tick: number }) {
+  const [shown, setShown] = useState<Record<string, boolean>>(() => {
+    const goals = run.events.filter((event) => event[1] === "goal").length;
+    return { coordination: true, synthesis: true, goals: goals <= MANY_GOALS };
+  });
+  const events = useMemo(() => {
+    const kinds = new Set(GROUPS.filter(([name]) => shown[name]).flatMap(([, kinds]) => kinds));
+    return run.events.filter((event) => kinds.has(event[1]));
+  }, [run, shown]);
+  const list = useRef<HTMLOListElement>(null);
+  useLayoutEffect(() => mark(list.current!, events, tick), [events, tick]);
+  return (
+    <section class="panel events" aria-labelledby="events-title">
+      <h2 id="events-title">
+        Events <span class="count">{events.length}</span>
+      </h2>
+      <div class="filters" role="group" aria-label="Kinds of events">
+        {GROUPS.map(([name]) => (
+          <button
+            type="button"
+            key={name}
+            aria-pressed={shown[name]}
+            onClick={() => setShown({ ...shown, [name]: !shown[name] })}
+          >
+            {name}
+          </button>
+        ))}
+      </div>
+      <ol class="list" ref={list} tabIndex={-1}>
+        <Rows run={run} player={player} events={events} />
+      </ol>
+    </section>
+  );
+}
+
+const Rows = memo(({ run, player, events }: { run: Run; player: Player; events: RunEvent[] }) => (
+  <>
+    {events.map((event, i) => (
+      <li key={i}>
+        <button
+          type="button"
+          class="event"
+          data-tick={event[0]}
+          data-kind={event[1]}
+          onClick={() => {
+            player.pause();
+            player.seek(event[0]);
+          }}
+        >
+          <span class="tick">{event[0]}</span>
+          <EventSign run={run} kind={event[1]} />
+          <span>{event[2]}</span>
+        </button>
+      </li>
+    ))}
+  </>
+));
+
+/** Marks the rows of a tick and scrolls the list (never the page) to them. */
+function mark(list: HTMLOListElement, events: RunEvent[], tick: number): void {
+  for (const row of list.querySelectorAll("[aria-current]")) row.removeAttribute("aria-current");
+  let nearest = -1;
+  events.forEach((event, i) => {
+    if (event[0] > tick) return;
+    if (nearest < 0 || event[0] > events[nearest]![0]) nearest = i;
+    if (event[0] === tick) list.children[i]!.firstElementChild!.setAttribute("aria-current", "step");
+  });
+  const row = list.children[Math.max(0, nearest)] as HTMLElement | undefined;
+  if (!row || list.scrollHeight <= list.clientHeight) return;
+  const top = row.offsetTop - list.offsetTop;
+  if (top < list.scrollTop || top + row.offsetHeight > list.scrollTop + list.clientHeight) {
+    list.scrollTop = top - list.clientHeight / 3;
+  }
+}

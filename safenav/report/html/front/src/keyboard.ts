@@ -1,0 +1,79 @@
+/** Keys of the page; what a focused control does with a key of its own goes first. */
+
+import type { Player } from "./player";
+import { eventsAfter, type Run } from "./run";
+
+export const KEYS: [keys: string, meaning: string][] = [
+  ["Space", "play or pause"],
+  ["← →", "one tick back or on"],
+  ["Shift ← →", "the event before or after"],
+  ["Home End", "first or last tick"],
+  ["+ −", "faster or slower"],
+  ["T", "theme: automatic, light, dark"],
+  ["?", "this help"],
+];
+
+export interface Actions {
+  help(): void;
+  theme(): void;
+}
+
+export function listen(run: Run, player: Player, actions: Actions): () => void {
+  const pressed = (event: KeyboardEvent): void => {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    if (document.querySelector("dialog[open]")) return;
+    const focus = event.target instanceof HTMLElement ? event.target : null;
+    if (focus?.matches("select, input:not([type=range])")) return;
+    const activates = event.key === " " && focus?.matches("button, summary, a");
+    if (activates) return;
+    const action = actionOf(event, run, player, actions);
+    if (action === null) return;
+    event.preventDefault();
+    action();
+  };
+  addEventListener("keydown", pressed);
+  return () => removeEventListener("keydown", pressed);
+}
+
+function actionOf(
+  event: KeyboardEvent,
+  run: Run,
+  player: Player,
+  actions: Actions,
+): (() => void) | null {
+  switch (event.key) {
+    case " ":
+      return () => player.toggle();
+    case "ArrowLeft":
+      return event.shiftKey ? () => toEvent(run, player, -1) : () => player.step(-1);
+    case "ArrowRight":
+      return event.shiftKey ? () => toEvent(run, player, 1) : () => player.step(1);
+    case "Home":
+      return () => player.seek(0);
+    case "End":
+      return () => player.seek(player.last);
+    case "+":
+    case "=":
+      return () => player.faster(1);
+    case "-":
+    case "−":
+      return () => player.faster(-1);
+    case "t":
+    case "T":
+      return actions.theme;
+    case "?":
+      return actions.help;
+    default:
+      return null;
+  }
+}
+
+/** To the nearest tick before or after this one in which something other than a goal happened. */
+export function toEvent(run: Run, player: Player, direction: 1 | -1): void {
+  const events = run.events;
+  let i = direction > 0 ? eventsAfter(events, player.tick) : eventsAfter(events, player.tick - 1) - 1;
+  while (i >= 0 && i < events.length && events[i]![1] === "goal") i += direction;
+  const found = events[i];
+  player.pause();
+  player.seek(found ? found[0] : direction > 0 ? player.last : 0);
+}

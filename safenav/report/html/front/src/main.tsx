@@ -1,0 +1,13 @@
+/** Reads the run that the page carries and shows it. */
+
+import { render } from "preact";
+import { App } from "./app";
+import { followLinks } from "./link";
+import { Player } from "./player";
+import type { Run } from "./run";
+import "./page.css";
+
+const run = JSON.parse(document.getElementById("run")!.textContent!) as Run;
+const player = new Player(run.last);
+render(<App run={run} player={player} />, document.getElementById("app")!);
+followLinks(player);

@@ -1,0 +1,164 @@
+/** The side of the page: robots with their objectives, the stack, the obstacles, the legend. */
+
+import { memo } from "preact/compat";
+import { RobotSign, StatusSign } from "./icons";
+import { at, label, type Frame, type Run, type Status } from "./run";
+
+interface PanelProps {
+  run: Run;
+  tick: number;
+}
+
+const DIRECTIONS: Record<string, string> = { N: "north", E: "east", S: "south", W: "west" };
+
+export function Robots({ run, tick }: PanelProps) {
+  const frames = at(run.stack, tick)[1];
+  return (
+    <section class="panel robots" aria-labelledby="robots-title">
+      <h2 id="robots-title">Robots</h2>
+      <ul>
+        {run.robots.map((robot) => {
+          const [, words] = at(robot.tasks, tick);
+          const [, rounds, reached] = at(robot.progress, tick);
+          const facing = robot.headings ? `, facing ${DIRECTIONS[robot.headings[tick]!]}` : "";
+          const role = roleOf(robot.name, frames);
+          return (
+            <li key={robot.name}>
+              <RobotSign robot={robot} size={32} />
+              <div>
+                <p>
+                  <b>{robot.name}</b> <span class="quiet">{robot.model}</span>
+                  {role && <span class={`role ${role[0]}`}>{role[1]}</span>}
+                </p>
+                <p class="objective">{words}</p>
+                <p class="quiet">
+                  at {label(run, robot.path[tick]!)}
+                  {facing}
+                  {reached >= 0 && ` · reached ${reached}`}
+                  {rounds > 0 && ` · ${rounds} ${rounds === 1 ? "round" : "rounds"}`}
+                </p>
+              </div>
+            </li>
+          );
+        })}
+      </ul>
+    </section>
+  );
+}
+
+/** What a robot does for the topmost frame that names it. */
+function roleOf(name: string, frames: readonly Frame[]): [kind: string, words: string] | null {
+  for (let i = frames.length - 1; i >= 0; i--) {
+    const [about, requester, helper] = frames[i]!;
+    if (helper === name) return ["helps", `helps: ${about}`];
+    if (requester === name) return ["waits", `waits: ${about}`];
+  }
+  return null;
+}
+
+export function Stack({ run, tick }: PanelProps) {
+  const frames = at(run.stack, tick)[1];
+  return (
+    <section class="panel stack" aria-labelledby="stack-title">
+      <h2 id="stack-title">
+        Objective stack <span class="count">{frames.length}</span>
+      </h2>
+      {frames.length === 0 && <p class="quiet">Empty: every robot follows its own objective.</p>}
+      <ol reversed>
+        {frames
+          .map(([about, requester, helper], i) => (
+            <li key={i}>
+              <b>{about}</b>
+              <span class="quiet">
+                {requester && `${requester} waits`}
+                {requester && helper && ", "}
+                {helper && `${helper} helps`}
+              </span>
+            </li>
+          ))
+          .reverse()}
+      </ol>
+    </section>
+  );
+}
+
+export function Obstacles({ run, tick }: PanelProps) {
+  if (run.obstacles.length === 0) return null;
+  return (
+    <section class="panel obstacles" aria-labelledby="obstacles-title">
+      <h2 id="obstacles-title">Obstacles</h2>
+      <ul>
+        {run.obstacles.map((obstacle) => {
+          const status = at(obstacle.status, tick)[1];
+          return (
+            <li key={obstacle.name} data-obstacle={obstacle.name} data-status={status}>
+              <StatusSign run={run} status={status} />
+              <b>{obstacle.name}</b>
+              <span class="quiet">
+                {run.marks.status[status].meaning} · needs {obstacle.action}
+              </span>
+            </li>
+          );
+        })}
+      </ul>
+    </section>
+  );
+}
+
+const STATUSES: Status[] = ["hidden", "found", "requested", "resolved", "blocked"];
+
+export const Legend = memo(({ run }: { run: Run }) => {
+  const first = run.robots[0];
+  return (
+    <details class="legend" open>
+      <summary>Legend</summary>
+      <ul>
+        <li>
+          <svg width="18" height="18" aria-hidden="true">
+            <rect class="walls" x="1" y="1" width="16" height="16" />
+          </svg>
+          wall
+        </li>
+        {STATUSES.map((status) => (
+          <li key={status}>
+            <StatusSign run={run} status={status} />
+            {status === "hidden" ? "obstacle, hidden so far" : run.marks.status[status].meaning}
+          </li>
+        ))}
+        {first && (
+          <li>
+            <svg width="20" height="20" viewBox="-2 -2 24 24" aria-hidden="true">
+              <rect class="swatch" width="20" height="20" />
+              <path class="target" transform="translate(15 15) scale(4)" d={first.look.path} fill={first.look.colour} />
+            </svg>
+            target of the robot with that shape
+          </li>
+        )}
+        {first && (
+          <li>
+            <svg width="30" height="18" aria-hidden="true" class="trail" style={{ "--colour": first.look.colour }}>
+              <path d="M1 9h9" opacity="0.25" />
+              <path d="M10 9h9" opacity="0.45" />
+              <path d="M19 9h10" opacity="0.75" />
+            </svg>
+            the way it came
+          </li>
+        )}
+        {run.robots.some((robot) => robot.headings !== null) && (
+          <li>
+            <svg width="18" height="18" viewBox="-0.9 -2 1.8 1.2" aria-hidden="true">
+              <path class="nose" d={run.nose} />
+            </svg>
+            where it faces
+          </li>
+        )}
+        <li>
+          <svg width="26" height="18" viewBox="10 -9 24 18" aria-hidden="true">
+            <path class="violation-arrow" d="M12 0H29M24 -4.5L29.5 0L24 4.5" />
+          </svg>
+          step that was refused
+        </li>
+      </ul>
+    </details>
+  );
+});

@@ -1,0 +1,38 @@
+/** What the reader of the page chose: theme and what the map shows. */
+
+export type Theme = "auto" | "light" | "dark";
+
+export interface Shown {
+  numbers: boolean;
+  trails: boolean;
+  targets: boolean;
+  hidden: boolean;
+}
+
+const KEY = "safenav-replay-theme";
+
+/** The theme chosen earlier; pages opened from disk may have no storage. */
+export function storedTheme(): Theme {
+  try {
+    const stored = localStorage.getItem(KEY);
+    return stored === "light" || stored === "dark" ? stored : "auto";
+  } catch {
+    return "auto";
+  }
+}
+
+export function applyTheme(theme: Theme): void {
+  document.documentElement.dataset.theme = theme;
+  try {
+    localStorage.setItem(KEY, theme);
+  } catch {
+    // Not kept, then; the page works without.
+  }
+}
+
+/** The next of auto, light, dark. */
+export function nextTheme(theme: Theme): Theme {
+  return theme === "auto" ? "light" : theme === "light" ? "dark" : "auto";
+}
+
+export const calm = matchMedia("(prefers-reduced-motion: reduce)");
