@@ -12,6 +12,7 @@ from pathlib import Path
 
 from safenav.audit.reader import read_lines, read_trace
 from safenav.audit.records import (
+    Backtrack,
     Blocked,
     Goal,
     Header,
@@ -165,11 +166,12 @@ def _findings(trace: Trace) -> Iterator[Finding]:
             problem = f"{stranger!r} is not in the scenario"
             yield Finding(NAMES_RULE, record.tick, None, record.line, problem)
             continue
+        if now.outcome is not None:
+            yield from _after_the_end(record)
+            continue
         for rule in rules:
             yield from rule.line(record, now)
-        if now.outcome is not None:
-            continue  # told by the rule on the order of lines
-        if isinstance(record, Violation | Move) and now.starts_turn(record):
+        if isinstance(record, Violation | Backtrack | Move) and now.starts_turn(record):
             now.finish_turn(last=False)
             for rule in rules:
                 yield from rule.turn(now)
@@ -180,6 +182,12 @@ def _findings(trace: Trace) -> Iterator[Finding]:
         yield from rule.turn(now)
     for rule in rules:
         yield from rule.ending(now)
+
+
+def _after_the_end(record: Record) -> Iterator[Finding]:
+    kind = type(record).__name__.lower()
+    problem = f"a {kind} line after the outcome, which is the last line"
+    yield Finding(OrderRule.name, record.tick, None, record.line, problem)
 
 
 def _stranger(record: Record, header: Header) -> str | None:

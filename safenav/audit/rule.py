@@ -1,5 +1,7 @@
 """What a rule is, and what it finds."""
 
+# ruff: noqa: ARG002 (a rule answers the questions it cares about; the others are asked in vain)
+
 from __future__ import annotations
 
 from collections.abc import Iterable

@@ -21,6 +21,9 @@ from safenav.audit.records import (
 from safenav.audit.rule import Finding, Rule
 from safenav.audit.situation import Situation, Turn
 
+COUNTED_KINDS = ("patrol", "visit", "cover")
+"""Objectives whose rounds are their targets, met one by one."""
+
 
 class GoalRule(Rule):
     """A goal line is true: the robot is in that region, which belongs to the target with that
@@ -109,8 +112,8 @@ class MissedGoalRule(Rule):
 
 class RoundsRule(Rule):
     """Rounds add up: of as many goals in a row as there are targets, exactly one completes a
-    round. Counting may begin anew when the robot gets another objective or strategy, and when
-    an obstacle is resolved or joins O (D 5.8, T)."""
+    round, and the outcome tells the last number. Counting may begin anew when the robot gets
+    another objective or strategy, and when an obstacle is resolved or joins O (D 5.8, T)."""
 
     name = "rounds"
 
@@ -129,6 +132,17 @@ class RoundsRule(Rule):
             if problem:
                 yield self.broken_by(record, record.robot, problem)
 
+    def ending(self, now: Situation) -> Iterator[Finding]:
+        outcome = now.outcome
+        for robot, objective in now.objectives.items():
+            if outcome is None or objective.kind not in COUNTED_KINDS:
+                continue
+            last, told = self._last.get(robot, 0), outcome.rounds.get(robot)
+            if told is None or told == last or (robot in self._unsure and told == 0):
+                continue
+            problem = f"{robot} is said to end with {told} rounds, but its goals tell of {last}"
+            yield self.broken_by(outcome, robot, problem)
+
     def _problem(self, record: Goal, objective: Objective) -> str:
         robot, last = record.robot, self._last.get(record.robot, 0)
         unsure = robot in self._unsure
@@ -137,7 +151,7 @@ class RoundsRule(Rule):
         steps = self._steps.setdefault(robot, [])
         if unsure:
             steps.clear()
-        if objective.kind not in ("patrol", "visit", "cover"):
+        if objective.kind not in COUNTED_KINDS:
             went_back = record.round < last and not unsure
             return f"{robot}'s rounds go back from {last} to {record.round}" if went_back else ""
         if record.round in (last, last + 1):

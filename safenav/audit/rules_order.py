@@ -95,7 +95,7 @@ class OrderRule(Rule):
         self._phase = 0
 
     def line(self, record: Record, now: Situation) -> Iterator[Finding]:
-        if isinstance(record, Violation | Move) and now.starts_turn(record):
+        if isinstance(record, Violation | Backtrack | Move) and now.starts_turn(record):
             yield from self._turn_begins(record, now)
         else:
             yield from self._turn_goes_on(record, now)
@@ -117,7 +117,9 @@ class OrderRule(Rule):
             problem = f"{missing} has not moved in tick {self._tick}, the last"
             yield self.broken_by(outcome, missing, problem)
 
-    def _turn_begins(self, record: Violation | Move, now: Situation) -> Iterator[Finding]:
+    def _turn_begins(
+        self, record: Violation | Backtrack | Move, now: Situation
+    ) -> Iterator[Finding]:
         names = list(now.header.robots)
         expected = names[self._index]
         if (record.tick, record.robot) != (self._tick, expected):
@@ -135,9 +137,6 @@ class OrderRule(Rule):
 
     def _turn_goes_on(self, record: Record, now: Situation) -> Iterator[Finding]:
         turn, kind = now.turn, type(record).__name__.lower()
-        if now.outcome is not None:
-            yield self.broken_by(record, None, f"a {kind} line after the outcome")
-            return
         if type(record) not in _PHASES and not isinstance(record, Assumption):
             return  # the outcome
         if record.tick != turn.tick:

@@ -19,9 +19,8 @@ from safenav.audit.records import (
     Verdict,
 )
 from safenav.audit.rule import Finding, Rule
+from safenav.audit.rules_objectives import COUNTED_KINDS
 from safenav.audit.situation import Situation
-
-_COUNTED = ("patrol", "visit", "cover")
 
 
 class OutcomeRule(Rule):
@@ -158,7 +157,7 @@ class CompletedRule(Rule):
 
 def _bounds(goals: list[Goal], objective: Objective) -> tuple[int, int | None]:
     """The least and the greatest number of rounds that these goals can be (None: no bound)."""
-    if objective.kind not in _COUNTED:
+    if objective.kind not in COUNTED_KINDS:
         return 0, None
     count = len(objective.targets)
     if objective.kind == "cover":

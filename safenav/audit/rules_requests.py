@@ -95,17 +95,14 @@ class HelperRule(Rule):
 
     name = "helper"
 
-    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
-        if not isinstance(record, Request) or record.helper is None:
-            return
-        if record.bids.get(record.helper) is None:
-            problem = f"{record.helper} is chosen for {record.obstacle} without a bid"
-            yield self.broken_by(record, record.helper, problem)
-
     def turn(self, now: Situation) -> Iterator[Finding]:
         # When the turn is over, so that failed attempts count wherever they were written.
         request = now.turn.first(Request)
         if request is None or now.turn.torn:
+            return
+        if request.helper is not None and request.bids.get(request.helper) is None:
+            problem = f"{request.helper} is chosen for {request.obstacle} without a bid"
+            yield self.broken_by(request, request.helper, problem)
             return
         order = list(now.header.robots)
         bidders = [(bid, order.index(r), r) for r, bid in request.bids.items() if bid is not None]

@@ -114,7 +114,7 @@ class VerdictsRule(Rule):
     def __init__(self) -> None:
         self._proven: dict[str, Synthesis] = {}
 
-    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:  # noqa: ARG002
         if isinstance(record, Synthesis) and record.spec and record.verdict in _PROVEN:
             former = self._proven.setdefault(record.spec, record)
             if former.verdict is not record.verdict:

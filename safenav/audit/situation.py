@@ -15,6 +15,7 @@ from safenav.audit.grid import Grid
 from safenav.audit.progress import Progress
 from safenav.audit.records import (
     Assumption,
+    Backtrack,
     Blocked,
     BlockReason,
     Ending,
@@ -135,15 +136,16 @@ class Situation:
         return self.grid.show(region)
 
     def starts_turn(self, record: Record) -> bool:
-        """Whether a new turn begins with this line: its violation, or else its move."""
+        """Whether a new turn begins with this line: its violation, or else its move (or, in a
+        trace that is wrong, a backtrack from nothing)."""
         turn = self.turn
         if isinstance(record, Violation):
             return True
-        if not isinstance(record, Move):
+        if not isinstance(record, Backtrack | Move):
             return False
         return turn.robot != record.robot or turn.first(Move) is not None
 
-    def begin_turn(self, record: Violation | Move) -> None:
+    def begin_turn(self, record: Violation | Backtrack | Move) -> None:
         robot = record.robot
         self.turn = Turn(
             record.tick,
