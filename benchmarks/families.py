@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 import click
 
 ADVERSARIES = ("none", "four", "king")
+_FAIRNESS = "fairness: it comes back to far cells, as long as this robot does not keep it off"
 
 
 @dataclass
@@ -57,6 +58,32 @@ def grid(rows: int, cols: int, adversary: str = "none", walls: bool = False) -> 
         _add_adversary(text, rows, cols, diagonal=adversary == "king")
     for row, col in ((0, 0), (0, cols - 1), (rows - 1, cols - 1), (rows - 1, 0)):
         text.add("SYS_LIVENESS", f"row = {row} & col = {col}")
+    return str(text)
+
+
+def regions(rows: int, cols: int, adversary: str = "none") -> str:
+    """The same patrol and adversary as in `grid`, with one integer for each robot's cell.
+
+    Cells are numbered in reading order; the moves are listed cell by cell.  Harder for symbolic
+    methods than coordinates, and what one gets from an abstraction without geometry.
+    """
+    text = _Text(f"{rows} x {cols} regions, patrol of the corners, adversary: {adversary}")
+    last = rows * cols - 1
+    corners = (0, cols - 1, last, last - cols + 1)
+    text.add("INPUT")
+    text.add("OUTPUT", f"region:0...{last}")
+    text.add("SYS_INIT", "region = 0")
+    text.add("SYS_TRANS", *_moves("region", rows, cols, diagonal=False), why="to a neighbour")
+    if adversary != "none":
+        text.add("INPUT", f"other:0...{last}")
+        text.add("ENV_INIT", f"other = {last}")
+        text.add("ENV_TRANS", *_moves("other", rows, cols, diagonal=adversary == "king"))
+        text.add("ENV_TRANS", "other' != region", why="it does not step onto this robot")
+        for far in ((rows // 2) * cols, (rows // 2) * cols + cols - 1):
+            text.add("ENV_LIVENESS", f"other = {far} | region = {far}", why=_FAIRNESS)
+        text.add("SYS_TRANS", "region' != other'", why="no step onto the other robot")
+    for corner in corners:
+        text.add("SYS_LIVENESS", f"region = {corner}")
     return str(text)
 
 
@@ -131,6 +158,21 @@ def _one_step(name: str) -> tuple[str, str]:
     return (f"{name}' <= {name} + 1", f"{name} <= {name}' + 1")
 
 
+def _moves(name: str, rows: int, cols: int, diagonal: bool) -> list[str]:
+    lines = []
+    for row in range(rows):
+        for col in range(cols):
+            near = [
+                r * cols + c
+                for r in range(max(row - 1, 0), min(row + 2, rows))
+                for c in range(max(col - 1, 0), min(col + 2, cols))
+                if diagonal or r == row or c == col
+            ]
+            targets = " | ".join(f"{name}' = {cell}" for cell in near)
+            lines.append(f"{name} = {row * cols + col} -> ({targets})")
+    return lines
+
+
 def _add_adversary(text: _Text, rows: int, cols: int, diagonal: bool) -> None:
     text.add("INPUT", f"other_row:0...{rows - 1}", f"other_col:0...{cols - 1}")
     text.add("ENV_INIT", f"other_row = {rows - 1}", f"other_col = {cols - 1}")
@@ -145,12 +187,13 @@ def _add_adversary(text: _Text, rows: int, cols: int, diagonal: bool) -> None:
         "!(other_row' = row & other_col' = col)",
         why="and does not step onto this one",
     )
-    text.add(
-        "ENV_LIVENESS",
-        f"other_row = {rows // 2} & other_col = 0",
-        f"other_row = {rows // 2} & other_col = {cols - 1}",
-        why="fairness: it does not stay in the way for ever",
-    )
+    middle = rows // 2
+    for col in (0, cols - 1):
+        text.add(
+            "ENV_LIVENESS",
+            f"(other_row = {middle} & other_col = {col}) | (row = {middle} & col = {col})",
+            why=_FAIRNESS,
+        )
     text.add(
         "SYS_TRANS", "!(row' = other_row' & col' = other_col')", why="no step onto the other robot"
     )
@@ -169,6 +212,15 @@ def main() -> None:
 def grid_command(rows: int, cols: int, adversary: str, walls: bool) -> None:
     """Patrol the corners of a grid."""
     click.echo(grid(rows, cols, adversary, walls), nl=False)
+
+
+@main.command("regions")
+@click.option("--rows", type=click.IntRange(2), default=12, show_default=True)
+@click.option("--cols", type=click.IntRange(2), default=12, show_default=True)
+@click.option("--adversary", type=click.Choice(ADVERSARIES), default="none", show_default=True)
+def regions_command(rows: int, cols: int, adversary: str) -> None:
+    """Patrol the corners of a grid whose cells are numbered."""
+    click.echo(regions(rows, cols, adversary), nl=False)
 
 
 @main.command("errands")

@@ -28,12 +28,15 @@ class Case:
 class Bar:
     file: str
     mode: Mode
-    seconds: float
+    seconds: float | None
     prototype: float | None
     upstream: str
 
 
-GENERATED = "generated/grid_12x12_adversary"
+GENERATED = {
+    "generated/regions_12x12_adversary": (12, 12),
+    "generated/regions_20x30_adversary": (20, 30),
+}
 
 # Upstream SLUGS and the prototype as measured once on a 2-core machine of this kind: quoted, not
 # measured here.  Give upstream's binary with --binary to measure it on the spot.
@@ -55,7 +58,8 @@ BARS = (
         "> 500",
     ),
     Bar("slugs/basicEvasion.structuredslugs", "strategy", 2.5, 4.7, "> 498"),
-    Bar(GENERATED, "strategy", 2.0, 4.0, "61"),
+    Bar("generated/regions_12x12_adversary", "strategy", 2.0, 4.0, "61"),
+    Bar("generated/regions_20x30_adversary", "strategy", None, 4.0, "61"),
     Bar("gr1/bunny_many_goals_8.slugsin", "strategy", 0.5, None, "26"),
     Bar("gr1/genbuf_20.slugsin", "verdict", 1.0, None, "> 60"),
     Bar("gr1/synt15_10.slugsin", "verdict", 1.0, None, "26"),
@@ -78,8 +82,8 @@ def corpus_suite(scratch: Path) -> list[Case]:
     corpus = corpus_folder()
     cases = []
     for bar in BARS:
-        if bar.file == GENERATED:
-            file = _write(scratch, bar.file, families.grid(12, 12, "four"))
+        if bar.file in GENERATED:
+            file = _write(scratch, bar.file, families.regions(*GENERATED[bar.file], "four"))
         elif corpus is None:
             continue
         else:
@@ -101,6 +105,7 @@ def families_suite(scratch: Path) -> list[Case]:
         **{f"walls_{n}x{n}": families.grid(n, n, walls=True) for n in (8, 16, 32)},
         **{f"four_{n}x{n}": families.grid(n, n, "four") for n in (6, 9, 12)},
         **{f"king_{n}x{n}": families.grid(n, n, "king") for n in (6, 9, 12)},
+        **{f"regions_{n}x{n}": families.regions(n, n, "four") for n in (6, 9, 12)},
         **{f"errands_8_{k}": families.errands(8, k) for k in (2, 4, 6)},
         **{f"arbiter_{k}": families.arbiter(k) for k in (2, 4, 6)},
     }

@@ -37,8 +37,12 @@ class Vocabulary:
     later: tuple[Variable, ...]
 
 
-def random_specification(source: Random, integers: bool = False, bits: int = 5) -> Specification:
+def random_specification(
+    source: Random, integers: bool = False, bits: int = 5, many_goals: bool = False
+) -> Specification:
     """A specification of at most `bits` bits; with integers it can only be written infix."""
+    assumptions = (3, 4, 6) if many_goals else (0, 0, 1, 1, 2, 3)
+    guarantees = (6, 7, 9) if many_goals else (0, 1, 1, 2, 2, 3, 5)
     variables = _variables(source, integers, bits)
     inputs = tuple(v for v in variables if v.owner == "input")
     outputs = tuple(v for v in variables if v.owner == "output")
@@ -50,8 +54,8 @@ def random_specification(source: Random, integers: bool = False, bits: int = 5) 
         sys_init=_conjuncts(source, Vocabulary(variables, ()), (0, 0, 1, 2)),
         env_trans=_steps(source, env, inputs, (0, 0, 1, 1, 2)),
         sys_trans=_steps(source, system, outputs, (0, 1, 1, 2, 2, 3)),
-        env_liveness=_goals(source, env, system, (0, 0, 1, 1, 2, 3)),
-        sys_liveness=_goals(source, system, system, (0, 1, 1, 2, 2, 3, 5)),
+        env_liveness=_goals(source, env, system, assumptions),
+        sys_liveness=_goals(source, system, system, guarantees),
     )
 
 

@@ -1,0 +1,134 @@
+"""Published specifications with known verdicts and strategies (`expected.csv` of the corpus).
+
+The verdict of every row; where upstream's strategy is known, its bytes; and `--check` on every
+strategy and counterstrategy that is small enough to write down.
+"""
+
+import csv
+import hashlib
+import os
+import subprocess
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+STRATEGY = ("--explicitStrategy", "--jsonOutput")
+COUNTERSTRATEGY = ("--counterStrategy", "--jsonOutput")
+TIMEOUT = 300
+SLOW = ("basicEvasion", "Belief_Evasion", "coop_0", "bunny_many_goals_8", "genbuf_20")
+# Their strategies were too large for upstream, and are too large to check here.
+HUGE = ("basicEvasion", "genbuf_10", "genbuf_20", "jcss12", "synt15", "Belief_Evasion_fine")
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line of expected.csv; no nodes or sha256: upstream did not finish the strategy."""
+
+    file: str
+    verdict: str
+    nodes: int | None
+    sha256: str | None
+
+
+def _corpus() -> Path:
+    named = os.environ.get("SAFENAV_CORPUS")
+    root = Path(__file__).resolve().parents[2]
+    return Path(named) if named else root.parent / "shared" / "corpus"
+
+
+def _rows() -> Iterator[Row]:
+    table = _corpus() / "expected.csv"
+    if table.is_file():
+        with table.open() as lines:
+            for row in csv.DictReader(lines):
+                nodes = int(row["strategy_nodes"]) if row["strategy_nodes"] else None
+                yield Row(row["file"], row["verdict"], nodes, row["strategy_sha256"] or None)
+
+
+ROWS = list(_rows())
+pytestmark = pytest.mark.skipif(
+    not ROWS, reason=f"no expected.csv at {_corpus()}; set SAFENAV_CORPUS to the corpus"
+)
+
+
+def _parameters(rows: list[Row]) -> list[object]:
+    return [
+        pytest.param(
+            row,
+            id=row.file,
+            marks=[pytest.mark.slow] if any(name in row.file for name in SLOW) else [],
+        )
+        for row in rows
+    ]
+
+
+def _is_huge(row: Row) -> bool:
+    return any(name in row.file for name in HUGE)
+
+
+def _ask(binary: Path, output: Path, *arguments: str) -> tuple[str | None, str]:
+    """Run slugs on a corpus file; the verdict of its RESULT line, and its messages."""
+    with output.open("wb") as out:
+        process = subprocess.run(
+            [binary, *arguments], stdout=out, stderr=subprocess.PIPE, timeout=TIMEOUT, check=False
+        )
+    messages = process.stderr.decode()
+    for verdict in ("unrealizable", "realizable"):
+        if f"RESULT: Specification is {verdict}." in messages:
+            return verdict, messages
+    return None, messages
+
+
+def _accepted(binary: Path, *arguments: str) -> str:
+    process = subprocess.run(
+        [binary, *arguments], capture_output=True, text=True, timeout=TIMEOUT, check=False
+    )
+    return "" if process.returncode == 0 else process.stdout + process.stderr
+
+
+def _sha256(path: Path) -> str:
+    with path.open("rb") as data:
+        return hashlib.file_digest(data, "sha256").hexdigest()
+
+
+@pytest.mark.parametrize("row", _parameters([row for row in ROWS if row.verdict == "realizable"]))
+def test_realizable_files(slugs_binary: Path, tmp_path: Path, row: Row) -> None:
+    """The verdict, the bytes of the strategy where they are known, and its certificate."""
+    file, strategy = str(_corpus() / row.file), tmp_path / "strategy.json"
+    huge = _is_huge(row)
+    verdict, messages = _ask(slugs_binary, strategy, *(() if huge else STRATEGY), file)
+    assert verdict == "realizable", messages
+    if huge:
+        assert strategy.read_bytes() == b""
+        return
+    if row.sha256 is not None:
+        assert _sha256(strategy) == row.sha256
+    with strategy.open("rb") as lines:
+        assert sum(line.startswith(b'\t"rank"') for line in lines) == row.nodes
+    assert _accepted(slugs_binary, "--check", str(strategy), file) == ""
+
+
+@pytest.mark.parametrize("row", _parameters([row for row in ROWS if row.verdict == "unrealizable"]))
+def test_unrealizable_files(slugs_binary: Path, tmp_path: Path, row: Row) -> None:
+    """The verdict, no strategy, and a counterstrategy that holds up."""
+    file, counterstrategy = str(_corpus() / row.file), tmp_path / "counterstrategy.json"
+    verdict, messages = _ask(slugs_binary, counterstrategy, *STRATEGY, file)
+    assert verdict == "unrealizable", messages
+    assert counterstrategy.read_bytes() == b""
+    verdict, messages = _ask(slugs_binary, counterstrategy, *COUNTERSTRATEGY, file)
+    assert verdict == "unrealizable", messages
+    assert _accepted(slugs_binary, "--counterStrategy", "--check", str(counterstrategy), file) == ""
+
+
+@pytest.mark.parametrize("row", _parameters([row for row in ROWS if row.sha256]))
+def test_translation_keeps_the_strategy(slugs_binary: Path, tmp_path: Path, row: Row) -> None:
+    """What --translate prints is played exactly like the file itself."""
+    if any(name in row.file for name in SLOW):
+        pytest.skip("the same game again takes too long")
+    translated, strategy = tmp_path / "translated.slugsin", tmp_path / "strategy.json"
+    _ask(slugs_binary, translated, "--translate", str(_corpus() / row.file))
+    verdict, messages = _ask(slugs_binary, strategy, *STRATEGY, str(translated))
+    assert verdict == "realizable", messages
+    assert _sha256(strategy) == row.sha256

@@ -1,0 +1,51 @@
+"""The generated benchmark families are real specifications, at sizes where that can be checked."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+FAMILIES = Path(__file__).resolve().parents[2] / "benchmarks" / "families.py"
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        "grid --rows 4 --cols 5",
+        "grid --rows 4 --cols 8 --walls",
+        "grid --rows 4 --cols 4 --adversary four",
+        "grid --rows 4 --cols 4 --adversary king",
+        "regions --rows 3 --cols 5",
+        "regions --rows 4 --cols 4 --adversary four",
+        "errands --size 4 --goals 3",
+        "arbiter --clients 3",
+    ],
+)
+def test_family_is_won_by_moving(slugs_binary: Path, tmp_path: Path, arguments: str) -> None:
+    """Realizable, by a strategy that passes the check and never wins by a stuck environment."""
+    printed = subprocess.run(
+        [sys.executable, FAMILIES, *arguments.split()], capture_output=True, text=True, check=True
+    )
+    file, strategy = tmp_path / "family.structuredslugs", tmp_path / "strategy.json"
+    file.write_text(printed.stdout)
+    solved = subprocess.run(
+        [slugs_binary, "--explicitStrategy", "--jsonOutput", file, strategy],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert "RESULT: Specification is realizable." in solved.stderr
+    assert '"trans": []' not in strategy.read_text()
+    checked = subprocess.run(
+        [slugs_binary, "--check", strategy, file], capture_output=True, text=True, check=False
+    )
+    assert checked.returncode == 0, checked.stdout + checked.stderr
+
+
+def test_sizes_are_checked() -> None:
+    refused = subprocess.run(
+        [sys.executable, FAMILIES, "arbiter", "--clients", "1"], capture_output=True, text=True
+    )
+    assert refused.returncode == 2
+    assert "1 is not in the range" in refused.stderr

@@ -1,0 +1,71 @@
+"""Random games: slugs must say what the brute-force oracle says, to the byte.
+
+A failure is shrunk before it is shown, so the message holds a specification of a few lines.
+`SAFENAV_RANDOM_GAMES` sets the number of games, for a slow (sanitized) binary or a long night.
+"""
+
+import os
+from pathlib import Path
+from random import Random
+
+import pytest
+from oracle import Specification, random_specification, shrink
+from oracle.duel import Abilities, Duel
+
+BATCH = 50
+GAMES = int(os.environ.get("SAFENAV_RANDOM_GAMES", "2000"))
+BATCHES = range((GAMES + BATCH - 1) // BATCH)
+
+
+@pytest.fixture
+def duel(slugs_binary: Path, tmp_path: Path) -> Duel:
+    """Upstream's binary, which has no --check, is judged as far as it goes."""
+    probe = Duel(slugs_binary, tmp_path, Abilities())
+    ours = "--check" in probe.run("--help").output
+    return Duel(slugs_binary, tmp_path, Abilities(check=ours, counterstrategy=ours, translate=ours))
+
+
+@pytest.mark.parametrize("batch", BATCHES)
+def test_random_games_are_played_as_by_the_oracle(duel: Duel, batch: int) -> None:
+    """Both languages; both flags, alone and together; every certificate checked twice."""
+    for seed in range(batch * BATCH, (batch + 1) * BATCH):
+        specification = random_specification(
+            Random(seed), integers=seed % 3 == 0, bits=3 + seed % 4
+        )
+        _compare(duel, specification, seed)
+    assert duel.games == BATCH
+    assert duel.strategies > BATCH
+    assert duel.counterstrategies > 0 or not duel.abilities.counterstrategy
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_games_with_many_goals(duel: Duel, seed: int) -> None:
+    """Long lists of assumptions and guarantees: the order of goals and ranks matters."""
+    specification = random_specification(Random(seed), bits=4, many_goals=True)
+    assert len(specification.sys_liveness) >= 6
+    _compare(duel, specification, seed)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_games_of_eight_bits(duel: Duel, seed: int) -> None:
+    """Longer plays than in the tiny games."""
+    _compare(duel, random_specification(Random(seed), integers=seed % 2 == 0, bits=8), seed)
+
+
+def _compare(duel: Duel, specification: Specification, seed: int) -> None:
+    difference = duel.disagreement(specification, seed)
+    if difference is None:
+        return
+    kind = _kind(difference)
+
+    def fails(candidate: Specification) -> bool:
+        other = duel.disagreement(candidate, seed)
+        return other is not None and _kind(other) == kind
+
+    smallest = shrink(specification, fails, attempts=500)
+    pytest.fail(f"seed {seed}: {duel.disagreement(smallest, seed)}", pytrace=False)
+
+
+def _kind(difference: str) -> str:
+    """What went wrong, without the details that change while shrinking."""
+    return difference.splitlines()[0].partition(": ")[2][:20]
