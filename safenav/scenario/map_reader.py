@@ -91,7 +91,8 @@ def _read_grid(node: Node, source: Lines[str], findings: Findings) -> RegionMap 
 
 
 def _rows(node: Node, source: Lines[str], findings: Findings) -> list[tuple[Place, str]] | None:
-    """The rows of the grid, each with its place in the file. Blanks at their end go."""
+    """The rows of the grid, each with its place in the file. Blanks at their end
+    and empty lines around them go."""
     if isinstance(node, Sequence):
         return _listed_rows(node, findings)
     if isinstance(node, Scalar) and node.value is None:
@@ -99,19 +100,18 @@ def _rows(node: Node, source: Lines[str], findings: Findings) -> list[tuple[Plac
     if not isinstance(node, Scalar) or not isinstance(node.value, str):
         wrong_type(node, "'grid' of map", "a block of text ('grid: |')", findings)
         return None
-    lines = [line.rstrip() for line in node.value.split("\n")]
-    while lines and not lines[-1]:
+    lines = [(index, line.rstrip()) for index, line in enumerate(node.value.split("\n"))]
+    while lines and not lines[-1][1]:
         lines.pop()
+    while lines and not lines[0][1]:
+        lines.pop(0)
     if node.style != "|":
-        if len(lines) > 1 or " " in node.value.strip():
+        if any(" " in line for _, line in lines):
             hint = "write 'grid: |' so that line breaks are kept"
             findings.add(node, "the rows of the grid run together", hint)
             return None
-        return [(node.place, line) for line in lines]
-    return [
-        (_row_place(node.place.line + 1 + index, line, source), line)
-        for index, line in enumerate(lines)
-    ]
+        return [(node.place, line) for _, line in lines]
+    return [(_row_place(node.place.line + 1 + index, line, source), line) for index, line in lines]
 
 
 def _row_place(line: int, row: str, source: Lines[str]) -> Place:

@@ -198,7 +198,9 @@ class ObjectiveReader:
         formula = resolve_constants(formula, constant)
         for problem in check(formula, declared, next_allowed=next_allowed):
             hint = problem.hint
-            if problem.unknown:
+            if problem.unknown == "heading":
+                hint = "only robots with heading mobility have one"
+            elif problem.unknown:
                 names = {*declared, *self._regions.names}
                 hint = suggestion(problem.unknown, names)
             self._at(node, problem.column, f"{what}: {problem.found}", hint)

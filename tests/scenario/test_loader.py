@@ -189,6 +189,20 @@ def test_a_grid_may_be_a_list_of_rows() -> None:
     assert load_scenario_text(text + robots).map.grid_rows() == ["..", ".#"]
 
 
+def test_empty_lines_around_the_grid_do_not_count() -> None:
+    text = "safenav: 1\nmap:\n  grid: |\n\n    ..  \n    .x\n\n\n"
+    robots = "robots: {ann: {model: quadcopter, start: 0, objective: {hold: 1}}}"
+    with pytest.raises(InputError, match=r"<text>:6:6: row 1, column 1 of the map: 'x'"):
+        load_scenario_text(text + robots)
+    assert load_scenario_text((text + robots).replace("x", "#")).map.grid_rows() == ["..", ".#"]
+
+
+def test_a_grid_may_be_a_quoted_text() -> None:
+    text = 'safenav: 1\nmap: {grid: "..\\n.#\\n"}\n'
+    robots = "robots: {ann: {model: quadcopter, start: 0, objective: {hold: 1}}}"
+    assert load_scenario_text(text + robots).map.grid_rows() == ["..", ".#"]
+
+
 def test_a_target_may_be_out_of_reach_if_another_of_its_set_is_not() -> None:
     text = "safenav: 1\nmap: {grid: ['.#.']}\n"
     robots = "robots: {ann: {model: quadcopter, start: 0, objective: {hold: {any: [0, 2]}}}}"
