@@ -50,23 +50,28 @@ constexpr Row rows[] = {
     {"--explicitStrategy", nullptr, "print a strategy if it is realizable", &Options::explicit_strategy,
      nullptr},
     {"--counterStrategy", nullptr,
-     "print a strategy of the environment if it is not; with --explicitStrategy\n"
-     "whichever there is",
+     "print a strategy of the environment if it is not;\n"
+     "with --explicitStrategy whichever there is",
      &Options::counter_strategy, nullptr},
     {"--check", "STRATEGY",
-     "model check a JSON strategy (with --counterStrategy: a counterstrategy)\n"
-     "against FILE, independently of the solver",
+     "model check a JSON strategy against FILE without the\n"
+     "solver; with --counterStrategy it is a counterstrategy",
      nullptr, set_check},
     {"--translate", nullptr, "print FILE in slugsin", &Options::translate, nullptr},
     {"Output", nullptr, nullptr, nullptr, nullptr},
     {"--jsonOutput", nullptr, "strategies as JSON instead of text", &Options::json_output, nullptr},
-    {"--stats", "FILE", "write what the run did and took as JSON ('-': standard error)", nullptr, set_stats},
+    {"--stats", "FILE",
+     "write what the run did and took as JSON;\n"
+     "'-' is standard error",
+     nullptr, set_stats},
     {"Semantics", nullptr, nullptr, nullptr, nullptr},
     {"--sysInitRoboticsSemantics", nullptr,
-     "every position that ENV_INIT and SYS_INIT allow must be winning,\n"
-     "not one output for each input",
+     "all positions that ENV_INIT and SYS_INIT allow must be\n"
+     "winning, not one output for each input",
      &Options::robotics_init, nullptr},
-    {"--biasForAction", nullptr, "prefer moves towards a goal to moves that wait for an assumption",
+    {"--biasForAction", nullptr,
+     "prefer moves towards a goal to moves that wait for an\n"
+     "assumption",
      &Options::bias_for_action, nullptr},
     {"Limits", nullptr, nullptr, nullptr, nullptr},
     {"--timeout", "SECONDS", "give up after this time", nullptr, set_timeout},
@@ -137,9 +142,10 @@ void check_combination(const Options &options) {
     throw UsageError("--check and --translate exclude each other");
   if (options.translate && (strategy || options.realizability || options.json_output))
     throw UsageError("--translate only prints the specification and takes no option about strategies");
-  if (options.check && (options.explicit_strategy || options.realizability || options.bias_for_action))
-    throw UsageError(
-        "--check solves nothing: it takes --counterStrategy and --sysInitRoboticsSemantics only");
+  if (options.check && options.realizability)
+    throw UsageError("--check solves nothing and does not go with --realizability");
+  if (options.check && options.explicit_strategy && options.counter_strategy)
+    throw UsageError("--check takes either a strategy or a counterstrategy");
   if (options.realizability && strategy)
     throw UsageError("--realizability and a strategy exclude each other");
   if (options.json_output && !strategy && !options.check)
@@ -191,7 +197,7 @@ Options parse_options(const std::vector<std::string> &arguments) {
     throw UsageError("found '" + files[2] + "', expected at most FILE and OUTFILE");
   if (!files.empty())
     options.file = files[0];
-  if (files.size() > 1)
+  if (files.size() > 1 && files[1] != "-")
     options.outfile = files[1];
   check_combination(options);
   return options;
@@ -202,7 +208,7 @@ void print_help(std::ostream &out) {
       << "\nUsage: slugs [options] FILE [OUTFILE]\n"
       << "\nFILE is in slugsin or structuredslugs, told apart by content; '-' is standard\n"
          "input. The verdict goes to standard error, a strategy to OUTFILE or standard\n"
-         "output.\n";
+         "output ('-').\n";
   constexpr std::size_t column = 30;
   for (const Row &row : rows) {
     if (!row.flag && !row.set) {

@@ -34,7 +34,9 @@ bool is_prefix(const std::vector<Lexeme> &line) {
   }
 }
 
-bool has_infix_operator(const std::vector<Lexeme> &line) {
+// Whether a line has what only infix lines have.  `TRUE` is a constant of
+// structuredslugs, unless it is the name of a variable.
+bool is_infix(const std::vector<Lexeme> &line, bool constants) {
   for (const Lexeme &lexeme : line)
     switch (lexeme.token) {
     case Token::And:
@@ -52,6 +54,14 @@ bool has_infix_operator(const std::vector<Lexeme> &line) {
     case Token::Open:
     case Token::Close:
       return true;
+    case Token::Not:
+      if (lexeme.text == "~")
+        return true;
+      break;
+    case Token::Name:
+      if (constants && (lexeme.text == "TRUE" || lexeme.text == "FALSE"))
+        return true;
+      break;
     default:
       break;
     }
@@ -59,13 +69,18 @@ bool has_infix_operator(const std::vector<Lexeme> &line) {
 }
 
 Language language_of(const Sections &sections, const Source &source) {
-  for (const Declaration &declaration : sections.declarations)
-    if (source.line(declaration.line).find(':') != std::string_view::npos)
+  bool constants = true;
+  for (const Declaration &declaration : sections.declarations) {
+    const std::string_view text = trimmed(source.line(declaration.line));
+    if (text.find(':') != std::string_view::npos)
       return Language::Structured;
+    if (text == "TRUE" || text == "FALSE")
+      constants = false;
+  }
   for (const std::vector<int> &section : sections.constraints)
     for (const int number : section) {
       const std::vector<Lexeme> line = lex_structured(source.line(number), number);
-      if (!is_prefix(line) && has_infix_operator(line))
+      if (!is_prefix(line) && is_infix(line, constants))
         return Language::Structured;
     }
   return Language::Slugsin;

@@ -8,6 +8,7 @@ namespace slugs {
 
 namespace {
 
+constexpr std::size_t shortest_prefix = 4;
 constexpr std::size_t longest_word = 80; // distances of longer ones help nobody
 
 std::string lower(std::string_view word) {
@@ -42,6 +43,15 @@ std::string nearest_word(std::string_view word, const std::vector<std::string> &
   if (word.size() > longest_word)
     return "";
   const std::string wanted = lower(word);
+  // The one word that begins so.
+  if (word.size() >= shortest_prefix) {
+    const auto begins = [&](const std::string &candidate) {
+      return lower(candidate.substr(0, word.size())) == wanted;
+    };
+    const auto first = std::find_if(known.begin(), known.end(), begins);
+    if (first != known.end() && std::find_if(first + 1, known.end(), begins) == known.end())
+      return *first;
+  }
   std::size_t best = std::max<std::size_t>(1, word.size() / 3) + 1;
   std::string nearest;
   for (const std::string &candidate : known) {

@@ -2,8 +2,8 @@
 //
 // Distance is that of Damerau (CACM 1964) in its restricted form: insertions,
 // deletions, substitutions and swaps of neighbours each cost one.  A word
-// counts as near if at most a third of it (at least one letter) is wrong, or
-// if it differs in upper and lower case only.
+// counts as near if at most a third of it (at least one letter) is wrong, case
+// aside, or if it begins one known word only.
 
 #pragma once
 
