@@ -257,7 +257,8 @@ def _build(events: Iterator[Any]) -> Document:
             case yaml.AliasEvent():
                 builder.alias(event)
     if builder.root is None or (isinstance(builder.root, Scalar) and builder.root.value is None):
-        raise DocumentError(Place(), "the file is empty", "'safenav new' writes a first scenario")
+        hint = "docs/scenario.md shows a whole scenario"
+        raise DocumentError(Place(), "the file is empty", hint)
     return Document(builder.root, tuple(builder.flaws))
 
 

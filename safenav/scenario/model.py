@@ -7,7 +7,7 @@ need not check it again.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 
 from safenav.scenario.objective import Objective
@@ -147,7 +147,7 @@ class Expect:
     outcome: Outcome | None = None
     resolved: frozenset[str] | None = None
     blocked: frozenset[str] | None = None
-    helpers: Mapping[str, str] | None = None
+    helpers: Mapping[str, str] | None = field(default=None, hash=False)
     ticks: int | None = None
 
 

@@ -59,7 +59,7 @@ class RegionMap:
     rows: int
     cols: int
     walls: frozenset[Region]
-    names: Mapping[str, Region] = field(default_factory=dict)
+    names: Mapping[str, Region] = field(default_factory=dict, hash=False)
 
     @classmethod
     def from_grid(
