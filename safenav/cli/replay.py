@@ -1,0 +1,142 @@
+"""``safenav replay``: a run as a page, as pictures, or on the terminal."""
+
+from __future__ import annotations
+
+import re
+import sys
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from safenav.errors import ExitCode, UsageError
+
+if TYPE_CHECKING:
+    from safenav.report.replay import Replay
+
+EPILOG = """\b
+TICK is a number, 'last', or the kind of an event (violation, request, push,
+resolved, blocked, pop, goal): the first tick in which there is one.
+\b
+Examples:
+  safenav replay door.jsonl                      # writes door.html
+  safenav replay door.jsonl --svg request -o figure.svg
+  safenav replay door.jsonl --png last --width 1600
+  safenav replay door.jsonl --gif --ticks 5-20
+  safenav replay door.jsonl --terminal --speed 8
+\b
+Exit codes:
+  0  done   2  no trace, or bad usage
+"""
+
+
+@click.command(epilog=EPILOG)
+@click.argument("trace", type=click.Path(path_type=Path))
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="File to write; - is stdout.")
+@click.option("--svg", metavar="TICK", help="Draw one moment as SVG.")
+@click.option("--png", metavar="TICK", help="Draw one moment as PNG.")
+@click.option("--gif", is_flag=True, help="Draw the run as an animated GIF.")
+@click.option("--terminal", is_flag=True, help="Show the run on the terminal.")
+@click.option("--width", type=click.IntRange(100, 8000), help="Width of PNG or GIF in pixels.")
+@click.option("--ticks", metavar="A-B", help="Only these ticks (GIF, terminal).")
+@click.option(
+    "--speed",
+    type=click.FloatRange(0.1, 100),
+    default=4.0,
+    show_default=True,
+    help="Ticks a second (GIF, terminal).",
+)
+@click.option("--legend/--no-legend", default=True, help="Explain the marks (SVG, PNG).")
+@click.option("--hidden/--no-hidden", default=True, help="Show what nobody knows yet (SVG, PNG).")
+def command(
+    trace: Path,
+    output: Path | None,
+    svg: str | None,
+    png: str | None,
+    gif: bool,
+    terminal: bool,
+    width: int | None,
+    ticks: str | None,
+    speed: float,
+    legend: bool,
+    hidden: bool,
+) -> int:
+    """Replay TRACE, which `safenav run --trace` wrote: as one HTML file that needs no network
+    (the default), as a picture of one moment, as a film, or on the terminal."""
+    from safenav.report.picture import Options, svg_of
+    from safenav.report.picture_file import write_bytes
+    from safenav.report.replay_reading import read_replay
+
+    if sum((svg is not None, png is not None, gif, terminal)) > 1:
+        raise UsageError("choose one of --svg, --png, --gif and --terminal")
+    replay = read_replay(trace)
+    if terminal:
+        return _show(replay, _ticks(replay, ticks), speed)
+    if gif:
+        return _film(replay, output or trace.with_suffix(".gif"), ticks, speed, width)
+    if svg is not None or png is not None:
+        tick = _tick(replay, svg if svg is not None else png or "")
+        picture = svg_of(replay.scene(tick), Options(legend=legend, hidden=hidden))
+        content = picture.encode()
+        if png is not None:
+            from safenav.report.picture_raster import png_of
+
+            content = png_of(picture, width)
+        form = "svg" if svg is not None else "png"
+        write_bytes(output or trace.with_name(f"{trace.stem}-{tick}.{form}"), content)
+        return ExitCode.OK
+    from safenav.report.html import page_of
+
+    write_bytes(output or trace.with_suffix(".html"), page_of(replay, trace.name).encode())
+    return ExitCode.OK
+
+
+def _tick(replay: Replay, written: str) -> int:
+    if written == "last":
+        return replay.last
+    if written.isdecimal():
+        if int(written) > replay.last:
+            raise UsageError(f"the run has ticks 0 to {replay.last}, not {written}")
+        return int(written)
+    for event in replay.events:
+        if event.kind.value == written:
+            return event.tick
+    kinds = sorted({event.kind.value for event in replay.events})
+    raise UsageError(
+        f"no tick {written!r}: give a number from 0 to {replay.last}, 'last', or the kind of an "
+        f"event of this run ({', '.join(kinds)})"
+    )
+
+
+def _ticks(replay: Replay, written: str | None) -> range:
+    if written is None:
+        return range(replay.last + 1)
+    found = re.fullmatch(r"(\d+)-(\d+)", written)
+    if found is None or not int(found[1]) <= int(found[2]) <= replay.last:
+        raise UsageError(f"--ticks {written}: give two ticks such as 0-{replay.last}, in order")
+    return range(int(found[1]), int(found[2]) + 1)
+
+
+def _show(replay: Replay, ticks: range, speed: float) -> int:
+    from safenav.report.replay_terminal import log, play
+
+    if not sys.stdout.isatty():
+        for line in log(replay, ticks):
+            click.echo(line)
+        return ExitCode.OK
+    with suppress(KeyboardInterrupt):
+        play(replay, ticks, speed, lambda text: click.echo(text, nl=False))
+    return ExitCode.OK
+
+
+def _film(replay: Replay, path: Path, ticks: str | None, speed: float, width: int | None) -> int:
+    from safenav.report.picture_file import write_whole
+    from safenav.report.picture_raster import Film, write_gif
+
+    shown = _ticks(replay, ticks)
+    steps = max(1, min(3, round(12 / speed)))
+    film = Film(shown.start, shown.stop - 1, speed, steps, width or 720)
+    with click.progressbar(length=film.frames, label="drawing", file=sys.stderr) as bar:
+        write_whole(path, lambda part: write_gif(replay, part, film, lambda _: bar.update(1)))
+    return ExitCode.OK
