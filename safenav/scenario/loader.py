@@ -6,6 +6,7 @@ each know one item of the format; docs/scenario.md is its reference.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 from safenav.scenario import fields as read
@@ -21,6 +22,9 @@ from safenav.scenario.robot_reader import read_robots
 from safenav.scenario.source import parsed, read_source
 
 VERSION = 1
+
+Change = Callable[[Node, Findings], Node]
+"""Alters a document before it is read: a variation is checked as if it stood in the file."""
 
 KEYS = (
     "safenav",
@@ -56,7 +60,7 @@ def load_scenario(path: Path) -> Scenario:
     return load_scenario_text(text, str(path))
 
 
-def load_scenario_text(text: str, file: str = "<text>") -> Scenario:
+def load_scenario_text(text: str, file: str = "<text>", change: Change | None = None) -> Scenario:
     """The scenario in a text. ``file`` is named in messages and as the scenario's source; a
     catalogue file is looked for beside it. Raises InputError."""
     findings = Findings(file)
@@ -64,7 +68,8 @@ def load_scenario_text(text: str, file: str = "<text>") -> Scenario:
     if document is None:
         findings.raise_if_any()
         raise AssertionError("a document that cannot be read is reported")
-    scenario = _Loader(text, file, findings).read(document.root)
+    root = document.root if change is None else change(document.root, findings)
+    scenario = _Loader(text, file, findings).read(root)
     findings.raise_if_any()
     assert scenario is not None
     return scenario

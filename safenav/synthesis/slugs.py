@@ -86,7 +86,7 @@ class Synthesizer:
     ``binary``: default as ``find_binary`` finds it. ``seconds`` (wall) and ``memory_mb`` limit
     each single synthesis; None for no limit. ``cache``: default as the environment says.
     ``verify``: check every automaton against its specification before it is returned; one that
-    fails is a SynthesizerError.
+    fails is a SynthesizerError. ``at_once``: most syntheses at a time, default one a processor.
     """
 
     def __init__(
@@ -97,12 +97,14 @@ class Synthesizer:
         memory_mb: int | None = 2048,
         cache: Cache | None = None,
         verify: bool = False,
+        at_once: int | None = None,
     ) -> None:
         self.binary = Binary(binary) if isinstance(binary, Path) else binary or find_binary()
         self.seconds = seconds
         self.memory_mb = memory_mb
         self.cache = Cache.from_environment() if cache is None else cache
         self.verify = verify
+        self.at_once = at_once or os.cpu_count() or 1
 
     def synthesize(self, spec: Specification, strategy: bool = True) -> SynthesisResult:
         """The verdict, and the strategy if there is one and it is wanted.
@@ -159,7 +161,7 @@ class Synthesizer:
         news: queue.SimpleQueue[_News] = queue.SimpleQueue()
         for job in jobs:
             todo.put(job)
-        count = min(len(jobs), os.cpu_count() or 1)
+        count = min(len(jobs), self.at_once)
         workers = [
             threading.Thread(target=self._labour, args=(crew, todo, news), daemon=True)
             for _ in range(count)
