@@ -51,7 +51,7 @@ def check_counterstrategy(
 
 def _missing_starts(game: Game, nodes: tuple[Node, ...], robotics_init: bool) -> Complaints:
     legal = game.env_init & game.sys_init
-    starts = _states(node for node in nodes if node.rank == 0) & legal
+    starts = _states(nodes) & legal
     if robotics_init:
         return [f"legal start {s} is missing" for s in members(legal & ~starts)]
     return [

@@ -1,0 +1,118 @@
+"""Breaks automata in small ways, as a faulty synthesizer would, to see whether a checker notices.
+
+Some damage is harmless (another successor may be as good), so the judge is the oracle's checker,
+not the kind of damage.  A damage gets the automaton, its initial nodes and a source of chance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from random import Random
+
+from oracle.automaton import Automaton, Node
+
+Damage = Callable[[Automaton, list[int], Random], Automaton]
+
+
+def wrong_bit(automaton: Automaton, _starts: list[int], source: Random) -> Automaton:
+    """One bit of one state is flipped."""
+    if not automaton.variables:
+        return automaton
+    number = source.randrange(len(automaton.nodes))
+    bit = 1 << source.randrange(len(automaton.variables))
+    node = automaton.nodes[number]
+    return _with_node(automaton, number, replace(node, state=node.state ^ bit))
+
+
+def missing_successor(automaton: Automaton, _starts: list[int], source: Random) -> Automaton:
+    """One transition is gone."""
+    number, position = _some_edge(automaton, source)
+    node = automaton.nodes[number]
+    kept = node.successors[:position] + node.successors[position + 1 :]
+    return _with_node(automaton, number, replace(node, successors=kept))
+
+
+def extra_successor(automaton: Automaton, _starts: list[int], source: Random) -> Automaton:
+    """One transition too many."""
+    number, _ = _some_edge(automaton, source)
+    node = automaton.nodes[number]
+    more = (*node.successors, source.randrange(len(automaton.nodes)))
+    return _with_node(automaton, number, replace(node, successors=more))
+
+
+def other_successor(automaton: Automaton, _starts: list[int], source: Random) -> Automaton:
+    """One transition leads elsewhere, if possible to the same inputs and a cycle."""
+    number, position = _some_edge(automaton, source)
+    node = automaton.nodes[number]
+    target = source.choice((number, source.randrange(len(automaton.nodes))))
+    changed = (*node.successors[:position], target, *node.successors[position + 1 :])
+    return _with_node(automaton, number, replace(node, successors=changed))
+
+
+def no_memory(automaton: Automaton, starts: list[int], _source: Random) -> Automaton:
+    """Every transition keeps its state but forgets which goal it was for: goals may starve."""
+    first = {node.state: i for i, node in reversed(list(enumerate(automaton.nodes)))}
+    nodes = [
+        replace(node, successors=tuple(first[automaton.nodes[s].state] for s in node.successors))
+        for node in automaton.nodes
+    ]
+    return _without_unreachable(replace(automaton, nodes=tuple(nodes)), starts)
+
+
+def missing_start(automaton: Automaton, _starts: list[int], _source: Random) -> Automaton:
+    """Node 0 is gone, and with it every transition to it."""
+    nodes = [
+        replace(node, successors=tuple(s - 1 for s in node.successors if s > 0))
+        for node in automaton.nodes[1:]
+    ]
+    return replace(automaton, nodes=tuple(nodes))
+
+
+DAMAGES: tuple[Damage, ...] = (
+    wrong_bit,
+    missing_successor,
+    extra_successor,
+    other_successor,
+    no_memory,
+    missing_start,
+)
+
+
+def reachable(automaton: Automaton, starts: list[int]) -> bool:
+    """Whether every node can be reached from these nodes."""
+    return len(_reached(automaton, starts)) == len(automaton.nodes)
+
+
+def _without_unreachable(automaton: Automaton, starts: list[int]) -> Automaton:
+    kept = sorted(_reached(automaton, starts))
+    number = {old: new for new, old in enumerate(kept)}
+    nodes = [
+        replace(
+            automaton.nodes[i], successors=tuple(number[s] for s in automaton.nodes[i].successors)
+        )
+        for i in kept
+    ]
+    return replace(automaton, nodes=tuple(nodes))
+
+
+def _reached(automaton: Automaton, starts: list[int]) -> set[int]:
+    seen = set(starts)
+    pending = list(starts)
+    while pending:
+        for successor in automaton.nodes[pending.pop()].successors:
+            if successor not in seen:
+                seen.add(successor)
+                pending.append(successor)
+    return seen
+
+
+def _some_edge(automaton: Automaton, source: Random) -> tuple[int, int]:
+    numbers = [i for i, node in enumerate(automaton.nodes) if node.successors]
+    number = source.choice(numbers)
+    return number, source.randrange(len(automaton.nodes[number].successors))
+
+
+def _with_node(automaton: Automaton, number: int, node: Node) -> Automaton:
+    nodes = (*automaton.nodes[:number], node, *automaton.nodes[number + 1 :])
+    return replace(automaton, nodes=nodes)
