@@ -41,6 +41,12 @@ class Progress:
         self.fresh = False
         self.reset_line = line
 
+    def recount(self) -> None:
+        """An obstacle was resolved: rounds count from here, and a cover may begin anew. The
+        strategy goes on, so the order of its targets does, too."""
+        self.covered.clear()
+        self.fresh = False
+
     def meet(self, goal: Goal) -> None:
         count = len(self.objective.targets)
         if self.objective.kind in ("patrol", "visit") and goal.goal < count:

@@ -9,6 +9,7 @@ from safenav.audit.records import (
     Backtrack,
     Blocked,
     BlockReason,
+    Ending,
     Move,
     Record,
     Request,
@@ -113,14 +114,15 @@ class ResolutionRule(Rule):
 
 class MissedResolutionRule(Rule):
     """A robot that has the action and stands on a resolution region after its turn has resolved
-    the obstacle, whether or not it was asked (D 5.2)."""
+    the obstacle, whether or not it was asked (D 5.2). Where two could be resolved and the first
+    ended the run, the second is not missed."""
 
     name = "missed-resolution"
 
     def turn(self, now: Situation) -> Iterator[Finding]:
         turn = now.turn
         move = turn.first(Move)
-        if turn.robot is None or move is None or turn.torn:
+        if turn.robot is None or move is None or (turn.final and not _went_to_its_end(now)):
             return
         here = now.region[turn.robot]
         for obstacle in now.header.obstacles.values():
@@ -181,6 +183,11 @@ class BlockedRule(Rule):
             yield f"{_names(can)} could resolve {name}"
         if record.reason is BlockReason.NO_HELPER and not can:
             yield f"nobody has the action for {name}: the reason is no_capable_robot"
+
+
+def _went_to_its_end(now: Situation) -> bool:
+    endings = (Ending.COMPLETED, Ending.TICK_LIMIT)
+    return now.outcome is not None and now.outcome.outcome in endings
 
 
 def _truth(traversable: bool | None) -> str:

@@ -26,7 +26,7 @@ from safenav.audit.situation import Situation
 class OutcomeRule(Rule):
     """The outcome agrees with the run: ticks and syntheses are counted rightly, the tick limit
     is neither passed nor claimed early, a negative has its cause in the last turn (D 5.7, T).
-    Failed attempts of one turn may or may not be counted as syntheses when they were cached."""
+    A synthesis that is told may have taken several attempts, so there may be more of them."""
 
     name = "outcome"
 
@@ -67,8 +67,8 @@ class OutcomeRule(Rule):
         if outcome.tick not in (last, last + 1):
             yield f"it is of tick {outcome.tick}; the last move is of tick {last}"
         computed = sum(not synthesis.cached for synthesis in self._syntheses)
-        if not computed <= outcome.syntheses <= len(self._syntheses):
-            yield f"it says {outcome.syntheses} syntheses, but {len(self._syntheses)} are told"
+        if outcome.syntheses < computed:
+            yield f"it says {outcome.syntheses} syntheses, but {computed} are told"
         limit = now.header.limit_ticks
         if outcome.outcome is Ending.TICK_LIMIT and limit is not None and outcome.ticks != limit:
             yield f"the tick limit is said to be met after {outcome.ticks} ticks, but is {limit}"
@@ -148,7 +148,8 @@ class CompletedRule(Rule):
                 yield f"{robot} has {told} rounds of {wanted}, so the run is not completed"
             elif most is not None and most < wanted:
                 yield f"{robot} has {most} rounds of {wanted} since the last resolution"
-            elif objective.kind == "hold" and self._held.get(robot, 0) < wanted:
+            elif objective.kind == "hold" and self._held.get(robot, 0) + 1 < wanted:
+                # Where it stands when counting begins may count, too.
                 yield f"{robot} has held for {self._held.get(robot, 0)} ticks of {wanted}"
 
     def _surely(self, robot: str, now: Situation) -> int:

@@ -171,6 +171,8 @@ class Situation:
             case Resolved():
                 gone = record.traversable is not False
                 self.status[record.obstacle] = Status.RESOLVED if gone else Status.UNTRAVERSABLE
+                for progress in self.progress.values():
+                    progress.recount()
             case Blocked():
                 untraversable = record.reason is BlockReason.UNTRAVERSABLE
                 self.status[record.obstacle] = (
@@ -198,11 +200,11 @@ class Situation:
             case Assumption():
                 self.progress[record.robot].reset(self.objectives[record.robot], record.line)
             case Goal():
-                progress = self.progress[record.robot]
-                if progress.reset_line < self.turn.line:
-                    progress.meet(record)
+                met = self.progress[record.robot]
+                if met.reset_line < self.turn.line:
+                    met.meet(record)
                 else:  # counted by the objective before the reset, or by that after it
-                    progress.last_round = record.round
+                    met.last_round = record.round
             case _:
                 pass
 

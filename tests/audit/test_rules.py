@@ -281,7 +281,7 @@ CASES: list[tuple[str, str, Mutation, int, str | None]] = [
         "near",
     ),
     ("outcome", "door", edit("outcome", {}, ticks=9), 8, None),
-    ("outcome", "door", edit("outcome", {}, syntheses=9), 8, None),
+    ("outcome", "door", edit("outcome", {}, syntheses=3), 8, None),
     ("outcome", "shared_floor", scenario("limits", "ticks", to=9), 4, None),
     ("outcome", "shared_floor", scenario("limits", "ticks", to=3), 4, "one"),
     ("outcome", "operator", edit("outcome", {}, cause="cyclic_requests"), 2, None),

@@ -1,0 +1,95 @@
+"""``safenav check-trace``: what it prints and how it exits."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner, Result
+
+from audit.good_traces import GOOD
+from audit.trace_script import edit, text
+from safenav.cli.check_trace import command
+
+
+def run(*arguments: str, stdin: str | None = None) -> Result:
+    return CliRunner().invoke(command, list(arguments), input=stdin)
+
+
+@pytest.fixture
+def good(tmp_path: Path) -> Path:
+    file = tmp_path / "good.jsonl"
+    file.write_text("\n".join(text(GOOD["door"]())) + "\n")
+    return file
+
+
+@pytest.fixture
+def bad(tmp_path: Path) -> Path:
+    lines = GOOD["door"]()
+    edit("move", {"tick": 8, "robot": "digit"}, to=17)(lines)
+    edit("outcome", {}, ticks=9)(lines)
+    file = tmp_path / "bad.jsonl"
+    file.write_text("\n".join(text(lines)) + "\n")
+    return file
+
+
+def test_a_good_trace_exits_0_and_says_what_was_checked(good: Path) -> None:
+    result = run(str(good))
+    assert result.exit_code == 0
+    assert "no rule broken in 8 ticks of 2 robots" in result.stdout
+
+
+def test_a_broken_trace_exits_1_and_tells_the_first_rule(bad: Path) -> None:
+    result = run(str(bad))
+    assert result.exit_code == 1
+    first, rest = result.stdout.splitlines()
+    assert "line 33: map (tick 8, digit): digit enters 17 (2, 5), which is a wall" in first
+    assert rest == "and 3 more (--all shows them)"
+
+
+def test_all_tells_every_broken_rule(bad: Path) -> None:
+    result = run("--all", str(bad))
+    assert [line.split(": ")[2].split(" ")[0] for line in result.stdout.splitlines()] == [
+        "map",
+        "mobility",
+        "goal",
+        "outcome",
+    ]
+
+
+def test_json_holds_the_findings(bad: Path) -> None:
+    result = run("--json", str(bad))
+    data = json.loads(result.stdout)
+    assert result.exit_code == 1
+    assert data["ok"] is False
+    assert data["outcome"] == "completed"
+    assert data["statistics"]["moves"] == 16
+    first = data["findings"][0]
+    assert (first["rule"], first["tick"], first["robot"], first["line"]) == ("map", 8, "digit", 33)
+
+
+def test_what_is_no_trace_exits_2(tmp_path: Path) -> None:
+    file = tmp_path / "x.jsonl"
+    file.write_text("hello\n")
+    result = run(str(file))
+    assert result.exit_code == 2
+    assert f"{file}:1:1: this line is not JSON" in result.stderr
+    assert result.stdout == ""
+
+
+def test_a_missing_file_exits_2() -> None:
+    assert run("nowhere.jsonl").exit_code == 2
+
+
+def test_standard_input_is_read() -> None:
+    result = run("-", stdin="\n".join(text(GOOD["nested"]())) + "\n")
+    assert result.exit_code == 0
+    assert "<stdin>" in result.stdout
+
+
+def test_a_trace_that_breaks_off_is_said_to(good: Path) -> None:
+    good.write_text(good.read_text()[:-40])
+    result = run(str(good))
+    assert result.exit_code == 0
+    assert "breaks off" in result.stdout

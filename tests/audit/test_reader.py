@@ -1,0 +1,145 @@
+"""The reader: typed lines, diagnostics that point, and traces of runs that were killed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from audit.good_traces import GOOD
+from audit.trace_script import Line, edit, find, insert_after, text
+from safenav.audit import read_bytes, read_lines, read_trace
+from safenav.audit.records import Ending, Move, Push, Resolved
+from safenav.errors import Diagnostic, InputError
+
+
+def refused(lines: list[str]) -> tuple[Diagnostic, ...]:
+    with pytest.raises(InputError) as error:
+        read_lines(lines, "t.jsonl")
+    return error.value.diagnostics
+
+
+def test_lines_become_typed_records_in_order() -> None:
+    trace = read_lines(text(GOOD["door"]()))
+    assert list(trace.header.robots) == ["quad", "digit"]
+    assert trace.header.obstacles["door@9"].resolution_regions == (9,)
+    assert trace.header.robots["quad"].objective.targets == (frozenset({7}), frozenset({10}))
+    move = next(r for r in trace.records if isinstance(r, Move))
+    assert (move.line, move.tick, move.robot, move.origin, move.to) == (4, 1, "quad", 7, 8)
+    push = next(r for r in trace.records if isinstance(r, Push))
+    assert push.objectives["quad"].kind == "hold"
+    assert [r.traversable for r in trace.records if isinstance(r, Resolved)] == [None]
+    assert trace.outcome is not None
+    assert trace.outcome.outcome is Ending.COMPLETED
+    assert not trace.cut_off
+
+
+def test_equal_objectives_are_equal_however_they_are_spelled() -> None:
+    lines = GOOD["untraversable"]()
+    lines[find(lines, "push")]["objectives"]["quad"] = {"visit": [[16], [15, 8, 10]]}
+    push = next(r for r in read_lines(text(lines)).records if isinstance(r, Push))
+    other = next(
+        r for r in read_lines(text(GOOD["untraversable"]())).records if isinstance(r, Push)
+    )
+    assert push.objectives == other.objectives
+
+
+def test_unknown_types_and_fields_are_ignored() -> None:
+    lines = GOOD["door"]()
+    insert_after("move", {}, type="belief", robot="quad", cells=[1])(lines)
+    edit("move", {}, speed=3)(lines)
+    trace = read_lines(text(lines))
+    assert trace.ignored == 1
+    assert len(trace.records) == len(lines) - 2
+
+
+def test_a_last_line_that_breaks_off_is_no_error() -> None:
+    raw = "\n".join(text(GOOD["door"]())).encode()
+    trace = read_bytes(raw[:-20])
+    assert trace.cut_off
+    assert trace.outcome is None
+
+
+def test_a_complete_last_line_without_its_end_counts() -> None:
+    trace = read_bytes("\n".join(text(GOOD["door"]())).encode())
+    assert not trace.cut_off
+    assert trace.outcome is not None
+
+
+def test_a_broken_line_in_the_middle_is_told_with_its_place() -> None:
+    lines = text(GOOD["door"]())
+    lines[6] = lines[6][:-4]
+    (problem,) = refused(lines)
+    assert (problem.file, problem.line) == ("t.jsonl", 7)
+    assert "not JSON" in problem.found
+
+
+@pytest.mark.parametrize(
+    ("kind", "changes", "words"),
+    [
+        ("move", {"to": "8"}, "`to` must be a whole number"),
+        ("move", {"to": True}, "`to` must be a whole number"),
+        ("move", {"heading": "up"}, "`heading` must be north"),
+        ("move", {"tick": None}, "`tick` must be"),
+        ("synthesis", {"verdict": "maybe"}, "`verdict` must be one of realizable"),
+        ("push", {"objectives": {"quad": {"patrol": [1]}}}, "`objectives.quad` must be"),
+        ("request", {"bids": {"digit": -1}}, "`bids` must be"),
+        ("outcome", {"outcome": "operator_needed"}, "`cause` is missing"),
+        ("goal", {"round": -1}, "`round` must be"),
+    ],
+)
+def test_a_field_of_the_wrong_kind_is_named(kind: str, changes: Line, words: str) -> None:
+    lines = GOOD["door"]()
+    edit(kind, {}, **changes)(lines)
+    (problem,) = refused(text(lines))
+    assert words in problem.found
+    assert problem.line == find(lines, kind) + 1
+
+
+def test_a_missing_field_is_named() -> None:
+    lines = GOOD["door"]()
+    del lines[find(lines, "move")]["to"]
+    (problem,) = refused(text(lines))
+    assert problem.found == "`to` is missing"
+
+
+def test_all_problems_are_told_in_the_order_of_the_lines() -> None:
+    lines = GOOD["door"]()
+    del lines[5]["type"]
+    del lines[3]["robot"]
+    assert [d.line for d in refused(text(lines))] == [4, 6]
+
+
+def test_very_many_problems_are_summed_up() -> None:
+    lines = text(GOOD["door"]())[:1] + ["{"] * 100
+    problems = refused(lines)
+    assert len(problems) < 30
+    assert "80 more" in problems[-1].found
+
+
+@pytest.mark.parametrize("raw", [b"", b"\n\n", b'{"type": "head'])
+def test_an_empty_trace_is_refused(raw: bytes) -> None:
+    with pytest.raises(InputError, match="empty"):
+        read_bytes(raw)
+
+
+def test_a_trace_without_header_is_refused_once() -> None:
+    (problem,) = refused(text(GOOD["door"]())[1:])
+    assert (problem.line, problem.found) == (1, "the first line must be the header")
+
+
+def test_a_second_header_is_refused() -> None:
+    lines = text(GOOD["door"]())
+    assert refused([*lines, lines[0]])[0].line == len(lines) + 1
+
+
+def test_another_version_is_refused() -> None:
+    lines = GOOD["door"]()
+    lines[0]["trace"] = 2
+    (problem,) = refused(text(lines))
+    assert "version 1" in problem.found
+
+
+def test_a_file_that_is_not_there_is_told(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="cannot be read"):
+        read_trace(tmp_path / "none.jsonl")

@@ -1,0 +1,135 @@
+"""Whatever the bytes are: an audit, or an error that says where the trace is wrong."""
+
+from __future__ import annotations
+
+import json
+import random
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from audit.good_traces import GOOD
+from audit.random_walks import random_walk
+from audit.trace_script import Line, text
+from safenav.audit import Audit, audit, check_trace, read_bytes
+from safenav.errors import InputError
+
+NAMES = sorted(GOOD)
+VALUES = st.one_of(
+    st.none(),
+    st.booleans(),
+    st.integers(-3, 60),
+    st.integers(),
+    st.floats(),
+    st.text(max_size=8),
+    st.sampled_from(["quad", "digit", "rover", "door@9", "north", "realizable", "hold"]),
+    st.lists(st.integers(-1, 60), max_size=3),
+    st.dictionaries(st.sampled_from(["quad", "hold", "x"]), st.integers(-1, 60), max_size=2),
+)
+
+
+def content(lines: list[Line]) -> bytes:
+    return "".join(line + "\n" for line in text(lines)).encode()
+
+
+def audited(data: bytes) -> Audit | None:
+    """The audit, or None if the trace was refused with a place that exists."""
+    try:
+        return audit(read_bytes(data))
+    except InputError as error:
+        assert error.diagnostics
+        lines = data.count(b"\n") + 1
+        assert all(0 <= diagnostic.line <= lines for diagnostic in error.diagnostics)
+        return None
+
+
+@given(st.sampled_from(NAMES), st.data())
+def test_flipped_bytes_never_crash(name: str, data: st.DataObject) -> None:
+    raw = bytearray(content(GOOD[name]()))
+    for _ in range(data.draw(st.integers(1, 4))):
+        raw[data.draw(st.integers(0, len(raw) - 1))] = data.draw(st.integers(0, 255))
+    audited(bytes(raw))
+
+
+@given(st.binary(max_size=200))
+def test_arbitrary_bytes_never_crash(raw: bytes) -> None:
+    audited(raw)
+
+
+@given(st.sampled_from(NAMES), st.randoms(use_true_random=False))
+def test_shuffled_dropped_and_doubled_lines_never_crash(name: str, rng: random.Random) -> None:
+    header, *lines = GOOD[name]()
+    chosen = rng.choices(lines, k=rng.randint(0, 2 * len(lines)))
+    audited(content([header, *chosen]))
+
+
+@given(st.sampled_from(NAMES), st.data())
+def test_any_value_in_any_field_never_crashes(name: str, data: st.DataObject) -> None:
+    lines = GOOD[name]()
+    place: Line = data.draw(st.sampled_from(lines))
+    while True:
+        key = data.draw(st.sampled_from(sorted(place)))
+        inner = place[key]
+        if not isinstance(inner, dict) or not inner or data.draw(st.booleans()):
+            break
+        place = inner
+    place[key] = data.draw(VALUES)
+    audited(content(lines))
+
+
+@given(st.sampled_from(NAMES), st.data())
+def test_a_trace_cut_at_any_byte_breaks_no_rule(name: str, data: st.DataObject) -> None:
+    """A crash loses the end of the trace; what is there is still right."""
+    raw = content(GOOD[name]())
+    first = raw.index(b"\n") + 1
+    cut = data.draw(st.integers(first, len(raw) - 2))
+    found = audited(raw[:cut])
+    assert found is not None
+    assert found.findings == ()
+    assert not found.complete
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 10**9))
+def test_random_walks_that_obey_the_rules_pass(seed: int) -> None:
+    found = check_trace(text(random_walk(seed)))
+    assert found.findings == ()
+    assert found.statistics.moves == 36
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 10**9), st.data())
+def test_a_move_that_ends_elsewhere_is_always_found(seed: int, data: st.DataObject) -> None:
+    lines = random_walk(seed)
+    moves = [line for line in lines if line["type"] == "move"]
+    move = data.draw(st.sampled_from(moves[:-3]))
+    elsewhere = data.draw(st.integers(-5, 70).filter(lambda region: region != move["to"]))
+    move["to"] = elsewhere
+    found = check_trace(text(lines))
+    assert any(f.robot == move["robot"] and f.rule != "completed" for f in found.findings)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 10**9), st.data())
+def test_a_missing_turn_is_always_found(seed: int, data: st.DataObject) -> None:
+    lines = random_walk(seed)
+    moves = [line for line in lines if line["type"] == "move"]
+    gone = data.draw(st.sampled_from(moves))
+    lines.remove(gone)
+    found = check_trace(text(lines))
+    assert any(f.rule == "order" and f.tick <= gone["tick"] + 1 for f in found.findings)
+
+
+def test_a_deeply_nested_line_is_told() -> None:
+    header = content(GOOD["door"]()[:1])
+    with pytest.raises(InputError) as error:
+        read_bytes(header + b"[" * 200_000 + b"\n")
+    assert error.value.diagnostics[0].line == 2
+
+
+def test_a_huge_number_is_told() -> None:
+    lines = GOOD["door"]()
+    raw = json.dumps(lines[-1]).replace('"ticks": 8', '"ticks": ' + "9" * 6000)
+    with pytest.raises(InputError):
+        read_bytes(content(lines[:-1]) + raw.encode() + b"\n")
