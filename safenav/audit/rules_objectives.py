@@ -100,7 +100,7 @@ class MissedGoalRule(Rule):
     def turn(self, now: Situation) -> Iterator[Finding]:
         turn = now.turn
         progress = _steady(turn, now)
-        if progress is None or turn.robot is None or turn.torn:
+        if progress is None or turn.robot is None or now.is_cut_short():
             return
         robot, here = turn.robot, now.region[turn.robot]
         met = {goal.goal for goal in turn.all(Goal)}

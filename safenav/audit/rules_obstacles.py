@@ -9,7 +9,6 @@ from safenav.audit.records import (
     Backtrack,
     Blocked,
     BlockReason,
-    Ending,
     Move,
     Record,
     Request,
@@ -122,7 +121,7 @@ class MissedResolutionRule(Rule):
     def turn(self, now: Situation) -> Iterator[Finding]:
         turn = now.turn
         move = turn.first(Move)
-        if turn.robot is None or move is None or (turn.final and not _went_to_its_end(now)):
+        if turn.robot is None or move is None or now.is_cut_short():
             return
         here = now.region[turn.robot]
         for obstacle in now.header.obstacles.values():
@@ -183,11 +182,6 @@ class BlockedRule(Rule):
             yield f"{_names(can)} could resolve {name}"
         if record.reason is BlockReason.NO_HELPER and not can:
             yield f"nobody has the action for {name}: the reason is no_capable_robot"
-
-
-def _went_to_its_end(now: Situation) -> bool:
-    endings = (Ending.COMPLETED, Ending.TICK_LIMIT)
-    return now.outcome is not None and now.outcome.outcome in endings
 
 
 def _truth(traversable: bool | None) -> str:

@@ -11,6 +11,7 @@ from safenav.audit.records import (
     Region,
     Request,
     Synthesis,
+    SynthesisReason,
     Verdict,
     Violation,
 )
@@ -90,8 +91,9 @@ class BidsRule(Rule):
 
 class HelperRule(Rule):
     """The lowest bid wins, ties by the order of the team. A lower bidder is passed over only if
-    its synthesis failed in this turn, or if it waits for help itself (which may be a cycle:
-    D 5.4 and 5.7)."""
+    its synthesis failed in this turn, or that of a robot which does not bid (so that the fault
+    may be with the whole plan), or if it waits for help itself (which may be a cycle: D 5.4 and
+    5.7). So every failure that decides must be in the trace."""
 
     name = "helper"
 
@@ -106,7 +108,9 @@ class HelperRule(Rule):
             return
         order = list(now.header.robots)
         bidders = [(bid, order.index(r), r) for r, bid in request.bids.items() if bid is not None]
-        failed = {s.robot for s in now.turn.all(Synthesis) if s.verdict is not Verdict.REALIZABLE}
+        failed = _failed(now)
+        if failed - request.bids.keys():
+            return
         pushed = len(now.turn.all(Push))
         waiting = {frame.requester for frame in now.stack[: len(now.stack) - pushed]}
         for _, _, robot in sorted(bidders):
@@ -117,6 +121,16 @@ class HelperRule(Rule):
                 problem = f"{robot} bids least for {request.obstacle}, but {chosen} is chosen"
                 yield self.broken_by(request, robot, problem)
                 return
+
+
+def _failed(now: Situation) -> set[str]:
+    """Whose synthesis failed while help was sought."""
+    return {
+        synthesis.robot
+        for synthesis in now.turn.all(Synthesis)
+        if synthesis.verdict is not Verdict.REALIZABLE
+        and synthesis.reason is SynthesisReason.REQUEST
+    }
 
 
 def _distances(robot: str, obstacle: str, now: Situation) -> tuple[int | None, int | None]:

@@ -121,6 +121,13 @@ class Situation:
         listed = self.header.obstacles[obstacle].blocks & self.header.robots.keys()
         return set(listed) - self.capable(obstacle)
 
+    def is_cut_short(self) -> bool:
+        """Whether the run ended within this turn, so that the rest of it never happened."""
+        if not self.turn.final:
+            return False
+        endings = (Ending.COMPLETED, Ending.TICK_LIMIT)
+        return self.outcome is None or self.outcome.outcome not in endings
+
     def is_over(self, obstacle: str | None) -> bool:
         """Whether a request for this obstacle has been answered, one way or the other."""
         return obstacle is None or self.status[obstacle] is not Status.UNRESOLVED
