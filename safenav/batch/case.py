@@ -1,0 +1,135 @@
+"""What a batch runs and what comes of it, as data that travels between processes as JSON."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, fields
+from enum import StrEnum
+from typing import Any
+
+import safenav
+
+Settings = Mapping[str, Any]
+"""Dotted path into the scenario (``limits.ticks``) -> the value that replaces what is there."""
+
+
+class Verdict(StrEnum):
+    """What came of one case."""
+
+    PASSED = "passed"
+    DIFFERENT = "different"
+    """It ran to an end that is not the expected one."""
+    INVALID = "invalid"
+    """The scenario does not load."""
+    LIMIT = "limit"
+    """A synthesis ran out of time or memory."""
+    ERROR = "error"
+    """The synthesizer failed, or safenav has a defect."""
+    CRASHED = "crashed"
+    """The process that ran it died."""
+    HUNG = "hung"
+    """No end within the wall-clock limit."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One run to make: a scenario with some of its settings replaced.
+
+    ``name`` is unique within a batch and the same in the next one. ``text`` is the scenario
+    (None if the file could not be read: running the case says why).
+    """
+
+    name: str
+    file: str
+    text: str | None = None
+    settings: Settings = field(default_factory=dict)
+
+    @property
+    def fingerprint(self) -> str:
+        """Same fingerprint, same work: what was done under it need not be done again.
+
+        Files that the scenario names (catalogues, maps) are not part of it.
+        """
+        made_of = [safenav.__version__, self.name, self.file, self.text, dict(self.settings)]
+        return hashlib.sha256(json.dumps(made_of, sort_keys=True).encode()).hexdigest()[:16]
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """How each case is run. ``seconds``: wall-clock limit of one case."""
+
+    seconds: float = 600.0
+    verify: bool = True
+
+
+@dataclass(frozen=True)
+class Result:
+    """What one case gave. ``reasons`` says what is wrong, one sentence each; ``detail`` is
+    more for whoever looks into it (a traceback, last words); ``earlier`` holds the reasons of
+    former attempts. ``seconds`` is the run itself,
+    ``wall_seconds`` all of the time from handing it out to having the answer."""
+
+    name: str
+    file: str
+    settings: dict[str, Any]
+    fingerprint: str
+    verdict: Verdict
+    reasons: list[str] = field(default_factory=list)
+    detail: str = ""
+    scenario: str | None = None
+    outcome: str | None = None
+    cause: str | None = None
+    explanation: str | None = None
+    ticks: int | None = None
+    rounds: dict[str, int] | None = None
+    resolved: list[str] | None = None
+    blocked: list[str] | None = None
+    helpers: dict[str, str] | None = None
+    syntheses: int | None = None
+    synthesis_seconds: float | None = None
+    seconds: float | None = None
+    wall_seconds: float = 0.0
+    attempts: int = 1
+    earlier: list[str] = field(default_factory=list)
+    artifacts: list[str] = field(default_factory=list)
+
+    @property
+    def passed(self) -> bool:
+        return self.verdict is Verdict.PASSED
+
+    @property
+    def worth_another_try(self) -> bool:
+        """Whether running it again could give anything else."""
+        return self.verdict is not Verdict.INVALID
+
+    @property
+    def flaky(self) -> bool:
+        """Whether it passed only when it was tried again."""
+        return self.passed and self.attempts > 1
+
+    @property
+    def duration(self) -> float:
+        """Seconds of the run; of the attempt if there was no run to its end."""
+        return self.wall_seconds if self.seconds is None else self.seconds
+
+    def record(self) -> dict[str, Any]:
+        """As one JSON object."""
+        return asdict(self)
+
+    @staticmethod
+    def from_record(record: Mapping[str, Any]) -> Result:
+        """Raises KeyError, TypeError or ValueError if the object is no result. Fields that
+        are not known are passed over: a later version may have written them."""
+        known = {entry.name for entry in fields(Result)}
+        data = {key: value for key, value in record.items() if key in known}
+        data["verdict"] = Verdict(record["verdict"])
+        return Result(**data)
+
+
+def without_a_run(case: Case, verdict: Verdict, reasons: list[str], detail: str = "") -> Result:
+    """The result of a case that has no outcome to tell."""
+    return Result(
+        case.name, case.file, dict(case.settings), case.fingerprint, verdict, reasons, detail
+    )

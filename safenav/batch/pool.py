@@ -1,0 +1,82 @@
+"""Cases on this machine: some worker processes, each with one case at a time.
+
+One thread waits for all of them at once. A worker that crashes or hangs costs its own case; a
+new one takes its place.
+"""
+
+from __future__ import annotations
+
+import select
+import time
+from collections import deque
+from pathlib import Path
+
+from safenav.batch.backend import Arrival
+from safenav.batch.case import Case, Conditions
+from safenav.batch.worker import Worker
+
+
+class LocalPool:
+    """At most ``jobs`` cases at once. ``traces``: a directory to write traces to, if any."""
+
+    def __init__(self, jobs: int, conditions: Conditions, traces: Path | None = None) -> None:
+        self._jobs = jobs
+        self._conditions = conditions
+        self._traces = traces
+        self._todo: deque[Case] = deque()
+        self._idle: list[Worker] = []
+        self._busy: dict[Worker, Path | None] = {}
+        self._number = 0
+
+    def submit(self, case: Case) -> None:
+        self._todo.append(case)
+
+    def collect(self, seconds: float) -> list[Arrival]:
+        """What arrived, waiting at most ``seconds`` for the first."""
+        end = time.monotonic() + seconds
+        while True:
+            self._hand_out()
+            arrived = [arrival for worker in self._due(end) if (arrival := self._take(worker))]
+            if arrived:
+                self._hand_out()
+            if arrived or time.monotonic() >= end or not self._busy:
+                return arrived
+
+    def running(self) -> list[tuple[str, float]]:
+        return [(w.case.name, w.elapsed) for w in self._busy if w.case is not None]
+
+    def close(self) -> None:
+        for worker in [*self._busy, *self._idle]:
+            worker.end()
+        self._busy.clear()
+        self._idle.clear()
+        self._todo.clear()
+
+    def _hand_out(self) -> None:
+        while self._todo and len(self._busy) < self._jobs:
+            worker = self._idle.pop() if self._idle else Worker(self._conditions)
+            trace = None
+            if self._traces is not None:
+                self._number += 1
+                trace = self._traces / f"{self._number}.jsonl"
+            self._busy[worker] = trace
+            worker.give(self._todo.popleft(), trace)
+
+    def _due(self, end: float) -> list[Worker]:
+        """Workers that have something to say or whose time is over."""
+        if not self._busy:
+            return []
+        until = min(end - time.monotonic(), *(w.seconds_left for w in self._busy))
+        readable = select.select(list(self._busy), [], [], max(0.0, until))[0]
+        return [w for w in self._busy if w in readable or w.seconds_left <= 0]
+
+    def _take(self, worker: Worker) -> Arrival | None:
+        case = worker.case
+        result = worker.receive()
+        if result is None:
+            return None
+        assert case is not None
+        trace = self._busy.pop(worker)
+        if worker.alive:
+            self._idle.append(worker)
+        return Arrival(case, result, trace)

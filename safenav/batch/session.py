@@ -1,0 +1,146 @@
+"""One batch: hand out the cases, take the results, keep them, try again, know when to stop."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Protocol
+
+from safenav.batch.backend import Arrival, Backend
+from safenav.batch.case import Case, Result
+from safenav.batch.state import StateFile
+
+Artifacts = Callable[[Result, Path | None], list[str]]
+"""Keeps what helps to look into a failure (given its trace, if any); returns what it wrote."""
+
+_LOOK_SECONDS = 0.2
+
+
+class Observer(Protocol):
+    """Hears of a batch while it runs."""
+
+    def waiting(self, report: Report, running: Sequence[tuple[str, float]]) -> None:
+        """Told several times a second: cases in work with their seconds so far."""
+
+    def arrived(self, report: Report, result: Result) -> None:
+        """The last result of a case has arrived."""
+
+
+@dataclass
+class Report:
+    """What a batch gave. ``results`` by name, as they arrived; ``resumed`` of them were there
+    before. ``interrupted``: it was stopped; ``stopped_early``: by the first failure."""
+
+    cases: tuple[Case, ...]
+    results: dict[str, Result]
+    resumed: int = 0
+    seconds: float = 0.0
+    interrupted: bool = False
+    stopped_early: bool = False
+
+    @property
+    def in_order(self) -> list[Result]:
+        """Results in the order of the cases."""
+        return [self.results[case.name] for case in self.cases if case.name in self.results]
+
+    @property
+    def failed(self) -> list[Result]:
+        return [result for result in self.in_order if not result.passed]
+
+    @property
+    def not_run(self) -> list[Case]:
+        return [case for case in self.cases if case.name not in self.results]
+
+    @property
+    def left(self) -> int:
+        """How many cases have no result."""
+        return len(self.cases) - len(self.results)
+
+    @property
+    def as_expected(self) -> bool:
+        """Whether every case has passed."""
+        return not self.left and not self.failed
+
+
+def run_batch(
+    cases: Sequence[Case],
+    backend: Backend,
+    *,
+    state: StateFile | None = None,
+    retries: int = 0,
+    fail_fast: bool = False,
+    artifacts: Artifacts | None = None,
+    observer: Observer | None = None,
+) -> Report:
+    """Run all cases that ``state`` does not know yet, and close the backend.
+
+    KeyboardInterrupt ends the batch, not the caller: the report says so. Raises SafenavError
+    if nothing can be run any more; results so far are in the state file.
+    """
+    former = {} if state is None else state.former
+    report = Report(tuple(cases), _done_before(cases, former))
+    report.resumed = len(report.results)
+    batch = _Batch(report, backend, state, retries, fail_fast, artifacts, observer)
+    try:
+        batch.run()
+    except KeyboardInterrupt:
+        report.interrupted = True
+    finally:
+        backend.close()
+    return report
+
+
+def _done_before(cases: Sequence[Case], former: Mapping[str, Result]) -> dict[str, Result]:
+    done = {case.name: former.get(case.fingerprint) for case in cases}
+    return {name: result for name, result in done.items() if result is not None}
+
+
+@dataclass
+class _Batch:
+    report: Report
+    backend: Backend
+    state: StateFile | None
+    retries: int
+    fail_fast: bool
+    artifacts: Artifacts | None
+    observer: Observer | None
+    earlier: dict[str, list[str]] = field(default_factory=dict)
+
+    def run(self) -> None:
+        report = self.report
+        begun = time.monotonic()
+        for case in report.not_run:
+            self.backend.submit(case)
+        while report.left and not report.stopped_early:
+            for arrival in self.backend.collect(_LOOK_SECONDS):
+                self._take(arrival)
+            report.seconds = time.monotonic() - begun
+            if self.observer is not None:
+                self.observer.waiting(report, self.backend.running())
+
+    def _take(self, arrival: Arrival) -> None:
+        case, report = arrival.case, self.report
+        earlier = self.earlier.pop(case.name, [])
+        result = replace(arrival.result, attempts=len(earlier) + 1, earlier=earlier)
+        if not result.passed and result.worth_another_try and result.attempts <= self.retries:
+            self.earlier[case.name] = [*earlier, "; ".join(result.reasons)]
+            self._forget(arrival.trace)
+            self.backend.submit(case)
+            return
+        if not result.passed and self.artifacts is not None:
+            result = replace(result, artifacts=self.artifacts(result, arrival.trace))
+        self._forget(arrival.trace)
+        if self.state is not None:
+            self.state.add(result)
+        report.results[case.name] = result
+        if self.fail_fast and not result.passed and report.left:
+            report.stopped_early = True
+        if self.observer is not None:
+            self.observer.arrived(report, result)
+
+    @staticmethod
+    def _forget(trace: Path | None) -> None:
+        if trace is not None:
+            trace.unlink(missing_ok=True)

@@ -1,0 +1,85 @@
+"""The state file of a batch: every result on a line of its own, written when it arrives.
+
+Whatever ends a batch, what was done is on disk; ``--resume`` reads it back. A result counts
+as done only for exactly the same work (its fingerprint). Only one batch at a time may use the
+directory.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+from pathlib import Path
+from types import TracebackType
+from typing import IO
+
+from safenav.batch.case import Result
+from safenav.errors import UsageError
+
+NAME = "state.jsonl"
+
+
+class StateFile:
+    """Opens ``directory/state.jsonl``, keeping what is there if ``resume``.
+
+    Raises UsageError if the directory cannot be used, or is in use by another batch.
+    """
+
+    def __init__(self, directory: Path, *, resume: bool) -> None:
+        self.path = directory / NAME
+        try:
+            directory.mkdir(parents=True, exist_ok=True)
+            self._file: IO[str] = self.path.open("a+", encoding="utf-8")
+        except OSError as error:
+            raise self._unusable(error) from error
+        try:
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            self._file.close()
+            raise UsageError(
+                f"another batch is writing to {directory}\n    wait for it, or use another --out"
+            ) from None
+        self.former = self._read() if resume else {}
+        self._rewrite()
+
+    def add(self, result: Result) -> None:
+        """Keep a result: on disk when this returns."""
+        try:
+            self._file.write(json.dumps(result.record(), separators=(",", ":")) + "\n")
+            self._file.flush()
+        except OSError as error:
+            raise self._unusable(error) from error
+
+    def _read(self) -> dict[str, Result]:
+        """Results by fingerprint. A line that is none was cut off: its case is run again."""
+        found = {}
+        self._file.seek(0)
+        for line in self._file:
+            try:
+                result = Result.from_record(json.loads(line))
+            except (ValueError, KeyError, TypeError):
+                continue
+            found[result.fingerprint] = result
+        return found
+
+    def _rewrite(self) -> None:
+        """Begin with whole lines only. In place: the lock belongs to this very file."""
+        self._file.truncate(0)
+        for result in self.former.values():
+            self.add(result)
+        os.fsync(self._file.fileno())
+
+    def _unusable(self, error: OSError) -> UsageError:
+        return UsageError(f"cannot write the state of the batch, {self.path}: {error.strerror}")
+
+    def __enter__(self) -> StateFile:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self._file.close()
