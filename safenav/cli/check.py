@@ -48,7 +48,7 @@ def command(scenario: Path, as_json: bool) -> int:
                 "robot": name,
                 "objective": describe(answer.task.objective),
                 "verdict": answer.result.verdict.value,
-                "assumptions": assumption_names(answer.task),
+                "assumptions": assumption_names(answer.task, plan.map),
                 "explanation": why,
             }
         )

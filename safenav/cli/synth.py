@@ -90,7 +90,7 @@ def _print_statistics(answers: dict[str, Answer], plan: Scenario) -> None:
     for line in table(headings, rows):
         click.echo(line)
     for name, answer in answers.items():
-        for assumption in assumption_names(answer.task):
+        for assumption in assumption_names(answer.task, plan.map):
             click.echo(f"{name} assumes: {assumption}")
 
 

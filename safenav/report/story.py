@@ -81,6 +81,12 @@ class Story:
                 self._requested(event)
             case Pushed():
                 self._depth = event.depth
+                if event.reason == "yield":
+                    self._say(
+                        event.tick,
+                        f"{self._name(event.requester)} cannot get on; "
+                        f"{self._name(event.helper)} gives way",
+                    )
                 self._say(event.tick, f"objectives pushed, depth {event.depth}")
                 self._objectives(event.objectives)
             case Popped():

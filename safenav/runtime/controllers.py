@@ -18,14 +18,8 @@ from safenav.runtime.state import TeamState
 from safenav.runtime.tasks import Assignment
 from safenav.scenario.model import Robot, Scenario
 from safenav.scenario.objective import Hold, Ltl, targets_of, to_data
-from safenav.spec.robot import (
-    Fairness,
-    Known,
-    Observed,
-    Task,
-    assumption_names,
-    compile_task,
-)
+from safenav.spec.robot import assumption_names, compile_task
+from safenav.spec.task import LADDERS, Fairness, Known, Observed, Task
 from safenav.synthesis.outcome import SynthesisResult, Verdict
 from safenav.synthesis.slugs import Listener as SynthesisListener
 from safenav.synthesis.slugs import Synthesizer
@@ -118,7 +112,7 @@ class Controllers:
                     result.spec_sha256,
                     result.strategy_sha256,
                     to_data(task.objective),
-                    assumption_names(task) if task.observed else [],
+                    assumption_names(task, self._state.scenario.map),
                 )
             )
 
@@ -134,14 +128,23 @@ class Controllers:
             self._state.planners[name] = planner
             if before is None or before.assignment is not planner.assignment:
                 fresh.append(name)
+            else:
+                planner.begun = before.begun
         for name in fresh:
-            planner = self._state.planners[name]
-            region = self._state.poses[name].region
-            progress = planner.assignment.progress
-            for goal in progress.begin(region, planner.values()):
-                self._state.emit(
-                    GoalReached(self._state.tick, name, goal.goal, region, progress.rounds)
-                )
+            if name not in self._state.transits:
+                self.begin(name)
+
+    def begin(self, name: str) -> None:
+        """Count what a robot has met already where it stands when its objective begins (for
+        one in transit, when it arrives)."""
+        planner = self._state.planners[name]
+        planner.begun = True
+        region = self._state.poses[name].region
+        progress = planner.assignment.progress
+        for goal in progress.begin(region, planner.values()):
+            self._state.emit(
+                GoalReached(self._state.tick, name, goal.goal, region, progress.rounds)
+            )
 
     def _rounds(
         self,
@@ -150,17 +153,19 @@ class Controllers:
         strict: Collection[str],
     ) -> Iterable[list[Task]]:
         """The tasks to try, from the weakest assumptions to the strongest."""
-        yield [task for _, task in stale]
-        for fairness in (Fairness.OFF_MY_TARGETS, Fairness.AT_ITS_TARGETS):
-            yield [replace(task, fairness=fairness) for _, task in stale if task.observed]
         hopeful = [
-            (robot, moving)
+            moving
             for robot, task in stale
             if robot.name not in strict
             and (moving := self._task(robot, assignments, parked=False)) != task
         ]
-        for fairness in Fairness:
-            yield [replace(task, fairness=fairness) for _, task in hopeful if task.observed]
+        for tasks in ([task for _, task in stale], hopeful):
+            for rung in range(max(map(len, LADDERS.values()))):
+                yield [
+                    replace(task, fairness=ladder[rung])
+                    for task in tasks
+                    if rung < len(ladder := _ladder(task))
+                ]
 
     def _ask(self, tasks: list[Task]) -> list[Answer]:
         if not tasks:
@@ -191,22 +196,23 @@ class Controllers:
         blocked = list(state.knowledge.known_for(robot, assignment.avoid))
         observed = []
         for other in state.scenario.robots:
-            if other is robot or other.model.layer != robot.model.layer:
+            if other is robot:
                 continue
-            where = state.region(other)
-            if parked and _parked(assignments[other.name], where):
+            danger = state.scenario.conflict(robot, other)
+            where = state.next_pose(other).region
+            if danger and parked and is_parked(assignments[other.name], where):
                 blocked.append(Known(where, f"robots.{other.name}", f"{other.name} waits here"))
-            else:
+            elif danger or other.name in robot.tracks:
                 targets = targets_of(assignments[other.name].objective)
-                observed.append(Observed(other.name, where, targets))
+                observed.append(Observed(other.name, where, targets, danger))
         return Task(
             robot=robot,
-            pose=state.poses[robot.name],
+            pose=state.next_pose(robot),
             objective=assignment.objective,
             memory=assignment.progress.memory,
             blocked=tuple(blocked),
             observed=tuple(observed),
-            targets=targets_of(assignment.objective),
+            tracking=robot.tracking,
         )
 
     def _differs(self, robot: Robot, task: Task) -> bool:
@@ -236,6 +242,11 @@ def first_answers(
     return dict(attempt.answers)
 
 
+def _ladder(task: Task) -> tuple[Fairness, ...]:
+    """The assumptions that a task can make about others, from weakest to strongest."""
+    return LADDERS[task.tracking] if task.endangered else (Fairness.NONE,)
+
+
 def _answered(answers: Mapping[str, Answer], task: Task) -> bool:
     answer = answers.get(task.robot.name)
     return answer is not None and answer.realizable
@@ -245,7 +256,7 @@ def _kept(task: Task) -> list[tuple[Region, str]]:
     return [(known.region, known.item) for known in task.blocked]
 
 
-def _parked(assignment: Assignment, where: Region) -> bool:
+def is_parked(assignment: Assignment, where: Region) -> bool:
     """Whether a robot that stands in ``where`` will stay there until it is reassigned."""
     objective = assignment.objective
     if isinstance(objective, Hold):

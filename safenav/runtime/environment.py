@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from safenav.scenario.model import Obstacle, Robot, Scenario
-from safenav.spec.robot import Known
+from safenav.spec.task import Known
 from safenav.world.map import Region
 from safenav.world.mobility import Pose
 

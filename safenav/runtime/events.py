@@ -84,6 +84,13 @@ class Moved(Event):
     from_: Region
     to: Region
     heading: str | None
+    toward: Region | None = None
+
+    def record(self) -> dict[str, Any]:
+        data = super().record()
+        if self.toward is None:
+            del data["toward"]
+        return data
 
 
 @dataclass(frozen=True)
@@ -118,9 +125,10 @@ class Pushed(Event):
     type: ClassVar[str] = "push"
     depth: int
     objectives: dict[str, dict[str, Any]]
-    obstacle: str
+    obstacle: str | None
     requester: str
     helper: str
+    reason: Reason = Reason.REQUEST
 
 
 @dataclass(frozen=True)
@@ -128,9 +136,10 @@ class Popped(Event):
     type: ClassVar[str] = "pop"
     depth: int
     objectives: dict[str, dict[str, Any]]
-    obstacle: str
+    obstacle: str | None
     requester: str
     helper: str
+    reason: Reason = Reason.REQUEST
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from safenav.scenario.model import Robot
 from safenav.scenario.objective import Patrol, Target, describe, targets_of
-from safenav.spec.robot import Task
+from safenav.spec.task import Task
 from safenav.world.map import Region, RegionMap
 from safenav.world.mobility import distances
 

@@ -15,27 +15,13 @@ from dataclasses import dataclass
 import safenav
 from safenav.errors import SafenavError
 from safenav.runtime.controllers import Controllers
-from safenav.runtime.coordination import Impasse, Resynthesis
-from safenav.runtime.environment import (
-    SimulatedWorld,
-    Violation,
-    World,
-    draw_truths,
-)
-from safenav.runtime.events import (
-    AssumptionViolated,
-    Backtracked,
-    Ended,
-    GoalReached,
-    Header,
-    Moved,
-    Reason,
-    Violated,
-)
+from safenav.runtime.coordination import Resynthesis
+from safenav.runtime.environment import SimulatedWorld, World, draw_truths
+from safenav.runtime.events import Ended, Header, Reason
 from safenav.runtime.explanation import explain_impasse, explain_unrealizable
-from safenav.runtime.navigation import Planner, Proposal
 from safenav.runtime.state import TeamState
 from safenav.runtime.trace import Listener, scenario_record
+from safenav.runtime.turn import LostError, Turns
 from safenav.scenario.model import Outcome, Robot, Scenario
 from safenav.synthesis.slugs import Listener as SynthesisListener
 from safenav.synthesis.slugs import Synthesizer
@@ -79,6 +65,7 @@ class Mission:
             self.state, synthesizer or default_synthesizer(scenario), progress
         )
         self._coordination = Resynthesis(self.state, self._controllers)
+        self._turns = Turns(self.state, self._world, self._controllers, self._coordination)
         self._begun = time.monotonic()
 
     def run(self) -> RunResult:
@@ -121,7 +108,7 @@ class Mission:
         state = self.state
         state.tick += 1
         for robot in self.scenario.robots:
-            self._turn(robot)
+            self._take_turn(robot)
             if self.result is not None:
                 return
         if self._completed():
@@ -131,97 +118,19 @@ class Mission:
         elif state.tick >= self.scenario.limits.ticks:
             self._end(Outcome.TICK_LIMIT, f"not completed after {state.tick} ticks")
 
-    def _turn(self, robot: Robot) -> None:
-        state, name = self.state, robot.name
-        planner = state.planners[name]
-        observed = {
-            other.variable: state.poses[other.name].region for other in planner.task.observed
-        }
-        proposal = planner.propose(observed)
-        lost = proposal is None
-        if proposal is None:
-            self._report_broken_assumption(robot, planner, observed)
-            proposal = Proposal(state.poses[name], None)
-        violation = self._check(robot, proposal)
-        if violation is not None:
-            proposal = self._backtrack(robot, planner, observed, proposal, violation)
-        before = planner.values()
-        self._move(robot, planner, proposal)
-        assignment = state.tasks.current[name]
-        after = planner.values()
-        impasse = self._act(robot)
-        if impasse is None and state.tasks.current[name] is assignment:
-            region = state.region(robot)
-            for goal in assignment.progress.arrive(region, before, after):
-                rounds = assignment.progress.rounds
-                state.emit(GoalReached(state.tick, name, goal.goal, region, rounds))
-        if impasse is None and violation is not None:
-            impasse = self._coordination.on_violation(violation)
-        if impasse is not None:
-            explanation = explain_impasse(impasse, state)
-            self._end(Outcome.OPERATOR_NEEDED, explanation, impasse.cause.value)
-        elif lost and (failed := self._coordination.resynthesize()):
+    def _take_turn(self, robot: Robot) -> None:
+        try:
+            impasse = self._turns.take(robot)
+        except LostError:
             self._end(
                 Outcome.ASSUMPTION_VIOLATED,
-                f"the others did what {name} assumed they never do, and from there "
-                f"{', '.join(failed)} has no strategy",
+                f"the others did what {robot.name} assumed they never do, and from there it has "
+                "no strategy",
             )
-
-    def _check(self, robot: Robot, proposal: Proposal) -> Violation | None:
-        pose = self.state.poses[robot.name]
-        return self.state.knowledge.check(robot, pose, proposal.pose.region)
-
-    def _backtrack(
-        self,
-        robot: Robot,
-        planner: Planner,
-        observed: dict[str, int],
-        refused: Proposal,
-        violation: Violation,
-    ) -> Proposal:
-        """Go back to the state before and take what is safe (paper, Section V-B)."""
-        state, name = self.state, robot.name
-        obstacle = violation.obstacle
-        state.emit(
-            Violated(
-                state.tick,
-                name,
-                violation.at,
-                violation.proposed,
-                obstacle.name,
-                obstacle.type.action,
-            )
-        )
-        options = planner.alternatives(state.poses[name], observed, refused)
-        safe = next(p for p in options if self._check(robot, p) is None)
-        state.emit(Backtracked(state.tick, name, safe.pose.region))
-        return safe
-
-    def _move(self, robot: Robot, planner: Planner, proposal: Proposal) -> None:
-        state, name = self.state, robot.name
-        start = state.poses[name].region
-        pose = proposal.pose
-        self._world.move(robot, pose)
-        state.poses[name] = pose
-        planner.follow(proposal)
-        heading = pose.heading.label if pose.heading is not None else None
-        state.emit(Moved(state.tick, name, start, pose.region, heading))
-
-    def _act(self, robot: Robot) -> Impasse | None:
-        for obstacle, traversable in self._world.act(robot):
-            impasse = self._coordination.on_resolved(robot, obstacle, traversable)
-            if impasse is not None:
-                return impasse
-        return None
-
-    def _report_broken_assumption(
-        self, robot: Robot, planner: Planner, observed: dict[str, int]
-    ) -> None:
-        where = ", ".join(f"{name} = {region}" for name, region in observed.items())
-        if planner.node is None:
             return
-        name = f"how the others move (now {where})"
-        self.state.emit(AssumptionViolated(self.state.tick, robot.name, name))
+        if impasse is not None:
+            explanation = explain_impasse(impasse, self.state)
+            self._end(Outcome.OPERATOR_NEEDED, explanation, impasse.cause.value)
 
     def _completed(self) -> bool:
         tasks, wanted = self.state.tasks, self.scenario.until.rounds

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from safenav.runtime.tasks import Assignment
-from safenav.spec.robot import Task
+from safenav.spec.task import Task
 from safenav.synthesis.strategy import Strategy
 from safenav.world.map import Heading
 from safenav.world.mobility import Mobility, Pose
@@ -25,13 +25,19 @@ class Proposal:
 
 
 class Planner:
-    """One robot's strategy and where in it the robot is."""
+    """One robot's strategy and where in it the robot is.
+
+    ``begun``: whether the progress of its assignment has been counted from here on.
+    ``before``: the values before a step that is still under way.
+    """
 
     def __init__(self, task: Task, strategy: Strategy, assignment: Assignment, node: int) -> None:
         self.task = task
         self.assignment = assignment
         self.strategy = strategy
         self.node: int | None = node
+        self.begun = False
+        self.before: Mapping[str, int] = {}
 
     @classmethod
     def start(cls, task: Task, strategy: Strategy, assignment: Assignment) -> Planner:

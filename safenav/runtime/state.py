@@ -12,13 +12,27 @@ from safenav.runtime.tasks import Assignment, TaskStack
 from safenav.runtime.trace import Listener
 from safenav.scenario.model import Robot, Scenario
 from safenav.scenario.objective import to_data
+from safenav.spec.others import Sightings
+from safenav.spec.task import Task
 from safenav.world.map import Region
 from safenav.world.mobility import Pose
 
 
+@dataclass(frozen=True)
+class Transit:
+    """A step that takes several ticks: until it ``arrives`` the robot occupies both the region
+    that it leaves and the one that it goes to."""
+
+    pose: Pose
+    arrives: int
+
+
 @dataclass
 class TeamState:
-    """Where everybody is, what they do, what is known, and who listens."""
+    """Where everybody is, what they do, what is known, and who listens.
+
+    ``poses`` are where robots stand; one that is in transit still stands where it set out.
+    """
 
     scenario: Scenario
     poses: dict[str, Pose]
@@ -26,6 +40,7 @@ class TeamState:
     knowledge: Characterization
     listeners: tuple[Listener, ...] = ()
     planners: dict[str, Planner] = field(default_factory=dict)
+    transits: dict[str, Transit] = field(default_factory=dict)
     tick: int = 0
 
     @classmethod
@@ -47,6 +62,30 @@ class TeamState:
 
     def region(self, robot: Robot) -> Region:
         return self.poses[robot.name].region
+
+    def next_pose(self, robot: Robot) -> Pose:
+        """Where the robot can next decide anything: where it stands, or where it arrives."""
+        transit = self.transits.get(robot.name)
+        return self.poses[robot.name] if transit is None else transit.pose
+
+    def occupied(self, robot: Robot) -> frozenset[Region]:
+        """The regions that ``robot`` takes up now: two while it is in transit."""
+        return frozenset({self.region(robot), self.next_pose(robot).region})
+
+    def dangers(self, robot: Robot) -> frozenset[Region]:
+        """The regions that ``robot`` must not enter because others take them up."""
+        return frozenset().union(
+            *(
+                self.occupied(other)
+                for other in self.scenario.robots
+                if other is not robot and self.scenario.conflict(robot, other)
+            )
+        )
+
+    def sightings(self, robot: Robot, task: Task) -> Sightings:
+        """What ``robot`` can observe of those that its task is about."""
+        positions = {o.name: self.poses[o.name].region for o in task.observed}
+        return Sightings(self.region(robot), self.dangers(robot), positions)
 
     def objectives(self) -> dict[str, dict[str, object]]:
         """The objectives in force, as in a trace."""

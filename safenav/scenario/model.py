@@ -15,6 +15,23 @@ from safenav.world.map import Region, RegionMap
 from safenav.world.mobility import Mobility, Pose
 
 
+class Tracking(StrEnum):
+    """How a robot's specification models the others that it could run into (docs/tracking.md):
+    what is next to it, where exactly everybody is, or where everybody may be."""
+
+    NEARBY = "nearby"
+    EXACT = "exact"
+    BELIEF = "belief"
+
+
+@dataclass(frozen=True)
+class Timing:
+    """Ticks that a step takes: at least and at most, drawn for each step from the seed."""
+
+    least: int = 1
+    most: int = 1
+
+
 @dataclass(frozen=True)
 class RobotModel:
     """What robots of one kind can do.
@@ -30,16 +47,24 @@ class RobotModel:
     vision: float | None = None
     size: float | None = None
     speed: float | None = None
+    timing: Timing = Timing()
 
 
 @dataclass(frozen=True)
 class Robot:
-    """One robot of the team (the paper's agent p with its C_p and objective)."""
+    """One robot of the team (the paper's agent p with its C_p and objective).
+
+    ``avoids``: the robots that it must not share a region with; None for those of its layer.
+    ``tracks``: others whose position its specification models although they are no danger.
+    """
 
     name: str
     model: RobotModel
     start: Pose
     objective: Objective
+    avoids: frozenset[str] | None = None
+    tracks: frozenset[str] = frozenset()
+    tracking: Tracking = Tracking.NEARBY
 
     @property
     def capabilities(self) -> frozenset[str]:
@@ -153,7 +178,11 @@ class Expect:
 
 @dataclass(frozen=True)
 class Scenario:
-    """Everything that a run needs. ``source`` is the file it came from, for messages."""
+    """Everything that a run needs. ``source`` is the file it came from, for messages.
+
+    ``deadlock``: whether robots that wait for each other are told to give way.
+    ``partition``: the cells of beliefs, None for the rooms of the map.
+    """
 
     name: str
     map: RegionMap
@@ -165,6 +194,8 @@ class Scenario:
     coordination: Coordination = Coordination.RESYNTHESIS
     expect: Expect = Expect()
     source: str = ""
+    deadlock: bool = True
+    partition: tuple[frozenset[Region], ...] | None = None
 
     def robot(self, name: str) -> Robot:
         """The robot of that name. Raises KeyError."""
@@ -172,3 +203,14 @@ class Scenario:
             if robot.name == name:
                 return robot
         raise KeyError(name)
+
+    def conflict(self, one: Robot, other: Robot) -> bool:
+        """Whether these two must never share a region. It is mutual, also if only one of them
+        asks for it: what one guarantees is what the other assumes."""
+        return _avoids(one, other) or _avoids(other, one)
+
+
+def _avoids(one: Robot, other: Robot) -> bool:
+    if one.avoids is None:
+        return one.model.layer == other.model.layer
+    return other.name in one.avoids

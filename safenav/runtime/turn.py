@@ -1,0 +1,168 @@
+"""One robot's turn: propose, check, backtrack if need be, move, act, count.
+
+The order of what happens here is the order of lines in a trace (docs/trace.md).
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Mapping
+
+from safenav.runtime.controllers import Controllers
+from safenav.runtime.coordination import Impasse, Resynthesis
+from safenav.runtime.environment import Violation, World
+from safenav.runtime.events import (
+    AssumptionViolated,
+    Backtracked,
+    GoalReached,
+    Moved,
+    Violated,
+)
+from safenav.runtime.navigation import Planner, Proposal
+from safenav.runtime.state import TeamState, Transit
+from safenav.scenario.model import Robot
+from safenav.spec.others import observe
+from safenav.world.mobility import Pose
+
+
+class LostError(Exception):
+    """A robot's assumptions were broken and it has no strategy from where it is."""
+
+
+class Turns:
+    """Carries out turns on a team's state in a world."""
+
+    def __init__(
+        self,
+        state: TeamState,
+        world: World,
+        controllers: Controllers,
+        coordination: Resynthesis,
+    ) -> None:
+        self._state = state
+        self._world = world
+        self._controllers = controllers
+        self._coordination = coordination
+        seed = state.scenario.seed
+        self._clocks = {
+            robot.name: random.Random(f"{seed}/{robot.name}") for robot in state.scenario.robots
+        }
+
+    def take(self, robot: Robot) -> Impasse | None:
+        """One turn. Raises LostError if the others broke what the robot assumed and nothing
+        can be done about it."""
+        state, name = self._state, robot.name
+        transit = state.transits.get(name)
+        if transit is not None:
+            return self._travel(robot, transit)
+        planner = state.planners[name]
+        observed = observe(planner.task, state.scenario.map, state.sightings(robot, planner.task))
+        proposal = planner.propose(observed)
+        lost = proposal is None
+        if proposal is None:
+            if planner.node is not None:
+                self._report_broken_assumption(robot, observed)
+            proposal = Proposal(state.poses[name], None)
+        violation = self._check(robot, proposal)
+        if violation is not None:
+            proposal = self._backtrack(robot, planner, observed, proposal, violation)
+        ticks = self._duration(robot, proposal.pose)
+        before = planner.values()
+        planner.follow(proposal)
+        if ticks > 1:
+            state.transits[name] = Transit(proposal.pose, state.tick + ticks - 1)
+            planner.before = before
+            self._tell_move(robot, state.poses[name], proposal.pose)
+            return None
+        impasse = self._arrive(robot, proposal.pose, before)
+        if impasse is None and violation is not None:
+            impasse = self._coordination.on_violation(violation)
+        if impasse is None and lost and self._coordination.resynthesize():
+            raise LostError(name)
+        return impasse
+
+    def _travel(self, robot: Robot, transit: Transit) -> Impasse | None:
+        """A tick of a step that takes several."""
+        state, name = self._state, robot.name
+        if state.tick < transit.arrives:
+            self._tell_move(robot, state.poses[name], transit.pose)
+            return None
+        del state.transits[name]
+        return self._arrive(robot, transit.pose, state.planners[name].before)
+
+    def _arrive(self, robot: Robot, pose: Pose, before: Mapping[str, int]) -> Impasse | None:
+        """Bring the robot to ``pose``, let it act there, and count its progress."""
+        state, name = self._state, robot.name
+        start = state.poses[name]
+        self._world.move(robot, pose)
+        state.poses[name] = pose
+        self._tell_move(robot, start, pose)
+        planner = state.planners[name]
+        after = planner.values()
+        impasse = self._act(robot)
+        if impasse is not None or state.planners[name].assignment is not planner.assignment:
+            return impasse
+        if not planner.begun:
+            self._controllers.begin(name)
+            return None
+        progress = planner.assignment.progress
+        for goal in progress.arrive(pose.region, before, after):
+            state.emit(GoalReached(state.tick, name, goal.goal, pose.region, progress.rounds))
+        return None
+
+    def _check(self, robot: Robot, proposal: Proposal) -> Violation | None:
+        pose = self._state.poses[robot.name]
+        return self._state.knowledge.check(robot, pose, proposal.pose.region)
+
+    def _backtrack(
+        self,
+        robot: Robot,
+        planner: Planner,
+        observed: Mapping[str, int],
+        refused: Proposal,
+        violation: Violation,
+    ) -> Proposal:
+        """Go back to the state before and take what is safe (paper, Section V-B)."""
+        state, name, obstacle = self._state, robot.name, violation.obstacle
+        state.emit(
+            Violated(
+                state.tick,
+                name,
+                violation.at,
+                violation.proposed,
+                obstacle.name,
+                obstacle.type.action,
+            )
+        )
+        options = planner.alternatives(state.poses[name], observed, refused)
+        safe = next(p for p in options if self._check(robot, p) is None)
+        state.emit(Backtracked(state.tick, name, safe.pose.region))
+        return safe
+
+    def _duration(self, robot: Robot, target: Pose) -> int:
+        """Ticks of a step: drawn from the seed if the model leaves it open; staying takes 1."""
+        timing = robot.model.timing
+        if target.region == self._state.region(robot):
+            return 1
+        return self._clocks[robot.name].randint(timing.least, timing.most)
+
+    def _tell_move(self, robot: Robot, start: Pose, target: Pose) -> None:
+        """The move line of this tick: towards the target while in transit, then to it."""
+        state = self._state
+        transit = robot.name in state.transits
+        now = start if transit else target
+        heading = now.heading.label if now.heading is not None else None
+        toward = target.region if transit else None
+        state.emit(Moved(state.tick, robot.name, start.region, now.region, heading, toward))
+
+    def _act(self, robot: Robot) -> Impasse | None:
+        for obstacle, traversable in self._world.act(robot):
+            impasse = self._coordination.on_resolved(robot, obstacle, traversable)
+            if impasse is not None:
+                return impasse
+        return None
+
+    def _report_broken_assumption(self, robot: Robot, observed: Mapping[str, int]) -> None:
+        where = ", ".join(f"{name} = {value}" for name, value in observed.items())
+        name = f"how the others move (now {where})"
+        self._state.emit(AssumptionViolated(self._state.tick, robot.name, name))

@@ -1,0 +1,77 @@
+"""Others by where exactly they are: one input ``at_NAME`` with the region of each.
+
+The most that can be known, and the most expensive: the game grows with the map once for every
+robot. See docs/tracking.md for figures.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from safenav.scenario.objective import Target
+from safenav.spec.motion import one_of, stepping, walls
+from safenav.spec.specification import Constraint, Origin, Owner, Section, Variable
+from safenav.spec.task import Fairness, Task
+from safenav.world.map import Region, RegionMap
+
+SOURCE = "design, section 4"
+
+
+def inputs(task: Task, world: RegionMap) -> tuple[Variable, ...]:
+    bounds = (0, world.size - 1)
+    return tuple(
+        Variable(other.variable, Owner.INPUT, bounds, f"where {other.name} is")
+        for other in task.observed
+    )
+
+
+def guarantees(task: Task) -> Iterator[Constraint]:
+    """Never enter the region where another robot is."""
+    for other in task.observed:
+        if not other.danger:
+            continue
+        rule = f"never enter the region where {other.name} is"
+        origin = Origin(f"robots.{other.name}", rule, SOURCE)
+        yield Constraint(Section.SYS_TRANS, f"region' != {other.variable}'", origin)
+
+
+def assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
+    """Others move by single steps and do not step onto this robot (they guarantee it)."""
+    for other in task.observed:
+        item, name = f"robots.{other.name}", other.variable
+        where = Origin(f"{item}.start", f"where {other.name} begins")
+        yield Constraint(Section.ENV_INIT, f"{name} = {other.region}", where)
+        yield from stepping(name, Section.ENV_TRANS, world, f"{item}.mobility")
+        yield from walls(name, Section.ENV_TRANS, world, "map")
+        if not other.danger:
+            continue
+        polite = Origin(item, f"{other.name} does not step onto this robot", SOURCE)
+        yield Constraint(Section.ENV_TRANS, f"{name}' != region", polite)
+    yield from fairness(task)
+
+
+def fairness(task: Task) -> Iterator[Constraint]:
+    """The assumption that lets the robot get anywhere, if it makes one."""
+    for other in task.observed:
+        if not other.danger:
+            continue
+        item = f"robots.{other.name}"
+        if task.fairness is Fairness.OFF_MY_TARGETS:
+            for target in task.targets:
+                rule = f"{other.name} is infinitely often not at {_words(target)}"
+                formula = f"!({one_of(other.variable, target)})"
+                yield Constraint(Section.ENV_LIVENESS, formula, Origin(item, rule, SOURCE))
+        elif task.fairness is Fairness.AT_ITS_TARGETS:
+            for target in other.targets:
+                rule = f"{other.name} is infinitely often at {_words(target)}"
+                formula = one_of(other.variable, target)
+                yield Constraint(Section.ENV_LIVENESS, formula, Origin(item, rule, SOURCE))
+
+
+def observe(task: Task, positions: Mapping[str, Region]) -> dict[str, int]:
+    """The inputs when the others are at these positions (robot's name -> region)."""
+    return {other.variable: positions[other.name] for other in task.observed}
+
+
+def _words(target: Target) -> str:
+    return "|".join(str(region) for region in sorted(target))

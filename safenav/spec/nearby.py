@@ -1,0 +1,101 @@
+"""Others as what is next to the robot now: four inputs, however many robots there are.
+
+The input ``busy_north`` is true when the neighbouring region in the north is occupied at the
+moment of the decision. That is all that avoiding a collision needs, it is sound whatever the
+others do (also those that take several ticks for a step and occupy two regions meanwhile), and
+the game stays small: it does not grow with the team, and with the map only as the robot's own
+motion does. What it gives up is foresight: the robot cannot plan around where others will be.
+See docs/tracking.md for how this compares with exact positions and beliefs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from itertools import combinations
+
+from safenav.spec.motion import headings, one_of, step_formula
+from safenav.spec.specification import Constraint, Origin, Owner, Section, Variable
+from safenav.spec.task import Fairness, Task
+from safenav.world.map import Heading, Region, RegionMap
+
+SOURCE = "design, section 4"
+MOVE = "move"
+
+
+def busy(heading: Heading) -> str:
+    """The input that says whether the region on that side is occupied."""
+    return f"busy_{heading.label}"
+
+
+def inputs(world: RegionMap) -> tuple[Variable, ...]:
+    return tuple(
+        Variable(busy(h), Owner.INPUT, None, f"another robot is in the region to the {h.label}")
+        for h in headings(world)
+    )
+
+
+def move_variable() -> Variable:
+    """The first output, so that of moves that are equally good the synthesizer takes staying:
+    a robot that must wait waits where it is."""
+    note = "what it does: 0 stay, 1 north, 2 east, 3 south, 4 west"
+    return Variable(MOVE, Owner.OUTPUT, (0, 4), note)
+
+
+def guarantees(task: Task, world: RegionMap) -> Iterator[Constraint]:
+    """Never enter a busy region; what ``move`` means."""
+    begin = Origin(f"{task.item}.mobility", "what move says")
+    yield Constraint(Section.SYS_INIT, f"{MOVE} = 0", begin)
+    yield Constraint(Section.SYS_TRANS, f"{MOVE}' = 0 <-> region' = region", begin)
+    for heading in headings(world):
+        step = step_formula("region", heading, world)
+        yield Constraint(Section.SYS_TRANS, f"{MOVE}' = {heading + 1} <-> {step}", begin)
+    names = ", ".join(_dangers(task))
+    safe = Origin(task.item, f"never enter a region where another robot is ({names})", SOURCE)
+    for heading in headings(world):
+        yield Constraint(Section.SYS_TRANS, f"{busy(heading)}' -> {MOVE}' != {heading + 1}", safe)
+
+
+def assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
+    """There are only so many others, none is in a wall, and none is in the way for ever."""
+    begin = Origin(task.item, "nothing is observed before the first move", SOURCE)
+    for heading in headings(world):
+        yield Constraint(Section.ENV_INIT, f"!{busy(heading)}", begin)
+    inside = Origin("map", "no robot is in a wall or off the map", SOURCE)
+    for heading in headings(world):
+        dead_ends = [r for r in world.free if not _open(r, heading, world)]
+        if dead_ends:
+            formula = f"{one_of('region', dead_ends)} -> !{busy(heading)}'"
+            yield Constraint(Section.ENV_TRANS, formula, inside)
+    count = len(_dangers(task))
+    few = Origin("robots", f"{count} other robot{'s' * (count > 1)} cannot be everywhere", SOURCE)
+    for sides in combinations(headings(world), count + 1):
+        together = " & ".join(f"{busy(h)}'" for h in sides)
+        yield Constraint(Section.ENV_TRANS, f"!({together})", few)
+    yield from fairness(task, world)
+
+
+def fairness(task: Task, world: RegionMap) -> Iterator[Constraint]:
+    """The assumption that lets the robot get anywhere, if it makes one."""
+    if task.fairness is not Fairness.OUT_OF_MY_WAY:
+        return
+    names = " or ".join(_dangers(task))
+    for heading in headings(world):
+        rule = f"{names} is infinitely often not on its {heading.label} side"
+        origin = Origin(task.item, rule, SOURCE)
+        yield Constraint(Section.ENV_LIVENESS, f"!{busy(heading)}'", origin)
+
+
+def observe(region: Region, occupied: Collection[Region], world: RegionMap) -> dict[str, int]:
+    """The inputs for a robot in ``region`` when others occupy those regions."""
+    return {
+        busy(heading): int(world.step(region, heading) in occupied) for heading in headings(world)
+    }
+
+
+def _dangers(task: Task) -> list[str]:
+    return [other.name for other in task.observed if other.danger]
+
+
+def _open(region: Region, heading: Heading, world: RegionMap) -> bool:
+    beyond = world.step(region, heading)
+    return beyond is not None and world.is_free(beyond)

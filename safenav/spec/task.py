@@ -1,0 +1,96 @@
+"""What one robot is to be synthesized for: everything that its specification depends on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from safenav.scenario.model import Robot, Tracking
+from safenav.scenario.objective import Objective, Target, targets_of
+from safenav.spec.objective import NO_MEMORY, Memory
+from safenav.world.map import Region
+from safenav.world.mobility import Pose
+
+
+class Fairness(StrEnum):
+    """What a robot assumes of those that it must not run into, so that it gets anywhere."""
+
+    NONE = "none"
+    OFF_MY_TARGETS = "off_my_targets"
+    OUT_OF_MY_WAY = "out_of_my_way"
+    OUT_OF_MY_SIGHT = "out_of_my_sight"
+    AT_ITS_TARGETS = "at_its_targets"
+
+
+LADDERS: dict[Tracking, tuple[Fairness, ...]] = {
+    Tracking.NEARBY: (Fairness.NONE, Fairness.OUT_OF_MY_WAY),
+    Tracking.EXACT: (Fairness.NONE, Fairness.OFF_MY_TARGETS, Fairness.AT_ITS_TARGETS),
+    Tracking.BELIEF: (
+        Fairness.NONE,
+        Fairness.OFF_MY_TARGETS,
+        Fairness.OUT_OF_MY_SIGHT,
+        Fairness.AT_ITS_TARGETS,
+    ),
+}
+"""For each way to model others the assumptions that can be made, from weakest to strongest."""
+
+
+@dataclass(frozen=True)
+class Known:
+    """A region that is known not to be enterable now, and the scenario item that says why."""
+
+    region: Region
+    item: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class Observed:
+    """Another robot whose position matters: where it is, and the targets of its objective.
+
+    ``danger``: it must not be run into (else it is only kept track of). ``belief``: the cells
+    that may hold it, if it is out of sight (see ``spec.belief``).
+    """
+
+    name: str
+    region: Region
+    targets: tuple[Target, ...] = ()
+    danger: bool = True
+    belief: frozenset[int] | None = None
+
+    @property
+    def variable(self) -> str:
+        return f"at_{self.name}"
+
+
+@dataclass(frozen=True)
+class Task:
+    """Everything that one robot's specification depends on.
+
+    ``blocked``: obstacles known by now (O beyond the walls) that block this robot.
+    ``observed``: the moving robots that it must not collide with, modelled by ``tracking``
+    under the assumption ``fairness``.
+    """
+
+    robot: Robot
+    pose: Pose
+    objective: Objective
+    memory: Memory = NO_MEMORY
+    blocked: tuple[Known, ...] = ()
+    observed: tuple[Observed, ...] = ()
+    tracking: Tracking = Tracking.NEARBY
+    fairness: Fairness = Fairness.NONE
+
+    @property
+    def targets(self) -> tuple[Target, ...]:
+        return targets_of(self.objective)
+
+    @property
+    def endangered(self) -> bool:
+        """Whether there is anybody that the robot could run into."""
+        return any(other.danger for other in self.observed)
+
+    @property
+    def item(self) -> str:
+        """The scenario item of the robot, for origins."""
+        return f"robots.{self.robot.name}"
