@@ -1,7 +1,7 @@
 """Structured-slugs text read back as a Specification, so that any file can be verified.
 
-The formulas stay text; a comment above a constraint becomes part of its origin, next to the
-line number, and a specification that safenav wrote reads as it was.
+The formulas stay text (in infix notation); a comment above a constraint becomes part of its
+origin, next to the line number.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from safenav.spec.specification import (
     Specification,
     Variable,
 )
+from safenav.synthesis.prefix import to_infix
 
 _INTEGER = re.compile(r"([^\s:]+)\s*:\s*(\d+)\s*\.\.\.\s*(\d+)\Z")
 _BOOLEAN = re.compile(r"[A-Za-z_][\w.@]*\Z")
@@ -55,7 +56,9 @@ def read_specification(text: str, file: str = "-", robot: str = "robot") -> Spec
                 variables.append(variable)
             comment = ""
         elif section is not None:
-            constraints.append(Constraint(section, line, Origin(f"{file}:{number}", comment)))
+            constraints.append(
+                Constraint(section, to_infix(line), Origin(f"{file}:{number}", comment))
+            )
         elif not problems:
             problems.append(Diagnostic(file, number, 1, f"'{line}' stands before any section"))
     if problems:

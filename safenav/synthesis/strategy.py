@@ -112,9 +112,6 @@ class Strategy:
         _check_columns(states, ranks, transitions, len(document["variables"]))
         return cls(specification, fields, states, ranks, transitions)
 
-    def __len__(self) -> int:
-        return len(self.states)
-
     @property
     def edges(self) -> int:
         """Number of transitions."""

@@ -95,7 +95,7 @@ def _start_failures(automaton: Automaton) -> Iterator[Failure]:
 
 def _why_no_start(automaton: Automaton) -> Constraint | None:
     """What the automaton's first node violates, if that is why it has no start at all."""
-    if automaton.starts or not len(automaton.strategy):
+    if automaton.starts or not len(automaton.strategy.nodes):
         return None
     values = automaton.strategy.values(0)
     for section in (Section.ENV_INIT, Section.SYS_INIT):

@@ -113,9 +113,9 @@ def answering(script: Script, tmp_path: Path) -> Callable[..., Binary]:
     return make
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def slugs() -> Binary:
-    """safenav's own binary."""
+    """The real binary: SAFENAV_SLUGS names one, else safenav's own."""
     named = os.environ.get("SAFENAV_SLUGS")
     binary = Binary(Path(named)) if named else find_own_binary()
     if binary is None:

@@ -49,7 +49,7 @@ def test_bits_become_named_values(strategy: Strategy) -> None:
 
 
 def test_size_is_told_without_decoding(strategy: Strategy) -> None:
-    assert (len(strategy), strategy.edges, strategy.goals) == (9, 18, 2)
+    assert (len(strategy.nodes), strategy.edges, strategy.goals) == (9, 18, 2)
 
 
 def test_a_variable_with_one_value_has_no_bits_but_a_value() -> None:

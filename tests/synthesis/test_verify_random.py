@@ -1,0 +1,343 @@
+"""The check against the brute-force oracle: random games, and systematic damage.
+
+Whatever the check complains about is confirmed here on the spot, with the plain evaluator: the
+path is one, the constraint is violated, the cycle misses what it is said to miss.
+"""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+from itertools import pairwise, product
+from random import Random
+from typing import Any
+
+import oracle
+import pytest
+
+from safenav.formula import evaluate, parse
+from safenav.spec.specification import Owner, Section, Specification
+from safenav.synthesis.binary import Binary
+from safenav.synthesis.cache import Cache
+from safenav.synthesis.completions import Place
+from safenav.synthesis.counterstrategy import counterstrategy_starts
+from safenav.synthesis.outcome import Verdict
+from safenav.synthesis.reader import read_specification
+from safenav.synthesis.slugs import Synthesizer
+from safenav.synthesis.strategy import Strategy
+from safenav.synthesis.verify import (
+    Failure,
+    Fault,
+    Verification,
+    verify_counterstrategy,
+    verify_strategy,
+)
+
+GAMES = 300
+KINDS = ("bit", "missing", "extra", "redirected", "rank", "initial")
+AT_LEAST = 30
+
+
+@dataclass(frozen=True)
+class Sample:
+    """A random game with an automaton that wins it for one of the players."""
+
+    seed: int
+    reference: oracle.Specification
+    spec: Specification
+    data: bytes
+    counter: bool
+
+    def parsed(self, document: dict[str, Any] | None = None) -> Strategy:
+        data = self.data if document is None else json.dumps(document).encode()
+        return Strategy.parse(data, self.spec)
+
+    def verify(self, strategy: Strategy) -> Verification:
+        check = verify_counterstrategy if self.counter else verify_strategy
+        return check(self.spec, strategy)
+
+    def _starts(self, document: dict[str, Any]) -> tuple[int, ...]:
+        strategy = self.parsed(document)
+        if self.counter:
+            return counterstrategy_starts(self.spec, strategy)
+        return strategy.initial()
+
+    def complaints(self, document: dict[str, Any]) -> list[str]:
+        """What the oracle's own checker says about the reachable part: it looks at all nodes."""
+        reachable = _reachable(document, self._starts(document))
+        automaton = oracle.from_json(self.reference, json.dumps(reachable))
+        check = oracle.check_counterstrategy if self.counter else oracle.check_strategy
+        return check(oracle.build_game(self.reference), automaton)
+
+
+@cache
+def _game(seed: int) -> tuple[oracle.Specification, Specification]:
+    source = Random(seed)
+    reference = oracle.inputs_first(
+        oracle.random_specification(
+            source, integers=seed % 2 == 0, bits=3 + seed % 4, many_goals=seed % 3 == 0
+        )
+    )
+    return reference, read_specification(oracle.to_structuredslugs(reference, source))
+
+
+@cache
+def _strategies() -> tuple[Sample, ...]:
+    """The strategies of all realizable ones among the games."""
+    found = []
+    for seed in range(GAMES):
+        reference, spec = _game(seed)
+        solution = oracle.solve(oracle.build_game(reference))
+        if oracle.is_realizable(solution.game, solution.winning):
+            data = oracle.to_json(reference, oracle.extract(solution)).encode()
+            found.append(Sample(seed, reference, spec, data, False))
+    return tuple(found)
+
+
+@pytest.fixture(scope="module")
+def counterstrategies(slugs: Binary) -> tuple[Sample, ...]:
+    """What slugs answers to the unrealizable ones."""
+    if not slugs.native:
+        pytest.skip("the binary of SAFENAV_SLUGS has no counterstrategies as JSON")
+    synthesizer = Synthesizer(slugs, cache=Cache.off())
+    realizable = {sample.seed for sample in _strategies()}
+    found = []
+    for seed in range(GAMES):
+        if seed not in realizable:
+            reference, spec = _game(seed)
+            result = synthesizer.counterstrategy(spec)
+            assert result.verdict is Verdict.UNREALIZABLE
+            assert result.strategy_json is not None
+            found.append(Sample(seed, reference, spec, result.strategy_json, True))
+    return tuple(found)
+
+
+def test_every_strategy_of_the_oracle_is_accepted() -> None:
+    samples = _strategies()
+    assert len(samples) > GAMES // 4
+    for sample in samples:
+        verification = sample.verify(sample.parsed())
+        assert verification.ok, f"seed {sample.seed}: {verification.failures[0]}"
+
+
+def test_every_counterstrategy_of_slugs_is_accepted(
+    counterstrategies: tuple[Sample, ...],
+) -> None:
+    assert len(counterstrategies) > GAMES // 4
+    for sample in counterstrategies:
+        verification = sample.verify(sample.parsed())
+        assert verification.ok, f"seed {sample.seed}: {verification.failures[0]}"
+
+
+def test_no_automaton_proves_both_verdicts(counterstrategies: tuple[Sample, ...]) -> None:
+    """A strategy is no counterstrategy and the other way round."""
+    for sample in _strategies()[:100]:
+        assert not verify_counterstrategy(sample.spec, sample.parsed()).ok, sample.seed
+    for sample in counterstrategies[:100]:
+        assert not verify_strategy(sample.spec, sample.parsed()).ok, sample.seed
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_damaged_strategies_are_refused_for_the_right_reason(kind: str) -> None:
+    _judge_damage(_strategies(), kind)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_damaged_counterstrategies_are_refused_for_the_right_reason(
+    kind: str, counterstrategies: tuple[Sample, ...]
+) -> None:
+    _judge_damage(counterstrategies, kind)
+
+
+def _judge_damage(samples: tuple[Sample, ...], kind: str) -> None:
+    """Damage may do no harm; but what the oracle refuses is refused, each complaint is true,
+    and damage that must do harm is always found."""
+    tally: Counter[str] = Counter()
+    for sample in samples:
+        source = Random(sample.seed)
+        for _ in range(20 if kind == "rank" else 2):  # few games have memory to confuse
+            document = _damaged(sample, kind, source)
+            if document is None:
+                continue
+            strategy = sample.parsed(document)
+            verification = sample.verify(strategy)
+            if verification.ok:
+                assert kind not in ("missing", "extra"), f"seed {sample.seed}"
+                assert sample.complaints(document) == [], f"seed {sample.seed}"
+                continue
+            tally["refused"] += 1
+            for failure in verification.failures:
+                tally[failure.fault] += 1
+                _confirm(sample, strategy, failure)
+    assert tally["refused"] >= AT_LEAST, tally
+
+
+def _reachable(document: dict[str, Any], starts: tuple[int, ...]) -> dict[str, Any]:
+    nodes = document["nodes"]
+    order = list(starts)
+    for node in order:
+        order += [t for t in dict.fromkeys(nodes[str(node)]["trans"]) if t not in order]
+    number = {node: str(i) for i, node in enumerate(order)}
+    kept = {
+        number[node]: {
+            **nodes[str(node)],
+            "trans": [int(number[t]) for t in nodes[str(node)]["trans"]],
+        }
+        for node in order
+    }
+    return {**document, "nodes": kept}
+
+
+def _damaged(sample: Sample, kind: str, source: Random) -> dict[str, Any] | None:
+    """The automaton with one thing changed at random."""
+    document: dict[str, Any] = json.loads(sample.data)
+    nodes: dict[str, Any] = document["nodes"]
+    if not nodes:
+        return None
+    name = source.choice(sorted(nodes))
+    node = nodes[name]
+    others = list(range(len(nodes)))
+    if kind == "bit" and node["state"]:
+        column = source.randrange(len(node["state"]))
+        node["state"][column] ^= 1
+    elif kind == "initial" and node["state"]:
+        state = nodes["0"]["state"]
+        state[source.randrange(len(state))] ^= 1
+    elif kind == "missing" and node["trans"]:
+        node["trans"].remove(source.choice(node["trans"]))
+        if not node["trans"] and sample.counter:
+            return None  # where the system is stuck after another input, that is right
+    elif kind == "extra":
+        node["trans"].append(source.choice(others))
+        if len(node["trans"]) == 1 and sample.counter:
+            return None
+    elif kind == "redirected" and node["trans"]:
+        node["trans"][source.randrange(len(node["trans"]))] = source.choice(others)
+    elif kind == "rank":
+        return _other_memory(document, source)
+    else:
+        return None
+    return document
+
+
+def _other_memory(document: dict[str, Any], source: Random) -> dict[str, Any] | None:
+    """A transition goes to another node of the same state: nothing but liveness can suffer."""
+    nodes = document["nodes"]
+    twins: dict[tuple[int, ...], list[int]] = {}
+    for name, node in nodes.items():
+        twins.setdefault(tuple(node["state"]), []).append(int(name))
+    changed = False
+    for node in nodes.values():
+        for k, target in enumerate(node["trans"]):
+            same = twins[tuple(nodes[str(target)]["state"])]
+            if len(same) > 1 and source.random() < 0.7:
+                node["trans"][k] = source.choice(same)
+                changed = True
+    return document if changed else None
+
+
+def _confirm(sample: Sample, strategy: Strategy, failure: Failure) -> None:
+    """The complaint is true, by going there and looking."""
+    words = f"seed {sample.seed}: {failure}"
+    spec, node = sample.spec, failure.node
+    if node is None:
+        assert failure.fault is Fault.NO_START, words
+        return
+    assert failure.path[-1] == node, words
+    assert all(b in strategy.transitions[a] for a, b in pairwise(failure.path)), words
+    assert failure.path[0] < len(strategy.nodes), words
+    here = strategy.values(node)
+    targets = strategy.transitions[node]
+    match failure.fault:
+        case Fault.RANGE:
+            assert any(
+                v.bounds and not v.bounds[0] <= here[v.name] <= v.bounds[1] for v in spec.variables
+            ), words
+        case Fault.FORBIDDEN_INPUT | Fault.BROKEN_GUARANTEE:
+            assert failure.constraint is not None and failure.successor in targets, words
+            there = strategy.values(failure.successor)
+            assert not evaluate(parse(failure.constraint.formula), here, there), words
+        case Fault.SEVERAL_SUCCESSORS:
+            owner = Owner.OUTPUT if sample.counter else Owner.INPUT
+            moves = [_part(spec, strategy.values(t), owner) for t in targets]
+            assert len(set(moves)) < len(moves), words
+        case Fault.SEVERAL_INPUTS:
+            inputs = {_part(spec, strategy.values(t), Owner.INPUT) for t in targets}
+            assert len(inputs) > 1, words
+        case Fault.MISSING_SUCCESSOR:
+            assert _something_is_missing(sample, strategy, node), words
+        case Fault.STARVED_GOAL | Fault.STARVED_ASSUMPTION | Fault.GOALS_MET:
+            _confirm_cycle(sample, strategy, failure, words)
+        case _:
+            pytest.fail(words)
+
+
+def _part(spec: Specification, values: dict[str, int], owner: Owner) -> tuple[int, ...]:
+    return tuple(values[v.name] for v in spec.owned(owner))
+
+
+def _something_is_missing(sample: Sample, strategy: Strategy, node: int) -> bool:
+    """Some move of the other player has no successor, by trying all of them."""
+    spec, here = sample.spec, strategy.values(node)
+    assumed = [parse(c.formula) for c in spec.section(Section.ENV_TRANS)]
+    promised = [parse(c.formula) for c in spec.section(Section.SYS_TRANS)]
+    present = [strategy.values(t) for t in strategy.transitions[node]]
+    for inputs in _valuations(spec, Owner.INPUT):
+        allowed = all(evaluate(f, here, inputs) for f in assumed)
+        if not sample.counter:
+            covered = {_part(spec, there, Owner.INPUT) for there in present}
+            if allowed and _part(spec, inputs, Owner.INPUT) not in covered:
+                return True
+            continue
+        if present and _part(spec, inputs, Owner.INPUT) != _part(spec, present[0], Owner.INPUT):
+            continue
+        answers = [
+            {**inputs, **outputs}
+            for outputs in _valuations(spec, Owner.OUTPUT)
+            if all(evaluate(f, here, {**inputs, **outputs}) for f in promised)
+        ]
+        if not present and allowed and not answers:
+            return False  # the system is stuck after this input: no successor is needed
+        if present and any(answer not in present for answer in answers):
+            return True
+    return sample.counter and not present
+
+
+def _valuations(spec: Specification, owner: Owner) -> Iterator[dict[str, int]]:
+    owned = spec.owned(owner)
+    for values in product(*(Place(v, False).range for v in owned)):
+        yield dict(zip((v.name for v in owned), values, strict=True))
+
+
+def _confirm_cycle(sample: Sample, strategy: Strategy, failure: Failure, words: str) -> None:
+    assert failure.cycle and failure.cycle[0] == failure.node, words
+    steps = list(pairwise((*failure.cycle, failure.cycle[0])))
+    assert all(b in strategy.transitions[a] for a, b in steps), words
+
+    def met(formula: str) -> bool:
+        parsed = parse(formula)
+        return any(evaluate(parsed, strategy.values(a), strategy.values(b)) for a, b in steps)
+
+    fair = [c.formula for c in sample.spec.section(Section.ENV_LIVENESS)]
+    goals = [c.formula for c in sample.spec.section(Section.SYS_LIVENESS)]
+    if failure.fault is Fault.GOALS_MET:
+        assert all(map(met, goals)), words
+        return
+    assert failure.constraint is not None
+    assert not met(failure.constraint.formula), words
+    if failure.fault is Fault.STARVED_GOAL:
+        assert failure.constraint.formula in goals
+        assert all(map(met, fair)), words
+    else:
+        assert failure.constraint.formula in fair
+
+
+def test_the_binary_of_the_environment_is_judged_too(slugs: Binary) -> None:
+    """Whatever SAFENAV_SLUGS names: its strategies pass the same check."""
+    synthesizer = Synthesizer(slugs, cache=Cache.off(), verify=True)
+    for sample in _strategies()[:40]:
+        result = synthesizer.synthesize(sample.spec)
+        assert (result.verdict, result.verified) == (Verdict.REALIZABLE, True)
