@@ -31,7 +31,7 @@ NARROWEST = 260.0
 """Least width that leaves room for titles and captions."""
 
 CAPTION_LINES = 3
-ROBOT = 0.3
+ROBOT = 0.28
 """Radius of a robot's body, in cells."""
 
 
@@ -152,10 +152,10 @@ class _Drawing:
         self.page.path("".join(walls), fill=WALL, stroke=WALL, stroke_width=0.5)
         numbers = self.options.numbers
         if cell >= 26 if numbers is None else numbers:
-            self.page.open_group(font_size=number(cell * 0.18), fill="#8A919C")
+            self.page.open_group(font_size=number(cell * 0.17), fill="#8A919C")
             for region in world.free:
                 x, y = self._corner(region)
-                place = {"x": x + cell * 0.08, "y": y + cell * 0.22}
+                place = {"x": x + cell * 0.07, "y": y + cell * 0.2}
                 self.page.element("text", str(region), **place)
             self.page.close_group()
 

@@ -52,6 +52,7 @@ class Walker:
     objective: dict[str, Any]
     next: int = 0
     rounds: int = 0
+    plan: list[Pose] = field(default_factory=list)
 
     @property
     def targets(self) -> list[set[Region]]:
@@ -69,7 +70,7 @@ class Walker:
 
     def assign(self, objective: dict[str, Any]) -> None:
         if objective != self.objective:
-            self.objective, self.next, self.rounds = objective, 0, 0
+            self.objective, self.next, self.rounds, self.plan = objective, 0, 0, []
 
 
 @dataclass
@@ -167,11 +168,23 @@ class Simulator:
             assumptions=[],
         )
 
-    def _path(self, robot: Walker, targets: set[Region]) -> list[Pose]:
-        """A shortest path around walls, known obstacles and robots of the same layer."""
-        mobility = MODELS[robot.model][0]
+    def _barred(self, robot: Walker) -> set[Region]:
+        """Where known obstacles and robots of the same layer are."""
         others = {o.pose.region for o in self.team if o is not robot and o.layer == robot.layer}
-        blocked = others | self.known.get(robot.name, set())
+        return others | self.known.get(robot.name, set())
+
+    def _next(self, robot: Walker) -> Pose:
+        """The next pose on the way to the target in turn; a plan is kept while it holds."""
+        targets, blocked = robot.targets[robot.next], self._barred(robot)
+        plan = robot.plan
+        if not plan or plan[-1].region not in targets or plan[0].region in blocked:
+            plan = self._path(robot, targets)
+        robot.plan = plan[1:]
+        return plan[0] if plan else robot.pose
+
+    def _path(self, robot: Walker, targets: set[Region]) -> list[Pose]:
+        """A shortest path around what is barred; empty if there is none."""
+        mobility, blocked = MODELS[robot.model][0], self._barred(robot)
         came: dict[Pose, Pose | None] = {robot.pose: None}
         queue = deque([robot.pose])
         while queue:
@@ -189,8 +202,7 @@ class Simulator:
 
     def _turn(self, robot: Walker) -> None:
         before = robot.pose
-        path = self._path(robot, robot.targets[robot.next])
-        step = path[0] if path else before
+        step = self._next(robot)
         met = next((o for o in self.hidden if o["region"] == step.region != before.region), None)
         if met is not None and robot.name in met["blocks"]:
             self._line(
@@ -202,7 +214,7 @@ class Simulator:
                 action=met["action"],
             )
             self._line("backtrack", robot=robot.name, to=before.region)
-            step = before
+            step, robot.plan = before, []
         else:
             met = None
         robot.pose = step
@@ -320,7 +332,7 @@ def chain() -> list[dict[str, Any]]:
     """Case study 3: a request while another is open, stack depth 2."""
     team = [
         Walker("quad", "quadcopter", Pose(49), {"patrol": [22, 76]}),
-        Walker("digit", "digit", Pose(58, Heading.EAST), {"patrol": [41, 45]}),
+        Walker("digit", "digit", Pose(58, Heading.EAST), {"visit": [41, 45]}),
     ]
     hidden = [
         {"type": "uncertainty", "region": 43, "traversable": True},

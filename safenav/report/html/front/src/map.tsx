@@ -12,6 +12,7 @@ import { at, eventsAt, label, poseAt, separate, type Pose, type Robot, type Run 
 import { calm, type Shown } from "./settings";
 
 const CELL = 40;
+const BODY = 0.28 * CELL;
 const TRAIL = 24;
 const STRENGTHS = [0.25, 0.45, 0.75];
 
@@ -100,7 +101,7 @@ const Floor = memo(({ run, numbers }: { run: Run; numbers: boolean }) => {
         col = end;
       } else if (numbers) {
         labels.push(
-          <text x={col * CELL + 3} y={row * CELL + 9}>
+          <text x={col * CELL + 2.8} y={row * CELL + 8}>
             {region}
           </text>,
         );
@@ -214,7 +215,7 @@ function Motion({ run, player, trails }: { run: Run; player: Player; trails: boo
       const poses = run.robots.map((robot) => poseAt(run, robot, moment));
       separate(poses).forEach((pose, i) => {
         robots[i]!.setAttribute("transform", `translate(${centre(pose.x)} ${centre(pose.y)})`);
-        if (pose.heading !== null) noses[i]!.setAttribute("transform", `rotate(${pose.heading}) scale(11)`);
+        if (pose.heading !== null) noses[i]!.setAttribute("transform", `rotate(${pose.heading}) scale(${0.92 * BODY})`);
       });
       if (!trails) return;
       const tick = Math.floor(moment);
@@ -239,11 +240,11 @@ function Motion({ run, player, trails }: { run: Run; player: Player; trails: boo
       {run.robots.map((robot) => (
         <g class="robot" key={robot.name} data-robot={robot.name}>
           {robot.headings !== null && <path class="nose" d={run.nose} />}
-          <path class="body" d={robot.look.path} fill={robot.look.colour} transform="scale(12)" />
+          <path class="body" d={robot.look.path} fill={robot.look.colour} transform={`scale(${BODY})`} />
           <text
             class="letters"
-            y={robot.look.drop * 12}
-            font-size={robot.look.size * 12}
+            y={robot.look.drop * BODY}
+            font-size={robot.look.size * BODY}
             fill={robot.look.ink}
           >
             {robot.look.letters}

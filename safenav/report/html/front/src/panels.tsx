@@ -3,6 +3,7 @@
 import { memo } from "preact/compat";
 import { RobotSign, StatusSign } from "./icons";
 import { at, label, type Frame, type Run, type Status } from "./run";
+import { narrow } from "./settings";
 
 interface PanelProps {
   run: Run;
@@ -110,7 +111,7 @@ const STATUSES: Status[] = ["hidden", "found", "requested", "resolved", "blocked
 export const Legend = memo(({ run }: { run: Run }) => {
   const first = run.robots[0];
   return (
-    <details class="legend" open>
+    <details class="legend" open={!narrow.matches}>
       <summary>Legend</summary>
       <ul>
         <li>

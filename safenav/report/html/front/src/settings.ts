@@ -36,3 +36,5 @@ export function nextTheme(theme: Theme): Theme {
 }
 
 export const calm = matchMedia("(prefers-reduced-motion: reduce)");
+
+export const narrow = matchMedia("(max-width: 860px)");

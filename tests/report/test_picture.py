@@ -1,0 +1,163 @@
+"""Pictures: all that matters is in them, nothing overlaps, nothing is cut off."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+from report import made_traces
+from safenav.report.picture import Options, svg_of
+from safenav.report.picture_glyphs import looks, separated
+from safenav.report.picture_scenario import scenario_text, scene_of
+from safenav.report.picture_text import FONTS, text_width, wrapped
+from safenav.report.replay import Replay, Status
+from safenav.report.replay_reading import read_replay
+from safenav.scenario.loader import load_scenario
+
+SVG = "{http://www.w3.org/2000/svg}"
+SCENARIOS = Path(__file__).parents[2] / "scenarios"
+MOMENTS = [("door", 0), ("door", 11), ("door", 49), ("chain", 6), ("detour", 51), ("crowd", 137)]
+
+Box = tuple[float, float, float, float]
+
+
+def _texts(svg: str) -> list[tuple[str, Box]]:
+    """All texts outside the map, with the boxes that they take."""
+    root = ElementTree.fromstring(svg)
+    found = []
+    for element in root.findall(f"{SVG}text"):
+        words, size = element.text or "", float(element.attrib["font-size"])
+        x, y = float(element.attrib["x"]), float(element.attrib["y"])
+        width = text_width(words, size, element.get("font-weight") == "bold")
+        if element.get("text-anchor") == "middle":
+            x -= width / 2
+        found.append((words, (x, y - 0.8 * size, x + width, y + 0.2 * size)))
+    return found
+
+
+@pytest.mark.parametrize(("name", "tick"), MOMENTS)
+def test_no_text_overlaps_another_or_leaves_the_page(
+    replays: dict[str, Replay], name: str, tick: int
+) -> None:
+    svg = svg_of(replays[name].scene(tick))
+    root = ElementTree.fromstring(svg)
+    width, height = float(root.attrib["width"]), float(root.attrib["height"])
+    texts = _texts(svg)
+    assert len(texts) > 8
+    for i, (words, (left, top, right, bottom)) in enumerate(texts):
+        assert left >= 0 and top >= 0 and right <= width and bottom <= height, words
+        for other, (l2, t2, r2, b2) in texts[:i]:
+            apart = right <= l2 or r2 <= left or bottom <= t2 or b2 <= top
+            assert apart, f"{words!r} overlaps {other!r}"
+
+
+def test_long_names_are_wrapped_not_cut_off(replays: dict[str, Replay]) -> None:
+    name = "a very long name of a scenario that nobody would ever write " * 3
+    scene = replace(replays["door"].scene(11), title=name + "x" * 300)
+    svg = svg_of(scene)
+    width = float(ElementTree.fromstring(svg).attrib["width"])
+    assert all(box[2] <= width for _, box in _texts(svg))
+    assert "".join(words for words, _ in _texts(svg)).replace(" ", "").count("x" * 30) >= 1
+
+
+def test_a_picture_names_robots_objectives_obstacles_and_stack(replays: dict[str, Replay]) -> None:
+    words = " ".join(text for text, _ in _texts(svg_of(replays["chain"].scene(6))))
+    for expected in (
+        "tick 6 of 40",
+        "quad",
+        "hold 48",
+        "visit 47, 44 in turn",
+        "uncertainty@43",
+        "door@47",
+        "help requested; needs: push",
+        "2. door@47",
+        "quad waits, digit helps",
+    ):
+        assert expected in words
+
+
+def test_what_nobody_knows_can_be_left_out(replays: dict[str, Replay]) -> None:
+    scene = replays["door"].scene(0)
+    assert "door@47" in svg_of(scene)
+    seen = svg_of(scene, Options(hidden=False)).replace("door@47 hidden", "")
+    assert "door@47" not in seen
+
+
+def test_every_free_region_shows_its_number(replays: dict[str, Replay]) -> None:
+    replay = replays["door"]
+    root = ElementTree.fromstring(svg_of(replay.scene(0), Options(legend=False)))
+    shown = {int(e.text or "") for e in root.iter(f"{SVG}text") if (e.text or "").isdecimal()}
+    assert set(replay.map.free) <= shown
+
+
+def test_names_are_escaped(tmp_path: Path) -> None:
+    lines = made_traces.door()
+    lines[0]["scenario"]["name"] = '<script>alert("&")</script>'
+    replay = read_replay(made_traces.write(lines, tmp_path / "t.jsonl"))
+    root = ElementTree.fromstring(svg_of(replay.scene(0)))
+    assert root.findtext(f"{SVG}title") == '<script>alert("&")</script>'
+    assert not list(root.iter(f"{SVG}script"))
+
+
+@pytest.mark.parametrize("count", [1, 2, 6, 20])
+def test_robots_are_told_apart_by_shape_colour_and_letters(count: int) -> None:
+    style = looks([f"robot{i}" for i in range(count)])
+    assert len({(look.shape, look.colour) for look in style}) == count
+    assert len({look.letters for look in style}) == count
+    assert len({look.shape for look in style[:7]}) == min(count, 7)
+
+
+def test_letters_differ_even_where_names_begin_alike() -> None:
+    names = ["quad", "quad2", "q", "queen", "Quad", "q2"]
+    letters = [look.letters for look in looks(names)]
+    assert len(set(letters)) == len(names)
+    assert all(1 <= len(text) <= 2 for text in letters)
+
+
+def test_robots_over_one_another_are_drawn_apart() -> None:
+    places = [(2.0, 3.0), (2.0, 3.0), (2.0, 5.0)]
+    shifts = separated(places)
+    (r0, c0), (r1, c1), far = shifts
+    assert ((r0 - r1) ** 2 + (c0 - c1) ** 2) ** 0.5 > 0.55
+    assert far == (0.0, 0.0)
+    assert separated([(0.0, 0.0), (0.0, 1.0)]) == [(0.0, 0.0), (0.0, 0.0)]
+
+
+def test_texts_are_wrapped_to_a_width() -> None:
+    text = "quad asks for help with door@47 and " + "m" * 80
+    lines = wrapped(text, 12, 200)
+    assert all(text_width(line, 12) <= 200 for line in lines)
+    assert "".join(lines).replace(" ", "") == text.replace(" ", "")
+
+
+def test_the_fonts_come_along() -> None:
+    assert {font.name for font in FONTS.glob("*.ttf")} == {"DejaVuSans.ttf", "DejaVuSans-Bold.ttf"}
+    assert "Bitstream" in (FONTS / "LICENSE.txt").read_text()
+
+
+def test_a_scenario_is_drawn_before_any_run() -> None:
+    scenario = load_scenario(SCENARIOS / "case_study_3.yaml")
+    scene = scene_of(scenario)
+    assert [status for _, status in scene.obstacles] == [Status.HIDDEN, Status.HIDDEN]
+    words = " ".join(text for text, _ in _texts(svg_of(scene)))
+    for expected in ("before the run", "patrol 22", "patrol 41", "uncertainty@43", "door@47"):
+        assert expected in words
+
+
+def test_a_scenario_as_text_shows_numbers_starts_targets_and_obstacles() -> None:
+    scenario = load_scenario(SCENARIOS / "case_study_1.yaml")
+    text = "\n".join(scenario_text(scenario, width=100))
+    for mark in ("Q14", "D71", "q54", "q49", "d58", "d28", "?47"):
+        assert re.search(rf"{re.escape(mark)}\b", text), mark
+    assert "door@47: hidden at 47 [3, 8], needs push at 47, blocks quad" in text
+
+
+def test_a_narrow_terminal_gets_a_narrow_map() -> None:
+    scenario = load_scenario(SCENARIOS / "case_study_1.yaml")
+    lines = scenario_text(scenario, width=40)
+    grid = [line for line in lines if line.startswith("██")]
+    assert len(grid) == 7 and all(len(line) == 26 for line in grid)

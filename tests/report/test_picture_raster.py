@@ -1,0 +1,82 @@
+"""PNG and GIF: real files in the right size, from the same drawing."""
+
+from __future__ import annotations
+
+import io
+import sys
+from pathlib import Path
+
+import pytest
+
+from safenav.errors import UsageError
+from safenav.report.picture import svg_of
+from safenav.report.picture_glyphs import BLUE, ORANGE
+from safenav.report.picture_raster import Film, png_of, write_gif
+from safenav.report.replay import Replay
+
+pytest.importorskip("resvg_py", reason="PNG needs the extra `pictures` (resvg-py)")
+Image = pytest.importorskip("PIL.Image", reason="GIF needs the extra `pictures` (pillow)")
+
+
+def _colours(png: bytes) -> dict[tuple[int, int, int], int]:
+    image = Image.open(io.BytesIO(png)).convert("RGB")
+    return {colour: count for count, colour in image.getcolors(1 << 24)}
+
+
+def _rgb(colour: str) -> tuple[int, ...]:
+    return tuple(int(colour[i : i + 2], 16) for i in (1, 3, 5))
+
+
+def test_a_png_is_as_wide_as_asked_and_shows_the_robots(replays: dict[str, Replay]) -> None:
+    png = png_of(svg_of(replays["door"].scene(11)), width=900)
+    assert Image.open(io.BytesIO(png)).size[0] == 900
+    colours = _colours(png)
+    assert colours.get(_rgb(BLUE), 0) > 300 and colours.get(_rgb(ORANGE), 0) > 300
+
+
+def test_texts_are_rendered_with_our_own_fonts(replays: dict[str, Replay]) -> None:
+    """A machine without fonts must not give pictures without words."""
+    svg = svg_of(replays["door"].scene(0))
+    without = svg.replace("<text", "<desc").replace("</text>", "</desc>")
+    dark = sum(n for c, n in _colours(png_of(svg)).items() if max(c) < 60)
+    bare = sum(n for c, n in _colours(png_of(without)).items() if max(c) < 60)
+    assert dark - bare > 1000
+
+
+def test_a_film_rests_where_something_happens(replays: dict[str, Replay], tmp_path: Path) -> None:
+    path = tmp_path / "door.gif"
+    frames: list[int] = []
+    film = Film(first=9, last=13, ticks_per_second=4, steps=2, width=400)
+    write_gif(replays["door"], path, film, frames.append)
+    assert frames == list(range(1, film.frames + 1))
+    durations = []
+    with Image.open(path) as gif:
+        assert gif.size[0] == 400
+        for i in range(gif.n_frames):
+            gif.seek(i)
+            durations.append(gif.info["duration"])
+    assert sum(durations) == 9 * 120 + 1200 + 2500  # frames, the violation, the end
+    assert max(durations[:-1]) >= 1200
+
+
+def test_frames_of_a_film_differ(replays: dict[str, Replay], tmp_path: Path) -> None:
+    path = tmp_path / "walk.gif"
+    write_gif(replays["door"], path, Film(0, 3, steps=1, width=300))
+    seen = set()
+    with Image.open(path) as gif:
+        for i in range(gif.n_frames):
+            gif.seek(i)
+            seen.add(gif.convert("RGB").tobytes())
+    assert len(seen) == 4
+
+
+def test_a_missing_extra_is_named(
+    replays: dict[str, Replay], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    svg = svg_of(replays["door"].scene(0))
+    monkeypatch.setitem(sys.modules, "resvg_py", None)
+    with pytest.raises(UsageError, match=r"safenav\[pictures\]"):
+        png_of(svg)
+    monkeypatch.setitem(sys.modules, "PIL", None)
+    with pytest.raises(UsageError, match="pillow"):
+        write_gif(replays["door"], tmp_path / "x.gif", Film(0, 1))

@@ -1,0 +1,115 @@
+"""`safenav replay` and `safenav draw` as their users call them."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+from report import made_traces
+from safenav.report.replay import Replay
+from safenav.report.replay_terminal import play
+
+ROOT = Path(__file__).parents[2]
+
+
+def safenav(*words: str | Path, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
+    program = "from safenav.cli import main; main()"
+    command = [sys.executable, "-c", program, *map(str, words)]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "120"}
+    return subprocess.run(
+        command, capture_output=True, text=True, cwd=cwd, env=environment, check=False, timeout=120
+    )
+
+
+def test_the_page_is_written_beside_the_trace(traces: dict[str, Path], tmp_path: Path) -> None:
+    trace = tmp_path / "door.jsonl"
+    trace.write_bytes(traces["door"].read_bytes())
+    done = safenav("replay", "door.jsonl", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "door.html").read_text().startswith("<!doctype html>")
+    assert {path.name for path in tmp_path.iterdir()} == {"door.jsonl", "door.html"}
+
+
+@pytest.mark.parametrize(("word", "tick"), [("0", 0), ("last", 49), ("request", 11), ("16", 16)])
+def test_a_moment_is_named_by_number_or_event(
+    traces: dict[str, Path], word: str, tick: int
+) -> None:
+    done = safenav("replay", traces["door"], "--svg", word, "-o", "-")
+    assert done.returncode == 0, done.stderr
+    root = ElementTree.fromstring(done.stdout)
+    assert f"tick {tick} of 49" in "".join(root.itertext())
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--svg", "50"], "ticks 0 to 49"),
+        (["--svg", "blocked"], "'last', or the kind of an event"),
+        (["--svg", "-1"], "no tick '-1'"),
+        (["--svg", "1", "--gif"], "choose one of"),
+        (["--terminal", "--ticks", "9-3"], "in order"),
+        (["--terminal", "--ticks", "0-50"], "two ticks such as 0-49"),
+        (["--svg", "1", "-o", "/nowhere/at/all.svg"], "cannot be written"),
+    ],
+)
+def test_usage_is_checked(traces: dict[str, Path], words: list[str], message: str) -> None:
+    done = safenav("replay", traces["door"], *words)
+    assert done.returncode == 2
+    assert message in done.stderr and "Traceback" not in done.stderr
+
+
+def test_a_bad_trace_is_refused_with_its_line(tmp_path: Path) -> None:
+    lines = made_traces.door()
+    lines[7]["to"] = 4711
+    trace = made_traces.write(lines, tmp_path / "bad.jsonl")
+    done = safenav("replay", trace)
+    assert done.returncode == 2
+    assert "bad.jsonl:8:" in done.stderr and "4711" in done.stderr
+    assert not (tmp_path / "bad.html").exists()
+
+
+def test_into_a_pipe_the_terminal_replay_tells_only_what_matters(traces: dict[str, Path]) -> None:
+    done = safenav("replay", traces["chain"], "--terminal")
+    assert done.returncode == 0 and "\x1b[" not in done.stdout
+    frames = done.stdout.count("of 40")
+    assert frames == 6  # start, two requests, two resolutions, end
+    assert "stack 2: door@47 (quad waits, digit helps)" in done.stdout
+    assert "▒▒" in done.stdout
+
+
+def test_the_terminal_replay_restores_the_cursor_when_interrupted(
+    replays: dict[str, Replay],
+) -> None:
+    written: list[str] = []
+
+    def interrupt(_: float) -> None:
+        if len(written) > 3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        play(replays["door"], range(10), 4, written.append, interrupt)
+    assert written[0].startswith("\x1b[?25l") and written[-1] == "\x1b[?25h"
+
+
+def test_draw_prints_the_scenario() -> None:
+    done = safenav("draw", ROOT / "scenarios" / "case_study_1.yaml")
+    assert done.returncode == 0, done.stderr
+    assert "Q14" in done.stdout and "?47" in done.stdout
+
+
+def test_draw_writes_a_picture(tmp_path: Path) -> None:
+    path = tmp_path / "map.svg"
+    done = safenav("draw", ROOT / "scenarios" / "case_study_2.yaml", "-o", path)
+    assert done.returncode == 0, done.stderr
+    assert "uncertainty@34" in "".join(ElementTree.parse(path).getroot().itertext())
+
+
+def test_draw_knows_two_forms_of_picture(tmp_path: Path) -> None:
+    scenario = ROOT / "scenarios" / "case_study_1.yaml"
+    done = safenav("draw", scenario, "-o", tmp_path / "map.pdf")
+    assert done.returncode == 2 and ".svg or .png" in done.stderr

@@ -1,0 +1,206 @@
+"""A trace becomes a replay: places, knowledge, objectives and stack at every tick."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from report import made_traces
+from safenav.audit.check import audit
+from safenav.audit.reader import read_trace
+from safenav.errors import InputError
+from safenav.report.replay import EventKind, Frame, Replay, Status
+from safenav.report.replay_reading import read_replay
+from safenav.report.replay_wording import seconds_words
+from safenav.scenario.objective import Hold, Patrol, Visit
+from safenav.world.map import Heading
+
+Line = dict[str, Any]
+
+
+@pytest.mark.parametrize("name", ["door", "chain", "detour", "crowd"])
+def test_made_traces_obey_the_rules_of_real_ones(traces: dict[str, Path], name: str) -> None:
+    assert audit(read_trace(traces[name])).findings == ()
+
+
+@pytest.mark.parametrize("name", ["door", "chain", "detour", "crowd"])
+def test_robots_are_where_the_moves_say(traces: dict[str, Path], name: str) -> None:
+    replay = read_replay(traces[name])
+    told = [json.loads(line) for line in traces[name].read_text().splitlines()]
+    moves = [line for line in told if line["type"] == "move"]
+    track = {robot.name: robot for robot in replay.robots}
+    assert len(moves) == replay.last * len(track)
+    for move in moves:
+        assert track[move["robot"]].regions[move["tick"]] == move["to"]
+        heading = track[move["robot"]].headings[move["tick"]]
+        assert (heading.label if heading is not None else None) == move["heading"]
+
+
+def test_an_obstacle_is_hidden_then_requested_then_resolved(replays: dict[str, Replay]) -> None:
+    door = replays["door"].statuses["door@47"]
+    found, resolved = 11, 16
+    assert door.at(0) is door.at(found - 1) is Status.HIDDEN
+    assert door.at(found) is door.at(resolved - 1) is Status.REQUESTED
+    assert door.at(resolved) is door.at(replays["door"].last) is Status.RESOLVED
+
+
+def test_an_untraversable_one_stays_blocked(replays: dict[str, Replay]) -> None:
+    replay = replays["detour"]
+    assert replay.statuses["uncertainty@34"].at(replay.last) is Status.BLOCKED
+
+
+def test_a_found_obstacle_without_helper_is_not_requested(tmp_path: Path) -> None:
+    lines = made_traces.door()
+    _first(lines, "request")["helper"] = None
+    replay = read_replay(made_traces.write(lines, tmp_path / "t.jsonl"))
+    assert replay.statuses["door@47"].at(11) is Status.FOUND
+
+
+def test_the_stack_grows_and_shrinks_with_nested_requests(replays: dict[str, Replay]) -> None:
+    replay = replays["chain"]
+    first, second = Frame("uncertainty@43", "digit", "quad"), Frame("door@47", "quad", "digit")
+    pushes = [e.tick for e in replay.events if e.kind is EventKind.PUSH]
+    pops = [e.tick for e in replay.events if e.kind is EventKind.POP]
+    assert replay.stack.at(pushes[0] - 1) == ()
+    assert replay.stack.at(pushes[0]) == (first,)
+    assert replay.stack.at(pushes[1]) == (first, second)
+    assert replay.stack.at(pops[0]) == (first,)
+    assert replay.stack.at(pops[1]) == ()
+
+
+def test_objectives_in_force_follow_push_and_pop(replays: dict[str, Replay]) -> None:
+    replay = replays["door"]
+    patrol = Patrol(frozenset({54}), frozenset({49}))
+    assert replay.objectives["quad"].at(10) == patrol
+    assert replay.objectives["quad"].at(11) == Hold(frozenset({46}))
+    assert replay.objectives["digit"].at(11) == Visit((frozenset({47}), frozenset({58})))
+    assert replay.objectives["quad"].at(16) == patrol
+
+
+def test_progress_counts_rounds_since_the_objective_changed(replays: dict[str, Replay]) -> None:
+    progress = replays["door"].progress["digit"]
+    assert (progress.at(7).rounds, progress.at(7).reached) == (1, 28)
+    assert (progress.at(16).rounds, progress.at(16).reached) == (0, None)
+    assert progress.at(replays["door"].last).rounds == 2
+
+
+def test_a_violation_is_told_with_the_safe_action(replays: dict[str, Replay]) -> None:
+    told = [e for e in replays["door"].events if e.kind is EventKind.VIOLATION]
+    assert [e.text for e in told] == [
+        "quad at 46 would enter 47: door@47 is there and it cannot push; it stays"
+    ]
+
+
+def test_holding_on_is_told_once(replays: dict[str, Replay]) -> None:
+    goals = [e for e in replays["door"].events if e.kind is EventKind.GOAL and 11 < e.tick < 16]
+    assert [(e.robot, e.region) for e in goals] == [("quad", 46)]
+
+
+def test_between_two_ticks_a_robot_is_on_its_way(replays: dict[str, Replay]) -> None:
+    replay = replays["door"]
+    digit = replay.robots[1]
+    world = replay.map
+    turn = next(t for t in range(replay.last) if digit.headings[t] is not digit.headings[t + 1])
+    (r0, c0), (r1, c1) = (world.position(digit.regions[t]) for t in (turn, turn + 1))
+    placed = replay.scene(turn, 0.5).robots[1]
+    assert (placed.row, placed.col) == ((r0 + r1) / 2, (c0 + c1) / 2)
+    after = digit.headings[turn + 1]
+    assert after is not None and placed.heading is not None
+    assert placed.heading % 360 == after * 90  # it has turned before it is half way
+
+
+def test_headings_turn_the_short_way(replays: dict[str, Replay]) -> None:
+    replay = replays["door"]
+    for tick in range(replay.last):
+        before = replay.scene(tick).robots[1].heading
+        halfway = replay.scene(tick, 0.5).robots[1].heading
+        assert before is not None and halfway is not None
+        assert abs(halfway - before) <= 90
+
+
+def test_unknown_lines_and_fields_are_passed_over(tmp_path: Path) -> None:
+    lines = made_traces.door()
+    expected = read_replay(made_traces.write(lines, tmp_path / "plain.jsonl"))
+    for line in lines:
+        line["mood"] = "good"
+    lines.insert(5, {"type": "belief", "tick": 1, "robot": "quad", "regions": [1, 2]})
+    assert read_replay(made_traces.write(lines, tmp_path / "more.jsonl")) == expected
+
+
+def test_a_cut_off_trace_ends_with_its_last_complete_tick(
+    traces: dict[str, Path], tmp_path: Path
+) -> None:
+    whole = traces["door"].read_text()
+    for size in range(len(whole) // 3, len(whole) - 1, 997):
+        cut = tmp_path / "cut.jsonl"
+        cut.write_text(whole[:size])
+        replay = read_replay(cut)
+        assert replay.ending is None
+        assert all(len(track.regions) == replay.last + 1 for track in replay.robots)
+        assert all(event.tick <= replay.last for event in replay.events)
+
+
+def _first(lines: list[Line], kind: str) -> Line:
+    return next(line for line in lines if line["type"] == kind)
+
+
+BREAKAGES: dict[str, tuple[str, Callable[[list[Line]], object]]] = {
+    "a move off the map": (
+        "91 is no region of the map",
+        lambda lines: _first(lines, "move").update(to=91),
+    ),
+    "a move of a stranger": (
+        "no robot nobody",
+        lambda lines: _first(lines, "move").update(robot="nobody"),
+    ),
+    "a tick left out": (
+        "the next move of quad is that of tick 1, not of tick 2",
+        lambda lines: lines.remove(_first(lines, "move")),
+    ),
+    "an obstacle that is not there": (
+        "no obstacle door@48",
+        lambda lines: _first(lines, "violation").update(obstacle="door@48"),
+    ),
+    "a field of the wrong type": (
+        "`tick`",
+        lambda lines: _first(lines, "move").update(tick="soon"),
+    ),
+    "no header": ("header", lambda lines: lines.pop(0)),
+}
+
+
+@pytest.mark.parametrize("breakage", BREAKAGES)
+def test_broken_traces_are_refused_with_file_and_line(breakage: str, tmp_path: Path) -> None:
+    lines = made_traces.door()
+    message, damage = BREAKAGES[breakage]
+    damage(lines)
+    path = made_traces.write(lines, tmp_path / "broken.jsonl")
+    with pytest.raises(InputError) as caught:
+        read_replay(path)
+    first = caught.value.diagnostics[0]
+    assert message in first.found
+    assert first.file == str(path) and first.line >= 1
+
+
+@pytest.mark.parametrize(
+    ("seconds", "words"),
+    [
+        (0.0, "under 1 ms"),
+        (0.0124, "12 ms"),
+        (0.9996, "1.0 s"),
+        (3.44, "3.4 s"),
+        (59.97, "1 min 0 s"),
+        (125, "2 min 5 s"),
+    ],
+)
+def test_durations_are_told_in_the_unit_that_fits(seconds: float, words: str) -> None:
+    assert seconds_words(seconds) == words
+
+
+def test_headings_of_the_first_tick_come_from_the_header(replays: dict[str, Replay]) -> None:
+    quad, digit = replays["door"].robots
+    assert quad.headings[0] is None and digit.headings[0] is Heading.EAST
