@@ -43,7 +43,7 @@ BddStore::BddStore(std::uint32_t bits, const std::vector<std::uint32_t> &order, 
   marks_.resize(first_size / 32);
   cache_.resize(first_size);
   nodes_[0] = {0, 0, 0, 2 * bits};
-  collect_at_ = 1 << 15;
+  collect_at_ = 1 << 16;
 }
 
 std::size_t BddStore::bucket(Var v, Edge low, Edge high) const {
@@ -169,7 +169,7 @@ void BddStore::collect() {
     }
   }
   ++collections_;
-  collect_at_ = std::max<std::size_t>(1 << 15, 2 * live_);
+  collect_at_ = std::max<std::size_t>(1 << 16, 2 * live_);
 }
 
 Bdd BddStore::variable(Var v) {

@@ -12,15 +12,27 @@
 //   the final Z, and the strategy needs no further pass.
 // - X of a goal's k-th round starts from Z and from what the same round gave
 //   the last time: everything is monotone in Z (Piterman, Pnueli and Sa'ar,
-//   VMCAI 2006).  For an assumption that is true X is a single step.
+//   VMCAI 2006).
+// - Within a round only X changes.  So the environment's moves that the system
+//   can answer by coming closer are taken away once, and each step of X asks
+//   only whether the others can be answered by staying in X.
 
 #include "fixpoint.hpp"
+
+#include <algorithm>
 
 namespace slugs {
 
 Fixpoint::Fixpoint(Game &game, bool robotics_init, bool bias_for_action, Statistics &statistics)
     : game_(game), robotics_init_(robotics_init), bias_for_action_(bias_for_action), statistics_(statistics),
-      z_(game.states), progress_(game.guarantees.size()) {}
+      z_(game.states), progress_(game.guarantees.size()) {
+  for (const Bdd &assumption : game.assumptions) {
+    const std::vector<Var> support = game.store.support(assumption);
+    decided_by_input_.push_back(std::none_of(support.begin(), support.end(), [&](Var v) {
+      return v % 2 == 1 && game.specification.variables[v / 2].owner == Owner::Output;
+    }));
+  }
+}
 
 void Fixpoint::close_under_safety() {
   for (;;) {
@@ -54,14 +66,29 @@ bool Fixpoint::solve() {
   return game_.wins_initially(z_, robotics_init_);
 }
 
-Bdd Fixpoint::wait(const Bdd &targets, const Bdd &start, std::size_t assumption, std::uint64_t &iterations) {
-  const Bdd failing = !game_.assumptions[assumption];
+// The states of `start` from which the system can answer every move of `open`
+// with a transition into the result on which the assumption fails.
+Bdd Fixpoint::wait(const Bdd &open, const Bdd &start, std::size_t i, std::uint64_t &iterations) {
+  BddStore &store = game_.store;
+  const Bdd &assumption = game_.assumptions[i];
   Bdd x = start;
+  Bdd moves = open;
+  Bdd failing = !assumption;
+  if (decided_by_input_[i]) {
+    // Where the environment can satisfy the assumption, waiting is lost at once.
+    ++iterations;
+    x &= !store.exists_both(open, assumption, game_.next_inputs);
+    if (assumption.is_true())
+      return x;
+    moves = open & x & failing;
+    failing = store.constant(true);
+  }
   for (;;) {
     ++iterations;
-    const Bdd next = z_ & game_.controllable(targets | (failing & game_.store.to_next(x)));
-    if (next == x || failing.is_false())
-      return next;
+    const Bdd kept = store.exists_both(game_.sys_trans, failing & store.to_next(x), game_.next_outputs);
+    const Bdd next = x & !store.exists_both(moves, !kept, game_.next_inputs);
+    if (next == x)
+      return x;
     x = next;
     between_steps();
   }
@@ -71,7 +98,12 @@ Bdd Fixpoint::reach_goal(std::size_t j) {
   BddStore &store = game_.store;
   const GoalProgress before = std::move(progress_[j]);
   progress_[j].clear();
-  const Bdd goal = game_.guarantees[j] & store.to_next(z_);
+  // What the environment may do that the system cannot answer by coming closer.
+  Bdd open = game_.env_trans & z_;
+  const auto answer = [&](const Bdd &targets) {
+    open &= !store.exists_both(game_.sys_trans, targets, game_.next_outputs);
+  };
+  answer(game_.guarantees[j] & store.to_next(z_));
   Bdd y = store.constant(false);
   for (std::size_t k = 0;; ++k) {
     ++statistics_.y_iterations[j];
@@ -80,24 +112,25 @@ Bdd Fixpoint::reach_goal(std::size_t j) {
     if (bias_for_action_) {
       for (;;) {
         round.steps.push_back(larger);
-        const Bdd next = larger | (z_ & game_.controllable(goal | store.to_next(larger)));
+        const Bdd next = larger | (z_ & !store.exists(open, game_.next_inputs));
         if (next == larger)
           break;
+        answer(store.to_next(next));
         larger = next;
         between_steps();
       }
     }
     round.closer = larger;
-    const Bdd targets = goal | store.to_next(round.closer);
     for (std::size_t i = 0; i < game_.assumptions.size(); ++i) {
-      const Bdd start = k < before.size() ? z_ & before[k].waiting[i] : z_;
-      round.waiting.push_back(wait(targets, start, i, statistics_.x_iterations[j]));
+      const Bdd start = before.empty() ? z_ : z_ & before[std::min(k, before.size() - 1)].waiting[i];
+      round.waiting.push_back(wait(open, start, i, statistics_.x_iterations[j]));
       larger |= round.waiting.back();
     }
     const bool done = larger == y;
     progress_[j].push_back(std::move(round));
     if (done)
       return y;
+    answer(store.to_next(larger));
     y = larger;
     between_steps();
   }

@@ -43,12 +43,13 @@ public:
 private:
   void close_under_safety();
   Bdd reach_goal(std::size_t j);
-  Bdd wait(const Bdd &targets, const Bdd &start, std::size_t assumption, std::uint64_t &iterations);
+  Bdd wait(const Bdd &open, const Bdd &start, std::size_t i, std::uint64_t &iterations);
 
   Game &game_;
   bool robotics_init_;
   bool bias_for_action_;
   Statistics &statistics_;
+  std::vector<bool> decided_by_input_; // by assumption: it does not depend on next outputs
   Bdd z_;
   std::vector<GoalProgress> progress_; // by guarantee
 };

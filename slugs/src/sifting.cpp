@@ -191,7 +191,7 @@ void BddStore::sift(double growth) {
   Sifting(*this, growth).run();
   cache_.clear_to_zero();
   order_changed();
-  collect_at_ = std::max<std::size_t>(1 << 15, 2 * live_);
+  collect_at_ = std::max<std::size_t>(1 << 16, 2 * live_);
   ++reorderings_;
 }
 
