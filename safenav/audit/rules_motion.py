@@ -55,7 +55,8 @@ class MobilityRule(Rule):
             origin, to = now.show(move.origin), now.show(move.to)
             return f"{robot} jumps from {origin} to {to}, which is no neighbour"
         if not now.has_heading(robot):
-            return ""
+            gained = before is None and move.heading is not None
+            return f"{robot} has no heading, but then faces {move.heading}" if gained else ""
         if way is None:
             if move.heading != before:
                 return f"{robot} turns from {before} to {move.heading} while it stays"

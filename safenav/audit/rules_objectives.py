@@ -51,7 +51,7 @@ class GoalRule(Rule):
 
 class GoalOrderRule(Rule):
     """The targets of patrol and visit are met in turn, for ever; those of a cover once each in
-    a round (D 3, Objectives). After a resynthesis any target may be the next."""
+    a round; none twice in one turn (D 3, Objectives). After a resynthesis any may be next."""
 
     name = "goal-order"
 
@@ -59,6 +59,12 @@ class GoalOrderRule(Rule):
         if not isinstance(record, Goal):
             return
         robot, progress = record.robot, now.progress[record.robot]
+        for goal in now.turn.all(Goal):
+            if (goal.robot, goal.goal) == (robot, record.goal) and goal.line > progress.reset_line:
+                yield self.broken_by(
+                    record, robot, f"{robot} meets target {goal.goal} twice at once"
+                )
+                return
         if progress.reset_line >= now.turn.line > now.header.line:
             return  # may be counted by the objective before
         if progress.awaited is not None and record.goal != progress.awaited:

@@ -154,9 +154,9 @@ class BlockedRule(Rule):
     def turn(self, now: Situation) -> Iterator[Finding]:
         joined = {record.obstacle for record in now.turn.all(Blocked)}
         for record in now.turn.all(Resolved):
-            if record.traversable is not False or record.obstacle in joined or now.turn.torn:
+            if record.traversable is not False or now.turn.torn:
                 continue
-            if now.blocked_by(record.obstacle):
+            if record.obstacle not in joined:
                 problem = f"{record.obstacle} is untraversable but does not join the obstacles"
                 yield self.broken_by(record, record.robot, problem)
 

@@ -151,6 +151,8 @@ class OrderRule(Rule):
             yield self.broken_by(record, actor, f"a {kind} line of {actor} in {turn.robot}'s turn")
         if isinstance(record, Assumption):
             return
+        if isinstance(record, Backtrack) and turn.first(Backtrack) is not None:
+            yield self.broken_by(record, turn.robot, f"{turn.robot} backs up twice in one turn")
         allowed = [phase for phase in _PHASES[type(record)] if phase >= self._phase]
         if allowed:
             self._phase = allowed[0]

@@ -64,7 +64,8 @@ class OutcomeRule(Rule):
         )
         if outcome.ticks != last and (moved_by_all or outcome.ticks != last - 1):
             yield f"it says {outcome.ticks} ticks; the last move is of tick {last}"
-        if outcome.tick not in (last, last + 1):
+        complete = outcome.outcome in (Ending.COMPLETED, Ending.TICK_LIMIT)
+        if outcome.tick not in ((last,) if complete else (last, last + 1)):
             yield f"it is of tick {outcome.tick}; the last move is of tick {last}"
         computed = sum(not synthesis.cached for synthesis in self._syntheses)
         if outcome.syntheses < computed:

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from safenav.audit.records import (
     Blocked,
+    OperatorCause,
     Push,
     Record,
     Region,
@@ -22,7 +23,7 @@ from safenav.audit.situation import Situation, Status
 class RequestRule(Rule):
     """Who meets an obstacle asks for help in the same turn, once and for that obstacle; the
     regions are those where it can be resolved; a helper that is found gets its task, and if
-    there is none the obstacle is given up or the run ends (D 5.4, T Time)."""
+    there is none the obstacle joins O, save where requests are cyclic (D 5.4 and 5.7, T Time)."""
 
     name = "request"
 
@@ -39,14 +40,15 @@ class RequestRule(Rule):
         if violation is not None and request is None:
             problem = f"{turn.robot} meets {violation.obstacle} and does not ask for help"
             yield self.broken_by(violation, turn.robot, problem)
-        if request is None or turn.final:
+        if request is None:
             return
-        if request.helper is not None and turn.first(Push) is None:
+        if request.helper is not None and turn.first(Push) is None and not turn.final:
             problem = f"{request.helper} is to help with {request.obstacle} but is given no task"
             yield self.broken_by(request, request.requester, problem)
         given_up = any(b.obstacle == request.obstacle for b in turn.all(Blocked))
-        if request.helper is None and not given_up:
-            problem = f"nobody helps with {request.obstacle}, yet the run goes on as if it were not"
+        cyclic = now.outcome is not None and now.outcome.cause is OperatorCause.CYCLIC_REQUESTS
+        if request.helper is None and not given_up and not (turn.final and cyclic):
+            problem = f"nobody helps with {request.obstacle}, but it does not join the obstacles"
             yield self.broken_by(request, request.requester, problem)
 
     def _problems(self, record: Request, now: Situation) -> Iterator[str]:

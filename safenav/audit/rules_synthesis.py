@@ -10,6 +10,8 @@ from safenav.audit.records import (
     BlockReason,
     Move,
     Record,
+    Request,
+    Resolved,
     Synthesis,
     SynthesisReason,
     Verdict,
@@ -17,13 +19,22 @@ from safenav.audit.records import (
 from safenav.audit.rule import Finding, Rule
 from safenav.audit.situation import RESYNTHESIS, Situation
 
+_CAUSES: dict[SynthesisReason, type[Resolved | Blocked | Request]] = {
+    SynthesisReason.REQUEST: Request,
+    SynthesisReason.RESOLVED: Resolved,
+    SynthesisReason.BLOCKED: Blocked,
+}
+_FOR_WHAT_IS_IN_FORCE = (SynthesisReason.RESOLVED, SynthesisReason.BLOCKED)
+"""Reasons that leave no choice of the objective; a request tries several before its push."""
+
 _PROVEN = (Verdict.REALIZABLE, Verdict.UNREALIZABLE)
 
 
 class SynthesisRule(Rule):
     """Before the first move each robot gets a strategy for the objective of the header. Where
     an objective changes, and for a requester that nobody can help, a synthesis follows in the
-    same turn (D 5.4 to 5.6, T Time). A realizable one yields a strategy, others do not."""
+    same turn (D 5.4 to 5.6, T Time). Its reason has happened in that turn, and its objective is
+    in force (or tried, for a request). A realizable one yields a strategy, others do not."""
 
     name = "synthesis"
 
@@ -43,6 +54,11 @@ class SynthesisRule(Rule):
 
     def turn(self, now: Situation) -> Iterator[Finding]:
         turn = now.turn
+        for record in turn.all(Synthesis):
+            cause = _CAUSES.get(record.reason)
+            if cause is not None and turn.first(cause) is None and not turn.torn:
+                problem = f"a synthesis for the reason {record.reason}, of which nothing is told"
+                yield self.broken_by(record, record.robot, problem)
         if turn.final or turn.robot is None or now.header.coordination != RESYNTHESIS:
             return
         done = {(s.robot, s.objective) for s in turn.all(Synthesis)}
@@ -63,6 +79,8 @@ class SynthesisRule(Rule):
             given = now.header.robots[robot].objective
             if record.objective != given:
                 yield f"{robot} is to {given}, but the synthesis is for {record.objective}"
+        if record.reason in _FOR_WHAT_IS_IN_FORCE and record.objective != now.objectives[robot]:
+            yield f"{robot} is to {now.objectives[robot]}, but gets {record.objective}"
         if is_initial is not (record.tick == 0):
             yield f"a synthesis of tick {record.tick} for the reason {record.reason}"
         if record.verdict is Verdict.REALIZABLE and record.strategy is None:
