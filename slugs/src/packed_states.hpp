@@ -18,12 +18,18 @@ inline bool get_bit(const Word *state, std::size_t bit) { return state[bit / 64]
 inline void set_bit(Word *state, std::size_t bit) { state[bit / 64] |= word_bit(bit); }
 inline void reset_bit(Word *state, std::size_t bit) { state[bit / 64] &= ~word_bit(bit); }
 
+// Valuations fill words from the top, and a product only carries upwards: so
+// the high half is folded into the low one before multiplying and after.
+inline Word mix(Word h, Word w) {
+  h ^= w;
+  h ^= h >> 32;
+  h *= 0xD6E8FEB86659FD93ull;
+  return h ^ h >> 32;
+}
 inline Word hash_words(const Word *words, std::size_t count, Word seed) {
   Word h = seed * 0x9E3779B97F4A7C15ull;
-  for (std::size_t i = 0; i < count; ++i) {
-    h = (h ^ words[i]) * 0xD6E8FEB86659FD93ull;
-    h ^= h >> 32;
-  }
+  for (std::size_t i = 0; i < count; ++i)
+    h = mix(h, words[i]);
   return h;
 }
 

@@ -79,10 +79,8 @@ Edge StateCofactor::visit(Edge f, const Word *state) {
   const std::uint32_t n = f >> 1;
   const Word *mask = &masks_[mask_of_[n] * words_];
   Word hash = n * 0x9E3779B97F4A7C15ull;
-  for (std::size_t w = 0; w < words_; ++w) {
-    hash = (hash ^ (state[w] & mask[w])) * 0xD6E8FEB86659FD93ull;
-    hash ^= hash >> 32;
-  }
+  for (std::size_t w = 0; w < words_; ++w)
+    hash = mix(hash, state[w] & mask[w]);
   const std::size_t slot = hash & (slots_.size() - 1);
   Word *key = &keys_[slot * words_];
   if (slots_[slot].node == n) {
