@@ -54,13 +54,13 @@ class LocalPool:
 
     def _hand_out(self) -> None:
         while self._todo and len(self._busy) < self._jobs:
-            worker = self._idle.pop() if self._idle else Worker(self._conditions)
+            worker = self._idle.pop() if self._idle else Worker()
             trace = None
             if self._traces is not None:
                 self._number += 1
                 trace = self._traces / f"{self._number}.jsonl"
             self._busy[worker] = trace
-            worker.give(self._todo.popleft(), trace)
+            worker.give(self._todo.popleft(), self._conditions, trace)
 
     def _due(self, end: float) -> list[Worker]:
         """Workers that have something to say or whose time is over."""

@@ -166,7 +166,7 @@ def _files_below(folder: Path) -> list[Path]:
 def _files_matching(pattern: str) -> list[Path]:
     wanted = LEFT_OUT in PurePath(pattern).parts
     found: list[Path] = []
-    for match in sorted(glob.glob(pattern, recursive=True)):  # noqa: PTH207: may be absolute
+    for match in sorted(glob.glob(pattern, recursive=True)):  # noqa: PTH207 (may be absolute)
         path = Path(match)
         if path.is_dir():
             continue

@@ -27,8 +27,7 @@ _STACK_SECONDS = 0.5
 
 _ROOT = str(Path(__file__).resolve().parents[2])
 _PROGRAM = (
-    f"import sys; sys.path.append({_ROOT!r}); "
-    "from safenav.batch.worker_process import main; main()"
+    f"import sys; sys.path.append({_ROOT!r}); from safenav.batch.worker_process import main; main()"
 )
 
 
@@ -39,13 +38,13 @@ class Worker:
     ends its workers.
     """
 
-    def __init__(self, conditions: Conditions) -> None:
-        self._conditions = conditions
+    def __init__(self) -> None:
         self._mark = uuid.uuid4().hex
-        self._stderr = tempfile.TemporaryFile()  # noqa: SIM115: lives as long as we do
+        self._stderr = tempfile.TemporaryFile()  # noqa: SIM115 (closed by `end`)
         self._words_before = 0
         self._heard = b""
         self._ready = False
+        self._limit = _START_SECONDS
         self.case: Case | None = None
         self._since = time.monotonic()
         self._process = subprocess.Popen(
@@ -74,17 +73,18 @@ class Worker:
     @property
     def seconds_left(self) -> float:
         """Until this worker counts as hung."""
-        return (self._conditions.seconds if self._ready else _START_SECONDS) - self.elapsed
+        return (self._limit if self._ready else _START_SECONDS) - self.elapsed
 
-    def give(self, case: Case, trace: Path | None) -> None:
+    def give(self, case: Case, conditions: Conditions, trace: Path | None) -> None:
         """Let it run a case; it must not have one."""
         assert self.case is None and self._process.stdin is not None
         self.case = case
+        self._limit = conditions.seconds
         self._since = time.monotonic()
         self._words_before = os.fstat(self._stderr.fileno()).st_size
         task = {
             "case": asdict(case),
-            "conditions": asdict(self._conditions),
+            "conditions": asdict(conditions),
             "trace": None if trace is None else str(trace.resolve()),
         }
         with contextlib.suppress(BrokenPipeError):  # it is dead: ``receive`` will find out
@@ -105,10 +105,21 @@ class Worker:
     def alive(self) -> bool:
         return self._process.returncode is None
 
+    def wait(self) -> Result:
+        """The result of the case, when it comes."""
+        while True:
+            select.select([self], [], [], max(0.0, self.seconds_left))
+            if result := self.receive():
+                return result
+
+    def kill(self) -> None:
+        """Kill it and all that it started; may be called from another thread."""
+        kill_family(self.pid, self._mark)
+
     def end(self) -> None:
-        """Kill it and all that it started."""
+        """Kill it and all that it started, and leave nothing open."""
         if self.alive:
-            kill_family(self.pid, self._mark)
+            self.kill()
             self._process.wait()
         for pipe in (self._process.stdin, self._process.stdout, self._stderr):
             if pipe is not None:
@@ -154,7 +165,7 @@ class Worker:
             kill_orphans(self._mark)
         words = self._last_words()
         assert self.case is not None
-        reason = f"no end after {self._conditions.seconds:g} s; it was stopped"
+        reason = f"no end after {self._limit:g} s; it was stopped"
         result = self._timed(without_a_run(self.case, Verdict.HUNG, [reason], words))
         self.end()
         return result

@@ -1,0 +1,96 @@
+"""Compare a batch with a former one: what behaves differently, what takes longer.
+
+Two runs of the same scenario behave the same, to the tick, so any difference in what happened
+is named. Time is noisy: a case counts as slower only if its run took longer by a ratio and by
+more than ``NOISE_SECONDS``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+
+from safenav.batch.case import Result
+
+RATIO = 1.5
+NOISE_SECONDS = 0.1
+
+_BEHAVIOUR = ("outcome", "cause", "ticks", "rounds", "resolved", "blocked", "helpers", "syntheses")
+
+
+@dataclass(frozen=True)
+class Slower:
+    name: str
+    before: float
+    now: float
+
+    @property
+    def ratio(self) -> float:
+        return self.now / self.before if self.before else float("inf")
+
+
+@dataclass(frozen=True)
+class Changed:
+    """``what``: one sentence a difference."""
+
+    name: str
+    what: list[str]
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """``new`` and ``gone`` are names of cases that only one of the two batches has a result
+    for; ``slower`` is ordered by what was lost, worst first."""
+
+    changed: list[Changed] = field(default_factory=list)
+    slower: list[Slower] = field(default_factory=list)
+    new: list[str] = field(default_factory=list)
+    gone: list[str] = field(default_factory=list)
+
+
+def compare(
+    results: Iterable[Result],
+    former: Mapping[str, Result],
+    ratio: float = RATIO,
+    not_run: Iterable[str] = (),
+) -> Comparison:
+    """What is different now. ``ratio``: times the former seconds, from which it is slower;
+    ``not_run``: names of cases that are still there, but without a result."""
+    found = Comparison()
+    seen = set(not_run)
+    for result in results:
+        seen.add(result.name)
+        before = former.get(result.name)
+        if before is None:
+            found.new.append(result.name)
+            continue
+        if what := _differences(before, result):
+            found.changed.append(Changed(result.name, what))
+        if before.passed and result.passed:
+            lost = result.duration - before.duration
+            if lost > NOISE_SECONDS and result.duration >= ratio * before.duration:
+                found.slower.append(Slower(result.name, before.duration, result.duration))
+    found.slower.sort(key=lambda slower: slower.before - slower.now)
+    found.gone.extend(name for name in former if name not in seen)
+    return found
+
+
+def _differences(before: Result, now: Result) -> list[str]:
+    found = []
+    if before.verdict is not now.verdict:
+        found.append(f"{before.verdict.value} before, {now.verdict.value} now")
+    if before.outcome is None or now.outcome is None:
+        return found
+    for name in _BEHAVIOUR:
+        was, is_now = getattr(before, name), getattr(now, name)
+        if was != is_now:
+            found.append(f"{name}: {_shown(was)} before, {_shown(is_now)} now")
+    return found
+
+
+def _shown(value: object) -> str:
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{key}: {item}" for key, item in sorted(value.items())) + "}"
+    if isinstance(value, list):
+        return "[" + ", ".join(str(item) for item in value) + "]"
+    return "nothing" if value is None else str(value)

@@ -1,0 +1,98 @@
+"""A batch as a file: JSON (which ``--baseline`` reads again) and CSV, a line for each case."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import safenav
+from safenav.batch.baseline import Comparison
+from safenav.batch.case import Result, Verdict
+from safenav.batch.session import Report
+from safenav.errors import UsageError
+
+VERSION = 1
+
+COLUMNS = (
+    "name",
+    "file",
+    "settings",
+    "verdict",
+    "reasons",
+    "outcome",
+    "cause",
+    "ticks",
+    "syntheses",
+    "synthesis_seconds",
+    "seconds",
+    "wall_seconds",
+    "attempts",
+)
+
+
+def counts(report: Report) -> dict[str, int]:
+    """Cases by verdict; verdicts that nothing has are left out, but for ``passed``."""
+    found = {Verdict.PASSED.value: 0}
+    for result in report.in_order:
+        found[result.verdict.value] = found.get(result.verdict.value, 0) + 1
+    if report.left:
+        found["not_run"] = report.left
+    return found
+
+
+def to_json(report: Report, comparison: Comparison | None = None) -> str:
+    """Everything that is known of the batch."""
+    data: dict[str, Any] = {
+        "batch": VERSION,
+        "safenav": safenav.__version__,
+        "as_expected": report.as_expected,
+        "interrupted": report.interrupted,
+        "seconds": round(report.seconds, 3),
+        "resumed": report.resumed,
+        "counts": counts(report),
+        "results": [result.record() for result in report.in_order],
+        "not_run": [case.name for case in report.not_run],
+    }
+    if comparison is not None:
+        data["baseline"] = asdict(comparison)
+    return json.dumps(data, indent=2) + "\n"
+
+
+def to_csv(report: Report) -> str:
+    """The figures of each case, for a spreadsheet."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    for result in report.in_order:
+        record = result.record()
+        record["settings"] = json.dumps(result.settings)
+        record["reasons"] = "; ".join(result.reasons)
+        writer.writerow([record[column] for column in COLUMNS])
+    return text.getvalue()
+
+
+def read_results(path: Path) -> dict[str, Result]:
+    """The results of a former ``--json``, by name. Raises UsageError if the file is none."""
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise UsageError(f"cannot read the baseline {path}: {error.strerror}") from error
+    except ValueError as error:
+        raise _no_results(path, str(error)) from error
+    if not isinstance(data, dict) or data.get("batch") != VERSION:
+        raise _no_results(path, f"it does not begin with 'batch': {VERSION}")
+    try:
+        results = [Result.from_record(record) for record in data["results"]]
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise _no_results(path, f"{type(error).__name__}: {error}") from error
+    return {result.name: result for result in results}
+
+
+def _no_results(path: Path, why: str) -> UsageError:
+    return UsageError(
+        f"{path} is no result of a batch ({why})\n    a baseline is written by --json"
+    )

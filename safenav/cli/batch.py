@@ -1,0 +1,215 @@
+"""``safenav batch``: run many scenarios and say which are not as expected."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from safenav.errors import ExitCode, UsageError
+
+if TYPE_CHECKING:
+    from safenav.batch.backend import Backend
+    from safenav.batch.case import Conditions
+    from safenav.batch.search import Found
+
+EPILOG = """\b
+Examples:
+  safenav batch scenarios
+  safenav batch scenarios --jobs 2 --junit report.xml --out out
+  safenav batch 'suites/**/door*.yaml' nightly.yaml --fail-fast
+  safenav batch scenarios --out out --resume
+  safenav batch scenarios --json now.json --baseline before.json
+\b
+A PATH is a scenario, a folder (searched for *.yaml, but not in folders named
+'invalid'), a quoted pattern, or a matrix file ('batch: 1'; see docs/batch.md).
+FILE may be '-' for standard output; the table then goes to standard error.
+\b
+Exit codes:
+  0  all as expected (without 'expect': completed)
+  1  some not as expected, invalid, crashed, hung or not run
+  2  bad input or usage
+  130  interrupted; `--resume` with the same --out goes on
+"""
+
+_FILE = click.Path(path_type=Path, dir_okay=False, allow_dash=True)
+
+
+@click.command(epilog=EPILOG)
+@click.argument("paths", metavar="PATH...", nargs=-1, required=True)
+@click.option(
+    "-j",
+    "--jobs",
+    type=click.IntRange(min=1),
+    help="So many scenarios at once; default: one for each processor.",
+)
+@click.option(
+    "--time-limit",
+    type=click.FloatRange(min=0, min_open=True),
+    default=600.0,
+    show_default=True,
+    help="Seconds of wall clock for one scenario; then it counts as hung.",
+)
+@click.option("--fail-fast", is_flag=True, help="Stop at the first failure.")
+@click.option(
+    "--retry-limit",
+    type=click.IntRange(min=0),
+    default=0,
+    show_default=True,
+    help="Run a failed scenario again, so many times.",
+)
+@click.option("--verify/--no-verify", default=True, help="Check each strategy before it is used.")
+@click.option("--junit", type=_FILE, help="Write a JUnit report (XML).")
+@click.option("--json", "as_json", type=_FILE, help="Write all results as JSON.")
+@click.option("--csv", "as_csv", type=_FILE, help="Write the figures as CSV.")
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path, file_okay=False),
+    help="Keep results as they come, and trace and replay of failures, in this folder.",
+)
+@click.option("--resume", is_flag=True, help="Run only what --out has no result of.")
+@click.option(
+    "--baseline",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="A former --json: name what has changed or is slower.",
+)
+@click.option(
+    "--slower",
+    type=click.FloatRange(min=1),
+    default=1.5,
+    show_default=True,
+    help="Slower than the baseline is what takes so many times as long.",
+)
+@click.option(
+    "--slowest",
+    type=click.IntRange(min=0),
+    default=10,
+    show_default=True,
+    help="How many of the passed scenarios the table shows.",
+)
+@click.option("--dask", metavar="ADDRESS", help="Run on the Dask cluster there.")
+def command(
+    paths: tuple[str, ...],
+    jobs: int | None,
+    time_limit: float,
+    fail_fast: bool,
+    retry_limit: int,
+    verify: bool,
+    junit: Path | None,
+    as_json: Path | None,
+    as_csv: Path | None,
+    out: Path | None,
+    resume: bool,
+    baseline: Path | None,
+    slower: float,
+    slowest: int,
+    dask: str | None,
+) -> int:
+    """Run every scenario that the PATHs name, each in a process of its own, and compare each
+    run with the scenario's 'expect'."""
+    from safenav.batch.baseline import compare
+    from safenav.batch.case import Conditions
+    from safenav.batch.results_file import read_results, to_csv, to_json
+    from safenav.batch.search import find_cases
+    from safenav.batch.session import run_batch
+    from safenav.batch.state import StateFile
+    from safenav.report.batch_failure import FailureFolder
+    from safenav.report.batch_progress import ProgressLine
+    from safenav.report.batch_summary import summary
+    from safenav.report.junit import to_junit
+
+    if resume and out is None:
+        raise UsageError("--resume needs --out: the folder that holds the results so far")
+    if dask is not None and jobs is not None:
+        raise UsageError("--jobs is for this machine; a Dask cluster has its own workers")
+    files = [path for path in (junit, as_json, as_csv) if path is not None]
+    _check_writable(files)
+    former = None if baseline is None else read_results(baseline)
+    found = find_cases(paths)
+    _tell_passed_over(found)
+    progress = ProgressLine()
+    signal.signal(signal.SIGTERM, _as_interrupt)
+    with ExitStack() as stack:
+        state = traces = failures = None
+        if out is not None:
+            state = stack.enter_context(StateFile(out, resume=resume))
+            failures = FailureFolder(out, keep=resume)
+            traces = out / "running"
+            shutil.rmtree(traces, ignore_errors=True)
+            traces.mkdir()
+            stack.callback(shutil.rmtree, traces, ignore_errors=True)
+        report = run_batch(
+            found.cases,
+            _backend(dask, jobs, Conditions(time_limit, verify), traces),
+            state=state,
+            retries=retry_limit,
+            fail_fast=fail_fast,
+            artifacts=failures,
+            observer=progress,
+        )
+    progress.clear()
+    comparison = None
+    if former is not None:
+        not_run = [case.name for case in report.not_run]
+        comparison = compare(report.in_order, former, slower, not_run)
+    if junit is not None:
+        _write(junit, to_junit(report))
+    if as_json is not None:
+        _write(as_json, to_json(report, comparison))
+    if as_csv is not None:
+        _write(as_csv, to_csv(report))
+    for line in summary(report, comparison, slowest):
+        click.echo(line, err=Path("-") in files)
+    if report.left and out is not None:
+        click.echo(f"go on with the same command and --resume ({report.left} to run)", err=True)
+    if report.interrupted:
+        return ExitCode.INTERRUPTED
+    return ExitCode.OK if report.as_expected else ExitCode.NEGATIVE
+
+
+def _backend(
+    dask: str | None, jobs: int | None, conditions: Conditions, traces: Path | None
+) -> Backend:
+    if dask is not None:
+        from safenav.batch.cluster import DaskCluster
+
+        return DaskCluster(dask, conditions, traces)
+    from safenav.batch.pool import LocalPool
+
+    return LocalPool(jobs or os.cpu_count() or 1, conditions, traces)
+
+
+def _tell_passed_over(found: Found) -> None:
+    count = len(found.passed_over)
+    if count:
+        files = "file that is no scenario" if count == 1 else "files that are no scenarios"
+        names = ", ".join(found.passed_over[:3]) + (", ..." if count > 3 else "")
+        click.echo(f"passed over {count} YAML {files}: {names}", err=True)
+
+
+def _check_writable(files: list[Path]) -> None:
+    """Before hours of work, not after."""
+    for path in files:
+        if path != Path("-") and not os.access(path if path.exists() else path.parent, os.W_OK):
+            raise UsageError(f"cannot write {path}: no such folder, or not permitted")
+
+
+def _write(path: Path, text: str) -> None:
+    if path == Path("-"):
+        click.echo(text, nl=False)
+        return
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise UsageError(f"cannot write {path}: {error.strerror}") from error
+
+
+def _as_interrupt(number: int, frame: object) -> None:
+    """End on SIGTERM as on Ctrl-C: with what is done kept."""
+    del number, frame
+    raise KeyboardInterrupt
