@@ -26,7 +26,12 @@ from safenav.report.replay import (
     Status,
     Track,
 )
-from safenav.report.replay_wording import backtrack_text, event_text, objective_of
+from safenav.report.replay_wording import (
+    backtrack_text,
+    event_text,
+    holding_text,
+    objective_of,
+)
 from safenav.scenario.objective import Hold, Objective
 from safenav.world.map import Heading, Region, RegionMap
 
@@ -181,9 +186,11 @@ class _Telling:
         told = self.progress[line.robot]
         before = told[-1][1] if told else Progress()
         told.append((line.tick, Progress(line.round, _on_map(self.map, line.region))))
-        holding = isinstance(self.objectives[line.robot][-1][1], Hold)
-        if not (holding and before.reached == line.region):  # holding on is no news
+        if not isinstance(self.objectives[line.robot][-1][1], Hold):
             self._event(line, EventKind.GOAL, line.robot, line.region)
+        elif before.reached != line.region:  # holding on is no news
+            self._event(line, EventKind.GOAL, line.robot, line.region)
+            self.events[-1] = replace(self.events[-1], text=holding_text(line))
 
     def _status(self, obstacle: str, tick: int, status: Status) -> None:
         if obstacle not in self.hidden:

@@ -86,7 +86,7 @@ def _(line: records.Synthesis) -> str:
     realizable = line.verdict is records.Verdict.REALIZABLE
     found = line.verdict.value.replace("_", " ")
     if realizable and line.states is not None:
-        found = f"{line.states} states"
+        found = _counted(line.states, "state")
     spent = "from the cache" if line.cached else seconds_words(line.seconds)
     text = f"synthesis for {line.robot} {_REASONS[line.reason]}: {found}, {spent}"
     if line.verified is not None:
@@ -146,6 +146,11 @@ def _(line: records.Pop) -> str:
 def _(line: records.Goal) -> str:
     done = f", {_counted(line.round, 'round')} done" if line.round else ""
     return f"{line.robot} reaches {line.region}{done}"
+
+
+def holding_text(line: records.Goal) -> str:
+    """The goal of a robot that is to stay where it is."""
+    return f"{line.robot} holds {line.region}"
 
 
 @event_text.register

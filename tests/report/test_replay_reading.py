@@ -97,7 +97,7 @@ def test_a_violation_is_told_with_the_safe_action(replays: dict[str, Replay]) ->
 
 def test_holding_on_is_told_once(replays: dict[str, Replay]) -> None:
     goals = [e for e in replays["door"].events if e.kind is EventKind.GOAL and 11 < e.tick < 16]
-    assert [(e.robot, e.region) for e in goals] == [("quad", 46)]
+    assert [e.text for e in goals] == ["quad holds 46"]
 
 
 def test_between_two_ticks_a_robot_is_on_its_way(replays: dict[str, Replay]) -> None:

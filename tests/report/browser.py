@@ -1,0 +1,112 @@
+"""A real headless Chromium for the tests of the page, and what a reader does with it."""
+
+from __future__ import annotations
+
+import shutil
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+selenium = pytest.importorskip("selenium", reason="the page is tested through selenium (PyPI)")
+
+from selenium import webdriver  # noqa: E402
+from selenium.webdriver.chrome.service import Service  # noqa: E402
+from selenium.webdriver.common.by import By  # noqa: E402
+from selenium.webdriver.common.keys import Keys  # noqa: E402
+from selenium.webdriver.remote.webelement import WebElement  # noqa: E402
+
+__all__ = ["Browser", "Keys"]
+
+BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+
+
+class Browser:
+    """Opens pages from disk, in a window of a given size."""
+
+    def __init__(self) -> None:
+        program = next((found for name in BROWSERS if (found := shutil.which(name))), None)
+        driver = shutil.which("chromedriver")
+        if program is None or driver is None:
+            pytest.skip("no Chromium with chromedriver (Debian: chromium, chromium-driver)")
+        options = webdriver.ChromeOptions()
+        options.binary_location = program
+        for argument in ("--headless=new", "--no-sandbox", "--disable-dev-shm-usage"):
+            options.add_argument(argument)
+        options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+        self.driver = webdriver.Chrome(options=options, service=Service(driver))
+
+    def open(
+        self,
+        page: Path,
+        fragment: str = "",
+        width: int = 1280,
+        height: int = 800,
+        scheme: str = "light",
+        motion: str = "no-preference",
+    ) -> None:
+        """The page, freshly loaded, under the conditions of a screen and its owner."""
+        metrics = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 600}
+        self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
+        features = [
+            {"name": "prefers-color-scheme", "value": scheme},
+            {"name": "prefers-reduced-motion", "value": motion},
+        ]
+        self.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": features})
+        self.driver.get("about:blank")
+        self.driver.get_log("browser")
+        self.driver.get(page.as_uri() + fragment)
+        self.wait(lambda: self.all("header h1"))
+
+    def errors(self) -> list[str]:
+        """What the console complained of since the page was opened."""
+        log = self.driver.get_log("browser")
+        return [entry["message"] for entry in log if entry["level"] in ("SEVERE", "WARNING")]
+
+    def run(self, script: str, *arguments: object) -> Any:
+        return self.driver.execute_script(script, *arguments)
+
+    def all(self, selector: str) -> list[WebElement]:
+        return list(self.driver.find_elements(By.CSS_SELECTOR, selector))
+
+    def one(self, selector: str) -> WebElement:
+        return self.driver.find_element(By.CSS_SELECTOR, selector)
+
+    def button(self, label: str) -> WebElement:
+        return self.one(f'button[aria-label="{label}"]')
+
+    def press(self, *keys: str) -> None:
+        """Keys as a reader presses them, wherever the focus is."""
+        actions = webdriver.ActionChains(self.driver)
+        held = keys[:-1]
+        for key in held:
+            actions.key_down(key)
+        actions.send_keys(keys[-1])
+        for key in held:
+            actions.key_up(key)
+        actions.perform()
+
+    def wait(self, condition: Callable[[], object], seconds: float = 10.0) -> None:
+        limit = time.monotonic() + seconds
+        while not condition():
+            assert time.monotonic() < limit, "waited in vain"
+            time.sleep(0.02)
+
+    @property
+    def tick(self) -> int:
+        return int(self.one(".clock b").text)
+
+    def centre(self, robot: str) -> tuple[float, float]:
+        """(column, row) where the robot is drawn, in regions; fractions on its way."""
+        script = """
+            const map = document.querySelector(".motion"), body = document.querySelector(
+                `[data-robot="${arguments[0]}"] .body`).getBoundingClientRect();
+            const box = map.getBoundingClientRect(), view = map.viewBox.baseVal;
+            const scale = view.width / box.width;
+            return [((body.left + body.width / 2 - box.left) * scale + view.x) / 40 - 0.5,
+                    ((body.top + body.height / 2 - box.top) * scale + view.y) / 40 - 0.5];
+        """
+        col, row = self.run(script, robot)
+        return col, row

@@ -1,0 +1,73 @@
+"""The committed program of the page is what its sources give, small, and self-contained."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from safenav.report.html.page import embedded, page_of
+from safenav.report.replay import Replay
+
+HTML = Path(__file__).parents[2] / "safenav" / "report" / "html"
+FRONT = HTML / "front"
+ASSETS = ("replay.js", "replay.css")
+
+
+@pytest.mark.parametrize("name", ASSETS)
+def test_the_bundle_was_built_from_these_sources(name: str) -> None:
+    """Fails when sources changed without `npm run build` in safenav/report/html/front."""
+    digest = hashlib.sha256()
+    sources = sorted(f"src/{path.name}" for path in (FRONT / "src").iterdir())
+    for source in [*sources, "build.mjs", "package-lock.json", "tsconfig.json"]:
+        digest.update(f"{source}\n".encode() + (FRONT / source).read_bytes())
+    stamp = (HTML / "assets" / name).read_text().splitlines()[0]
+    assert stamp == f"/* sources {digest.hexdigest()} */"
+
+
+def test_a_rebuild_gives_the_same_bytes() -> None:
+    node = shutil.which("node")
+    if node is None or not (FRONT / "node_modules").exists():
+        pytest.skip("needs Node and `npm ci` in safenav/report/html/front")
+    done = subprocess.run(
+        [node, "build.mjs", "--check"], cwd=FRONT, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+
+
+def test_types_are_right() -> None:
+    compiler = FRONT / "node_modules" / ".bin" / "tsc"
+    if shutil.which("node") is None or not compiler.exists():
+        pytest.skip("needs Node and `npm ci` in safenav/report/html/front")
+    done = subprocess.run(
+        [str(compiler), "--noEmit"], cwd=FRONT, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stdout
+
+
+def test_the_bundle_is_small() -> None:
+    assert sum((HTML / "assets" / name).stat().st_size for name in ASSETS) < 150_000
+
+
+def test_a_long_run_of_many_robots_stays_under_a_megabyte(replays: dict[str, Replay]) -> None:
+    replay = replays["crowd"]
+    assert (replay.last, len(replay.robots)) == (1000, 6)
+    assert len(page_of(replay, "crowd.jsonl").encode()) < 1_000_000
+
+
+def test_the_page_names_no_other_file(replays: dict[str, Replay]) -> None:
+    page = page_of(replays["door"], "door.jsonl")
+    assert re.findall(r'(?:src|href)="([^"]*)"', page) == ["data:,"]
+    assert "default-src 'none'" in page
+
+
+def test_embedded_data_survives_and_cannot_end_its_element() -> None:
+    data = {"text": "</script><!-- \u2028 & > é", "number": [1, None, True]}
+    text = embedded(data)
+    assert not set("<>&\u2028") & set(text)
+    assert json.loads(text) == data

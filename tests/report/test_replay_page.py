@@ -1,0 +1,376 @@
+"""The page in a real browser: it opens from disk, plays, and is usable by everybody."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+
+from report import made_traces
+from report.browser import Browser, Keys
+from safenav.report.html import page_of
+from safenav.report.replay import Replay
+from safenav.report.replay_reading import read_replay
+
+PHONE = {"width": 390, "height": 844}
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    found = Browser()
+    yield found
+    found.driver.quit()
+
+
+@pytest.fixture(scope="module")
+def pages(replays: dict[str, Replay], tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    folder = tmp_path_factory.mktemp("pages")
+    written = {}
+    for name, replay in replays.items():
+        written[name] = folder / f"{name}.html"
+        written[name].write_text(page_of(replay, f"{name}.jsonl"))
+    return written
+
+
+@pytest.mark.parametrize("name", ["door", "chain", "detour", "crowd"])
+def test_it_opens_from_disk_without_error_or_request(
+    browser: Browser, pages: dict[str, Path], name: str
+) -> None:
+    browser.open(pages[name])
+    assert browser.errors() == []
+    assert browser.run('return performance.getEntriesByType("resource").length') == 0
+    assert browser.tick == 0
+
+
+def test_it_plays_smoothly_to_the_end_and_stops(browser: Browser, pages: dict[str, Path]) -> None:
+    browser.open(pages["door"])
+    browser.run("""
+        window.seen = [];
+        const robot = document.querySelector('[data-robot="quad"]');
+        new MutationObserver(() => window.seen.push(robot.getAttribute("transform")))
+            .observe(robot, {attributes: true});
+    """)
+    for _ in range(3):
+        browser.button("Faster").click()
+    assert browser.one(".speed select").get_attribute("value") == "32"
+    browser.button("Play").click()
+    browser.wait(lambda: browser.tick > 3)
+    assert browser.all('button[aria-label="Pause"]')
+    browser.wait(lambda: browser.tick == 49)
+    browser.wait(lambda: browser.all('button[aria-label="Play"]'))
+    between = set(browser.run("return window.seen"))
+    assert len(between) > 60, "robots leap from region to region"
+    assert browser.errors() == []
+
+
+def test_playing_again_at_the_end_starts_over(browser: Browser, pages: dict[str, Path]) -> None:
+    browser.open(pages["door"], "#tick=49")
+    browser.button("Play").click()
+    browser.wait(lambda: 0 < browser.tick < 20)
+    browser.button("Pause").click()
+    stopped = browser.tick
+    browser.run("return new Promise(done => setTimeout(done, 400))")
+    assert browser.tick == stopped
+
+
+def test_the_state_of_a_tick_is_that_of_the_trace(
+    browser: Browser, pages: dict[str, Path], replays: dict[str, Replay]
+) -> None:
+    replay = replays["chain"]
+    for tick in (0, 3, 6, 10, 14, replay.last):
+        browser.open(pages["chain"], f"#tick={tick}")
+        assert browser.tick == tick
+        for obstacle in replay.hidden:
+            status = replay.statuses[obstacle.name].at(tick).value
+            drawn = browser.one(f'.knowledge [data-obstacle="{obstacle.name}"]')
+            listed = browser.one(f'.obstacles [data-obstacle="{obstacle.name}"]')
+            assert drawn.get_attribute("data-status") == status
+            assert listed.get_attribute("data-status") == status
+        frames = [item.text for item in browser.all(".stack li b")]
+        assert frames == [frame.about for frame in reversed(replay.stack.at(tick))]
+        for track in replay.robots:
+            row, col = replay.map.position(track.regions[tick])
+            x, y = browser.centre(track.name)
+            assert abs(x - col) < 0.3 and abs(y - row) < 0.3
+
+
+def test_events_can_be_clicked(browser: Browser, pages: dict[str, Path]) -> None:
+    browser.open(pages["door"])
+    browser.one('.event[data-kind="resolved"]').click()
+    assert browser.tick == 16
+    current = browser.all('.event[aria-current="step"]')
+    assert {event.get_attribute("data-tick") for event in current} == {"16"}
+    browser.one('.marks button[data-tick="11"]').click()
+    assert browser.tick == 11
+
+
+def test_kinds_of_events_can_be_filtered(browser: Browser, pages: dict[str, Path]) -> None:
+    browser.open(pages["door"])
+    before = len(browser.all(".event"))
+    goals = len(browser.all('.event[data-kind="goal"]'))
+    filters = {button.text: button for button in browser.all(".filters button")}
+    filters["goals"].click()
+    assert filters["goals"].get_attribute("aria-pressed") == "false"
+    assert goals > 0 and len(browser.all(".event")) == before - goals
+
+
+def test_the_slider_seeks(browser: Browser, pages: dict[str, Path]) -> None:
+    browser.open(pages["door"])
+    browser.run("""
+        const slider = document.querySelector("input[type=range]");
+        slider.value = 20.4;
+        slider.dispatchEvent(new Event("input", {bubbles: true}));
+    """)
+    browser.wait(lambda: browser.tick == 20)
+
+
+@pytest.mark.parametrize("focus", ["body", "input[type=range]", ".event"])
+def test_keys_work_wherever_the_focus_is(
+    browser: Browser, pages: dict[str, Path], focus: str
+) -> None:
+    browser.open(pages["door"])
+    browser.run("document.querySelector(arguments[0]).focus()", focus)
+    browser.press(Keys.ARROW_RIGHT)
+    browser.press(Keys.ARROW_RIGHT)
+    assert browser.tick == 2
+    browser.press(Keys.ARROW_LEFT)
+    assert browser.tick == 1
+    browser.press(Keys.SHIFT, Keys.ARROW_RIGHT)
+    assert browser.tick == 11
+    browser.press(Keys.SHIFT, Keys.ARROW_LEFT)
+    assert browser.tick == 0
+    browser.press(Keys.END)
+    assert browser.tick == 49
+    browser.press(Keys.ARROW_RIGHT)
+    assert browser.tick == 49
+    browser.press(Keys.HOME)
+    assert browser.tick == 0
+
+
+def test_space_plays_and_pauses_and_plus_minus_set_the_speed(
+    browser: Browser, pages: dict[str, Path]
+) -> None:
+    browser.open(pages["door"])
+    browser.press("+")
+    browser.press("+")
+    browser.press("-")
+    assert browser.one(".speed select").get_attribute("value") == "8"
+    browser.press(Keys.SPACE)
+    browser.wait(lambda: browser.tick > 1)
+    browser.press(Keys.SPACE)
+    assert browser.all('button[aria-label="Play"]')
+
+
+def test_help_opens_with_a_key_and_closes_with_escape(
+    browser: Browser, pages: dict[str, Path]
+) -> None:
+    browser.open(pages["door"])
+    assert not browser.all("dialog[open]")
+    browser.press("?")
+    assert "one tick back or on" in browser.one("dialog[open]").text
+    browser.press(Keys.ARROW_RIGHT)  # the page behind does not move
+    browser.press(Keys.ESCAPE)
+    assert not browser.all("dialog[open]")
+    assert browser.tick == 0
+
+
+def test_the_address_names_the_tick(browser: Browser, pages: dict[str, Path]) -> None:
+    browser.open(pages["door"], "#tick=12")
+    assert browser.tick == 12
+    browser.press(Keys.ARROW_RIGHT)
+    browser.wait(lambda: browser.run("return location.hash") == "#tick=13")
+    browser.run('location.hash = "#tick=30"')
+    browser.wait(lambda: browser.tick == 30)
+    browser.run('location.hash = "#tick=4711"')
+    browser.wait(lambda: browser.tick == 49)
+
+
+def _luminance(colour: str) -> float:
+    parts = [float(part) / 255 for part in colour[colour.index("(") + 1 : -1].split(",")[:3]]
+    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in parts]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_texts_are_readable_in_both_themes(
+    browser: Browser, pages: dict[str, Path], scheme: str
+) -> None:
+    browser.open(pages["chain"], "#tick=6", scheme=scheme)
+    page = _luminance(browser.run("return getComputedStyle(document.body).backgroundColor"))
+    assert (page > 0.5) == (scheme == "light")
+    script = """
+        return [...document.querySelectorAll("p, b, li, button, span, h1, h2, label, summary")]
+            .filter(e => [...e.childNodes].some(n => n.nodeType === 3 && n.data.trim()))
+            .filter(e => e.getClientRects().length && !e.closest(".unseen"))
+            .map(e => {
+                let behind = e;
+                const ground = () => getComputedStyle(behind).backgroundColor;
+                while (ground() === "rgba(0, 0, 0, 0)") behind = behind.parentElement;
+                return [e.textContent.slice(0, 40), getComputedStyle(e).color, ground()];
+            });
+    """
+    texts = browser.run(script)
+    assert len(texts) > 40
+    for words, ink, ground in texts:
+        light, dark = sorted((_luminance(ink), _luminance(ground)), reverse=True)
+        assert (light + 0.05) / (dark + 0.05) >= 4.5, f"{words!r}: {ink} on {ground}"
+
+
+def test_the_theme_can_be_chosen(browser: Browser, pages: dict[str, Path]) -> None:
+    browser.open(pages["door"], scheme="light")
+    background = "return getComputedStyle(document.body).backgroundColor"
+    light = browser.run(background)
+    browser.press("t")
+    assert browser.all('button[aria-label="Theme: light"]')
+    assert browser.run(background) == light
+    browser.button("Theme: light").click()
+    assert browser.run(background) != light
+    browser.press("t")
+    assert browser.all('button[aria-label="Theme: auto"]')
+
+
+@pytest.mark.parametrize("width", [320, 390, 700, 900, 1280, 1920])
+@pytest.mark.parametrize("name", ["chain", "crowd"])
+def test_no_width_needs_sideways_scrolling(
+    browser: Browser, pages: dict[str, Path], name: str, width: int
+) -> None:
+    browser.open(pages[name], "#tick=6", width=width, height=800)
+    assert browser.run("return document.documentElement.scrollWidth") <= width
+    for selector in (".map", ".controls", "aside", "header"):
+        box = browser.one(selector).rect
+        assert box["x"] >= 0 and box["x"] + box["width"] <= width + 0.5, selector
+    assert browser.one(".map").rect["height"] > 80
+
+
+@pytest.mark.parametrize(("width", "height"), [(1280, 800), (1024, 640), (1920, 1080)])
+def test_nothing_overlaps_on_a_desktop(
+    browser: Browser, pages: dict[str, Path], width: int, height: int
+) -> None:
+    browser.open(pages["chain"], "#tick=6", width=width, height=height)
+    boxes = {s: browser.one(s).rect for s in ("header", ".map", ".controls", "aside")}
+    for name, a in boxes.items():
+        assert a["y"] + a["height"] <= height + 0.5, f"{name} is cut off"
+        for other, b in boxes.items():
+            apart = (
+                a["x"] + a["width"] <= b["x"] + 0.5
+                or b["x"] + b["width"] <= a["x"] + 0.5
+                or a["y"] + a["height"] <= b["y"] + 0.5
+                or b["y"] + b["height"] <= a["y"] + 0.5
+            )
+            assert name == other or apart, f"{name} overlaps {other}"
+
+
+def test_marks_of_the_timeline_do_not_overlap(browser: Browser, pages: dict[str, Path]) -> None:
+    for width in (390, 1280):
+        browser.open(pages["crowd"], width=width, height=800)
+        places = sorted(mark.rect["x"] for mark in browser.all(".marks button"))
+        assert len(places) > 2
+        assert all(b - a >= 16 for a, b in pairwise(places))
+
+
+def test_on_a_phone_playback_is_always_at_hand(browser: Browser, pages: dict[str, Path]) -> None:
+    browser.open(pages["chain"], **PHONE)
+    browser.run("scrollTo(0, document.documentElement.scrollHeight)")
+    top = browser.run('return document.querySelector(".controls").getBoundingClientRect().top')
+    assert 0 < top < PHONE["height"] - 80
+    for button in browser.all(".buttons .group button"):
+        assert button.rect["width"] >= 36 and button.rect["height"] >= 36
+
+
+def test_every_control_has_a_name_and_shows_its_focus(
+    browser: Browser, pages: dict[str, Path]
+) -> None:
+    browser.open(pages["door"])
+    for element in browser.all("button:not([aria-hidden]), select, input, summary"):
+        if element.is_displayed():
+            assert element.accessible_name, element.get_attribute("outerHTML")
+    focused = set()
+    for _ in range(14):
+        browser.press(Keys.TAB)
+        which = "return [...document.querySelectorAll('*')].indexOf(document.activeElement)"
+        focused.add(browser.run(which))
+        outline = "return getComputedStyle(document.activeElement).outlineStyle"
+        assert browser.run(outline) != "none"
+    assert len(focused) == 14
+
+
+def test_the_map_is_told_to_those_who_do_not_see_it(
+    browser: Browser, pages: dict[str, Path]
+) -> None:
+    browser.open(pages["door"], "#tick=11")
+    told = browser.one(".map").get_attribute("aria-label")
+    assert told is not None
+    assert "quad in region 46 [3, 7]" in told and "door@47 requested" in told
+    assert browser.one(".story").get_attribute("aria-live") == "polite"
+
+
+def test_reduced_motion_moves_robots_in_whole_ticks(
+    browser: Browser, pages: dict[str, Path]
+) -> None:
+    browser.open(pages["door"], motion="reduce")
+    browser.run("""
+        window.places = new Set();
+        const robot = document.querySelector('[data-robot="digit"]');
+        const note = () => window.places.add(robot.getAttribute("transform"));
+        note();
+        new MutationObserver(note).observe(robot, {attributes: true});
+    """)
+    browser.button("Play").click()
+    browser.wait(lambda: browser.tick >= 6)
+    browser.button("Pause").click()
+    assert len(browser.run("return [...window.places]")) <= browser.tick + 1
+
+
+def test_what_the_map_shows_can_be_chosen(browser: Browser, pages: dict[str, Path]) -> None:
+    browser.open(pages["door"])
+    shown = {
+        "region numbers": ".numbers text",
+        "trails": ".motion .trail path",
+        "targets": ".knowledge .target",
+        "hidden obstacles": ".obstacle.status-hidden",
+    }
+    for label in browser.all(".choices label"):
+        assert browser.all(shown[label.text]), label.text
+        label.click()
+        assert not browser.all(shown[label.text]), label.text
+
+
+def test_names_in_a_trace_cannot_break_out(browser: Browser, tmp_path: Path) -> None:
+    evil = '</script><script>document.title="broken"</script><!-- <b>&amp;\u2028'
+    lines = made_traces.door()
+    lines[0]["scenario"]["name"] = evil
+    lines[-1]["explanation"] = evil
+    page = tmp_path / "evil.html"
+    page.write_text(page_of(read_replay(made_traces.write(lines, tmp_path / "t.jsonl")), evil))
+    browser.open(page, "#tick=49")
+    assert browser.errors() == []
+    assert browser.driver.title != "broken"
+    assert browser.run('return document.querySelector("h1").textContent') == evil
+    assert evil.strip() in browser.run('return document.querySelector(".story").textContent')
+
+
+def test_a_trace_that_was_cut_off_can_be_seen(
+    browser: Browser, traces: dict[str, Path], tmp_path: Path
+) -> None:
+    text = traces["door"].read_text()
+    cut = tmp_path / "cut.jsonl"
+    cut.write_text(text[: len(text) // 2])
+    page = tmp_path / "cut.html"
+    page.write_text(page_of(read_replay(cut), "cut.jsonl"))
+    browser.open(page)
+    assert browser.errors() == []
+    assert browser.one(".badge").text == "cut off"
+
+
+def test_a_run_that_ends_before_its_first_tick_can_be_seen(
+    browser: Browser, tmp_path: Path
+) -> None:
+    lines = [line for line in made_traces.door() if line.get("tick", 0) == 0]
+    page = tmp_path / "empty.html"
+    page.write_text(page_of(read_replay(made_traces.write(lines, tmp_path / "t.jsonl")), "t"))
+    browser.open(page)
+    browser.press(Keys.SPACE)
+    browser.press(Keys.ARROW_RIGHT)
+    assert browser.tick == 0 and browser.errors() == []
