@@ -168,7 +168,9 @@ def _count_component(
     places = sorted((k for k in index if k in seen), key=index.__getitem__)
     deeper = {key: i for i, key in enumerate((*places, split.key))}
     if len(distinct) * len(split.range) > _MOST_ROWS:
-        raise ResourceLimitError("the strategy is too large to verify: too many inputs are tied")
+        raise ResourceLimitError(
+            "the strategy is too large to verify: its constraints tie too many variables together"
+        )
     counts = dict.fromkeys(distinct, 0)
     extended = [(*key, value) for key in distinct for value in split.range]
     settled = [c for c in tied if not c.places & {place.key for place in rest}]

@@ -23,11 +23,12 @@ class SynthesisResult:
     """One answer of the synthesizer.
 
     ``strategy`` is there exactly when the verdict is realizable and a strategy was asked
-    for. ``seconds``: wall time of the subprocess (of the original one if ``cached``).
-    ``spec_sha256`` and ``strategy_sha256``: hex digests of the structured-slugs text and of
-    the JSON that the synthesizer printed. ``detail``: its last words, for messages.
-    ``verified``: True if an independent check accepted the strategy, None if nobody checked
-    (a strategy that the check rejects is an error, never a result).
+    for, or unrealizable and a counterstrategy was. ``seconds``: wall time of the subprocess
+    (of the original one if ``cached``). ``spec_sha256`` and ``strategy_sha256``: hex digests
+    of the structured-slugs text and of the JSON that the synthesizer printed. ``detail``: its
+    last words beyond the verdict, such as how far it got before a limit. ``verified``: True if
+    an independent check accepted the strategy, None if nobody checked (a strategy that the
+    check rejects is an error, never a result).
     """
 
     robot: str

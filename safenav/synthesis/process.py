@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import selectors
 import signal
 import subprocess
@@ -21,6 +22,7 @@ from types import FrameType
 
 from safenav.errors import SynthesizerError
 
+_ROUTINE = re.compile(r"RESULT: |SLUGS: |slugs \d+\.\d+")
 _CHUNK = 1 << 16
 _MOST_OUTPUT = 2 << 30
 _GRACE_SECONDS = 2.0
@@ -43,6 +45,12 @@ class Finished:
         text = self.stderr.decode("utf-8", "replace").strip()
         lines = [line.rstrip() for line in text.splitlines() if line.strip()]
         return "\n".join(lines[-12:])[-2000:]
+
+    @property
+    def explanation(self) -> str:
+        """The same without what the synthesizer always says: its banner and the verdict."""
+        lines = self.last_words.splitlines()
+        return "\n".join(line for line in lines if not _ROUTINE.match(line))
 
 
 class DismissedError(Exception):

@@ -114,8 +114,25 @@ class Synthesizer:
         return self.synthesize_all([spec], strategy)[0]
 
     def counterstrategy(self, spec: Specification) -> SynthesisResult:
-        """The verdict, and for an unrealizable specification the environment's strategy."""
-        return self._ask_all([spec], Question.COUNTERSTRATEGY, None)[0]
+        """The verdict, and for an unrealizable specification the environment's strategy.
+
+        A foreign binary does not print it as JSON; then safenav's own is asked.
+        """
+        if self.binary.native:
+            return self._ask_all([spec], Question.COUNTERSTRATEGY, None)[0]
+        own = find_own_binary()
+        if own is None or not own.native:
+            raise SynthesizerError(
+                f"the synthesizer {self.binary.path} gives no counterstrategies as JSON, and "
+                "safenav's own binary is missing: run `make slugs` or `pip install .`"
+            )
+        return Synthesizer(
+            own,
+            seconds=self.seconds,
+            memory_mb=self.memory_mb,
+            cache=self.cache,
+            verify=self.verify,
+        ).counterstrategy(spec)
 
     def synthesize_all(
         self,
@@ -270,7 +287,7 @@ class Synthesizer:
         automaton = wanted and verdict is job.question.answered_by
         entry = Entry(verdict, finished.seconds, finished.stdout if automaton else None)
         try:
-            result = self._checked(job, entry, cached=False, detail=finished.last_words)
+            result = self._checked(job, entry, cached=False, detail=finished.explanation)
         except SynthesizerError as error:
             raise failure(
                 f"gave a wrong answer: {error}", finished, self.binary, job.robot

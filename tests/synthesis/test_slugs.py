@@ -14,7 +14,14 @@ from pathlib import Path
 import pytest
 
 from safenav.errors import ExitCode, SynthesizerError
-from safenav.spec.specification import Constraint, Origin, Section, Specification
+from safenav.spec.specification import (
+    Constraint,
+    Origin,
+    Owner,
+    Section,
+    Specification,
+    Variable,
+)
 from safenav.synthesis.binary import Binary
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.outcome import Verdict
@@ -53,7 +60,7 @@ def test_a_result_tells_everything_about_the_synthesis(
     assert result.strategy_json == patrol_json
     assert result.strategy is not None and result.strategy.initial() == (0,)
     assert result.strategy_sha256 is not None and len(result.strategy_sha256) == 64
-    assert result.detail == "RESULT: Specification is realizable."
+    assert result.detail == ""
     assert (result.cached, result.verified) == (False, None)
     assert 0 < result.seconds < 20
 
@@ -162,14 +169,14 @@ def _gone(pid: int) -> bool:
 def test_a_foreign_binary_is_held_to_its_memory(script: Script, patrol: Specification) -> None:
     eater = (
         "import sys\n"
-        "try: data = bytearray(1 << 30)\n"
+        "try: data = bytearray(400 << 20)\n"
         "except MemoryError: sys.exit('terminate called after throwing std::bad_alloc')\n"
         "print('RESULT: Specification is unrealizable.', file=sys.stderr)\n"
     )
     binary = script(UPSTREAM + f'exec "{sys.executable}" -c "{eater}"')
     free = Synthesizer(binary, memory_mb=None, cache=Cache.off())
     assert free.synthesize(patrol).verdict is Verdict.UNREALIZABLE
-    bound = Synthesizer(binary, memory_mb=500, cache=Cache.off())
+    bound = Synthesizer(binary, memory_mb=200, cache=Cache.off())
     assert bound.synthesize(patrol).verdict is Verdict.OUT_OF_MEMORY
 
 
@@ -397,6 +404,67 @@ def test_a_binary_that_does_not_read_its_input_may_still_answer(
     spec = Specification("r", "r", patrol.variables, many)
     binary = script(NATIVE + "echo 'RESULT: Specification is unrealizable.' >&2; exit 10")
     assert _ask(binary, spec) is Verdict.UNREALIZABLE
+
+
+@pytest.fixture
+def upstream(slugs: Binary, script: Script, monkeypatch: pytest.MonkeyPatch) -> Binary:
+    """The real binary with the manners of upstream's: slugsin files only, no option of ours,
+    status 0 for both verdicts."""
+    if not slugs.native:
+        pytest.skip("SAFENAV_SLUGS names a foreign binary")
+    monkeypatch.setattr("safenav.synthesis.slugs.find_own_binary", lambda: slugs)
+    return script(
+        'for argument in "$@"; do case "$argument" in\n'
+        "--explicitStrategy|--jsonOutput|--counterStrategy) ;;\n"
+        '-*) echo "Error: Did not understand parameter $argument" >&2; exit 1;;\n'
+        '*.slugsin) ;; *) echo "Error: no slugsin" >&2; exit 1;;\n'
+        f'esac; done\n"{slugs.path}" "$@"; exit 0'
+    )
+
+
+def test_upstreams_manners_give_the_same_answers(
+    slugs: Binary, upstream: Binary, patrol: Specification
+) -> None:
+    ours, theirs = (Synthesizer(b, cache=Cache.off(), verify=True) for b in (slugs, upstream))
+    assert not theirs.binary.native
+    for spec in (patrol, _impossible(patrol)):
+        assert theirs.synthesize(spec, strategy=False).verdict is ours.synthesize(spec).verdict
+        assert theirs.synthesize(spec).strategy_json == ours.synthesize(spec).strategy_json
+
+
+def test_counterstrategies_come_from_our_binary(
+    slugs: Binary, upstream: Binary, patrol: Specification, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for binary in (slugs, upstream):
+        result = Synthesizer(binary, verify=True).counterstrategy(_impossible(patrol))
+        assert (result.verdict, result.verified) == (Verdict.UNREALIZABLE, True)
+        assert result.strategy is not None
+    assert Synthesizer(slugs).counterstrategy(patrol).verdict is Verdict.REALIZABLE
+    monkeypatch.setattr("safenav.synthesis.slugs.find_own_binary", lambda: None)
+    with pytest.raises(SynthesizerError, match="no counterstrategies"):
+        Synthesizer(upstream).counterstrategy(_impossible(patrol))
+
+
+def test_limits_of_the_real_binary_are_told_apart(slugs: Binary) -> None:
+    """Counting to a million in twenty bits, backwards and forwards, takes longer than this."""
+    if not slugs.native:
+        pytest.skip("SAFENAV_SLUGS names a foreign binary")
+    variables = tuple(
+        Variable(name, owner, (0, 1 << 20))
+        for name, owner in (("i", Owner.INPUT), ("o", Owner.OUTPUT), ("p", Owner.OUTPUT))
+    )
+    lines = ("o' + i < p' + 7 | p + i' = o' + 3", "p' <= p + 1 & p <= p' + 1", "o' < o + i'")
+    goals = ("o + p = i", "p > o + 77")
+    origin = Origin("test", "heavy arithmetic")
+    constraints = tuple(Constraint(Section.SYS_TRANS, line, origin) for line in lines)
+    constraints += tuple(Constraint(Section.SYS_LIVENESS, line, origin) for line in goals)
+    spec = Specification("r", "r", variables, constraints)
+    late = Synthesizer(slugs, seconds=0.05, cache=Cache.off()).synthesize(spec)
+    assert late.verdict is Verdict.TIMEOUT
+    assert "time limit" in late.detail
+    large = Synthesizer(slugs, seconds=60, memory_mb=1, cache=Cache.off()).synthesize(spec)
+    assert large.verdict is Verdict.OUT_OF_MEMORY
+    assert "memory limit" in large.detail
 
 
 def test_importing_it_loads_nothing_heavy() -> None:
