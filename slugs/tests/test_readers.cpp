@@ -1,0 +1,132 @@
+// The frame of a specification: sections, declarations, ranges, order, and the
+// two languages.
+
+#include "expect.hpp"
+#include "reading.hpp"
+
+using namespace slugs;
+
+namespace {
+
+std::string names(const Specification &specification) {
+  std::string text;
+  for (const Variable &variable : specification.variables)
+    text += (text.empty() ? "" : " ") + variable.name + (variable.owner == Owner::Input ? "/i" : "/o");
+  return text;
+}
+
+Language language(const std::string &text) { return language_of(Source("test", text)); }
+
+void test_slugsin_keeps_the_order_of_the_file() {
+  const Specification s = reading::read("[OUTPUT]\nb\n[INPUT]\na\n[OUTPUT]\nc\n[INPUT]\nd\n");
+  EXPECT_EQ(names(s), "b/o a/i c/o d/i");
+  const std::vector<std::uint32_t> printed = {1, 3, 0, 2};
+  EXPECT(s.print_order() == printed);
+  EXPECT_EQ(s.variables[2].line, 6);
+}
+
+void test_structuredslugs_has_inputs_first() {
+  const Specification s = reading::read("[OUTPUT]\nb\ni:1...4\n[INPUT]\nj:3...3\nk: 0 ... 5\na\n");
+  EXPECT_EQ(names(s), "k@0.0.5/i k@1/i k@2/i a/i b/o i@0.1.4/o i@1/o");
+  EXPECT_EQ(s.integers.size(), std::size_t{3});
+  EXPECT_EQ(s.integers[0].name, "j");
+  EXPECT_EQ(s.integers[0].bits, 0u);
+  EXPECT_EQ(s.integers[1].first, 0u);
+  EXPECT_EQ(s.integers[1].bits, 3u);
+  EXPECT_EQ(s.integers[2].first, 5u);
+  EXPECT_EQ(s.integers[2].line, 3);
+}
+
+void test_range_limits_only_where_bits_can_exceed_the_range() {
+  const Specification s = reading::read("[INPUT]\nk:0...5\nfull:2...5\none:7...7\n[OUTPUT]\nm:1...3\n");
+  EXPECT_EQ(s[Section::EnvInit].size(), std::size_t{1});
+  EXPECT_EQ(s[Section::EnvTrans].size(), std::size_t{1});
+  EXPECT_EQ(s[Section::SysInit].size(), std::size_t{1});
+  EXPECT_EQ(s[Section::SysTrans].size(), std::size_t{1});
+  const Constraint &limit = s[Section::EnvTrans][0];
+  EXPECT(limit.range_limit);
+  EXPECT_EQ(limit.text, "k:0...5");
+  EXPECT_EQ(limit.line, 2);
+  for (unsigned value = 0; value < 8; ++value) {
+    EXPECT_EQ(reading::holds(s, s[Section::EnvInit][0].formula, value, 7 - value), value <= 5);
+    EXPECT_EQ(reading::holds(s, limit.formula, 7 - value, value), value <= 5);
+  }
+  for (unsigned value = 0; value < 4; ++value)
+    EXPECT_EQ(reading::holds(s, s[Section::SysTrans][0].formula, 0, value << 5), value + 1 <= 3);
+}
+
+void test_sections_repeat_and_keep_text_and_line() {
+  const Specification s =
+      reading::read("# a comment\n[SYS_TRANS]\n  a' \n[OUTPUT]\na\n\n  # another\n[SYS_TRANS]\r\n"
+                    "| a a'\r\n[SYS_LIVENESS]\na\n! a\n");
+  EXPECT_EQ(s[Section::SysTrans].size(), std::size_t{2});
+  EXPECT_EQ(s[Section::SysTrans][0].text, "a'");
+  EXPECT_EQ(s[Section::SysTrans][0].line, 3);
+  EXPECT_EQ(s[Section::SysTrans][1].text, "| a a'");
+  EXPECT_EQ(s[Section::SysTrans][1].line, 9);
+  EXPECT_EQ(s[Section::SysLiveness].size(), std::size_t{2});
+  EXPECT_EQ(s.file, "test");
+}
+
+void test_languages_are_told_by_content() {
+  EXPECT(language("[OUTPUT]\na\n[SYS_INIT]\n! a\n") == Language::Slugsin);
+  EXPECT(language("[OUTPUT]\na\n[SYS_INIT]\n| a ! a'\n") == Language::Slugsin);
+  EXPECT(language("[OUTPUT]\na\n[SYS_INIT]\n!! & a a\n") == Language::Slugsin);
+  EXPECT(language("[OUTPUT]\na@0.0.3\na-b\n[SYS_INIT]\n$ 2 a@0.0.3 ? 0\n") == Language::Slugsin);
+  EXPECT(language("[OUTPUT]\nTRUE\n[SYS_INIT]\nTRUE\n") == Language::Slugsin);
+  EXPECT(language("[OUTPUT]\na\n[SYS_INIT]\nTRUE\n") == Language::Structured);
+  EXPECT(language("[OUTPUT]\na\n[SYS_INIT]\na & a\n") == Language::Structured);
+  EXPECT(language("[OUTPUT]\na\n[SYS_INIT]\n(a)\n") == Language::Structured);
+  EXPECT(language("[OUTPUT]\na\n[SYS_INIT]\n~a\n") == Language::Structured);
+  EXPECT(language("[OUTPUT]\nx:0...1\n[SYS_INIT]\n| a a\n") == Language::Structured);
+  EXPECT(language("# a & b\n[OUTPUT]\na\n") == Language::Slugsin);
+}
+
+void test_buffers_nest_and_may_use_earlier_entries() {
+  // The value of a buffer is its last entry; the inner one hides the outer.
+  const Specification s = reading::read("[OUTPUT]\na\nb\nc\n[SYS_INIT]\n"
+                                        "& $ 3 ^ a b & ? 0 c | ? 1 ! ? 0 $ 2 $ 1 b & ? 0 1\n");
+  for (unsigned v = 0; v < 8; ++v) {
+    const bool a = v & 1, b = v & 2, c = v & 4;
+    const bool first = a != b, second = first && c;
+    EXPECT_EQ(reading::holds(s, reading::only(s, Section::SysInit), v), (second || !first) && b);
+  }
+}
+
+void test_what_each_section_may_use() {
+  const auto allowed = [](const char *section, const char *line) {
+    const std::string text = std::string("[INPUT]\ni\n[OUTPUT]\no\n[") + section + "]\n" + line + "\n";
+    const Source source("test", text);
+    Diagnostics diagnostics(source);
+    read_specification(source, diagnostics);
+    return diagnostics.error_count() == 0;
+  };
+  const char *const uses[] = {"i", "o", "i'", "o'"};
+  const struct {
+    const char *section;
+    bool may[4];
+  } rules[] = {
+      {"ENV_INIT", {true, false, false, false}},  {"SYS_INIT", {true, true, false, false}},
+      {"ENV_TRANS", {true, true, true, false}},   {"SYS_TRANS", {true, true, true, true}},
+      {"ENV_LIVENESS", {true, true, true, true}}, {"SYS_LIVENESS", {true, true, true, true}},
+  };
+  for (const auto &rule : rules)
+    for (int k = 0; k < 4; ++k) {
+      EXPECT_EQ(allowed(rule.section, uses[k]), rule.may[k]);
+      EXPECT_EQ(allowed(rule.section, (std::string("TRUE & ") + uses[k]).c_str()), rule.may[k]);
+    }
+}
+
+} // namespace
+
+int main() {
+  return expect::run([] {
+    test_slugsin_keeps_the_order_of_the_file();
+    test_structuredslugs_has_inputs_first();
+    test_range_limits_only_where_bits_can_exceed_the_range();
+    test_sections_repeat_and_keep_text_and_line();
+    test_languages_are_told_by_content();
+    test_buffers_nest_and_may_use_earlier_entries();
+    test_what_each_section_may_use();
+  });
+}
