@@ -14,6 +14,7 @@ from safenav.runtime.controllers import Attempt, Controllers
 from safenav.runtime.environment import Violation
 from safenav.runtime.events import Blocked, BlockedBecause, Popped, Pushed, Reason, Requested
 from safenav.runtime.events import Resolved as ResolvedEvent
+from safenav.runtime.refuge import Refuge
 from safenav.runtime.resolution import Bid, bids, ranking
 from safenav.runtime.state import TeamState
 from safenav.runtime.tasks import Assignment, Frame, helping, holding
@@ -29,15 +30,16 @@ class Cause(StrEnum):
     NO_CAPABLE_ROBOT = "no_capable_robot"
     CYCLIC_REQUESTS = "cyclic_requests"
     UNREALIZABLE = "unrealizable"
+    DEADLOCK = "deadlock"
 
 
 @dataclass(frozen=True)
 class Impasse:
-    """The team cannot go on by itself. ``robots`` are those without a strategy, ``obstacle``
-    what it is about."""
+    """The team cannot go on by itself. ``robots`` are those that cannot get on, ``obstacle``
+    what it is about (None for a deadlock)."""
 
     cause: Cause
-    obstacle: Obstacle
+    obstacle: Obstacle | None
     robots: tuple[str, ...]
 
 
@@ -90,6 +92,37 @@ class Resynthesis:
             self._controllers.install(attempt, Reason.BLOCKED)
         return attempt.failed
 
+    def give_way(self, refuge: Refuge) -> bool:
+        """Let robots stand aside for another one; whether they have a strategy for that."""
+        state = self._state
+        pending = set(state.knowledge.pending)
+        changes = {}
+        for name, place in refuge.places:
+            current = state.tasks.current[name]
+            aside = Assignment.of(holding(current.objective, place), pending)
+            aside.progress.keep_memory(current.progress)
+            changes[name] = aside
+        attempt = self._controllers.attempt(changes, strict=())
+        if attempt.failed:
+            return False
+        helper = refuge.places[-1][0]
+        frame = state.tasks.push(None, refuge.stuck, helper, state.tick, changes)
+        self._tell_push(frame)
+        self._controllers.install(attempt, Reason.YIELD)
+        return True
+
+    def end_way(self, frame: Frame) -> Impasse | None:
+        """Those who stood aside go back to what they did, once their frame is on top."""
+        frame.done = True
+        self._pop_done()
+        waiting_or_helping = [n for n, a in self._state.tasks.current.items() if a.avoid]
+        attempt = self._controllers.attempt({}, strict=waiting_or_helping)
+        if attempt.failed:
+            self._controllers.announce(attempt, Reason.YIELD, attempt.answers)
+            return Impasse(Cause.DEADLOCK, None, tuple(attempt.failed))
+        self._controllers.install(attempt, Reason.YIELD)
+        return None
+
     def _request(
         self, obstacle: Obstacle, requester: Robot, changes: Mapping[str, Assignment]
     ) -> Impasse | None:
@@ -113,17 +146,8 @@ class Resynthesis:
                 self._controllers.announce(attempt, Reason.REQUEST, [name])
         if plan is None:
             return self._without_help(obstacle, requester, offers)
-        state.tasks.push(obstacle, requester.name, plan.helper, state.tick, plan.changes)
-        state.emit(
-            Pushed(
-                state.tick,
-                state.tasks.depth,
-                state.objectives(),
-                obstacle.name,
-                requester.name,
-                plan.helper,
-            )
-        )
+        frame = state.tasks.push(obstacle, requester.name, plan.helper, state.tick, plan.changes)
+        self._tell_push(frame)
         self._controllers.install(plan.attempt, Reason.REQUEST)
         return None
 
@@ -279,7 +303,7 @@ class Resynthesis:
             return None
         self._controllers.announce(attempt, reason, attempt.answers)
         frame = self._served_by(attempt.failed)
-        if frame is not None:
+        if frame is not None and frame.obstacle is not None:
             saved = frame.saved[frame.helper]
             requester = self._state.scenario.robot(frame.requester)
             frame.relieved = True
@@ -289,6 +313,8 @@ class Resynthesis:
     def _served_by(self, failed: list[str]) -> Frame | None:
         """The newest open frame whose helper is among those who failed."""
         for frame in reversed(self._state.tasks.frames):
+            if frame.obstacle is None:
+                continue
             if not frame.done and not frame.relieved and frame.helper in failed:
                 return frame
         return None
@@ -300,16 +326,25 @@ class Resynthesis:
         state.emit(Blocked(state.tick, obstacle.name, robots, because))
 
     def _pop_done(self) -> None:
-        """Drop the frames on top whose obstacle is out of the way."""
+        """Drop the frames on top that have served their purpose."""
         state = self._state
         while frame := state.tasks.pop_done():
-            state.emit(
-                Popped(
-                    state.tick,
-                    state.tasks.depth,
-                    state.objectives(),
-                    frame.obstacle.name,
-                    frame.requester,
-                    frame.helper,
-                )
-            )
+            state.emit(Popped(*self._frame_data(frame)))
+
+    def _tell_push(self, frame: Frame) -> None:
+        self._state.emit(Pushed(*self._frame_data(frame)))
+
+    def _frame_data(
+        self, frame: Frame
+    ) -> tuple[int, int, dict[str, dict[str, object]], str | None, str, str, Reason]:
+        """Tick, depth, objectives, obstacle, requester, helper and reason of a stack event."""
+        state, obstacle = self._state, frame.obstacle
+        return (
+            state.tick,
+            state.tasks.depth,
+            state.objectives(),
+            obstacle.name if obstacle is not None else None,
+            frame.requester,
+            frame.helper,
+            Reason.REQUEST if obstacle is not None else Reason.YIELD,
+        )

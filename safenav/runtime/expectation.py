@@ -2,23 +2,32 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from safenav.runtime.events import Blocked, Ended, Event, Requested, Resolved
+from safenav.runtime.events import Blocked, Ended, Event, Header, Moved, Requested, Resolved
+from safenav.scenario.event_pattern import EventPattern
 from safenav.scenario.model import Expect
 
 
 @dataclass
 class Ledger:
-    """A listener that keeps what an expectation can be about."""
+    """A listener that keeps what an expectation can be about.
+
+    ``events``: all but the header, the moves and the end.
+    """
 
     resolved: list[str] = field(default_factory=list)
     blocked: list[str] = field(default_factory=list)
     helpers: dict[str, str] = field(default_factory=dict)
     outcome: str | None = None
     ticks: int = 0
+    rounds: dict[str, int] = field(default_factory=dict)
+    events: list[Event] = field(default_factory=list)
 
     def __call__(self, event: Event) -> None:
+        if not isinstance(event, Header | Moved | Ended):
+            self.events.append(event)
         match event:
             case Resolved():
                 self.resolved.append(event.obstacle)
@@ -29,6 +38,7 @@ class Ledger:
             case Ended():
                 self.outcome = event.outcome
                 self.ticks = event.ticks
+                self.rounds = dict(event.rounds)
 
 
 def differences(expect: Expect, ledger: Ledger) -> list[str]:
@@ -49,7 +59,52 @@ def differences(expect: Expect, ledger: Ledger) -> list[str]:
             found.append(f"helpers: expected {robot} to be asked for {obstacle}, {asked}")
     if expect.ticks is not None and ledger.ticks > expect.ticks:
         found.append(f"ticks: expected at most {expect.ticks}, got {ledger.ticks}")
+    if expect.least_ticks is not None and ledger.ticks < expect.least_ticks:
+        found.append(f"ticks: expected at least {expect.least_ticks}, got {ledger.ticks}")
+    for robot, wanted_rounds in (expect.rounds or {}).items():
+        rounds = ledger.rounds.get(robot, 0)
+        if rounds < wanted_rounds:
+            found.append(f"rounds: expected at least {wanted_rounds} of {robot}, got {rounds}")
+    found += _out_of_order(expect.order or (), ledger.events)
+    for pattern in expect.never or ():
+        ticks = [event.tick for event in ledger.events if matches(pattern, event)]
+        if ticks:
+            found.append(f"never: '{pattern}' happened at tick {ticks[0]}")
     return found
+
+
+def matches(pattern: EventPattern, event: Event) -> bool:
+    """Whether all that the pattern names has a part in the event, in whatever role."""
+    if event.type != pattern.kind.value:
+        return False
+    if pattern.obstacle is not None and getattr(event, "obstacle", None) != pattern.obstacle:
+        return False
+    if pattern.region is not None and pattern.region not in _parts(event, "at", "to", "region"):
+        return False
+    return pattern.robots <= _parts(event, "robot", "robots", "requester", "helper")
+
+
+def _parts(event: Event, *roles: str) -> set[object]:
+    found: set[object] = set()
+    for role in roles:
+        value = getattr(event, role, None)
+        found.update(value if isinstance(value, list) else [value])
+    return found
+
+
+def _out_of_order(order: Sequence[EventPattern], events: Sequence[Event]) -> list[str]:
+    """The first pattern that nothing matches after what the ones before it matched. To take
+    the earliest match each time leaves most room for the rest."""
+    begin, before = 0, ""
+    for pattern in order:
+        after = range(begin, len(events))
+        match = next((i for i in after if matches(pattern, events[i])), None)
+        if match is None:
+            missing = f"order: expected '{pattern}'{before}, it never happened"
+            ticks = [event.tick for event in events[:begin] if matches(pattern, event)]
+            return [f"{missing}, only before (tick {ticks[-1]})" if ticks else missing]
+        begin, before = match + 1, f" after '{pattern}' (tick {events[match].tick})"
+    return []
 
 
 def _names(obstacles: frozenset[str] | list[str]) -> str:

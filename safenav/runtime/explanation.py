@@ -45,6 +45,14 @@ def explain_unrealizable(robot: Robot, task: Task, world: RegionMap) -> str:
 def explain_impasse(impasse: Impasse, state: TeamState) -> str:
     """Why the team needs an operator, and what would help."""
     scenario, obstacle = state.scenario, impasse.obstacle
+    if obstacle is None:
+        stuck, *ring = impasse.robots
+        where = ", ".join(f"{n} at {scenario.map.label(state.poses[n].region)}" for n in ring)
+        here = scenario.map.label(state.poses[stuck].region)
+        return (
+            f"{stuck} at {here} waits for {where or 'another robot'} for ever, and nobody among "
+            "them can make way under its mobility"
+        )
     where = f"{obstacle.type.name} at {scenario.map.label(obstacle.region)}"
     action = obstacle.type.action
     reasons = {

@@ -15,7 +15,8 @@ from dataclasses import dataclass
 import safenav
 from safenav.errors import SafenavError
 from safenav.runtime.controllers import Controllers
-from safenav.runtime.coordination import Resynthesis
+from safenav.runtime.coordination import Impasse, Resynthesis
+from safenav.runtime.deadlock import Watch
 from safenav.runtime.environment import SimulatedWorld, World, draw_truths
 from safenav.runtime.events import Ended, Header, Reason
 from safenav.runtime.explanation import explain_impasse, explain_unrealizable
@@ -65,6 +66,8 @@ class Mission:
             self.state, synthesizer or default_synthesizer(scenario), progress
         )
         self._coordination = Resynthesis(self.state, self._controllers)
+        self._watch = Watch(self.state, self._coordination)
+        self.state.listeners += (self._watch,)
         self._turns = Turns(self.state, self._world, self._controllers, self._coordination)
         self._begun = time.monotonic()
 
@@ -111,6 +114,10 @@ class Mission:
             self._take_turn(robot)
             if self.result is not None:
                 return
+        if self.scenario.deadlock:
+            self._end_if_stuck(self._watch.tick())
+        if self.result is not None:
+            return
         if self._completed():
             rounds = self.scenario.until.rounds
             plural = "round" if rounds == 1 else "rounds"
@@ -128,6 +135,9 @@ class Mission:
                 "no strategy",
             )
             return
+        self._end_if_stuck(impasse)
+
+    def _end_if_stuck(self, impasse: Impasse | None) -> None:
         if impasse is not None:
             explanation = explain_impasse(impasse, self.state)
             self._end(Outcome.OPERATOR_NEEDED, explanation, impasse.cause.value)

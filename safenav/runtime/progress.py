@@ -11,7 +11,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from safenav.formula import Formula, evaluate, parse
-from safenav.scenario.objective import Cover, Hold, Ltl, Objective, Patrol, Visit, targets_of
+from safenav.scenario.objective import (
+    Cover,
+    Hold,
+    Ltl,
+    Objective,
+    Patrol,
+    Target,
+    Visit,
+    targets_of,
+)
 from safenav.spec.objective import NO_MEMORY, Memory
 from safenav.world.map import Region
 
@@ -43,6 +52,19 @@ class Progress:
     def memory(self) -> Memory:
         """What the next specification of this objective must begin with."""
         return Memory(self._index, self._values)
+
+    def awaited(self) -> Target:
+        """The regions of which the robot must reach one next; none known for ``ltl``."""
+        match self.objective:
+            case Patrol() | Visit():
+                return self._targets[self._index]
+            case Cover(targets):
+                left = [t for i, t in enumerate(targets) if i not in self._seen]
+                return frozenset().union(*left)
+            case Hold(target):
+                return target
+            case Ltl():
+                return frozenset()
 
     def keep_memory(self, former: Progress) -> None:
         """Carry on with the memory of a former objective with the same ``ltl`` variables."""

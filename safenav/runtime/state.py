@@ -82,10 +82,13 @@ class TeamState:
             )
         )
 
-    def sightings(self, robot: Robot, task: Task) -> Sightings:
-        """What ``robot`` can observe of those that its task is about."""
+    def sightings(
+        self, robot: Robot, task: Task, closed: frozenset[Region] = frozenset()
+    ) -> Sightings:
+        """What ``robot`` can observe of those that its task is about; regions that are
+        ``closed`` to it for now count as taken."""
         positions = {o.name: self.poses[o.name].region for o in task.observed}
-        return Sightings(self.region(robot), self.dangers(robot), positions)
+        return Sightings(self.region(robot), self.dangers(robot) | closed, positions)
 
     def objectives(self) -> dict[str, dict[str, object]]:
         """The objectives in force, as in a trace."""

@@ -37,19 +37,26 @@ class Assignment:
 
 @dataclass
 class Frame:
-    """One request for help that is being served, and what it interrupted.
+    """A reason why somebody does something else for a while, and what it interrupted.
 
-    ``done``: its obstacle is resolved. ``relieved``: its helper could not do it after all, and
-    a newer frame for the same obstacle has another one.
+    A request: ``helper`` resolves ``obstacle`` for ``requester``. Giving way (``obstacle`` is
+    None): ``helper`` and perhaps others stand aside for ``requester``.
+    ``done``: the obstacle is resolved, the way was used. ``relieved``: its helper could not do
+    it after all, and a newer frame for the same obstacle has another one. ``goals_before``:
+    goals that the requester had met when others began to stand aside.
     """
 
-    obstacle: Obstacle
+    obstacle: Obstacle | None
     requester: str
     helper: str
     tick: int
     saved: dict[str, Assignment]
     done: bool = False
     relieved: bool = False
+    goals_before: int = 0
+
+    def serves(self, obstacle: Obstacle) -> bool:
+        return self.obstacle is not None and self.obstacle.name == obstacle.name
 
 
 class TaskStack:
@@ -65,7 +72,7 @@ class TaskStack:
 
     def push(
         self,
-        obstacle: Obstacle,
+        obstacle: Obstacle | None,
         requester: str,
         helper: str,
         tick: int,
@@ -79,7 +86,7 @@ class TaskStack:
 
     def finish(self, obstacle: Obstacle) -> bool:
         """Mark all frames of a resolved obstacle done; whether there was one."""
-        served = [f for f in self.frames if f.obstacle.name == obstacle.name and not f.done]
+        served = [f for f in self.frames if f.serves(obstacle) and not f.done]
         for frame in served:
             frame.done = True
         return bool(served)
@@ -100,13 +107,21 @@ class TaskStack:
     def request_for(self, obstacle: Obstacle) -> Frame | None:
         """The newest frame in which somebody is on the way to this obstacle."""
         for frame in reversed(self.frames):
-            if frame.obstacle.name == obstacle.name and not (frame.done or frame.relieved):
+            if frame.serves(obstacle) and not (frame.done or frame.relieved):
                 return frame
         return None
 
     def waiting(self) -> dict[str, Frame]:
         """Robots that wait for an open request of theirs -> the newest such frame."""
-        return {f.requester: f for f in self.frames if not (f.done or f.relieved)}
+        return {
+            frame.requester: frame
+            for frame in self.frames
+            if frame.obstacle is not None and not (frame.done or frame.relieved)
+        }
+
+    def giving_way(self) -> list[Frame]:
+        """The open frames in which somebody stands aside."""
+        return [frame for frame in self.frames if frame.obstacle is None and not frame.done]
 
 
 def holding(objective: Objective, region: Region) -> Objective:

@@ -20,6 +20,7 @@ from safenav.runtime.events import (
 )
 from safenav.runtime.navigation import Planner, Proposal
 from safenav.runtime.state import TeamState, Transit
+from safenav.runtime.traffic import Traffic
 from safenav.scenario.model import Robot
 from safenav.spec.others import observe
 from safenav.world.mobility import Pose
@@ -43,6 +44,7 @@ class Turns:
         self._world = world
         self._controllers = controllers
         self._coordination = coordination
+        self._traffic = Traffic(state)
         seed = state.scenario.seed
         self._clocks = {
             robot.name: random.Random(f"{seed}/{robot.name}") for robot in state.scenario.robots
@@ -56,7 +58,7 @@ class Turns:
         if transit is not None:
             return self._travel(robot, transit)
         planner = state.planners[name]
-        observed = observe(planner.task, state.scenario.map, state.sightings(robot, planner.task))
+        observed = self._observe(robot, planner)
         proposal = planner.propose(observed)
         lost = proposal is None
         if proposal is None:
@@ -72,6 +74,7 @@ class Turns:
         if ticks > 1:
             state.transits[name] = Transit(proposal.pose, state.tick + ticks - 1)
             planner.before = before
+            self._traffic.note(robot)
             self._tell_move(robot, state.poses[name], proposal.pose)
             return None
         impasse = self._arrive(robot, proposal.pose, before)
@@ -96,6 +99,7 @@ class Turns:
         start = state.poses[name]
         self._world.move(robot, pose)
         state.poses[name] = pose
+        self._traffic.note(robot)
         self._tell_move(robot, start, pose)
         planner = state.planners[name]
         after = planner.values()
@@ -109,6 +113,11 @@ class Turns:
         for goal in progress.arrive(pose.region, before, after):
             state.emit(GoalReached(state.tick, name, goal.goal, pose.region, progress.rounds))
         return None
+
+    def _observe(self, robot: Robot, planner: Planner) -> dict[str, int]:
+        closed = self._traffic.closed_to(robot) if self._state.scenario.deadlock else frozenset()
+        sightings = self._state.sightings(robot, planner.task, closed)
+        return observe(planner.task, self._state.scenario.map, sightings)
 
     def _check(self, robot: Robot, proposal: Proposal) -> Violation | None:
         pose = self._state.poses[robot.name]

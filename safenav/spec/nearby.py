@@ -79,9 +79,9 @@ def fairness(task: Task, world: RegionMap) -> Iterator[Constraint]:
     if task.fairness is not Fairness.OUT_OF_MY_WAY:
         return
     names = " or ".join(_dangers(task))
+    rule = f"{names} is infinitely often out of its way, on each side"
+    origin = Origin(task.item, rule, SOURCE)
     for heading in headings(world):
-        rule = f"{names} is infinitely often not on its {heading.label} side"
-        origin = Origin(task.item, rule, SOURCE)
         yield Constraint(Section.ENV_LIVENESS, f"!{busy(heading)}'", origin)
 
 

@@ -55,11 +55,12 @@ def compile_task(task: Task, world: RegionMap) -> Specification:
 
 def assumption_names(task: Task, world: RegionMap) -> list[str]:
     """The fairness assumptions that a task relies on, in words."""
-    return [
+    rules = (
         constraint.origin.rule
         for constraint in encode_others(task, world).assumptions
         if constraint.section is Section.ENV_LIVENESS
-    ]
+    )
+    return list(dict.fromkeys(rules))
 
 
 def _beginning(task: Task) -> Iterator[Constraint]:

@@ -1,6 +1,6 @@
 """The world: maps of regions and how robots move on them."""
 
 from safenav.world.map import Heading, Region, RegionMap
-from safenav.world.mobility import Mobility, Pose, distances, moves
+from safenav.world.mobility import Mobility, Pose, distances, moves, shortest_path
 
-__all__ = ["Heading", "Mobility", "Pose", "Region", "RegionMap", "distances", "moves"]
+__all__ = ["Heading", "Mobility", "Pose", "Region", "RegionMap", "distances", "moves", "shortest_path"]
