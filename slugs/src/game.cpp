@@ -65,12 +65,13 @@ Bdd translate(BddStore &store, const FormulaPool &formulas, FormulaId root) {
   return done[root];
 }
 
-Bdd conjoin(BddStore &store, const Specification &specification, FormulaPool &formulas, Section section) {
-  Bdd result = store.constant(true);
+void conjoin(Bdd &result, BddStore &store, const Specification &specification, FormulaPool &formulas,
+             Section section, const std::function<void()> &between_steps) {
   for (const Constraint &constraint : specification[section])
-    for (const FormulaId f : conjuncts(formulas, constraint.formula))
+    for (const FormulaId f : conjuncts(formulas, constraint.formula)) {
       result &= translate(store, formulas, f);
-  return result;
+      between_steps();
+    }
 }
 
 std::vector<Bdd> goals(BddStore &store, const Specification &specification, Section section) {
@@ -91,15 +92,18 @@ Game::Game(const Specification &spec, const std::vector<std::uint32_t> &order, c
       current(store.make_set(vars_of(spec, false, true, true))),
       next_inputs(store.make_set(vars_of(spec, true, true, false))),
       next_outputs(store.make_set(vars_of(spec, true, false, true))),
-      next(store.make_set(vars_of(spec, true, true, true))) {
-  FormulaPool formulas = spec.formulas;
-  env_init = conjoin(store, spec, formulas, Section::EnvInit);
-  sys_init = conjoin(store, spec, formulas, Section::SysInit);
-  env_trans = conjoin(store, spec, formulas, Section::EnvTrans);
-  sys_trans = conjoin(store, spec, formulas, Section::SysTrans);
-  assumptions = goals(store, spec, Section::EnvLiveness);
-  guarantees = goals(store, spec, Section::SysLiveness);
-  states = store.constant(true);
+      next(store.make_set(vars_of(spec, true, true, true))), env_init(store.constant(true)),
+      sys_init(store.constant(true)), env_trans(store.constant(true)), sys_trans(store.constant(true)),
+      states(store.constant(true)) {}
+
+void Game::build(const std::function<void()> &between_steps) {
+  FormulaPool formulas = specification.formulas;
+  conjoin(env_init, store, specification, formulas, Section::EnvInit, between_steps);
+  conjoin(sys_init, store, specification, formulas, Section::SysInit, between_steps);
+  conjoin(env_trans, store, specification, formulas, Section::EnvTrans, between_steps);
+  conjoin(sys_trans, store, specification, formulas, Section::SysTrans, between_steps);
+  assumptions = goals(store, specification, Section::EnvLiveness);
+  guarantees = goals(store, specification, Section::SysLiveness);
 }
 
 void Game::restrict_to(const Bdd &some) {

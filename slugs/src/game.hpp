@@ -9,12 +9,15 @@
 #include "bdd.hpp"
 #include "specification.hpp"
 
+#include <functional>
 #include <vector>
 
 namespace slugs {
 
 struct Game {
   Game(const Specification &specification, const std::vector<std::uint32_t> &order, const Budget &budget);
+  // Calls `between_steps` where diagrams may be reordered.
+  void build(const std::function<void()> &between_steps);
 
   const Specification &specification;
   BddStore store; // bit i is specification.variables[i]

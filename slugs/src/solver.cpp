@@ -94,6 +94,8 @@ void Solver::Implementation::solve() {
     const std::vector<std::uint32_t> order =
         options.start_order.empty() ? force_order(specification) : options.start_order;
     game.emplace(specification, order, budget);
+    sift_at = 1 << 16;
+    game->build([this] { sift_if_grown(); });
     game->store.collect();
     sift_at = std::max<std::size_t>(4 * game->store.live_nodes(), 1 << 14);
   });
