@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from safenav.scenario import fields as read
-from safenav.scenario.document import Node, Scalar, clipped
+from safenav.scenario.document import Mapping, Node, Scalar, clipped
+from safenav.scenario.event_pattern_reader import EventPatternReader
 from safenav.scenario.findings import Findings, suggestion
 from safenav.scenario.model import Expect, Obstacle, Outcome
 from safenav.scenario.region_reader import RegionReader
 
-KEYS = ("outcome", "resolved", "blocked", "helpers", "ticks")
+KEYS = ("outcome", "resolved", "blocked", "helpers", "ticks", "rounds", "order", "never")
+TICK_KEYS = ("at_least", "at_most")
 
 
 class ExpectationReader:
@@ -35,13 +37,49 @@ class ExpectationReader:
         item = read.mapping(node, "expect", self._findings, KEYS)
         if item is None:
             return Expect()
+        least_ticks, ticks = self._ticks(item.get("ticks"))
+        patterns = EventPatternReader(self._regions, self._robots, self._obstacle, self._findings)
         return Expect(
             read.choice(item.get("outcome"), "'outcome' of expect", Outcome, self._findings),
             self._names(item.get("resolved"), "'resolved' of expect"),
             self._names(item.get("blocked"), "'blocked' of expect"),
             self._helpers(item.get("helpers")),
-            read.integer(item.get("ticks"), "'ticks' of expect", self._findings, least=1),
+            ticks,
+            least_ticks,
+            self._rounds(item.get("rounds")),
+            patterns.read_all(item.get("order"), "'order' of expect"),
+            patterns.read_all(item.get("never"), "'never' of expect"),
         )
+
+    def _ticks(self, node: Node | None) -> tuple[int | None, int | None]:
+        """The least and the most ticks: ``40`` or ``{at_least: 10, at_most: 40}``."""
+        what = "'ticks' of expect"
+        if not isinstance(node, Mapping):
+            return None, read.integer(node, what, self._findings, least=1)
+        read.mapping(node, what, self._findings, TICK_KEYS)
+        least, most = (
+            read.integer(node.get(key), f"'{key}' in {what}", self._findings, least=1)
+            for key in TICK_KEYS
+        )
+        if least is not None and most is not None and least > most:
+            self._findings.add(node, f"{what}: at least {least} and at most {most}")
+        return least, most
+
+    def _rounds(self, node: Node | None) -> dict[str, int] | None:
+        """``2`` for every robot, or robot by robot."""
+        what = "'rounds' of expect"
+        if not isinstance(node, Mapping):
+            rounds = read.integer(node, what, self._findings, least=1)
+            return None if rounds is None else dict.fromkeys(self._robots, rounds)
+        found = {}
+        for key, value in node.entries:
+            rounds = read.integer(value, f"{what}, {clipped(key.text)}", self._findings)
+            if key.text not in self._robots:
+                told = f"{what}: no robot is named '{clipped(key.text)}'"
+                self._findings.add(key, told, suggestion(key.text, self._robots))
+            elif rounds is not None:
+                found[key.text] = rounds
+        return found
 
     def _names(self, node: Node | None, what: str) -> frozenset[str] | None:
         items = read.sequence(node, what, self._findings)

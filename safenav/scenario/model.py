@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 
+from safenav.scenario.event_pattern import EventPattern
 from safenav.scenario.objective import Objective
 from safenav.world.map import Region, RegionMap
 from safenav.world.mobility import Mobility, Pose
@@ -166,7 +167,9 @@ class Expect:
     """What a run of the scenario should give; None means: not checked.
 
     ``resolved`` and ``blocked`` name obstacles (``door@47``) as sets; ``helpers`` maps an
-    obstacle to the robot that is asked; ``ticks`` is an upper bound.
+    obstacle to the robot that is asked; ``ticks`` is an upper bound, ``least_ticks`` a lower
+    one; ``rounds``: at least so many of each robot; ``order``: events that happen one after
+    the other, whatever happens in between; ``never``: events that do not happen.
     """
 
     outcome: Outcome | None = None
@@ -174,6 +177,10 @@ class Expect:
     blocked: frozenset[str] | None = None
     helpers: Mapping[str, str] | None = field(default=None, hash=False)
     ticks: int | None = None
+    least_ticks: int | None = None
+    rounds: Mapping[str, int] | None = field(default=None, hash=False)
+    order: tuple[EventPattern, ...] | None = None
+    never: tuple[EventPattern, ...] | None = None
 
 
 @dataclass(frozen=True)

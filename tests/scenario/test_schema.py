@@ -32,6 +32,7 @@ FOLDER = Path(__file__).parents[2] / "scenarios"
 VALID = sorted(FOLDER.glob("*.yaml"))
 
 WELL_SHAPED = {
+    "bad_event_patterns": False,
     "bad_expectations": False,
     "bad_formulas": True,
     "bad_headings": False,

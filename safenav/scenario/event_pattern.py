@@ -1,0 +1,42 @@
+"""Patterns of events, as expectations write them: ``resolved door@47``, ``goal quad 58``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from safenav.world.map import Region
+
+
+class EventKind(StrEnum):
+    """Events that a pattern can speak of: line types of the trace (docs/trace.md)."""
+
+    SYNTHESIS = "synthesis"
+    VIOLATION = "violation"
+    BACKTRACK = "backtrack"
+    REQUEST = "request"
+    PUSH = "push"
+    POP = "pop"
+    RESOLVED = "resolved"
+    BLOCKED = "blocked"
+    GOAL = "goal"
+    ASSUMPTION = "assumption"
+
+
+@dataclass(frozen=True)
+class EventPattern:
+    """Matches the events of a kind in which all these robots, this obstacle and this region
+    have a part; None matches any."""
+
+    kind: EventKind
+    robots: frozenset[str] = frozenset()
+    obstacle: str | None = None
+    region: Region | None = None
+
+    def __str__(self) -> str:
+        words = [self.kind.value, *sorted(self.robots)]
+        if self.obstacle is not None:
+            words.append(self.obstacle)
+        if self.region is not None:
+            words.append(str(self.region))
+        return " ".join(words)
