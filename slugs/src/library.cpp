@@ -23,14 +23,6 @@ struct Synthesis::Implementation {
   std::unique_ptr<Solver> solver;
   const char *verdict = "unknown"; // so far
 
-  bool realizable() {
-    return stoppable([&] {
-      const bool result = solver->verdict() == Verdict::Realizable;
-      verdict = result ? "realizable" : "unrealizable";
-      return result;
-    });
-  }
-
   // Runs `work`, and turns the engine's limits into the library's.
   template <class Work> auto stoppable(Work work) const {
     try {
@@ -38,6 +30,14 @@ struct Synthesis::Implementation {
     } catch (const LimitReached &limit) {
       throw Stopped(limit.what() + (" " + solver->progress()));
     }
+  }
+
+  bool realizable() {
+    return stoppable([&] {
+      const bool result = solver->verdict() == Verdict::Realizable;
+      verdict = result ? "realizable" : "unrealizable";
+      return result;
+    });
   }
 
   void write(std::ostream &out, Verdict wanted) {
