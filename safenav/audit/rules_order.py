@@ -146,6 +146,8 @@ class OrderRule(Rule):
             if not isinstance(record, _BEFORE_THE_FIRST_MOVE):
                 yield self.broken_by(record, None, f"a {kind} line before the first turn")
             return
+        if isinstance(record, Goal) and _begins_on_its_target(record, now):
+            return
         actor = _actor(record)
         if actor is not None and actor != turn.robot:
             yield self.broken_by(record, actor, f"a {kind} line of {actor} in {turn.robot}'s turn")
@@ -159,6 +161,12 @@ class OrderRule(Rule):
         else:
             problem = f"the {kind} line comes too late in {turn.robot}'s turn"
             yield self.broken_by(record, turn.robot, problem)
+
+
+def _begins_on_its_target(record: Goal, now: Situation) -> bool:
+    """Whether the goal may be one that a strategy met where it began: told at once, in
+    whosever turn that is."""
+    return any(synthesis.robot == record.robot for synthesis in now.turn.all(Synthesis))
 
 
 def _actor(record: Record) -> str | None:
