@@ -28,9 +28,10 @@ _VERSION_SECONDS = 5.0
 
 @dataclass(frozen=True)
 class Binary:
-    """A slugs binary that exists and may be executed."""
+    """A slugs binary. ``ours``: known to be safenav's, so that it need not be asked."""
 
     path: Path
+    ours: bool = False
 
     @cached_property
     def digest(self) -> str:
@@ -45,7 +46,7 @@ class Binary:
     @property
     def native(self) -> bool:
         """Whether it is safenav's own slugs (else only upstream's options may be used)."""
-        return self.version is not None
+        return self.ours or self.version is not None
 
     @property
     def version(self) -> str | None:
@@ -85,12 +86,12 @@ def find_own_binary() -> Binary | None:
     ]
     for place in places:
         if _executable(place):
-            return Binary(place)
+            return Binary(place, ours=True)
     recorded = _recorded_by_installer()
     if recorded is not None:
-        return Binary(recorded)
+        return Binary(recorded, ours=True)
     built = _PACKAGE.parent / "slugs" / "build" / "slugs"
-    return Binary(built) if _executable(built) else None
+    return Binary(built, ours=True) if _executable(built) else None
 
 
 def _named_by_environment(named: str) -> Binary:

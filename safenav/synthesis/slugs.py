@@ -173,6 +173,7 @@ class Synthesizer:
         self, jobs: Sequence[_Job], results: list[SynthesisResult | None], tell: Listener
     ) -> None:
         """Run the jobs in threads; turn what they bring into results here."""
+        native = self.binary.native  # asked here once, not in every thread
         crew = Crew()
         todo: queue.SimpleQueue[_Job] = queue.SimpleQueue()
         news: queue.SimpleQueue[_News] = queue.SimpleQueue()
@@ -180,7 +181,7 @@ class Synthesizer:
             todo.put(job)
         count = min(len(jobs), self.at_once)
         workers = [
-            threading.Thread(target=self._labour, args=(crew, todo, news), daemon=True)
+            threading.Thread(target=self._labour, args=(crew, native, todo, news), daemon=True)
             for _ in range(count)
         ]
         try:
@@ -213,7 +214,11 @@ class Synthesizer:
                     worker.join()
 
     def _labour(
-        self, crew: Crew, todo: queue.SimpleQueue[_Job], news: queue.SimpleQueue[_News]
+        self,
+        crew: Crew,
+        native: bool,
+        todo: queue.SimpleQueue[_Job],
+        news: queue.SimpleQueue[_News],
     ) -> None:
         """What a thread does: take a job, run the binary, bring what it printed."""
         while True:
@@ -223,29 +228,28 @@ class Synthesizer:
                 return
             news.put((job, None))
             try:
-                news.put((job, self._run(crew, job)))
+                run = self._run_native if native else self._run_foreign
+                news.put((job, run(crew, job)))
             except DismissedError:
                 return
             except BaseException as error:
                 news.put((job, error))
                 return
 
-    def _run(self, crew: Crew, job: _Job) -> Finished:
-        binary = self.binary
-        command = [str(binary.path), *job.question.options]
-        if binary.native:
-            if job.question is Question.REALIZABILITY:
-                command.append("--realizability")
-            deadline = None
-            if self.seconds is not None:
-                command += ["--timeout", f"{self.seconds:g}"]
-                deadline = self.seconds + _OVERTIME_SECONDS
-            if self.memory_mb is not None:
-                command += ["--memory", str(self.memory_mb)]
-            return crew.run([*command, "-"], job.text.encode(), deadline)
-        return self._run_foreign(crew, job, command)
+    def _run_native(self, crew: Crew, job: _Job) -> Finished:
+        """Our own program reads standard input and keeps its limits itself."""
+        command = [str(self.binary.path), *job.question.options]
+        if job.question is Question.REALIZABILITY:
+            command.append("--realizability")
+        deadline = None
+        if self.seconds is not None:
+            command += ["--timeout", f"{self.seconds:g}"]
+            deadline = self.seconds + _OVERTIME_SECONDS
+        if self.memory_mb is not None:
+            command += ["--memory", str(self.memory_mb)]
+        return crew.run([*command, "-"], job.text.encode(), deadline)
 
-    def _run_foreign(self, crew: Crew, job: _Job, command: list[str]) -> Finished:
+    def _run_foreign(self, crew: Crew, job: _Job) -> Finished:
         """Upstream's program reads slugsin files only and knows no limits."""
         # Imported here: it is slow, and our own binary needs no files.
         import tempfile
@@ -254,7 +258,8 @@ class Synthesizer:
         with tempfile.TemporaryDirectory(prefix="safenav-") as directory:
             file = Path(directory) / f"specification{suffix}"
             file.write_bytes(text)
-            return crew.run(limited([*command, str(file)], self.memory_mb), b"", self.seconds)
+            command = [str(self.binary.path), *job.question.options, str(file)]
+            return crew.run(limited(command, self.memory_mb), b"", self.seconds)
 
     def _translated(self, crew: Crew, job: _Job) -> tuple[bytes, str]:
         """The specification as slugsin if our own binary is there to translate it."""

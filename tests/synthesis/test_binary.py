@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 import pytest
 
@@ -102,3 +102,22 @@ def test_a_binary_that_hangs_when_asked_is_foreign(
 def test_another_content_has_another_digest(script: Callable[[str], Binary]) -> None:
     assert script("exit 0").digest != script("exit 1").digest
     assert script("exit 0").digest == script("exit 0").digest
+
+
+def test_an_unusual_prefix_is_known_from_the_installers_record(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What ``RECORD`` lists wins over guessing; another program of that name does not count."""
+    installed = _program(tmp_path / "elsewhere" / "safenav" / "_bin" / "slugs")
+    stray = _program(tmp_path / "elsewhere" / "bin" / "slugs")
+
+    class Recorded(PurePosixPath):
+        def locate(self) -> Path:
+            return tmp_path / "elsewhere" / self
+
+    names = ["bin/slugs", "safenav/_bin/slugs", "safenav/errors.py"]
+    monkeypatch.setattr("importlib.metadata.files", lambda _: [Recorded(n) for n in names])
+    assert module._recorded_by_installer() == installed
+    installed.unlink()
+    assert stray.exists()
+    assert module._recorded_by_installer() is None
