@@ -89,4 +89,4 @@ def _run(case: Case, scenario: Scenario, conditions: Conditions, trace: Path | N
 
 def _told(diagnostic: Diagnostic) -> str:
     """A diagnostic in one line."""
-    return " ".join(part.strip() for part in str(diagnostic).splitlines())
+    return "; ".join(part.strip() for part in str(diagnostic).splitlines())

@@ -1,0 +1,198 @@
+"""Cases run in processes of their own: one that misbehaves costs nobody else anything."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from batch.conftest import SlugsLog, Write, scenario
+from safenav.batch.backend import Arrival
+from safenav.batch.case import Case, Conditions, Verdict
+from safenav.batch.pool import LocalPool
+from safenav.batch.worker import Worker
+from safenav.errors import SafenavError
+
+pytestmark = pytest.mark.usefixtures("slugs")
+
+
+def case(robot: str, number: int = 0, text: str | None = None) -> Case:
+    name = f"{robot}-{number}.yaml"
+    return Case(name, name, scenario(robot) if text is None else text, {"seed": number})
+
+
+def run(
+    cases: list[Case], jobs: int = 2, seconds: float = 20.0, traces: Path | None = None
+) -> dict[str, Arrival]:
+    pool = LocalPool(jobs, Conditions(seconds), traces)
+    try:
+        for one in cases:
+            pool.submit(one)
+        arrived: list[Arrival] = []
+        while len(arrived) < len(cases):
+            arrived += pool.collect(0.2)
+    finally:
+        pool.close()
+    return {arrival.case.name: arrival for arrival in arrived}
+
+
+def verdicts(arrived: dict[str, Arrival]) -> dict[str, Verdict]:
+    return {name: arrival.result.verdict for name, arrival in arrived.items()}
+
+
+def test_a_crash_is_told_and_the_others_are_run() -> None:
+    arrived = run([case("quick"), case("crasher"), case("quick", 1), case("quick", 2)])
+    crashed = arrived.pop("crasher-0.yaml").result
+    assert set(verdicts(arrived).values()) == {Verdict.PASSED}
+    assert crashed.verdict is Verdict.CRASHED
+    assert crashed.reasons == ["the process that ran it died: killed by SIGSEGV"]
+    assert "Segmentation fault" in crashed.detail
+    assert "slugs.py" in crashed.detail  # the stack says where it was
+
+
+def test_a_case_that_hangs_is_stopped_with_its_synthesizer(slugs: SlugsLog) -> None:
+    begun = time.monotonic()
+    arrived = run([case("sleeper"), case("quick"), case("quick", 1)], jobs=1, seconds=1.0)
+    assert time.monotonic() - begun < 10
+    hung = arrived.pop("sleeper-0.yaml").result
+    assert set(verdicts(arrived).values()) == {Verdict.PASSED}
+    assert hung.verdict is Verdict.HUNG
+    assert hung.reasons == ["no end after 1 s; it was stopped"]
+    assert "slugs.py" in hung.detail
+    assert 1.0 <= hung.wall_seconds < 3.0
+    assert slugs.all_gone()
+
+
+def test_a_crash_takes_its_synthesizer_with_it(slugs: SlugsLog) -> None:
+    run([case("crasher")])
+    assert len(slugs.pids) == 1
+    assert slugs.all_gone()
+
+
+def test_closing_stops_what_runs(slugs: SlugsLog) -> None:
+    pool = LocalPool(2, Conditions())
+    pool.submit(case("sleeper"))
+    pool.submit(case("sleeper", 1))
+    while len(slugs.pids) < 2:
+        assert pool.collect(0.05) == []
+    assert sorted(name for name, _ in pool.running()) == ["sleeper-0.yaml", "sleeper-1.yaml"]
+    pool.close()
+    assert slugs.all_gone()
+
+
+def test_the_kinds_of_failure_are_told_apart() -> None:
+    unexpected = scenario("other", "{outcome: completed}")
+    arrived = run(
+        [
+            case("broken"),
+            case("odd", text="safenav: 1\nmap: 3\n"),
+            case("other", text=unexpected),
+            Case("gone.yaml", "gone.yaml", None),
+            case("astray"),
+        ]
+    )
+    assert verdicts(arrived) == {
+        "broken-0.yaml": Verdict.ERROR,
+        "odd-0.yaml": Verdict.INVALID,
+        "other-0.yaml": Verdict.DIFFERENT,
+        "gone.yaml": Verdict.INVALID,
+        "astray-0.yaml": Verdict.PASSED,
+    }
+    reasons = {name: arrival.result.reasons for name, arrival in arrived.items()}
+    assert reasons["other-0.yaml"] == ["outcome: expected completed, got unrealizable"]
+    assert "odd-0.yaml:2:6: " in reasons["odd-0.yaml"][1]
+    assert "gone.yaml: no such file" in reasons["gone.yaml"][0]
+    assert "out of order" in reasons["broken-0.yaml"][0]
+
+
+def test_without_an_expectation_a_scenario_has_to_be_completed() -> None:
+    silent = scenario("silent").replace("expect: {outcome: unrealizable}\n", "")
+    ticks_only = scenario("ticking", "{ticks: 9}")
+    arrived = run([case("silent", text=silent), case("ticking", text=ticks_only)])
+    assert set(verdicts(arrived).values()) == {Verdict.DIFFERENT}
+
+
+def test_settings_replace_what_stands_in_the_scenario() -> None:
+    name = "varied.yaml"
+    varied = Case(name, name, scenario(), {"expect.outcome": "completed"})
+    wrong = Case("wrong.yaml", "wrong.yaml", scenario(), {"limits.ticks": -1})
+    arrived = run([varied, wrong])
+    assert arrived[name].result.verdict is Verdict.DIFFERENT
+    assert arrived["wrong.yaml"].result.reasons == [
+        "wrong.yaml:4:17: 'ticks' of limits is -1, and must be at least 1"
+    ]
+
+
+def test_traces_are_written_where_wanted(tmp_path: Path) -> None:
+    traces = tmp_path / "traces"
+    traces.mkdir()
+    arrived = run([case("quick"), case("crasher")], traces=traces)
+    for arrival in arrived.values():
+        assert arrival.trace is not None
+        assert arrival.trace.read_text().startswith('{"type":"header"')
+
+
+def test_a_worker_is_used_again_and_keeps_nothing_of_the_case_before() -> None:
+    worker = Worker()
+    try:
+        for number, robot in enumerate(["quick", "broken", "quick"]):
+            worker.give(case(robot, number), Conditions(), None)
+            result = worker.wait()
+            assert result.passed == (robot == "quick")
+            assert result.name == f"{robot}-{number}.yaml"
+            assert worker.alive
+    finally:
+        worker.end()
+
+
+def test_ctrl_c_at_the_terminal_does_not_reach_workers() -> None:
+    worker = Worker()
+    try:
+        assert os.getpgid(worker.pid) != os.getpgid(0)
+    finally:
+        worker.end()
+
+
+def test_an_environment_in_which_no_worker_starts_is_an_error(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "yaml.py").write_text("raise RuntimeError('no yaml here')")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    with pytest.raises(SafenavError, match=r"(?s)does not start.*no yaml here"):
+        run([case("quick")])
+
+
+ABANDONED = """
+import sys, time
+from batch.test_pool import case
+from safenav.batch.case import Conditions
+from safenav.batch.worker import Worker
+worker = Worker()
+worker.give(case("sleeper"), Conditions(), None)
+print(worker.pid, flush=True)
+time.sleep(60)
+"""
+
+
+def test_workers_end_when_the_batch_is_killed(slugs: SlugsLog, write: Write) -> None:
+    write("unused.yaml")
+    tests = str(Path(__file__).parents[1])
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([tests, *sys.path])}
+    batch = subprocess.Popen(
+        [sys.executable, "-c", ABANDONED],
+        stdout=subprocess.PIPE,
+        env=environment,
+    )
+    with batch:
+        assert batch.stdout is not None
+        worker = int(batch.stdout.readline())
+        while not slugs.pids:
+            time.sleep(0.02)
+        batch.send_signal(signal.SIGKILL)
+    slugs.path.write_text(f"{worker}\n{slugs.path.read_text()}")
+    assert slugs.all_gone()
