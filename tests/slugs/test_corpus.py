@@ -18,8 +18,8 @@ STRATEGY = ("--explicitStrategy", "--jsonOutput")
 COUNTERSTRATEGY = ("--counterStrategy", "--jsonOutput")
 TIMEOUT = 300
 SLOW = ("basicEvasion", "Belief_Evasion", "coop_0", "bunny_many_goals_8", "genbuf_20")
-# Their strategies were too large for upstream, and are too large to check here.
-HUGE = ("basicEvasion", "genbuf_10", "genbuf_20", "jcss12", "synt15", "Belief_Evasion_fine")
+# Their strategies have hundreds of megabytes and more: only the verdict is asked for.
+HUGE = ("genbuf_10", "genbuf_20", "synt15_5", "synt15_10")
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,8 @@ def test_realizable_files(slugs_binary: Path, tmp_path: Path, row: Row) -> None:
     if row.sha256 is not None:
         assert _sha256(strategy) == row.sha256
     with strategy.open("rb") as lines:
-        assert sum(line.startswith(b'\t"rank"') for line in lines) == row.nodes
+        nodes = sum(line.startswith(b'\t"rank"') for line in lines)
+    assert nodes == (row.nodes or nodes)
     assert _accepted(slugs_binary, "--check", str(strategy), file) == ""
 
 
@@ -122,11 +123,13 @@ def test_unrealizable_files(slugs_binary: Path, tmp_path: Path, row: Row) -> Non
     assert _accepted(slugs_binary, "--counterStrategy", "--check", str(counterstrategy), file) == ""
 
 
-@pytest.mark.parametrize("row", _parameters([row for row in ROWS if row.sha256]))
+def _is_quick(row: Row) -> bool:
+    return not any(name in row.file for name in SLOW)
+
+
+@pytest.mark.parametrize("row", _parameters([row for row in ROWS if row.sha256 and _is_quick(row)]))
 def test_translation_keeps_the_strategy(slugs_binary: Path, tmp_path: Path, row: Row) -> None:
     """What --translate prints is played exactly like the file itself."""
-    if any(name in row.file for name in SLOW):
-        pytest.skip("the same game again takes too long")
     translated, strategy = tmp_path / "translated.slugsin", tmp_path / "strategy.json"
     _ask(slugs_binary, translated, "--translate", str(_corpus() / row.file))
     verdict, messages = _ask(slugs_binary, strategy, *STRATEGY, str(translated))
