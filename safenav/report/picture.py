@@ -108,12 +108,12 @@ class _Drawing:
 
     def draw(self) -> None:
         self._floor()
-        for obstacle, status in self.scene.obstacles:
-            if status is not Status.HIDDEN or self.options.hidden:
-                self._obstacle(obstacle, status)
         style = looks([r.name for r in self.scene.robots])
         for i, robot in enumerate(self.scene.robots):
             self._trail(robot, style[i], i - (len(style) - 1) / 2)
+        for obstacle, status in self.scene.obstacles:
+            if status is not Status.HIDDEN or self.options.hidden:
+                self._obstacle(obstacle, status)
         self._targets(style)
         self._violations()
         shifts = separated([(r.row, r.col) for r in self.scene.robots])
@@ -200,7 +200,7 @@ class _Drawing:
 
     def _targets(self, style: tuple[Look, ...]) -> None:
         """A small copy of the robot's shape in a corner of each region it is to reach."""
-        corners = ((0.82, 0.82), (0.18, 0.82), (0.82, 0.18))
+        corners = ((0.86, 0.86), (0.14, 0.86), (0.86, 0.14))
         taken: dict[Region, int] = {}
         for robot, look in zip(self.scene.robots, style, strict=True):
             targets = targets_of(robot.objective) if robot.objective is not None else ()
@@ -214,7 +214,7 @@ class _Drawing:
                         look.path,
                         x + right * self.cell,
                         y + down * self.cell,
-                        self.cell * 0.1,
+                        self.cell * 0.09,
                         fill=look.colour,
                         stroke=INK,
                         stroke_width=0.22,
@@ -229,7 +229,7 @@ class _Drawing:
             x, y = (robot.col + 0.5) * self.cell, (robot.row + 0.5) * self.cell
             to_x, to_y = self._centre(event.region)
             dx, dy = (to_x - x) / self.cell, (to_y - y) / self.cell
-            start, end, wing = 0.34 * self.cell, 0.72 * self.cell, 0.09 * self.cell
+            start, end, wing = 0.51 * self.cell, 0.74 * self.cell, 0.09 * self.cell
             tip = (x + dx * end, y + dy * end)
             back = (tip[0] - dx * wing * 1.4, tip[1] - dy * wing * 1.4)
             data = (

@@ -132,7 +132,7 @@ def _palette(replay: Replay, film: Film) -> Image.Image:
     for sheet in sheets:
         whole.paste(sheet.convert("RGB"), (0, below))
         below += sheet.height
-    return whole.quantize(255, dither=Image.Dither.NONE)
+    return whole.quantize(255, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
 
 
 def _missing(package: str, form: str) -> UsageError:

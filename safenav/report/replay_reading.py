@@ -185,8 +185,10 @@ class _Telling:
         self._known(line.robot)
         told = self.progress[line.robot]
         before = told[-1][1] if told else Progress()
-        told.append((line.tick, Progress(line.round, _on_map(self.map, line.region))))
-        if not isinstance(self.objectives[line.robot][-1][1], Hold):
+        holding = isinstance(self.objectives[line.robot][-1][1], Hold)
+        rounds = 0 if holding else line.round  # ticks on the spot are no rounds to show
+        told.append((line.tick, Progress(rounds, _on_map(self.map, line.region))))
+        if not holding:
             self._event(line, EventKind.GOAL, line.robot, line.region)
         elif before.reached != line.region:  # holding on is no news
             self._event(line, EventKind.GOAL, line.robot, line.region)

@@ -33,7 +33,7 @@ class Browser:
             pytest.skip("no Chromium with chromedriver (Debian: chromium, chromium-driver)")
         options = webdriver.ChromeOptions()
         options.binary_location = program
-        for argument in ("--headless=new", "--no-sandbox", "--disable-dev-shm-usage"):
+        for argument in ("--headless=new", "--no-sandbox", "--hide-scrollbars"):
             options.add_argument(argument)
         options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
         self.driver = webdriver.Chrome(options=options, service=Service(driver))

@@ -66,8 +66,16 @@ def test_frames_of_a_film_differ(replays: dict[str, Replay], tmp_path: Path) -> 
     with Image.open(path) as gif:
         for i in range(gif.n_frames):
             gif.seek(i)
-            seen.add(gif.convert("RGB").tobytes())
+            frame = gif.convert("RGB")
+            seen.add(frame.tobytes())
     assert len(seen) == 4
+    for robot in (BLUE, ORANGE):
+        off = min(
+            sum(abs(a - b) for a, b in zip(_rgb(robot), colour, strict=True))
+            for count, colour in frame.getcolors(1 << 24)
+            if count > 30
+        )
+        assert off < 24, "the palette has lost the colour of a robot"
 
 
 def test_a_missing_extra_is_named(

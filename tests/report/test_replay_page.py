@@ -42,6 +42,7 @@ def test_it_opens_from_disk_without_error_or_request(
     assert browser.errors() == []
     assert browser.run('return performance.getEntriesByType("resource").length') == 0
     assert browser.tick == 0
+    assert float(browser.one("input[type=range]").get_attribute("value") or "nan") == 0
 
 
 def test_it_plays_smoothly_to_the_end_and_stops(browser: Browser, pages: dict[str, Path]) -> None:
@@ -327,7 +328,7 @@ def test_what_the_map_shows_can_be_chosen(browser: Browser, pages: dict[str, Pat
     browser.open(pages["door"])
     shown = {
         "region numbers": ".numbers text",
-        "trails": ".motion .trail path",
+        "trails": ".trails .trail path",
         "targets": ".knowledge .target",
         "hidden obstacles": ".obstacle.status-hidden",
     }

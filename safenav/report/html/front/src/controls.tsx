@@ -162,14 +162,13 @@ function Timeline({ run, player, tick }: ControlsProps) {
     observer.observe(track.current!);
     return () => observer.disconnect();
   }, []);
-  useLayoutEffect(
-    () =>
-      player.onFrame((time) => {
-        slider.current!.value = String(time);
-        track.current!.style.setProperty("--played", `${run.last ? (100 * time) / run.last : 0}%`);
-      }),
-    [run, player],
-  );
+  useLayoutEffect(() => {
+    const follow = (time: number): void => {
+      slider.current!.value = String(time);
+    };
+    follow(player.time);
+    return player.onFrame(follow);
+  }, [player]);
   const marks = useMemo(() => marksOf(run, width), [run, width]);
   const goals = useMemo(() => {
     const ticks = new Set(run.events.filter((event) => event[1] === "goal").map((event) => event[0]));

@@ -1,17 +1,19 @@
 /**
- * The map, in three drawings over one another so that a browser repaints only what changes: the
- * floor (never), what is known (at ticks), robots and their trails (every frame, moved by hand
- * and not through the component tree). Shading of what robots see or believe has its place
- * between floor and knowledge once traces tell it.
+ * The map, in drawings over one another so that a browser repaints only what changes: the floor
+ * (never), trails (every frame), what is known (at ticks), robots (every frame). What moves in
+ * every frame is moved by hand and not through the component tree. Shading of what robots see or
+ * believe has its place above the floor once traces tell it.
  */
 
 import { memo } from "preact/compat";
-import { useLayoutEffect, useMemo, useRef } from "preact/hooks";
+import { useLayoutEffect, useRef } from "preact/hooks";
 import type { Player } from "./player";
 import { at, eventsAt, label, poseAt, separate, type Pose, type Robot, type Run } from "./run";
 import { calm, type Shown } from "./settings";
 
 const CELL = 40;
+/** From the nose of a robot to the sign in the next region. */
+export const ARROW = "M20.5 0H29M24.5 -4.5L29.5 0L24.5 4.5";
 const BODY = 0.28 * CELL;
 const TRAIL = 24;
 const STRENGTHS = [0.25, 0.45, 0.75];
@@ -50,11 +52,14 @@ export function MapView({ run, player, tick, shown }: MapProps) {
         <svg viewBox={box} class="floor">
           <Floor run={run} numbers={shown.numbers} />
         </svg>
+        <svg viewBox={box} class="trails">
+          {shown.trails && <Trails run={run} player={player} />}
+        </svg>
         <svg viewBox={box} class="knowledge">
           <Knowledge run={run} tick={tick} shown={shown} />
         </svg>
         <svg viewBox={box} class="motion">
-          <Motion run={run} player={player} trails={shown.trails} />
+          <Robots run={run} player={player} />
         </svg>
       </div>
       <p class="readout" ref={readout} aria-hidden="true" />
@@ -150,9 +155,9 @@ const Knowledge = memo(({ run, tick, shown }: { run: Run; tick: number; shown: S
 /** A small copy of the robot's shape in a corner of each region that it is to reach. */
 function Targets({ run, tick }: { run: Run; tick: number }) {
   const corners = [
-    [0.82, 0.82],
-    [0.18, 0.82],
-    [0.82, 0.18],
+    [0.86, 0.86],
+    [0.14, 0.86],
+    [0.86, 0.14],
   ];
   const taken = new Map<number, number>();
   return (
@@ -165,7 +170,7 @@ function Targets({ run, tick }: { run: Run; tick: number }) {
           if (!corner) return null;
           const x = ((region % run.cols) + corner[0]!) * CELL;
           const y = (Math.floor(region / run.cols) + corner[1]!) * CELL;
-          const place = `translate(${x} ${y}) scale(4)`;
+          const place = `translate(${x} ${y}) scale(3.6)`;
           return <path class="target" d={robot.look.path} fill={robot.look.colour} transform={place} />;
         }),
       )}
@@ -189,7 +194,7 @@ function Violations({ run, tick }: { run: Run; tick: number }) {
           <path
             class="violation-arrow"
             transform={`translate(${x} ${y}) rotate(${angle})`}
-            d="M14 0H29M24 -4.5L29.5 0L24 4.5"
+            d={ARROW}
           />
         );
       })}
@@ -197,62 +202,66 @@ function Violations({ run, tick }: { run: Run; tick: number }) {
   );
 }
 
-function Motion({ run, player, trails }: { run: Run; player: Player; trails: boolean }) {
+function Robots({ run, player }: { run: Run; player: Player }) {
   const root = useRef<SVGGElement>(null);
-  const lanes = useMemo(() => {
-    const space = Math.min(0.09, 0.5 / Math.max(1, run.robots.length)) * CELL;
-    return run.robots.map((_, i) => (i - (run.robots.length - 1) / 2) * space + CELL / 2);
-  }, [run]);
   useLayoutEffect(() => {
-    const robots = [...root.current!.querySelectorAll<SVGGElement>(".robot")];
-    const noses = robots.map((robot) => robot.querySelector<SVGPathElement>(".nose"));
-    const ways = [...root.current!.querySelectorAll<SVGGElement>(".trail")].map((trail) => [
-      ...trail.querySelectorAll("path"),
-    ]);
-    let drawn = -1;
-    const draw = (time: number): void => {
-      const moment = calm.matches ? Math.floor(time + 1e-9) : time;
-      const poses = run.robots.map((robot) => poseAt(run, robot, moment));
-      separate(poses).forEach((pose, i) => {
+    const robots = [...root.current!.children];
+    const noses = robots.map((robot) => robot.querySelector(".nose"));
+    return onMoment(player, (moment) => {
+      separate(run.robots.map((robot) => poseAt(run, robot, moment))).forEach((pose, i) => {
         robots[i]!.setAttribute("transform", `translate(${centre(pose.x)} ${centre(pose.y)})`);
-        if (pose.heading !== null) noses[i]!.setAttribute("transform", `rotate(${pose.heading}) scale(${0.92 * BODY})`);
+        noses[i]?.setAttribute("transform", `rotate(${pose.heading ?? 0}) scale(${0.92 * BODY})`);
       });
-      if (!trails) return;
-      const tick = Math.floor(moment);
-      run.robots.forEach((robot, i) => {
-        drawTrail(run, robot, tick, poses[i]!, lanes[i]!, ways[i]!, tick !== drawn);
-      });
-      drawn = tick;
-    };
-    draw(player.time);
-    return player.onFrame(draw);
-  }, [run, player, trails, lanes]);
+    });
+  }, [run, player]);
   return (
     <g ref={root}>
-      {trails &&
-        run.robots.map((robot) => (
-          <g class="trail" key={robot.name} style={{ "--colour": robot.look.colour }}>
-            {STRENGTHS.map((opacity) => (
-              <path opacity={opacity} />
-            ))}
-          </g>
-        ))}
-      {run.robots.map((robot) => (
-        <g class="robot" key={robot.name} data-robot={robot.name}>
-          {robot.headings !== null && <path class="nose" d={run.nose} />}
-          <path class="body" d={robot.look.path} fill={robot.look.colour} transform={`scale(${BODY})`} />
-          <text
-            class="letters"
-            y={robot.look.drop * BODY}
-            font-size={robot.look.size * BODY}
-            fill={robot.look.ink}
-          >
-            {robot.look.letters}
+      {run.robots.map(({ name, headings, look }) => (
+        <g class="robot" key={name} data-robot={name}>
+          {headings !== null && <path class="nose" d={run.nose} />}
+          <path class="body" d={look.path} fill={look.colour} transform={`scale(${BODY})`} />
+          <text class="letters" y={look.drop * BODY} font-size={look.size * BODY} fill={look.ink}>
+            {look.letters}
           </text>
         </g>
       ))}
     </g>
   );
+}
+
+function Trails({ run, player }: { run: Run; player: Player }) {
+  const root = useRef<SVGGElement>(null);
+  useLayoutEffect(() => {
+    const paths = [...root.current!.children].map((trail) => [...trail.querySelectorAll("path")]);
+    const lane = Math.min(0.09, 0.5 / Math.max(1, run.robots.length)) * CELL;
+    let drawn = -1;
+    return onMoment(player, (moment) => {
+      const tick = Math.floor(moment);
+      run.robots.forEach((robot, i) => {
+        const shift = (i - (run.robots.length - 1) / 2) * lane + CELL / 2;
+        drawTrail(run, robot, tick, poseAt(run, robot, moment), shift, paths[i]!, tick !== drawn);
+      });
+      drawn = tick;
+    });
+  }, [run, player]);
+  return (
+    <g ref={root}>
+      {run.robots.map((robot) => (
+        <g class="trail" key={robot.name} style={{ "--colour": robot.look.colour }}>
+          {STRENGTHS.map((opacity) => (
+            <path opacity={opacity} />
+          ))}
+        </g>
+      ))}
+    </g>
+  );
+}
+
+/** Draws now and with every frame; in whole ticks for those who want less motion. */
+function onMoment(player: Player, draw: (moment: number) => void): () => void {
+  const follow = (time: number): void => draw(calm.matches ? Math.floor(time + 1e-9) : time);
+  follow(player.time);
+  return player.onFrame(follow);
 }
 
 function centre(cells: number): string {

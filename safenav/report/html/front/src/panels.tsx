@@ -1,8 +1,9 @@
 /** The side of the page: robots with their objectives, the stack, the obstacles, the legend. */
 
 import { memo } from "preact/compat";
-import { RobotSign, StatusSign } from "./icons";
-import { at, label, type Frame, type Run, type Status } from "./run";
+import { EventSign, RobotSign, StatusSign } from "./icons";
+import { ARROW } from "./map";
+import { at, label, type EventKind, type Frame, type Run, type Status } from "./run";
 import { narrow } from "./settings";
 
 interface PanelProps {
@@ -31,12 +32,16 @@ export function Robots({ run, tick }: PanelProps) {
                   <b>{robot.name}</b> <span class="quiet">{robot.model}</span>
                   {role && <span class={`role ${role[0]}`}>{role[1]}</span>}
                 </p>
-                <p class="objective">{words}</p>
+                <p class="objective">
+                  {words}
+                  <span class="quiet">
+                    {reached >= 0 && ` · reached ${reached}`}
+                    {rounds > 0 && ` · ${rounds} ${rounds === 1 ? "round" : "rounds"}`}
+                  </span>
+                </p>
                 <p class="quiet">
                   at {label(run, robot.path[tick]!)}
                   {facing}
-                  {reached >= 0 && ` · reached ${reached}`}
-                  {rounds > 0 && ` · ${rounds} ${rounds === 1 ? "round" : "rounds"}`}
                 </p>
               </div>
             </li>
@@ -106,6 +111,14 @@ export function Obstacles({ run, tick }: PanelProps) {
   );
 }
 
+const EVENTS: [kind: EventKind, meaning: string][] = [
+  ["synthesis", "synthesis"],
+  ["push", "objectives pushed"],
+  ["pop", "objectives restored"],
+  ["goal", "goal reached"],
+  ["outcome", "end of the run"],
+];
+
 const STATUSES: Status[] = ["hidden", "found", "requested", "resolved", "blocked"];
 
 export const Legend = memo(({ run }: { run: Run }) => {
@@ -130,7 +143,7 @@ export const Legend = memo(({ run }: { run: Run }) => {
           <li>
             <svg width="20" height="20" viewBox="-2 -2 24 24" aria-hidden="true">
               <rect class="swatch" width="20" height="20" />
-              <path class="target" transform="translate(15 15) scale(4)" d={first.look.path} fill={first.look.colour} />
+              <path class="target" transform="translate(15 15) scale(3.6)" d={first.look.path} fill={first.look.colour} />
             </svg>
             target of the robot with that shape
           </li>
@@ -154,10 +167,22 @@ export const Legend = memo(({ run }: { run: Run }) => {
           </li>
         )}
         <li>
-          <svg width="26" height="18" viewBox="10 -9 24 18" aria-hidden="true">
-            <path class="violation-arrow" d="M12 0H29M24 -4.5L29.5 0L24 4.5" />
+          <svg width="26" height="18" viewBox="14 -9 24 18" aria-hidden="true">
+            <path class="violation-arrow" d={ARROW} />
           </svg>
           step that was refused
+        </li>
+        {EVENTS.map(([kind, meaning]) => (
+          <li key={kind}>
+            <EventSign run={run} kind={kind} />
+            {meaning}
+          </li>
+        ))}
+        <li>
+          <svg width="10" height="14" class="goals" aria-hidden="true">
+            <path d="M5 4v6" />
+          </svg>
+          goals, below the timeline
         </li>
       </ul>
     </details>

@@ -1,0 +1,100 @@
+"""How large the page of a long run is, how fast it opens, and how smoothly it plays.
+
+Measured in headless Chromium, from the page's own navigation and frame timestamps:
+
+    python benchmarks/replay.py [--ticks 1000] [--robots 6] [--seconds 5]
+
+Bars: a page of 1,000 ticks and 6 robots under 1 MB, open in under a second, 60 frames a second.
+Needs the packages of the tests (selenium) and Debian's chromium and chromium-driver.
+"""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+import sys
+import tempfile
+import time
+from itertools import pairwise
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
+
+from report import made_traces  # noqa: E402
+from report.browser import Browser  # noqa: E402
+
+from safenav.report.html import page_of  # noqa: E402
+from safenav.report.replay_reading import read_replay  # noqa: E402
+
+LOADED = """
+    const entry = performance.getEntriesByType("navigation")[0];
+    const paint = performance.getEntriesByName("first-contentful-paint")[0];
+    return [entry.loadEventEnd, paint ? paint.startTime : null];
+"""
+FRAMES = """
+    const [milliseconds, done] = arguments, stamps = [];
+    const first = performance.now();
+    const note = now => {
+        stamps.push(now);
+        if (now - first < milliseconds) requestAnimationFrame(note); else done(stamps);
+    };
+    requestAnimationFrame(note);
+"""
+
+
+def main() -> None:
+    """Measure and print one line a figure."""
+    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    options.add_argument("--ticks", type=int, default=1000)
+    options.add_argument("--robots", type=int, default=6)
+    options.add_argument("--seconds", type=float, default=5.0)
+    chosen = options.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        lines = made_traces.crowd(chosen.robots, chosen.ticks)
+        trace = made_traces.write(lines, Path(folder) / "crowd.jsonl")
+        page = Path(folder) / "crowd.html"
+        before = time.process_time()
+        page.write_text(page_of(read_replay(trace), trace.name))
+        spent = time.process_time() - before
+        print(f"trace             {trace.stat().st_size / 1e6:8.3f} MB, {len(lines)} lines")
+        print(f"page              {page.stat().st_size / 1e6:8.3f} MB, {spent:.2f} s to write")
+        _measure(page, chosen.seconds)
+
+
+def _measure(page: Path, seconds: float) -> None:
+    browser = Browser()
+    try:
+        opened = []
+        for _ in range(5):
+            browser.open(page)
+            time.sleep(0.3)
+            opened.append(browser.run(LOADED))
+        loaded = statistics.median(entry[0] for entry in opened)
+        painted = [entry[1] for entry in opened if entry[1] is not None]
+        paint = f", painted at {statistics.median(painted):.0f} ms" if painted else ""
+        print(f"opens in          {loaded:8.0f} ms{paint}")
+        browser.driver.set_script_timeout(seconds * 4 + 30)
+        for speed in (4, 16, 64):
+            browser.run('document.querySelector(".speed select").value = arguments[0]', str(speed))
+            browser.run(
+                'document.querySelector(".speed select").dispatchEvent(new Event("change"))'
+            )
+            browser.button("First tick").click()
+            browser.button("Play").click()
+            stamps = browser.driver.execute_async_script(FRAMES, seconds * 1000)
+            browser.button("Pause").click()
+            gaps = sorted(b - a for a, b in pairwise(stamps))
+            rate = 1000 * len(gaps) / sum(gaps)
+            late = sum(gap > 25 for gap in gaps) / len(gaps)
+            print(
+                f"{speed:3} ticks/s       {rate:8.1f} frames/s, median gap "
+                f"{statistics.median(gaps):.1f} ms, 95 % {gaps[int(0.95 * len(gaps))]:.1f} ms, "
+                f"late {late:.1%}"
+            )
+    finally:
+        browser.driver.quit()
+
+
+if __name__ == "__main__":
+    main()
