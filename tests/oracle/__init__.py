@@ -11,7 +11,7 @@ from oracle.checker import check_counterstrategy, check_strategy
 from oracle.extraction import extract
 from oracle.fixpoint import Solution, initial_states, is_realizable, losing_inputs, solve
 from oracle.game import Game, build_game, members
-from oracle.generator import random_specification
+from oracle.generator import deep_formulas, random_specification
 from oracle.parity import counterstrategy_from_parity, solve_parity, strategy_from_parity
 from oracle.rendering import inputs_first, to_slugsin, to_structuredslugs
 from oracle.shrinking import shrink
@@ -30,6 +30,7 @@ __all__ = [
     "check_counterstrategy",
     "check_strategy",
     "counterstrategy_from_parity",
+    "deep_formulas",
     "extract",
     "from_json",
     "initial_states",

@@ -56,6 +56,7 @@ class Duel:
     binary: Path
     folder: Path
     abilities: Abilities
+    translations: float = 0.3  # the share of files whose translation is compared
     games: int = 0
     strategies: int = 0
     counterstrategies: int = 0
@@ -107,7 +108,7 @@ class Duel:
             told = [ROBOTICS] * robotics + [BIAS] * bias
             for difference in self._answer(game, solutions[bias], name, told, source):
                 yield f"{' '.join([*told, name])}: {difference}\n{text}"
-        if self.abilities.translate and source.random() < 0.3:
+        if self.abilities.translate and source.random() < self.translations:
             for difference in self._translation(game, name):
                 yield f"--translate {name}: {difference}\n{text}"
 

@@ -59,6 +59,20 @@ def random_specification(
     )
 
 
+def deep_formulas(source: Random, integers: bool, depth: int = 5) -> Specification:
+    """Few but deep constraints: what matters is that they are read as they are meant."""
+    variables = _variables(source, integers, 5)
+    everything = Vocabulary(variables, variables)
+    inputs = tuple(v for v in variables if v.owner == "input")
+    return Specification(
+        variables,
+        sys_init=(_tree(source, Vocabulary(variables, ()), depth),),
+        env_trans=(_tree(source, Vocabulary(variables, inputs), depth),),
+        sys_trans=(_tree(source, everything, depth),),
+        sys_liveness=(_tree(source, everything, depth),),
+    )
+
+
 def _variables(source: Random, integers: bool, bits: int) -> tuple[Variable, ...]:
     variables: list[Variable] = []
     left = source.choice((bits, bits, bits - 1, source.randint(0, bits)))

@@ -9,7 +9,7 @@ from pathlib import Path
 from random import Random
 
 import pytest
-from oracle import Specification, random_specification, shrink
+from oracle import Specification, deep_formulas, random_specification, shrink
 from oracle.duel import Abilities, Duel
 
 BATCH = 50
@@ -50,6 +50,14 @@ def test_games_with_many_goals(duel: Duel, seed: int) -> None:
 def test_games_of_eight_bits(duel: Duel, seed: int) -> None:
     """Longer plays than in the tiny games."""
     _compare(duel, random_specification(Random(seed), integers=seed % 2 == 0, bits=8), seed)
+
+
+@pytest.mark.parametrize("batch", range(6))
+def test_deep_formulas_are_read_as_they_are_meant(duel: Duel, batch: int) -> None:
+    """Precedence, aliases, sums and buffers, nested; the translation is compared each time."""
+    eager = Duel(duel.binary, duel.folder, duel.abilities, translations=1.0)
+    for seed in range(batch * BATCH, (batch + 1) * BATCH):
+        _compare(eager, deep_formulas(Random(seed), integers=seed % 2 == 0), seed)
 
 
 def _compare(duel: Duel, specification: Specification, seed: int) -> None:
