@@ -16,8 +16,8 @@ from pathlib import Path, PurePath
 from typing import Any
 
 from safenav.batch.case import Case
-from safenav.batch.matrix import Matrix, is_matrix, read_matrix
-from safenav.errors import InputError, UsageError
+from safenav.batch.matrix import Matrix, Named, is_matrix, read_matrix
+from safenav.errors import UsageError
 from safenav.scenario.document import DocumentError, Mapping, read_document
 from safenav.scenario.findings import Findings
 from safenav.scenario.source import read_source
@@ -92,17 +92,22 @@ class _Search:
 
     def _matrix(self, path: Path, matrix: Matrix) -> None:
         for named in matrix.scenarios:
-            below = str(path.parent / named.value)
-            try:
-                found = find_cases([below])
-            except (UsageError, InputError) as error:
-                raise UsageError(f"{path}:{named.line}:{named.column}: {error}") from None
-            if any(case.settings for case in found.cases):
-                raise UsageError(f"{path}:{named.line}:{named.column}: a matrix of a matrix file")
-            self.found.passed_over += found.passed_over
-            for case in found.cases:
+            for case in self._below(path, named):
                 for settings in matrix.settings:
                     self._case(Path(case.file), settings)
+
+    def _below(self, matrix: Path, named: Named) -> list[Case]:
+        """The cases that a matrix file names, without its settings."""
+        place = f"{matrix}:{named.line}:{named.column}"
+        below = matrix.parent / named.value
+        if below.is_file() and is_matrix(self._text(below) or ""):
+            raise UsageError(f"{place}: {below} is a matrix file itself\n    name scenarios here")
+        try:
+            found = find_cases([str(below)])
+        except UsageError as error:
+            raise UsageError(f"{place}: {error}") from None
+        self.found.passed_over += found.passed_over
+        return found.cases
 
     def _case(self, path: Path, settings: dict[str, Any]) -> None:
         file = _shown(path)

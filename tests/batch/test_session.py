@@ -1,0 +1,231 @@
+"""A batch keeps what is done, tries again only if told to, and stops when it should."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import pytest
+
+from safenav.batch.backend import Arrival
+from safenav.batch.case import Case, Result, Verdict, without_a_run
+from safenav.batch.session import Report, run_batch
+from safenav.batch.state import StateFile
+from safenav.errors import UsageError
+
+CASES = tuple(Case(f"{letter}.yaml", f"{letter}.yaml", letter) for letter in "abcd")
+
+Script = Callable[[Case, int], Verdict]
+
+
+class Scripted:
+    """A backend that answers one case at a time as a function of the case and the attempt."""
+
+    def __init__(self, script: Script, traces: Path | None = None) -> None:
+        self._script = script
+        self._traces = traces
+        self._todo: deque[Case] = deque()
+        self.asked: list[str] = []
+        self.closed = False
+
+    def submit(self, case: Case) -> None:
+        self._todo.append(case)
+
+    def collect(self, seconds: float) -> list[Arrival]:
+        assert seconds > 0
+        case = self._todo.popleft()
+        self.asked.append(case.name)
+        verdict = self._script(case, self.asked.count(case.name))
+        reasons = [] if verdict is Verdict.PASSED else [f"reason {len(self.asked)}"]
+        trace = None
+        if self._traces is not None:
+            trace = self._traces / f"{len(self.asked)}.jsonl"
+            trace.write_text(case.name)
+        return [Arrival(case, without_a_run(case, verdict, reasons), trace)]
+
+    def running(self) -> list[tuple[str, float]]:
+        return []
+
+    def close(self) -> None:
+        self.closed = True
+
+
+def passing(case: Case, attempt: int) -> Verdict:
+    del case, attempt
+    return Verdict.PASSED
+
+
+def failing(*letters: str, until: int = 99) -> Script:
+    def script(case: Case, attempt: int) -> Verdict:
+        bad = case.name[0] in letters and attempt < until
+        return Verdict.DIFFERENT if bad else Verdict.PASSED
+
+    return script
+
+
+def interrupted_at(letter: str) -> Script:
+    def script(case: Case, attempt: int) -> Verdict:
+        if case.name[0] == letter:
+            raise KeyboardInterrupt
+        return passing(case, attempt)
+
+    return script
+
+
+def done(report: Report) -> str:
+    return "".join(result.name[0] for result in report.in_order)
+
+
+def test_all_as_expected() -> None:
+    backend = Scripted(passing)
+    report = run_batch(CASES, backend)
+    assert report.as_expected
+    assert done(report) == "abcd"
+    assert backend.closed
+
+
+def test_failures_are_not_tried_again_by_themselves() -> None:
+    backend = Scripted(failing("b"))
+    report = run_batch(CASES, backend)
+    assert [result.name for result in report.failed] == ["b.yaml"]
+    assert backend.asked == ["a.yaml", "b.yaml", "c.yaml", "d.yaml"]
+
+
+def test_a_case_that_passes_at_last_is_called_flaky_and_keeps_its_reasons() -> None:
+    report = run_batch(CASES, Scripted(failing("b", until=3)), retries=2)
+    assert report.as_expected
+    result = report.results["b.yaml"]
+    assert result.flaky
+    assert (result.attempts, result.earlier) == (3, ["reason 2", "reason 5"])
+    assert not report.results["a.yaml"].flaky
+
+
+def test_the_retry_limit_is_a_limit() -> None:
+    backend = Scripted(failing("b"))
+    report = run_batch(CASES, backend, retries=2)
+    assert backend.asked.count("b.yaml") == 3
+    assert report.results["b.yaml"].attempts == 3
+    assert not report.as_expected
+
+
+def test_what_is_no_scenario_is_not_tried_again() -> None:
+    backend = Scripted(lambda case, _: Verdict.INVALID if case is CASES[0] else Verdict.PASSED)
+    run_batch(CASES, backend, retries=5)
+    assert backend.asked.count("a.yaml") == 1
+
+
+def test_fail_fast_stops_at_the_first_failure() -> None:
+    backend = Scripted(failing("b"))
+    report = run_batch(CASES, backend, fail_fast=True)
+    assert done(report) == "ab"
+    assert report.stopped_early and backend.closed
+    assert [case.name for case in report.not_run] == ["c.yaml", "d.yaml"]
+    assert not report.as_expected
+
+
+def test_an_interrupted_batch_keeps_its_results_and_is_resumed(tmp_path: Path) -> None:
+    with StateFile(tmp_path, resume=False) as state:
+        report = run_batch(CASES, Scripted(interrupted_at("c")), state=state)
+    assert report.interrupted and not report.as_expected
+    assert done(report) == "ab"
+    backend = Scripted(passing)
+    with StateFile(tmp_path, resume=True) as state:
+        report = run_batch(CASES, backend, state=state)
+    assert backend.asked == ["c.yaml", "d.yaml"]
+    assert done(report) == "abcd"
+    assert report.resumed == 2 and report.as_expected
+
+
+def test_failures_are_results_too_and_not_run_again_by_resume(tmp_path: Path) -> None:
+    with StateFile(tmp_path, resume=False) as state:
+        run_batch(CASES, Scripted(failing("b")), state=state)
+    backend = Scripted(passing)
+    with StateFile(tmp_path, resume=True) as state:
+        report = run_batch(CASES, backend, state=state)
+    assert backend.asked == []
+    assert [result.name for result in report.failed] == ["b.yaml"]
+
+
+def test_a_scenario_that_was_changed_is_run_again(tmp_path: Path) -> None:
+    with StateFile(tmp_path, resume=False) as state:
+        run_batch(CASES, Scripted(passing), state=state)
+    changed = (Case("a.yaml", "a.yaml", "changed"), *CASES[1:])
+    backend = Scripted(passing)
+    with StateFile(tmp_path, resume=True) as state:
+        run_batch(changed, backend, state=state)
+    assert backend.asked == ["a.yaml"]
+
+
+def test_without_resume_everything_is_run_again(tmp_path: Path) -> None:
+    for _ in range(2):
+        backend = Scripted(passing)
+        with StateFile(tmp_path, resume=False) as state:
+            run_batch(CASES, backend, state=state)
+        assert len(backend.asked) == 4
+    assert len((tmp_path / "state.jsonl").read_text().splitlines()) == 4
+
+
+@pytest.mark.parametrize("cut", [1, 40, 200])
+def test_a_line_that_was_cut_off_costs_one_case(tmp_path: Path, cut: int) -> None:
+    with StateFile(tmp_path, resume=False) as state:
+        run_batch(CASES, Scripted(passing), state=state)
+    path = tmp_path / "state.jsonl"
+    whole = path.read_bytes()
+    path.write_bytes(whole[: -1 - cut])
+    backend = Scripted(passing)
+    with StateFile(tmp_path, resume=True) as state:
+        run_batch(CASES, backend, state=state)
+    assert backend.asked == ["d.yaml"]
+    with StateFile(tmp_path, resume=True) as state:
+        assert len(state.former) == 4
+
+
+def test_results_are_on_disk_when_they_arrive(tmp_path: Path) -> None:
+    lines: list[int] = []
+
+    class Watching:
+        def waiting(self, report: Report, running: Sequence[tuple[str, float]]) -> None:
+            del report, running
+
+        def arrived(self, report: Report, result: Result) -> None:
+            del report, result
+            lines.append(len((tmp_path / "state.jsonl").read_text().splitlines()))
+
+    with StateFile(tmp_path, resume=False) as state:
+        run_batch(CASES, Scripted(passing), state=state, observer=Watching())
+    assert lines == [1, 2, 3, 4]
+
+
+def test_two_batches_do_not_share_a_state_file(tmp_path: Path) -> None:
+    with (
+        StateFile(tmp_path, resume=False),
+        pytest.raises(UsageError, match="another batch is writing"),
+    ):
+        StateFile(tmp_path, resume=True)
+    StateFile(tmp_path, resume=True).__exit__(None, None, None)
+
+
+def test_a_folder_that_cannot_be_written_is_an_error(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(UsageError, match="cannot write the state"):
+        StateFile(tmp_path / "file", resume=False)
+
+
+def test_traces_of_failures_are_kept_and_the_others_removed(tmp_path: Path) -> None:
+    kept: list[str] = []
+
+    def keep(result: Result, trace: Path | None) -> list[str]:
+        assert trace is not None
+        kept.append(trace.read_text())
+        return [f"kept {result.name}"]
+
+    report = run_batch(CASES, Scripted(failing("b", "d"), tmp_path), artifacts=keep)
+    assert kept == ["b.yaml", "d.yaml"]
+    assert report.results["b.yaml"].artifacts == ["kept b.yaml"]
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_result_survives_its_way_through_a_file() -> None:
+    result = Result("n", "f", {"seed": [1, None]}, "abc", Verdict.HUNG, ["r"], rounds={"a": 2})
+    assert Result.from_record(result.record() | {"from a later version": 1}) == result
