@@ -20,6 +20,7 @@ from safenav.audit.records import (
     Violation,
 )
 from safenav.audit.rule import Finding, Rule
+from safenav.audit.rules_requests import replaces_helper
 from safenav.audit.situation import Situation
 
 _COMPLETE_ENDINGS = (Ending.COMPLETED, Ending.TICK_LIMIT)
@@ -147,6 +148,8 @@ class OrderRule(Rule):
                 yield self.broken_by(record, None, f"a {kind} line before the first turn")
             return
         if isinstance(record, Goal) and _begins_on_its_target(record, now):
+            return
+        if isinstance(record, Request) and replaces_helper(record, now):
             return
         actor = _actor(record)
         if actor is not None and actor != turn.robot:

@@ -12,7 +12,6 @@ from safenav.audit.records import (
     Region,
     Request,
     Synthesis,
-    SynthesisReason,
     Verdict,
     Violation,
 )
@@ -52,6 +51,8 @@ class RequestRule(Rule):
             yield self.broken_by(request, request.requester, problem)
 
     def _problems(self, record: Request, now: Situation) -> Iterator[str]:
+        if replaces_helper(record, now):
+            return
         violation = now.turn.first(Violation)
         if violation is None or violation.obstacle != record.obstacle:
             yield f"{record.requester} asks for {record.obstacle} without having met it"
@@ -125,13 +126,23 @@ class HelperRule(Rule):
                 return
 
 
+def replaces_helper(record: Request, now: Situation) -> bool:
+    """Whether a request is made again because its helper has lost its strategy (T, Time)."""
+    failed = _failed(now)
+    return any(
+        frame.obstacle == record.obstacle
+        and frame.requester == record.requester
+        and frame.helper in failed
+        for frame in now.stack
+    )
+
+
 def _failed(now: Situation) -> set[str]:
-    """Whose synthesis failed while help was sought."""
+    """Whose synthesis failed in this turn."""
     return {
         synthesis.robot
         for synthesis in now.turn.all(Synthesis)
         if synthesis.verdict is not Verdict.REALIZABLE
-        and synthesis.reason is SynthesisReason.REQUEST
     }
 
 

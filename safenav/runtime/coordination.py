@@ -129,7 +129,7 @@ class Resynthesis:
         """Broadcast a request and reassign the team; ``changes`` come with it in any case."""
         state = self._state
         offers = self._offers(obstacle, requester)
-        refused: list[tuple[str, Attempt]] = []
+        refused: list[Attempt] = []
         plan = self._plan(obstacle, requester, offers, changes, refused)
         state.emit(
             Requested(
@@ -141,9 +141,8 @@ class Resynthesis:
                 list(obstacle.resolution_regions(state.scenario.map)),
             )
         )
-        for name, attempt in refused:
-            if name in attempt.answers:
-                self._controllers.announce(attempt, Reason.REQUEST, [name])
+        for attempt in refused:
+            self._controllers.announce(attempt, Reason.REQUEST, attempt.failed)
         if plan is None:
             return self._without_help(obstacle, requester, offers)
         frame = state.tasks.push(obstacle, requester.name, plan.helper, state.tick, plan.changes)
@@ -195,7 +194,7 @@ class Resynthesis:
         requester: Robot,
         offers: list[Bid],
         changes: Mapping[str, Assignment],
-        refused: list[tuple[str, Attempt]],
+        refused: list[Attempt],
     ) -> _Plan | None:
         """The first bidder, nearest first, for whom all that change have a strategy."""
         open_frame = self._state.tasks.request_for(obstacle)
@@ -205,7 +204,7 @@ class Resynthesis:
                 attempt = self._controllers.attempt({**changes, **change})
                 if not attempt.failed:
                     return _Plan(helper.name, attempt, {**changes, **change})
-                refused.append((helper.name, attempt))
+                refused.append(attempt)
         return None
 
     def _candidates(
@@ -217,7 +216,10 @@ class Resynthesis:
         frame = self._state.tasks.request_for(obstacle)
         if frame is not None:
             ranked.sort(key=lambda robot: robot.name != frame.helper)
+        relieved = self._state.tasks.relieved_of(obstacle)
         for robot in ranked:
+            if robot.name in relieved:
+                continue
             if frame is None or not self._waits_for(robot.name, requester.name):
                 yield robot
 
@@ -303,7 +305,7 @@ class Resynthesis:
             return None
         self._controllers.announce(attempt, reason, attempt.answers)
         frame = self._served_by(attempt.failed)
-        if frame is not None and frame.obstacle is not None:
+        if frame is not None and frame.obstacle is not None and self._others_capable(frame):
             saved = frame.saved[frame.helper]
             requester = self._state.scenario.robot(frame.requester)
             frame.relieved = True
@@ -318,6 +320,15 @@ class Resynthesis:
             if not frame.done and not frame.relieved and frame.helper in failed:
                 return frame
         return None
+
+    def _others_capable(self, frame: Frame) -> bool:
+        """Whether anybody else than those who have failed could serve a frame."""
+        assert frame.obstacle is not None
+        failed = {frame.helper, *self._state.tasks.relieved_of(frame.obstacle)}
+        return any(
+            frame.obstacle.type.action in robot.capabilities and robot.name not in failed
+            for robot in self._state.scenario.robots
+        )
 
     def _join(self, obstacle: Obstacle, because: BlockedBecause, reason: str) -> None:
         state = self._state

@@ -111,6 +111,10 @@ class TaskStack:
                 return frame
         return None
 
+    def relieved_of(self, obstacle: Obstacle) -> set[str]:
+        """The robots that were asked for this obstacle and could not do it after all."""
+        return {f.helper for f in self.frames if f.serves(obstacle) and f.relieved}
+
     def waiting(self) -> dict[str, Frame]:
         """Robots that wait for an open request of theirs -> the newest such frame."""
         return {

@@ -1,0 +1,106 @@
+"""The paper's three case studies, told by their traces in the order that the paper tells them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.runtime.conftest import Runner
+
+SCENARIOS = Path(__file__).parents[2] / "scenarios"
+EVENTS = ("violation", "request", "push", "resolved", "blocked", "pop", "outcome")
+
+
+def test_digit_opens_the_door_that_the_quadcopter_meets(run: Runner) -> None:
+    trace = run((SCENARIOS / "case_study_1.yaml").read_text())
+    door = "door@47"
+    assert trace.order(*EVENTS) == [
+        ("violation", door),
+        ("request", door),
+        ("push", door),
+        ("resolved", door),
+        ("pop", door),
+        ("outcome", None),
+    ]
+    violation = trace.one("violation")
+    assert (violation["robot"], violation["at"], violation["proposed"]) == ("quad", 46, 47)
+    push = trace.one("push")
+    assert push["objectives"]["quad"] == {"hold": 46}
+    assert push["objectives"]["digit"] == {"visit": [47, 58]}
+    resolved = trace.one("resolved")
+    assert (resolved["robot"], resolved["at"], resolved["requested"]) == ("digit", 47, True)
+    waiting = range(violation["tick"], resolved["tick"] + 1)
+    assert {trace.position("quad", tick) for tick in waiting} == {46}
+    assert trace.one("pop")["objectives"] == {
+        "quad": {"patrol": [54, 49]},
+        "digit": {"patrol": [58, 28]},
+    }
+    assert 49 in trace.path("quad")[resolved["tick"] :]
+    assert trace.outcome["outcome"] == "completed"
+
+
+def test_quadcopter_scouts_both_gaps_for_digit(run: Runner) -> None:
+    trace = run((SCENARIOS / "case_study_2.yaml").read_text())
+    north, south = "uncertainty@34", "uncertainty@60"
+    assert trace.order(*EVENTS) == [
+        ("violation", north),
+        ("request", north),
+        ("push", north),
+        ("resolved", north),
+        ("blocked", north),
+        ("pop", north),
+        ("violation", south),
+        ("request", south),
+        ("push", south),
+        ("resolved", south),
+        ("pop", south),
+        ("outcome", None),
+    ]
+    assert [(v["at"], v["proposed"]) for v in trace.all("violation")] == [(33, 34), (59, 60)]
+    assert [r["traversable"] for r in trace.all("resolved")] == [False, True]
+    assert trace.one("blocked")["robots"] == ["digit"]
+    assert 34 not in trace.path("digit")
+    assert 60 in trace.path("digit")
+    assert trace.outcome["outcome"] == "completed"
+
+
+def test_helper_needs_help_itself(run: Runner) -> None:
+    trace = run((SCENARIOS / "case_study_3.yaml").read_text())
+    gap, door = "uncertainty@43", "door@47"
+    assert trace.order(*EVENTS) == [
+        ("violation", gap),
+        ("request", gap),
+        ("push", gap),
+        ("violation", door),
+        ("request", door),
+        ("push", door),
+        ("resolved", door),
+        ("pop", door),
+        ("resolved", gap),
+        ("pop", gap),
+        ("outcome", None),
+    ]
+    first, second = trace.all("violation")
+    assert (first["robot"], first["at"]) == ("digit", 44)
+    assert (second["robot"], second["at"]) == ("quad", 48)
+    assert [p["depth"] for p in trace.all("push")] == [1, 2]
+    assert trace.all("push")[1]["objectives"] == {
+        "quad": {"hold": 48},
+        "digit": {"visit": [47, 44]},
+    }
+    assert trace.all("pop")[0]["objectives"]["digit"] == {"hold": 44}
+    sensed = trace.all("resolved")[1]
+    assert sensed["robot"] == "quad"
+    assert sensed["at"] in (42, 44)
+    assert trace.outcome["outcome"] == "completed"
+
+
+@pytest.mark.parametrize("name", ["hello", "case_study_1", "case_study_2", "case_study_3"])
+def test_every_strategy_is_verified_and_the_same_run_repeats(run: Runner, name: str) -> None:
+    text = (SCENARIOS / f"{name}.yaml").read_text()
+    trace = run(text)
+    assert {s["verified"] for s in trace.all("synthesis")} == {True}
+    again = run(text)
+    assert again.all("move") == trace.all("move")
+    assert {s["cached"] for s in again.all("synthesis")} == {True}

@@ -1,0 +1,381 @@
+"""Situations that coordination layers fall into, each one played with the real synthesizer."""
+
+from __future__ import annotations
+
+import pytest
+
+from safenav.errors import InputError
+from tests.runtime.conftest import Runner
+
+
+def test_resolving_what_nobody_asked_for_pops_nothing(run: Runner) -> None:
+    trace = run(
+        """
+        safenav: 1
+        map:
+          grid: |
+            ########
+            #......#
+            ########
+        robots:
+          opener: {model: digit, start: 9, heading: east, objective: {hold: 14}}
+          flyer: {model: quadcopter, start: 9, objective: {visit: [14, 9]}}
+        obstacles: [{type: door, region: 12}]
+        until: {rounds: 2}
+        """
+    )
+    assert trace.one("resolved")["requested"] is False
+    assert trace.all("pop") == trace.all("push") == []
+    assert trace.outcome["outcome"] == "completed"
+
+
+def test_unasked_resolution_while_a_request_is_open_leaves_the_stack_alone(run: Runner) -> None:
+    # The flyer waits for door 12; on its way there the opener opens door 16, too.
+    trace = run(
+        """
+        safenav: 1
+        map:
+          grid: |
+            ##########
+            #........#
+            ########.#
+            ##########
+        robots:
+          flyer: {model: quadcopter, start: 11, objective: {visit: [14, 11]}}
+          opener: {model: digit, start: 28, heading: north, objective: {hold: 28}}
+        obstacles: [{type: door, region: 12}, {type: door, region: 16}]
+        until: {rounds: 1}
+        limits: {ticks: 100}
+        """
+    )
+    first, second = trace.all("resolved")
+    assert (first["obstacle"], first["requested"]) == ("door@16", False)
+    assert (second["obstacle"], second["requested"]) == ("door@12", True)
+    assert len(trace.all("push")) == len(trace.all("pop")) == 1
+    assert trace.one("pop")["tick"] == second["tick"]
+
+
+def test_helper_that_stands_on_its_own_target_still_goes(run: Runner) -> None:
+    trace = run(
+        """
+        safenav: 1
+        map:
+          grid: |
+            #########
+            #.......#
+            #.......#
+            #########
+        robots:
+          flyer: {model: quadcopter, start: 10, objective: {patrol: [13, 10]}}
+          opener: {model: digit, start: 25, heading: west, objective: {hold: 25}}
+        obstacles: [{type: door, region: 12}, {type: door, region: 21}]
+        until: {rounds: 1}
+        limits: {ticks: 60}
+        """
+    )
+    assert trace.all("request")[0]["helper"] == "opener"
+    assert trace.all("resolved")[0]["robot"] == "opener"
+    assert trace.outcome["outcome"] == "completed"
+
+
+def test_robot_that_faces_the_obstacle_can_wait_and_turn(run: Runner) -> None:
+    # Digit faces the uncertain region with a wall on its left: it cannot turn on the spot. It
+    # waits, and when the region proves untraversable it turns off to the right.
+    trace = run(
+        """
+        safenav: 1
+        map:
+          grid: |
+            ########
+            #......#
+            #..##..#
+            #......#
+            ########
+        robots:
+          quad: {model: quadcopter, start: 30, objective: {hold: 30}}
+          digit: {model: digit, start: 9, heading: east, objective: {visit: [14, 25]}}
+        obstacles: [{type: uncertainty, region: 11, traversable: false}]
+        until: {rounds: 1}
+        limits: {ticks: 80}
+        """
+    )
+    violation, resolved = trace.one("violation"), trace.one("resolved")
+    assert (violation["at"], violation["proposed"]) == (10, 11)
+    waiting = range(violation["tick"], resolved["tick"])  # quad's turn is before digit's
+    assert {trace.position("digit", tick) for tick in waiting} == {10}
+    assert trace.position("digit", resolved["tick"]) == 18
+    assert 11 not in trace.path("digit")
+    assert trace.outcome["outcome"] == "completed"
+
+
+def test_robot_between_walls_in_front_of_an_untraversable_region_needs_an_operator(
+    run: Runner,
+) -> None:
+    trace = run(
+        """
+        safenav: 1
+        map:
+          grid: |
+            #######
+            #.....#
+            #.###.#
+            #.....#
+            #######
+        robots:
+          quad: {model: quadcopter, start: 26, objective: {hold: 26}}
+          digit: {model: digit, start: 8, heading: east, objective: {visit: [12, 8]}}
+        obstacles: [{type: uncertainty, region: 10, traversable: false}]
+        limits: {ticks: 80}
+        """
+    )
+    # It stands at 9 between walls, faces 10, and cannot go back: no strategy is left.
+    assert trace.outcome["outcome"] == "operator_needed"
+    assert trace.outcome["cause"] == "unrealizable"
+    assert "digit" in trace.outcome["explanation"]
+
+
+def test_second_request_while_the_first_is_pending(run: Runner) -> None:
+    trace = run(
+        """
+        safenav: 1
+        map:
+          grid: |
+            ###########
+            #....#....#
+            #....#....#
+            #.........#
+            ###########
+        robots:
+          one: {model: quadcopter, start: 12, objective: {visit: [15, 12]}}
+          two: {model: quadcopter, start: 17, objective: {visit: [20, 17]}}
+          opener: {model: digit, start: 38, heading: east, objective: {hold: 38}}
+        obstacles: [{type: door, region: 13}, {type: door, region: 18}]
+        until: {rounds: 1}
+        limits: {ticks: 150}
+        """
+    )
+    assert [r["obstacle"] for r in trace.all("request")][:2] == ["door@13", "door@18"]
+    assert [p["depth"] for p in trace.all("push")][:2] == [1, 2]
+    assert {r["obstacle"] for r in trace.all("resolved")} == {"door@13", "door@18"}
+    assert trace.outcome["outcome"] == "completed"
+
+
+def test_two_robots_meet_the_same_obstacle(run: Runner) -> None:
+    trace = run(
+        """
+        safenav: 1
+        map:
+          grid: |
+            ###########
+            #...#.....#
+            #.........#
+            #...#.....#
+            ###########
+        catalogue:
+          robots:
+            low: {mobility: free, layer: low, capabilities: []}
+            high: {mobility: free, layer: high, capabilities: []}
+        robots:
+          one: {model: low, start: 13, objective: {visit: [27, 13]}}
+          two: {model: high, start: 35, objective: {visit: [28, 35]}}
+          opener: {model: digit, start: 20, heading: north, objective: {hold: 20}}
+        obstacles: [{type: door, region: 26}]
+        until: {rounds: 1}
+        limits: {ticks: 150}
+        """
+    )
+    requests = trace.all("request")
+    assert [(r["obstacle"], r["helper"]) for r in requests] == [("door@26", "opener")] * 2
+    assert len(trace.all("resolved")) == 1
+    assert [p["depth"] for p in trace.all("pop")] == [1, 0]
+    assert trace.outcome["outcome"] == "completed"
+
+
+def test_obstacle_below_the_top_of_the_stack_is_dropped_when_it_surfaces(run: Runner) -> None:
+    # 'one' asks first, but 'near' opens its door after 'far' has been asked for the other and
+    # before 'far' gets there.
+    trace = run(
+        """
+        safenav: 1
+        map:
+          grid: |
+            ###############
+            #.............#
+            #.............#
+            #.............#
+            ###############
+        catalogue:
+          robots:
+            blue: {mobility: free, layer: air, capabilities: []}
+            red: {mobility: free, layer: sky, capabilities: []}
+            gun: {mobility: free, layer: ground, capabilities: [push]}
+            saw: {mobility: free, layer: field, capabilities: [cut]}
+          obstacles:
+            fence: {action: cut, resolve_at: self}
+        robots:
+          one: {model: blue, start: 16, objective: {visit: [18, 16]}}
+          two: {model: red, start: 46, objective: {visit: [49, 46]}}
+          near: {model: gun, start: 22, objective: {hold: 22}}
+          far: {model: saw, start: 58, objective: {hold: 58}}
+        obstacles: [{type: door, region: 17}, {type: fence, region: 48},
+                    {type: door, region: 32}, {type: fence, region: 33}]
+        until: {rounds: 1}
+        limits: {ticks: 150}
+        """
+    )
+    pops = trace.all("pop")
+    door, fence = trace.all("resolved")[:2]
+    assert (door["obstacle"], fence["obstacle"]) == ("door@17", "fence@48")
+    assert [p["depth"] for p in pops[:2]] == [1, 0]
+    assert pops[0]["tick"] == pops[1]["tick"] == fence["tick"]
+    assert pops[0]["obstacle"] == "fence@48"
+    # Until then 'one' holds, although its door is open.
+    held = range(door["tick"], fence["tick"])
+    assert {trace.position("one", tick) for tick in held} == {16}
+    assert trace.outcome["outcome"] == "completed"
+
+
+def test_untraversable_region_blocks_only_whom_it_blocks(run: Runner) -> None:
+    trace = run(
+        """
+        safenav: 1
+        map:
+          grid: |
+            #######
+            #.....#
+            #.....#
+            #######
+        robots:
+          quad: {model: quadcopter, start: 19, objective: {visit: [11, 8]}}
+          digit: {model: digit, start: 8, heading: east, objective: {visit: [11, 15]}}
+        obstacles: [{type: uncertainty, region: 10, traversable: false}]
+        until: {rounds: 2}
+        limits: {ticks: 100}
+        """
+    )
+    assert trace.one("blocked")["robots"] == ["digit"]
+    assert 10 in trace.path("quad")
+    assert 10 not in trace.path("digit")
+    assert trace.outcome["outcome"] == "completed"
+
+
+def test_helper_leaves_the_doorway_on_the_far_side_and_comes_back(run: Runner) -> None:
+    # With heading mobility the opener can only walk on through the door; the literal Patrol
+    # formula would forbid it to come back through it.
+    trace = run(
+        """
+        safenav: 1
+        map:
+          grid: |
+            #########
+            #...#...#
+            #.......#
+            #...#...#
+            #########
+        robots:
+          flyer: {model: quadcopter, start: 10, objective: {visit: [16, 10]}}
+          opener: {model: digit, start: 28, heading: west, objective: {patrol: [12, 28]}}
+        obstacles: [{type: door, region: 22}]
+        until: {rounds: 2}
+        limits: {ticks: 150}
+        """
+    )
+    resolved = trace.one("resolved")
+    after = trace.path("opener")[resolved["tick"] :]
+    assert after[0] == 23  # the far side
+    assert {12, 28} <= set(after)
+    assert trace.outcome["outcome"] == "completed"
+
+
+def test_patrol_with_both_targets_equal_is_told_to_hold(run: Runner) -> None:
+    with pytest.raises(InputError, match="hold"):
+        run(
+            """
+            safenav: 1
+            map: {grid: "####\\n#..#\\n####\\n"}
+            robots: {a: {model: quadcopter, start: 5, objective: {patrol: [6, 6]}}}
+            """
+        )
+
+
+@pytest.mark.parametrize(("start", "first"), [(8, 0), (11, 1)], ids=["first", "second"])
+def test_patrol_may_start_on_either_target(run: Runner, start: int, first: int) -> None:
+    trace = run(
+        f"""
+        safenav: 1
+        map:
+          grid: |
+            ######
+            #....#
+            ######
+        robots: {{a: {{model: quadcopter, start: {start - 1}, objective: {{patrol: [7, 10]}}}}}}
+        until: {{rounds: 2}}
+        """
+    )
+    goals = trace.all("goal")
+    assert goals[0]["goal"] == first
+    assert [g["goal"] for g in goals] == [(first + i) % 2 for i in range(len(goals))]
+    assert trace.outcome["outcome"] == "completed"
+
+
+def test_detour_around_what_nobody_can_resolve(run: Runner) -> None:
+    trace = run(
+        """
+        safenav: 1
+        map:
+          grid: |
+            #######
+            #.....#
+            #.###.#
+            #.....#
+            #######
+        robots: {flyer: {model: quadcopter, start: 8, objective: {visit: [12, 8]}}}
+        obstacles: [{type: door, region: 10}]
+        until: {rounds: 2}
+        """
+    )
+    assert trace.one("request")["bids"] == {}
+    assert trace.one("blocked")["reason"] == "no_capable_robot"
+    assert 10 not in trace.path("flyer")
+    assert trace.outcome["outcome"] == "completed"
+
+
+def test_operator_is_needed_where_there_is_no_detour(run: Runner) -> None:
+    trace = run(
+        """
+        safenav: 1
+        map:
+          grid: |
+            #######
+            #.....#
+            #######
+        robots: {flyer: {model: quadcopter, start: 8, objective: {visit: [12, 8]}}}
+        obstacles: [{type: door, region: 10}]
+        """
+    )
+    assert trace.outcome["outcome"] == "operator_needed"
+    assert trace.outcome["cause"] == "no_capable_robot"
+    assert "push" in trace.outcome["explanation"]
+
+
+def test_robots_that_wait_for_each_other_need_an_operator(run: Runner) -> None:
+    # The rover can get to the quadcopter's door through the uncertain region only, and the
+    # quadcopter to the uncertain region through the door only.
+    trace = run(
+        """
+        safenav: 1
+        map:
+          grid: |
+            ###########
+            #.........#
+            ###########
+        catalogue: {robots: {rover: {mobility: free, layer: ground, capabilities: [push]}}}
+        robots:
+          rover: {model: rover, start: 12, objective: {visit: [19, 12]}}
+          quad: {model: quadcopter, start: 20, objective: {visit: [12, 20]}}
+        obstacles: [{type: uncertainty, region: 14}, {type: door, region: 17}]
+        limits: {ticks: 60}
+        """
+    )
+    assert trace.outcome["outcome"] == "operator_needed"
+    assert trace.outcome["cause"] == "cyclic_requests", trace.outcome
