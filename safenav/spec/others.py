@@ -7,10 +7,11 @@ exactly everybody is (``exact``), and where everybody may be (``belief``).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from safenav.scenario.model import Tracking
-from safenav.spec import exact, nearby
+from safenav.spec import belief, exact, nearby
+from safenav.spec.knowledge import Knowledge
 from safenav.spec.specification import Constraint, Variable
 from safenav.spec.task import Task
 from safenav.world.map import Region, RegionMap
@@ -19,11 +20,13 @@ from safenav.world.map import Region, RegionMap
 @dataclass(frozen=True)
 class Sightings:
     """What there is to observe from a robot: where it is, which regions are taken up by those
-    whom it must not run into, and where everybody is that it keeps track of."""
+    whom it must not run into, and where everybody is that it keeps track of (``positions``), or
+    what it knows of that (``known``)."""
 
     region: Region
     taken: frozenset[Region]
     positions: Mapping[str, Region]
+    known: Mapping[str, Knowledge] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -56,7 +59,12 @@ def encode_others(task: Task, world: RegionMap) -> Encoding:
                 tuple(exact.guarantees(task)),
             )
         case Tracking.BELIEF:
-            raise NotImplementedError
+            return Encoding(
+                belief.inputs(task, world),
+                (),
+                tuple(belief.assumptions(task, world)),
+                tuple(belief.guarantees(task)),
+            )
 
 
 def observe(task: Task, world: RegionMap, sightings: Sightings) -> dict[str, int]:
@@ -69,4 +77,4 @@ def observe(task: Task, world: RegionMap, sightings: Sightings) -> dict[str, int
         case Tracking.EXACT:
             return exact.observe(task, sightings.positions)
         case Tracking.BELIEF:
-            raise NotImplementedError
+            return belief.observe(task, world, sightings.known)

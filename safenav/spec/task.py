@@ -10,6 +10,7 @@ from safenav.scenario.objective import Objective, Target, targets_of
 from safenav.spec.objective import NO_MEMORY, Memory
 from safenav.world.map import Region
 from safenav.world.mobility import Pose
+from safenav.world.partition import Partition
 
 
 class Fairness(StrEnum):
@@ -69,7 +70,8 @@ class Task:
 
     ``blocked``: obstacles known by now (O beyond the walls) that block this robot.
     ``observed``: the moving robots that it must not collide with, modelled by ``tracking``
-    under the assumption ``fairness``.
+    under the assumption ``fairness``. For beliefs: the ``partition`` of the map (None for its
+    rooms), and the regions whose obstacles are ``closed``, so that they block the view.
     """
 
     robot: Robot
@@ -80,6 +82,8 @@ class Task:
     observed: tuple[Observed, ...] = ()
     tracking: Tracking = Tracking.NEARBY
     fairness: Fairness = Fairness.NONE
+    partition: Partition | None = None
+    closed: frozenset[Region] = frozenset()
 
     @property
     def targets(self) -> tuple[Target, ...]:

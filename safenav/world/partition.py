@@ -1,0 +1,156 @@
+"""Cells of a map: where a robot that is out of sight may be, without saying where exactly.
+
+A partition divides all free regions among cells. It is given by whoever writes the scenario
+(``given``), or found on the map:
+
+``rooms``   Open floor is what lies in a fully free 2 x 2 square; rooms are the connected pieces
+            of it. What is left is narrow. A narrow piece of at most two regions is a doorway (or
+            a nook) and belongs to a room that it touches, the one whose open floor begins first
+            in reading order; a longer one is a corridor, a cell of its own. So an opening one
+            region wide in a wall separates two rooms, and a pillar does not.
+``tiles``   Squares of the given height and width, laid from the north-west corner; a tile that
+            walls divide gives a cell for each connected piece.
+
+The finer the cells, the more there is to know and to compute: k cells make up to 2^k - 1
+beliefs (``safenav.spec.knowledge``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable
+from dataclasses import dataclass
+from functools import lru_cache
+
+from safenav.world.map import Region, RegionMap
+
+DOORWAY = 2
+"""The most regions that a narrow piece has if it is a doorway and no corridor."""
+
+
+@dataclass(frozen=True)
+class Partition:
+    """The cells of a map, numbered from 0 in the order of their lowest regions.
+
+    Every free region belongs to exactly one cell: ``given``, ``rooms`` and ``tiles`` see to it.
+    """
+
+    cells: tuple[frozenset[Region], ...]
+
+    @classmethod
+    def given(cls, cells: Iterable[Collection[Region]], world: RegionMap) -> Partition:
+        """The partition with these cells, walls among them left out.
+
+        Raises ValueError for a cell without a free region, and for free regions in no cell or
+        in more than one.
+        """
+        owner: dict[Region, int] = {}
+        found = [frozenset(r for r in cell if world.is_free(r)) for cell in cells]
+        for index, cell in enumerate(found):
+            if not cell:
+                raise ValueError(f"cell {index} has no free region")
+            for region in sorted(cell):
+                if region in owner:
+                    twice = f"{world.label(region)} is in cell {owner[region]} and in cell {index}"
+                    raise ValueError(f"region {twice}")
+                owner[region] = index
+        missing = [world.label(region) for region in world.free if region not in owner]
+        if missing:
+            more = f" and {len(missing) - 5} more" if len(missing) > 5 else ""
+            raise ValueError(f"free regions in no cell: {', '.join(missing[:5])}{more}")
+        return cls(tuple(sorted(found, key=min)))
+
+    def cell(self, region: Region) -> int:
+        """The number of the cell that a free region belongs to. Raises KeyError for a wall."""
+        for index, cell in enumerate(self.cells):
+            if region in cell:
+                return index
+        raise KeyError(region)
+
+    def coarsened(self, most: int, world: RegionMap) -> Partition:
+        """The partition with the smallest cell joined to its smallest neighbour (to any cell if
+        it has none) until there are at most ``most``.
+
+        What is believed with it is what would be believed without it, or more.
+        """
+        cells = list(self.cells)
+        while len(cells) > max(1, most):
+            least = min(cells, key=lambda cell: (len(cell), min(cell)))
+            cells.remove(least)
+            beside = _beside(least, cells, world) or range(len(cells))
+            joined = min(beside, key=lambda index: (len(cells[index]), min(cells[index])))
+            cells[joined] |= least
+        return Partition(tuple(sorted(cells, key=min)))
+
+    def regions(self, cells: Iterable[int]) -> frozenset[Region]:
+        """All regions of some cells."""
+        return frozenset().union(*(self.cells[cell] for cell in cells))
+
+
+@lru_cache(maxsize=64)
+def rooms(world: RegionMap) -> Partition:
+    """The rooms and corridors of a map, doorways with one of the rooms that they join."""
+    wide = {r for r in world.free if _has_space(r, world)}
+    floors = _pieces(wide, world)
+    cells = [set(floor) for floor in floors]
+    for piece in _pieces(set(world.free) - wide, world):
+        beside = _beside(piece, floors, world)
+        if beside and len(piece) <= DOORWAY:
+            cells[beside[0]] |= piece
+        else:
+            cells.append(set(piece))
+    return Partition.given(cells, world)
+
+
+@lru_cache(maxsize=64)
+def tiles(world: RegionMap, height: int, width: int) -> Partition:
+    """Tiles of ``height`` rows and ``width`` columns. Raises ValueError unless both are at
+    least 1."""
+    if height < 1 or width < 1:
+        raise ValueError(f"tiles of {height} x {width} regions")
+    blocks: dict[tuple[int, int], set[Region]] = {}
+    for region in world.free:
+        row, col = world.position(region)
+        blocks.setdefault((row // height, col // width), set()).add(region)
+    pieces = [piece for block in blocks.values() for piece in _pieces(block, world)]
+    return Partition.given(pieces, world)
+
+
+def _has_space(region: Region, world: RegionMap) -> bool:
+    """Whether the region lies in a fully free 2 x 2 square."""
+    row, col = world.position(region)
+
+    def free(r: int, c: int) -> bool:
+        return 0 <= r < world.rows and 0 <= c < world.cols and world.is_free(world.region(r, c))
+
+    return any(
+        free(row + down, col) and free(row, col + aside) and free(row + down, col + aside)
+        for down in (-1, 1)
+        for aside in (-1, 1)
+    )
+
+
+def _pieces(regions: set[Region], world: RegionMap) -> list[frozenset[Region]]:
+    """The connected pieces of a set of regions, in the order of their lowest regions."""
+    left = set(regions)
+    pieces = []
+    for seed in sorted(regions):
+        if seed not in left:
+            continue
+        left.remove(seed)
+        piece, fresh = {seed}, [seed]
+        while fresh:
+            for near in world.neighbours(fresh.pop()):
+                if near in left:
+                    left.remove(near)
+                    piece.add(near)
+                    fresh.append(near)
+        pieces.append(frozenset(piece))
+    return pieces
+
+
+def _beside(
+    piece: frozenset[Region], floors: list[frozenset[Region]], world: RegionMap
+) -> list[int]:
+    """The floors that a piece touches."""
+    around = {near for region in piece for near in world.neighbours(region)}
+    return [index for index, floor in enumerate(floors) if floor & around]
