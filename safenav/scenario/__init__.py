@@ -13,6 +13,8 @@ from safenav.scenario.model import (
     Robot,
     RobotModel,
     Scenario,
+    Timing,
+    Tracking,
     Until,
 )
 from safenav.scenario.objective import Cover, Hold, Ltl, Objective, Patrol, Target, Visit
@@ -36,6 +38,8 @@ __all__ = [
     "RobotModel",
     "Scenario",
     "Target",
+    "Timing",
+    "Tracking",
     "Until",
     "Visit",
     "built_in",

@@ -13,9 +13,10 @@ from functools import lru_cache
 from pathlib import Path
 
 from safenav.scenario import fields as read
+from safenav.scenario.document import Mapping as MappingNode
 from safenav.scenario.document import Node, Scalar, Sequence, clipped
 from safenav.scenario.findings import Findings, suggestion
-from safenav.scenario.model import ObstacleType, ResolveAt, RobotModel
+from safenav.scenario.model import ObstacleType, ResolveAt, RobotModel, Timing
 from safenav.scenario.region_reader import RegionReader
 from safenav.scenario.source import parsed, read_source
 from safenav.world.map import Region
@@ -25,7 +26,11 @@ BUILT_IN = "built in"
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*")
 
 CATALOGUE_KEYS = ("robots", "obstacles")
-MODEL_KEYS = ("mobility", "layer", "capabilities", "vision", "size", "speed")
+MODEL_KEYS = ("mobility", "layer", "capabilities", "vision", "size", "speed", "timing")
+TIMING_KEYS = ("least", "most")
+MOST_TICKS = 1000
+UNLIMITED = "unlimited"
+TIMING_REQUIRED = {"most": "the most ticks that a step takes, for example {least: 1, most: 3}"}
 MODEL_REQUIRED = {
     "mobility": "'mobility: free' or 'mobility: heading'",
     "layer": "robots of one layer avoid each other, for example 'layer: ground'",
@@ -135,13 +140,38 @@ def _model(key: Scalar, node: Node, findings: Findings) -> RobotModel | None:
     mobility = read.choice(item.get("mobility"), f"'mobility' of {what}", Mobility, findings)
     layer = read.text(item.get("layer"), f"'layer' of {what}", findings)
     capabilities = read.words(item.get("capabilities"), f"'capabilities' of {what}", findings)
-    vision, size, speed = (
-        read.positive(item.get(word), f"'{word}' of {what}", findings)
-        for word in ("vision", "size", "speed")
+    vision = read_vision(item.get("vision"), f"'vision' of {what}", findings)
+    size, speed = (
+        read.positive(item.get(word), f"'{word}' of {what}", findings) for word in ("size", "speed")
     )
+    timing = _timing(item.get("timing"), f"'timing' of {what}", findings)
     if len(findings) > before or name is None or mobility is None or layer is None:
         return None
-    return RobotModel(name, mobility, layer, capabilities or frozenset(), vision, size, speed)
+    return RobotModel(
+        name, mobility, layer, capabilities or frozenset(), vision, size, speed, timing
+    )
+
+
+def read_vision(node: Node | None, what: str, findings: Findings) -> float | None:
+    """A radius in regions; None if nothing is written, or ``unlimited``."""
+    if isinstance(node, Scalar) and node.value == UNLIMITED:
+        return None
+    return read.positive(node, what, findings, f"a number of regions, or '{UNLIMITED}'")
+
+
+def _timing(node: Node | None, what: str, findings: Findings) -> Timing:
+    """Ticks that a step takes: ``2``, or ``{least: 1, most: 3}``."""
+    if not isinstance(node, MappingNode):
+        ticks = read.integer(node, what, findings, least=1, most=MOST_TICKS)
+        return Timing() if ticks is None else Timing(ticks, ticks)
+    read.mapping(node, what, findings, TIMING_KEYS, TIMING_REQUIRED)
+    least, most = (
+        read.integer(node.get(word), f"'{word}' in {what}", findings, least=1, most=MOST_TICKS)
+        for word in TIMING_KEYS
+    )
+    if least is not None and most is not None and least > most:
+        findings.add(node, f"{what}: at least {least} and at most {most} ticks")
+    return Timing(least or 1, most or 1)
 
 
 def _type(

@@ -127,9 +127,11 @@ def integer(
     return value
 
 
-def positive(node: Node | None, what: str, findings: Findings) -> float | None:
+def positive(
+    node: Node | None, what: str, findings: Findings, expected: str = "a number"
+) -> float | None:
     """A finite number above zero."""
-    value = _finite(node, what, findings)
+    value = finite(node, what, findings, expected)
     if value is not None and node is not None and value <= 0:
         findings.add(node, f"{what} is {value:g}, and must be more than 0")
         return None
@@ -138,19 +140,22 @@ def positive(node: Node | None, what: str, findings: Findings) -> float | None:
 
 def probability(node: Node | None, what: str, findings: Findings) -> float | None:
     """A number from 0 to 1."""
-    value = _finite(node, what, findings)
+    value = finite(node, what, findings)
     if value is not None and node is not None and not 0 <= value <= 1:
         findings.add(node, f"{what} is {value:g}, and must be from 0 to 1")
         return None
     return value
 
 
-def _finite(node: Node | None, what: str, findings: Findings) -> float | None:
+def finite(
+    node: Node | None, what: str, findings: Findings, expected: str = "a number"
+) -> float | None:
+    """A number that is neither infinite nor none at all (``.inf``, ``.nan``)."""
     if node is None:
         return None
     value = node.value if isinstance(node, Scalar) else None
     if isinstance(value, bool) or not isinstance(value, int | float):
-        wrong_type(node, what, "a number", findings)
+        wrong_type(node, what, expected, findings)
         return None
     try:
         number = float(value)
@@ -169,6 +174,19 @@ def boolean(node: Node | None, what: str, findings: Findings) -> bool | None:
         wrong_type(node, what, "true or false", findings)
         return None
     return node.value
+
+
+def switch(node: Node | None, what: str, findings: Findings) -> bool | None:
+    """``on`` or ``off``, also as a truth value: ``on`` is one for readers of older YAML."""
+    if isinstance(node, Scalar) and isinstance(node.value, str) and node.value.lower() in _SWITCH:
+        return _SWITCH[node.value.lower()]
+    if node is None or (isinstance(node, Scalar) and isinstance(node.value, bool)):
+        return boolean(node, what, findings)
+    wrong_type(node, what, "on or off", findings)
+    return None
+
+
+_SWITCH = {"on": True, "off": False}
 
 
 def choice(node: Node | None, what: str, options: type[E], findings: Findings) -> E | None:

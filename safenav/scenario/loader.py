@@ -17,6 +17,7 @@ from safenav.scenario.findings import Findings
 from safenav.scenario.map_reader import read_map
 from safenav.scenario.model import Coordination, Limits, Scenario, Until
 from safenav.scenario.obstacle_reader import read_obstacles
+from safenav.scenario.partition_reader import read_partition
 from safenav.scenario.region_reader import RegionReader
 from safenav.scenario.robot_reader import read_robots
 from safenav.scenario.source import parsed, read_source
@@ -36,6 +37,8 @@ KEYS = (
     "limits",
     "seed",
     "coordination",
+    "deadlock",
+    "partition",
     "expect",
     "catalogue",
 )
@@ -105,6 +108,8 @@ class _Loader:
         coordination = read.choice(
             item.get("coordination"), "'coordination'", Coordination, self._findings
         )
+        deadlock = read.switch(item.get("deadlock"), "'deadlock'", self._findings)
+        partition = read_partition(item.get("partition"), regions, self._findings)
         if regions.world is None:
             return None
         return Scenario(
@@ -118,6 +123,8 @@ class _Loader:
             coordination or Coordination.RESYNTHESIS,
             expect,
             self._file,
+            deadlock is not False,
+            partition,
         )
 
     def _version(self, node: Node | None) -> None:

@@ -214,7 +214,12 @@ class Scenario:
     def conflict(self, one: Robot, other: Robot) -> bool:
         """Whether these two must never share a region. It is mutual, also if only one of them
         asks for it: what one guarantees is what the other assumes."""
-        return _avoids(one, other) or _avoids(other, one)
+        return conflict(one, other)
+
+
+def conflict(one: Robot, other: Robot) -> bool:
+    """``Scenario.conflict`` for robots that are in no scenario yet."""
+    return _avoids(one, other) or _avoids(other, one)
 
 
 def _avoids(one: Robot, other: Robot) -> bool:

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+from dataclasses import replace
+from itertools import combinations
+
 from safenav.formula import RESERVED_WORDS
 from safenav.scenario import fields as read
-from safenav.scenario.catalogue import Catalogue
+from safenav.scenario.catalogue import Catalogue, read_vision
 from safenav.scenario.document import Mapping, Node, Scalar, Sequence, clipped
 from safenav.scenario.findings import Findings, suggestion
-from safenav.scenario.model import Robot, RobotModel
+from safenav.scenario.model import Robot, RobotModel, Tracking, conflict
 from safenav.scenario.objective import Hold, Objective, targets_of
 from safenav.scenario.objective_reader import IDENTIFIER, OWN_VARIABLES, ObjectiveReader
 from safenav.scenario.reachability import Reachability
@@ -15,7 +19,7 @@ from safenav.scenario.region_reader import RegionReader
 from safenav.world.map import Heading, RegionMap
 from safenav.world.mobility import Mobility, Pose
 
-KEYS = ("model", "start", "heading", "objective")
+KEYS = ("model", "start", "heading", "objective", "vision", "avoids", "tracks", "tracking")
 REQUIRED = {
     "model": "a robot model of the catalogue, for example 'model: digit'",
     "start": "a region, for example 'start: 47' or 'start: [3, 8]'",
@@ -36,8 +40,9 @@ def read_robots(
         findings.add(team, "there are no robots", "a scenario has at least one")
     names = frozenset(key.text for key, _ in team.entries)
     objectives = ObjectiveReader(regions, names, findings)
-    reader = _RobotReader(regions, catalogue, objectives, findings)
+    reader = _RobotReader(regions, catalogue, objectives, names, findings)
     found = [reader.read(key, item) for key, item in team.entries]
+    reader.check_starts()
     return tuple(robot for robot in found if robot is not None)
 
 
@@ -47,13 +52,15 @@ class _RobotReader:
         regions: RegionReader,
         catalogue: Catalogue,
         objectives: ObjectiveReader,
+        names: Collection[str],
         findings: Findings,
     ) -> None:
         self._regions = regions
         self._catalogue = catalogue
         self._objectives = objectives
+        self._names = names
         self._findings = findings
-        self._starts: dict[tuple[str, int], str] = {}
+        self._standing: list[tuple[Robot, Node | None]] = []
 
     def read(self, key: Scalar, node: Node) -> Robot | None:
         before = len(self._findings)
@@ -62,11 +69,17 @@ class _RobotReader:
         item = read.mapping(node, f"robot {name}", self._findings, KEYS, REQUIRED)
         if item is None:
             return None
-        model = self._model(item.get("model"), name)
+        model = self._seeing(self._model(item.get("model"), name), item.get("vision"), name)
         heading = self._heading(item, name, model)
         start = self._regions.region(item.get("start"), f"'start' of {name}")
+        avoids = self._others(item.get("avoids"), "avoids", key.text)
+        tracks = self._others(item.get("tracks"), "tracks", key.text) or frozenset()
+        what = f"'tracking' of {name}"
+        tracking = read.choice(item.get("tracking"), what, Tracking, self._findings)
         if start is not None and model is not None:
-            self._check_start(item.get("start"), start, model, name)
+            # Whatever its objective is, it stands there.
+            there = Robot(key.text, model, Pose(start), Hold(frozenset({start})), avoids)
+            self._standing.append((there, item.get("start")))
         mobility = model.mobility if model else None
         objective = self._objectives.read(item.get("objective"), name, mobility)
         if model is None or start is None or objective is None:
@@ -74,7 +87,8 @@ class _RobotReader:
         if mobility is Mobility.HEADING and heading is None:
             return None
         pose = Pose(start, heading if mobility is Mobility.HEADING else None)
-        robot = Robot(key.text, model, pose, objective)
+        tracking = tracking or Tracking.NEARBY
+        robot = Robot(key.text, model, pose, objective, avoids, tracks, tracking)
         if self._regions.world is not None:
             _check_reachable(robot, item.get("objective"), self._regions.world, self._findings)
         return robot if len(self._findings) == before else None
@@ -114,12 +128,48 @@ class _RobotReader:
             self._findings.add(node, found, suggestion(word, _HEADINGS))
         return _HEADINGS.get(word) if word is not None else None
 
-    def _check_start(self, node: Node | None, start: int, model: RobotModel, name: str) -> None:
-        first = self._starts.setdefault((model.layer, start), name)
-        if first != name:
-            found = f"'start' of {name}: {first} starts in region {start}, too"
-            hint = f"robots of one layer ({clipped(model.layer)}) cannot share a region"
-            self._findings.add(node, found, hint)
+    def _seeing(self, model: RobotModel | None, node: Node | None, name: str) -> RobotModel | None:
+        """The model with the robot's own vision, if it has one."""
+        if node is None:
+            return model
+        vision = read_vision(node, f"'vision' of {name}", self._findings)
+        return model and replace(model, vision=vision)
+
+    def _others(self, node: Node | None, word: str, name: str) -> frozenset[str] | None:
+        """The robots in a list of names; None if there is no list."""
+        what = f"'{word}' of {clipped(name)}"
+        for item in node.items if isinstance(node, Sequence) else ():
+            other = item.value if isinstance(item, Scalar) else None
+            if not isinstance(other, str) or not other.strip():
+                continue  # told below
+            if other == name:
+                self._findings.add(item, f"{what}: a robot is not one of the others")
+            elif other not in self._names:
+                found = f"{what}: no robot is named '{clipped(other)}'"
+                hint = suggestion(other, frozenset(self._names) - {name})
+                self._findings.add(item, found, hint)
+        return read.words(node, what, self._findings)
+
+    def check_starts(self) -> None:
+        """Report robots that must never share a region and start in one."""
+        there: dict[int, list[tuple[Robot, Node | None]]] = {}
+        for robot, node in self._standing:
+            there.setdefault(robot.start.region, []).append((robot, node))
+        for crowd in there.values():
+            told = set()
+            for (first, _), (second, node) in combinations(crowd, 2):
+                if second.name not in told and conflict(first, second):
+                    told.add(second.name)
+                    region = second.start.region
+                    found = f"'start' of {second.name}: {first.name} starts in region {region}, too"
+                    self._findings.add(node, found, _why_apart(first, second))
+
+
+def _why_apart(one: Robot, other: Robot) -> str:
+    for robot, rest in ((one, other), (other, one)):
+        if robot.avoids is not None and rest.name in robot.avoids:
+            return f"{clipped(robot.name)} avoids {clipped(rest.name)}"
+    return f"robots of one layer ({clipped(one.model.layer)}) cannot share a region"
 
 
 def _check_reachable(robot: Robot, node: Node | None, world: RegionMap, findings: Findings) -> None:

@@ -17,7 +17,7 @@ WHOLE, *FRAGMENTS = EXAMPLES
 
 def test_the_first_example_is_a_whole_scenario() -> None:
     assert load_scenario_text(WHOLE).name == "opening a door"
-    assert len(FRAGMENTS) == 5
+    assert len(FRAGMENTS) == 6
 
 
 @pytest.mark.parametrize("fragment", FRAGMENTS, ids=[str(i) for i in range(len(FRAGMENTS))])

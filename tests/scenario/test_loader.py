@@ -16,8 +16,11 @@ from safenav.scenario.model import (
     ObstacleType,
     Outcome,
     ResolveAt,
+    Robot,
     RobotModel,
     Scenario,
+    Timing,
+    Tracking,
     Until,
 )
 from safenav.scenario.objective import Cover, Hold, Ltl, Patrol, Visit, to_data
@@ -172,6 +175,115 @@ robots:
 """
     )
     assert {robot.start.region for robot in scenario.robots} == {8}
+
+
+def test_a_robot_models_its_neighbours_unless_told_otherwise() -> None:
+    ann = load(
+        "robots: {ann: {model: digit, start: 8, heading: east, objective: {hold: 9}}}"
+    ).robots[0]
+    assert (ann.avoids, ann.tracks, ann.tracking) == (None, frozenset(), Tracking.NEARBY)
+
+
+def team(first: str, second: str) -> tuple[Scenario, Robot, Robot]:
+    scenario = load(
+        f"""\
+robots:
+  ann: {{model: digit, start: 8, heading: east, objective: {{hold: 26}}, {first}}}
+  bob: {{model: digit, start: 9, heading: east, objective: {{hold: 26}}, {second}}}
+"""
+    )
+    ann, bob = scenario.robots
+    return scenario, ann, bob
+
+
+def test_whom_a_robot_avoids_and_tracks_and_how() -> None:
+    scenario, ann, bob = team(
+        "avoids: [bob], tracks: [bob], tracking: exact", "avoids: [], tracking: belief"
+    )
+    assert (ann.avoids, ann.tracks, ann.tracking) == (
+        frozenset({"bob"}),
+        frozenset({"bob"}),
+        Tracking.EXACT,
+    )
+    assert (bob.avoids, bob.tracks, bob.tracking) == (frozenset(), frozenset(), Tracking.BELIEF)
+    assert scenario.conflict(bob, ann), "it is mutual although only ann asks for it"
+
+
+def test_robots_of_one_layer_that_avoid_nobody_may_start_in_one_region() -> None:
+    scenario = load(
+        """\
+robots:
+  ann: {model: quadcopter, start: 8, objective: {hold: 26}, avoids: []}
+  bob: {model: quadcopter, start: 8, objective: {hold: 26}, avoids: []}
+"""
+    )
+    assert not scenario.conflict(*scenario.robots)
+
+
+def test_a_robot_may_see_otherwise_than_its_model() -> None:
+    scenario = load(
+        """\
+robots:
+  ann: {model: rover, start: 8, objective: {hold: 26}}
+  bob: {model: rover, start: 9, objective: {hold: 26}, vision: 2.5}
+  cat: {model: rover, start: 11, objective: {hold: 26}, vision: unlimited}
+catalogue: {robots: {rover: {mobility: free, layer: rail, vision: 4}}}
+"""
+    )
+    assert [robot.model.vision for robot in scenario.robots] == [4.0, 2.5, None]
+    assert {robot.model.name for robot in scenario.robots} == {"rover"}
+
+
+@pytest.mark.parametrize(
+    ("written", "expected"),
+    [
+        ("2", Timing(2, 2)),
+        ("{least: 1, most: 3}", Timing(1, 3)),
+        ("{most: 3}", Timing(1, 3)),
+        (None, Timing(1, 1)),
+    ],
+)
+def test_ticks_of_a_step(written: str | None, expected: Timing) -> None:
+    timing = "" if written is None else f", timing: {written}"
+    scenario = load(
+        f"""\
+robots: {{ann: {{model: rover, start: 8, objective: {{hold: 26}}}}}}
+catalogue: {{robots: {{rover: {{mobility: free, layer: rail{timing}}}}}}}
+"""
+    )
+    assert scenario.robots[0].model.timing == expected
+
+
+FLYER = "robots: {ann: {model: quadcopter, start: 8, objective: {hold: 9}}}\n"
+
+
+@pytest.mark.parametrize(
+    ("written", "on"),
+    [("on", True), ("off", False), ("true", True), ("false", False), ("Off", False)],
+)
+def test_deadlock_resolution_is_switched(written: str, on: bool) -> None:
+    assert load(FLYER).deadlock
+    assert load(FLYER + f"deadlock: {written}\n").deadlock is on
+
+
+@pytest.mark.parametrize(
+    ("written", "expected"),
+    [
+        ("rooms", None),
+        ("{tiles: [2, 4]}", [{8, 9}, {11, 12}, {15, 16, 17, 22, 23}, {18, 19, 25, 26}]),
+        (
+            "[[25, 26, 11, 12, 18, 19], [dock, 8, 15, 16, [3, 1], 23], [gate]]",
+            [{8, 9, 15, 16, 22, 23}, {11, 12, 18, 19, 25, 26}, {17}],
+        ),
+    ],
+)
+def test_cells_of_beliefs(written: str, expected: list[set[int]] | None) -> None:
+    found = load(FLYER + f"partition: {written}\n").partition
+    if expected is None:
+        assert found is None
+    else:
+        assert found is not None
+        assert sorted(map(sorted, found)) == sorted(map(sorted, expected))
 
 
 def test_an_obstacle_may_hide_where_a_robot_starts_that_it_does_not_block() -> None:

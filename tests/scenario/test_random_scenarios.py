@@ -129,6 +129,10 @@ robots:
     model: digit
     start: [3, 1]
     heading: east
+    vision: 4
+    avoids: [ann]
+    tracks: []
+    tracking: belief
     objective:
       ltl:
         memory: {done: bool, laps: [0, 3]}
@@ -142,9 +146,11 @@ until: {rounds: 2}
 limits: {ticks: 500, synthesis_seconds: 1.5, synthesis_memory: 64}
 seed: 3
 coordination: resynthesis
+deadlock: on
+partition: {tiles: [2, 3]}
 expect: {outcome: completed, resolved: [door@9], helpers: {door@9: bob}, ticks: 99}
 catalogue:
-  robots: {rover: {mobility: heading, layer: rail, capabilities: [sense], vision: 3}}
+  robots: {rover: {mobility: heading, layer: rail, vision: 3, capabilities: [sense], timing: 2}}
   obstacles: {debris: {action: clear, resolve_at: [7, dock], blocks: [rail, digit]}}
 """
 

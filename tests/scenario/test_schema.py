@@ -19,10 +19,11 @@ from safenav.scenario import (
     map_reader,
     objective_reader,
     obstacle_reader,
+    partition_reader,
     robot_reader,
 )
 from safenav.scenario.document import DocumentError, Mapping, Node, Scalar, read_document
-from safenav.scenario.model import Coordination, Outcome, ResolveAt
+from safenav.scenario.model import Coordination, Outcome, ResolveAt, Tracking
 from safenav.scenario.schema import schema_text
 from safenav.world import Heading, Mobility
 
@@ -37,9 +38,12 @@ WELL_SHAPED = {
     "bad_formulas": True,
     "bad_headings": False,
     "bad_obstacle_type": False,
+    "bad_partition": False,
     "bad_patrols": False,
     "bad_robot_model": False,
     "bad_robot_names": False,
+    "bad_tiles": False,
+    "bad_tracking": False,
     "bad_truths": False,
     "duplicate_keys": True,
     "empty_map": False,
@@ -51,9 +55,11 @@ WELL_SHAPED = {
     "no_way_back_with_heading": True,
     "not_a_scenario": False,
     "obstacles_in_bad_places": True,
+    "partition_with_gaps": True,
     "ragged_map": True,
     "regions_in_walls": True,
     "regions_outside_map": False,  # one region is negative
+    "robots_that_avoid_each_other": True,
     "two_robots_on_one_region": True,
     "unknown_keys": False,
     "unknown_models_and_types": True,
@@ -124,6 +130,8 @@ def definition(name: str) -> dict[str, Any]:
         (definition("objective"), objective_reader.KINDS, ()),
         (definition("ltl"), objective_reader.LTL_KEYS, ()),
         (definition("expect"), expectation_reader.KEYS, ()),
+        (definition("partition")["oneOf"][1], partition_reader.KEYS, partition_reader.KEYS),
+        (definition("timing")["oneOf"][1], catalogue.TIMING_KEYS, catalogue.TIMING_REQUIRED),
         (definition("catalogue"), catalogue.CATALOGUE_KEYS, ()),
         (definition("model"), catalogue.MODEL_KEYS, catalogue.MODEL_REQUIRED),
         (definition("obstacleType"), catalogue.TYPE_KEYS, catalogue.TYPE_REQUIRED),
@@ -145,11 +153,20 @@ def test_schema_and_loader_know_the_same_keys(
         (definition("expect")["properties"]["outcome"]["enum"], Outcome),
         (definition("model")["properties"]["mobility"]["enum"], Mobility),
         (definition("obstacleType")["properties"]["resolve_at"]["oneOf"][0]["enum"], ResolveAt),
+        (definition("robot")["properties"]["tracking"]["enum"], Tracking),
     ],
-    ids=["coordination", "outcome", "mobility", "resolve_at"],
+    ids=["coordination", "outcome", "mobility", "resolve_at", "tracking"],
 )
 def test_schema_and_code_know_the_same_words(words: list[str], options: type[StrEnum]) -> None:
     assert words == [option.value for option in options]
+
+
+def test_schema_and_code_know_the_same_bounds_and_words_for_defaults() -> None:
+    ticks, bounds = definition("timing")["oneOf"]
+    assert ticks == bounds["properties"]["least"] == bounds["properties"]["most"]
+    assert ticks["maximum"] == catalogue.MOST_TICKS
+    assert definition("vision")["oneOf"][1]["const"] == catalogue.UNLIMITED
+    assert definition("partition")["oneOf"][0]["const"] == partition_reader.ROOMS
 
 
 def test_schema_and_code_know_the_same_headings_and_reserved_words() -> None:
