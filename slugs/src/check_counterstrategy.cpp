@@ -50,16 +50,17 @@ void require_initial_nodes(const CheckModel &model, const std::vector<Node> &ini
   Completions outputs(model.specification, {Section::SysInit}, model.open_variables(Owner::Output, false),
                       model.strategy.size() + 1, model.budget);
   std::string missing;
-  for (const auto &[input, covered] : outputs_of) {
+  for (const auto &entry : outputs_of) {
+    const Valuation &input = entry.first;
+    const std::unordered_set<Valuation> &covered = entry.second;
     Assignment assignment = model.blank();
     model.put(assignment, input, Owner::Input, 0, false);
     outputs.load(assignment);
     const Completions::Answer &answer = outputs.answer(0);
     if (answer.count == covered.size())
       return;
-    const auto &known = covered;
     outputs.enumerate(answer, [&](const Valuation &output) {
-      if (known.count(output) != 0)
+      if (covered.count(output) != 0)
         return true;
       if (missing.empty())
         missing = ", such as, for the input " + model.describe(input, Owner::Input) + ", the output " +

@@ -1,0 +1,53 @@
+// One run of a fuzzer: read, print all messages, translate, read again.
+
+#pragma once
+
+#include "read_specification.hpp"
+#include "translate.hpp"
+
+#include <cstdint>
+#include <cstdlib>
+#include <iostream>
+#include <sstream>
+#include <string>
+
+namespace fuzz {
+
+[[noreturn]] inline void fail(const std::string &what, const std::string &text) {
+  std::cerr << "finding: " << what << "\n--- text\n" << text << "\n---\n";
+  std::abort();
+}
+
+inline void read_and_translate(const std::string &text) {
+  const slugs::Source source("fuzz", text);
+  slugs::Diagnostics diagnostics(source);
+  const slugs::Specification specification = slugs::read_specification(source, diagnostics);
+  std::ostringstream messages;
+  diagnostics.print(messages);
+  if (diagnostics.error_count() > 0) {
+    if (messages.str().empty())
+      fail("errors without a message", text);
+    return;
+  }
+  std::ostringstream printed;
+  slugs::translate(specification, printed);
+  // A variable named TRUE tells the languages apart in its own way, and names
+  // of slugsin may hold what starts a comment or a section of the copy.
+  const std::string copied_text = printed.str();
+  const slugs::Source copied_source("copy", copied_text);
+  slugs::Diagnostics copied_diagnostics(copied_source);
+  const slugs::Specification copy = slugs::read_specification(copied_source, copied_diagnostics);
+  copied_diagnostics.print(messages);
+  if (copied_diagnostics.error_count() > 0)
+    fail("the translation is not read: " + messages.str() + printed.str(), text);
+  if (copy.variables.size() != specification.variables.size())
+    fail("the translation has other variables:\n" + printed.str(), text);
+  for (std::size_t i = 0; i < copy.variables.size(); ++i)
+    if (copy.variables[i].name != specification.variables[i].name)
+      fail("the translation has other names:\n" + printed.str(), text);
+  for (std::size_t i = 0; i < slugs::section_count; ++i)
+    if (copy.constraints[i].size() != specification.constraints[i].size())
+      fail("the translation has other constraints:\n" + printed.str(), text);
+}
+
+} // namespace fuzz
