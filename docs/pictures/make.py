@@ -25,6 +25,7 @@ from report.browser import Browser  # noqa: E402
 
 from safenav.report.html import page_of  # noqa: E402
 from safenav.report.picture import svg_of  # noqa: E402
+from safenav.report.picture_palette import Palette  # noqa: E402
 from safenav.report.replay import EventKind, Replay  # noqa: E402
 from safenav.report.replay_reading import read_replay  # noqa: E402
 
@@ -76,9 +77,7 @@ def _shoot(
     browser.open(page, f"#tick={tick}", width, height, scheme)
     time.sleep(0.4)
     image = Image.open(io.BytesIO(browser.driver.get_screenshot_as_png())).convert("RGB")
-    image.quantize(256, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE).save(
-        path, optimize=True
-    )
+    Palette([image]).applied(image).save(path, optimize=True)
     print(f"{path.name}  {path.stat().st_size / 1024:.0f} KiB")
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from safenav.report.picture_glyphs import STATUS_MARKS, Look, looks
+from safenav.report.picture_glyphs import NOSE, STATUS_MARKS, Look, looks
 from safenav.report.picture_svg import SvgWriter
 from safenav.report.picture_text import text_width, wrapped
 from safenav.report.replay import EventKind, Frame, Scene, Status
@@ -228,9 +228,21 @@ def _marks(scene: Scene, style: tuple[Look, ...]) -> Block:
             line = f"M{start:.0f},{y:.0f}h7"
             page.path(line, stroke=style[0].colour, stroke_width=2.6, opacity=opacity)
 
+    def nose(page: SvgWriter, x: float, y: float) -> None:
+        page.glyph(NOSE, x, y + 15, 11, fill=INK)
+
+    def refused(page: SvgWriter, x: float, y: float) -> None:
+        colour = STATUS_MARKS[Status.FOUND].colour
+        arrow = f"M{x - 9:.0f},{y:.0f}h17m-5,-4.5l5,4.5l-5,4.5"
+        page.path(arrow, stroke=colour, stroke_width=2.6, fill="none")
+
     rows = [Row(wall, _lines("wall", 12))]
     if style:
         rows.append(Row(target, _lines("target of the robot with this shape and colour", 12)))
     if any(len(robot.trail) > 1 for robot in scene.robots):
         rows.append(Row(trail, _lines("the way a robot came, newest part strongest", 12)))
+    if any(robot.heading is not None for robot in scene.robots):
+        rows.append(Row(nose, _lines("where a robot faces", 12)))
+    if any(event.kind is EventKind.VIOLATION for event in scene.happened):
+        rows.append(Row(refused, _lines("step that was refused", 12)))
     return Block("Marks", tuple(rows))

@@ -20,6 +20,8 @@ from safenav.report.replay import EventKind, Replay
 if TYPE_CHECKING:
     from PIL import Image
 
+    from safenav.report.picture_palette import Palette
+
 _HALTS = {EventKind.VIOLATION, EventKind.REQUEST, EventKind.RESOLVED, EventKind.BLOCKED}
 _CAPTIONS = _HALTS | {EventKind.ASSUMPTION, EventKind.OUTCOME}
 
@@ -73,15 +75,14 @@ def write_gif(
     ``pictures`` is not installed.
     """
     try:
-        from PIL import Image
+        import PIL.Image  # noqa: F401
     except ImportError as error:
         raise _missing("pillow", "GIF") from error
-    images: list[Image.Image] = []
-    durations: list[int] = []
+    images = []
+    durations = []
     palette = _palette(replay, film)
     for svg, milliseconds in _frames(replay, film):
-        image = Image.open(io.BytesIO(png_of(svg, width=film.width))).convert("RGB")
-        images.append(image.quantize(palette=palette, dither=Image.Dither.NONE))
+        images.append(palette.applied(_image(svg, film.width)))
         durations.append(milliseconds)
         if progress is not None:
             progress(len(images))
@@ -114,25 +115,22 @@ def _frames(replay: Replay, film: Film) -> Iterator[tuple[str, int]]:
             yield svg_of(scene, options), step + (halt if part == 0 else 0)
 
 
-def _palette(replay: Replay, film: Film) -> Image.Image:
+def _palette(replay: Replay, film: Film) -> Palette:
     """One palette for all frames, from moments that together show every colour: with it, a
     frame needs to hold only what changed."""
-    from PIL import Image
+    from safenav.report.picture_palette import Palette
 
     ticks = {film.first, film.last}
     ticks |= {e.tick for e in replay.events if e.kind in _HALTS and e.tick in film.ticks}
     chosen = sorted(ticks)[:: max(1, len(ticks) // 8)]
     options = Options(legend=False, caption="-")
-    sheets = [
-        Image.open(io.BytesIO(png_of(svg_of(replay.scene(tick), options), width=film.width)))
-        for tick in chosen
-    ]
-    whole = Image.new("RGB", (film.width, sum(sheet.height for sheet in sheets)), "white")
-    below = 0
-    for sheet in sheets:
-        whole.paste(sheet.convert("RGB"), (0, below))
-        below += sheet.height
-    return whole.quantize(255, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
+    return Palette([_image(svg_of(replay.scene(tick), options), film.width) for tick in chosen])
+
+
+def _image(svg: str, width: int) -> Image.Image:
+    from PIL import Image
+
+    return Image.open(io.BytesIO(png_of(svg, width=width))).convert("RGB")
 
 
 def _missing(package: str, form: str) -> UsageError:
