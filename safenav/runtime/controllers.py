@@ -16,14 +16,15 @@ from safenav.runtime.events import GoalReached, Reason, Synthesized
 from safenav.runtime.navigation import Planner
 from safenav.runtime.state import TeamState
 from safenav.runtime.tasks import Assignment
-from safenav.scenario.model import Robot, Scenario
-from safenav.scenario.objective import Hold, Ltl, targets_of, to_data
+from safenav.scenario.model import Robot, Scenario, Tracking
+from safenav.scenario.objective import Hold, Ltl, Target, targets_of, to_data
 from safenav.spec.robot import assumption_names, compile_task
 from safenav.spec.task import LADDERS, Fairness, Known, Observed, Task
 from safenav.synthesis.outcome import SynthesisResult, Verdict
 from safenav.synthesis.slugs import Listener as SynthesisListener
 from safenav.synthesis.slugs import Synthesizer
 from safenav.world.map import Region
+from safenav.world.partition import Partition
 
 
 @dataclass(frozen=True)
@@ -204,7 +205,8 @@ class Controllers:
                 blocked.append(Known(where, f"robots.{other.name}", f"{other.name} waits here"))
             elif danger or other.name in robot.tracks:
                 targets = targets_of(assignments[other.name].objective)
-                observed.append(Observed(other.name, where, targets, danger))
+                observed.append(self._observed(robot, other, where, targets, danger))
+        cells = state.scenario.partition
         return Task(
             robot=robot,
             pose=state.next_pose(robot),
@@ -213,7 +215,25 @@ class Controllers:
             blocked=tuple(blocked),
             observed=tuple(observed),
             tracking=robot.tracking,
+            partition=None if cells is None else Partition(cells),
+            closed=state.knowledge.standing,
         )
+
+    def _observed(
+        self,
+        robot: Robot,
+        other: Robot,
+        where: Region,
+        targets: tuple[Target, ...],
+        danger: bool,
+    ) -> Observed:
+        """``other`` as ``robot`` knows it: where it is, or what is believed of it."""
+        if robot.tracking is Tracking.BELIEF:
+            known = self._state.beliefs.of(robot.name, other.name, where)
+            if isinstance(known, frozenset):
+                return Observed(other.name, where, targets, danger, known)
+            where = known
+        return Observed(other.name, where, targets, danger)
 
     def _differs(self, robot: Robot, task: Task) -> bool:
         """Whether the planner in force is for another task (poses and memory aside)."""
@@ -222,6 +242,8 @@ class Controllers:
             return True
         old = planner.task
         if old.objective != task.objective or set(_kept(old)) != set(_kept(task)):
+            return True
+        if task.tracking is Tracking.BELIEF and old.closed != task.closed:
             return True
         relied = old.fairness is Fairness.AT_ITS_TARGETS
         return {(o.name, o.targets if relied else ()) for o in old.observed} != {

@@ -107,6 +107,12 @@ class Characterization:
             return None
         return Violation(robot, pose.region, target, obstacle)
 
+    @property
+    def standing(self) -> frozenset[Region]:
+        """The regions of all obstacles that are known and not removed: they block the view."""
+        joined = (obstacle for obstacle, _ in self.joined.values())
+        return frozenset(obstacle.region for obstacle in (*self.pending.values(), *joined))
+
     def meet(self, obstacle: Obstacle) -> None:
         """Remember an obstacle that somebody has run into."""
         self.pending[obstacle.name] = obstacle

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
+from safenav.runtime.beliefs import Beliefs
 from safenav.runtime.environment import Characterization, World
 from safenav.runtime.events import Event
 from safenav.runtime.navigation import Planner
@@ -41,6 +42,7 @@ class TeamState:
     listeners: tuple[Listener, ...] = ()
     planners: dict[str, Planner] = field(default_factory=dict)
     transits: dict[str, Transit] = field(default_factory=dict)
+    beliefs: Beliefs = field(default_factory=Beliefs)
     tick: int = 0
 
     @classmethod
@@ -86,9 +88,11 @@ class TeamState:
         self, robot: Robot, task: Task, closed: frozenset[Region] = frozenset()
     ) -> Sightings:
         """What ``robot`` can observe of those that its task is about; regions that are
-        ``closed`` to it for now count as taken."""
+        ``closed`` to it for now count as taken. To be asked once a turn: it takes a look."""
+        here = self.region(robot)
         positions = {o.name: self.poses[o.name].region for o in task.observed}
-        return Sightings(self.region(robot), self.dangers(robot) | closed, positions)
+        known = self.beliefs.look(task, self.scenario.map, here, positions)
+        return Sightings(here, self.dangers(robot) | closed, positions, known)
 
     def objectives(self) -> dict[str, dict[str, object]]:
         """The objectives in force, as in a trace."""

@@ -25,7 +25,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from functools import cached_property, lru_cache
+from functools import cache, cached_property, lru_cache
 
 from safenav.world.map import Region, RegionMap
 
@@ -164,7 +164,7 @@ class Visibility:
         return bits
 
 
-@lru_cache(maxsize=None)
+@cache
 def crossed(rows: int, cols: int) -> tuple[tuple[Offset, ...], tuple[tuple[Offset, Offset], ...]]:
     """What the segment from the centre of (0, 0) to that of (rows, cols), both not negative,
     meets: the squares whose interior it passes through, ends excluded, and for each corner that

@@ -1,0 +1,83 @@
+"""What robots know of each other during a run: where they see them, or what they believe.
+
+Kept up to date with the same function from which the specifications were written
+(``safenav.spec.knowledge``), one look a turn: what a strategy is told is what it was made for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from safenav.scenario.model import Tracking
+from safenav.spec.belief import known_of, watch_for
+from safenav.spec.knowledge import Knowledge, Watch, watch
+from safenav.spec.task import Task
+from safenav.world.map import Region, RegionMap
+from safenav.world.partition import Partition
+
+
+class BeliefTracker:
+    """Keeps track of others on a map, by the cells of a partition, within a vision radius and
+    past ``closed`` obstacles (see ``world.visibility``)."""
+
+    def __init__(
+        self,
+        world: RegionMap,
+        partition: Partition,
+        radius: float | None,
+        closed: frozenset[Region] = frozenset(),
+    ) -> None:
+        self._watch = watch(world, partition, radius, closed)
+
+    @classmethod
+    def by(cls, watch: Watch) -> BeliefTracker:
+        """The tracker that keeps track by a given watch."""
+        visibility = watch.visibility
+        return cls(watch.world, watch.partition, visibility.radius, visibility.closed)
+
+    def observe(self, own: Region, other: Region, knowledge: Knowledge) -> Knowledge:
+        """What is known after a look from region ``own`` when the other has come to ``other``;
+        ``knowledge`` is from the look before.
+
+        The other's region is only used to tell whether it is seen. If it is out of sight where
+        it cannot have gone by a single step, it may be anywhere: in all cells.
+        """
+        if self._watch.visibility.sees(own, other):
+            return other
+        belief = self._watch.update(own, knowledge).belief
+        if belief is None:
+            return frozenset(range(len(self._watch.partition.cells)))
+        return belief
+
+
+class Beliefs:
+    """What every robot of a team knows of those that its task is about."""
+
+    def __init__(self) -> None:
+        self._known: dict[tuple[str, str], Knowledge] = {}
+
+    def of(self, robot: str, other: str, told: Region) -> Knowledge:
+        """What ``robot`` knows of ``other``. Where it has not kept track so far it is ``told``:
+        the start of the mission is known, and whoever waits says where."""
+        return self._known.get((robot, other), told)
+
+    def look(
+        self, task: Task, world: RegionMap, own: Region, positions: Mapping[str, Region]
+    ) -> dict[str, Knowledge]:
+        """Let a robot look around from region ``own``: once each turn, before it moves. What it
+        then knows, by the others' names."""
+        if task.tracking is not Tracking.BELIEF:
+            return {}
+        robot, tracker = task.robot.name, BeliefTracker.by(watch_for(task, world))
+        known = {
+            other.name: tracker.observe(
+                own,
+                positions[other.name],
+                self._known.get((robot, other.name), known_of(other)),
+            )
+            for other in task.observed
+        }
+        for pair in [pair for pair in self._known if pair[0] == robot]:
+            del self._known[pair]
+        self._known |= {(robot, other): knowledge for other, knowledge in known.items()}
+        return known
