@@ -64,12 +64,11 @@ class DaskCluster:
 
     def collect(self, seconds: float) -> list[Arrival]:
         """What arrived, waiting at most ``seconds`` for the first."""
-        try:
-            futures = [self._news.get(timeout=seconds)]
+        futures: list[Any] = []
+        with contextlib.suppress(queue.Empty):
+            futures.append(self._news.get(timeout=seconds))
             while True:
                 futures.append(self._news.get_nowait())
-        except queue.Empty:
-            pass
         return [self._arrival(future) for future in futures]
 
     def running(self) -> list[tuple[str, float]]:

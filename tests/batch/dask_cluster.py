@@ -1,0 +1,28 @@
+"""A real Dask cluster with worker processes, in a process of its own: it leaves threads, event
+loops and warnings behind that are no business of the tests.
+
+Prints its address and the processes of its workers; ends when standard input does.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+import sys
+
+if __name__ == "__main__":
+    from distributed import LocalCluster
+
+    workers = int(sys.argv[1])
+    cluster = LocalCluster(
+        n_workers=workers,
+        threads_per_worker=1,
+        processes=True,
+        dashboard_address=None,
+        worker_dashboard_address=None,
+        silence_logs=logging.CRITICAL,
+    )
+    with cluster:
+        pids = [nanny.pid for nanny in cluster.workers.values()]
+        print(json.dumps({"address": cluster.scheduler_address, "pids": pids}), flush=True)
+        sys.stdin.read()

@@ -1,0 +1,136 @@
+"""The same work on a real Dask cluster: nothing is lost when a worker is killed."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from batch.conftest import SlugsLog, Write
+from batch.test_command import SAFENAV, environment, safenav, started, wait_until
+
+pytest.importorskip("distributed", reason="needs the extra 'dask'")
+pytestmark = pytest.mark.slow
+
+
+class Cluster:
+    def __init__(self, workers: int) -> None:
+        script = str(Path(__file__).with_name("dask_cluster.py"))
+        self._process = subprocess.Popen(
+            [sys.executable, script, str(workers)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            env=environment(),
+        )
+        assert self._process.stdout is not None
+        told = json.loads(self._process.stdout.readline())
+        self.address: str = told["address"]
+        self.pids: list[int] = told["pids"]
+
+    def close(self) -> None:
+        self._process.communicate("", timeout=60)
+
+
+@pytest.fixture
+def cluster(slugs: SlugsLog) -> Iterator[Cluster]:
+    """Started after ``slugs`` is in place: workers inherit the environment."""
+    del slugs
+    cluster = Cluster(2)
+    yield cluster
+    cluster.close()
+
+
+def test_a_killed_dask_worker_loses_nothing(
+    write: Write, cluster: Cluster, slugs: SlugsLog
+) -> None:
+    for number in range(10):
+        write(f"suite/{number}.yaml", "slow")
+    write("suite/wrong.yaml", "slow", expect="{outcome: completed}")
+    words = ["suite", "--dask", cluster.address, "--json", "-", "--out", "out"]
+    with started(*words) as batch:
+        # Some are done, and one runs on each worker.
+        wait_until(batch, lambda: len(slugs.pids) >= 4)
+        os.kill(cluster.pids[0], signal.SIGKILL)
+        output, errors = batch.communicate(timeout=120)
+    assert batch.returncode == 1, errors
+    results = {result["name"]: result for result in json.loads(output)["results"]}
+    assert len(results) == 11
+    failed = [name for name, result in results.items() if result["verdict"] != "passed"]
+    assert failed == ["suite/wrong.yaml"]
+    assert len(slugs.pids) >= 11
+    assert slugs.all_gone()
+    (folder,) = Path("out/failures").iterdir()
+    assert {path.name for path in folder.iterdir()} == {"reason.txt", "trace.jsonl", "replay.html"}
+
+
+def test_a_crash_or_a_hang_costs_no_dask_worker(
+    write: Write, cluster: Cluster, slugs: SlugsLog
+) -> None:
+    write("crash.yaml", "crasher")
+    write("hang.yaml", "sleeper")
+    write("quick.yaml")
+    write("bad.yaml", text="safenav: 1\n")
+    done = safenav(".", "--dask", cluster.address, "--time-limit", "1", "--json", "-")
+    assert done.returncode == 1
+    results = {result["name"]: result for result in json.loads(done.stdout)["results"]}
+    assert {name: result["verdict"] for name, result in results.items()} == {
+        "bad.yaml": "invalid",
+        "crash.yaml": "crashed",
+        "hang.yaml": "hung",
+        "quick.yaml": "passed",
+    }
+    assert results["crash.yaml"]["reasons"] == ["the process that ran it died: killed by SIGSEGV"]
+    assert slugs.all_gone()
+    assert all(Path(f"/proc/{pid}").exists() for pid in cluster.pids)
+
+
+def test_an_interrupted_batch_stops_its_work_on_the_cluster(
+    write: Write, cluster: Cluster, slugs: SlugsLog
+) -> None:
+    write("a.yaml")
+    write("b.yaml", "sleeper")
+    words = ["a.yaml", "b.yaml", "--dask", cluster.address, "--out", "out"]
+    state = Path("out/state.jsonl")
+    with started(*words) as batch:
+        wait_until(batch, lambda: len(slugs.pids) == 2 and "a.yaml" in state.read_text())
+        batch.send_signal(signal.SIGINT)
+        batch.communicate(timeout=60)
+    assert batch.returncode == 130
+    assert slugs.all_gone()
+    write("b.yaml", "quick")
+    done = safenav(*words, "--resume")
+    assert done.returncode == 0
+    assert "2 passed" in done.stdout and "(1 of them done before)" in done.stdout
+
+
+def test_an_address_where_nothing_answers_is_bad_input(write: Write, slugs: SlugsLog) -> None:
+    del slugs
+    write("a.yaml")
+    done = safenav("a.yaml", "--dask", "tcp://127.0.0.1:9")
+    assert done.returncode == 2
+    assert "no Dask cluster answers at tcp://127.0.0.1:9" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_without_the_extra_it_says_what_to_install(write: Write, slugs: SlugsLog) -> None:
+    del slugs
+    write("a.yaml")
+    Path("hide").mkdir()
+    Path("hide/distributed.py").write_text("raise ImportError")
+    hidden = environment()
+    hidden["PYTHONPATH"] = f"hide{os.pathsep}{hidden['PYTHONPATH']}"
+    done = subprocess.run(
+        [*SAFENAV, "batch", "a.yaml", "--dask", "tcp://127.0.0.1:9"],
+        capture_output=True,
+        text=True,
+        env=hidden,
+        check=False,
+    )
+    assert done.returncode == 2
+    assert "pip install 'safenav[dask]'" in done.stderr

@@ -1,0 +1,231 @@
+"""The command as people and CI use it: exit codes, files, artifacts, interruption."""
+
+from __future__ import annotations
+
+import json
+import os
+import pty
+import signal
+import subprocess
+import sys
+import time
+import xml.etree.ElementTree as ET
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+from batch.conftest import SlugsLog, Write
+
+SAFENAV = [
+    sys.executable,
+    "-c",
+    "from safenav.cli import COMMANDS, main; COMMANDS.setdefault('batch', ''); main()",
+]
+
+pytestmark = pytest.mark.usefixtures("slugs")
+
+
+def environment() -> dict[str, str]:
+    return {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+
+
+def safenav(*words: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [*SAFENAV, "batch", *words], capture_output=True, text=True, env=environment(), check=False
+    )
+
+
+@contextmanager
+def started(*words: str) -> Iterator[subprocess.Popen[str]]:
+    """The command while it runs; killed at the end if it still does."""
+    pipe = subprocess.PIPE
+    with subprocess.Popen(
+        [*SAFENAV, "batch", *words], stdout=pipe, stderr=pipe, text=True, env=environment()
+    ) as batch:
+        try:
+            yield batch
+        finally:
+            batch.kill()
+
+
+def wait_until(batch: subprocess.Popen[str], reached: Callable[[], bool]) -> None:
+    while not reached():
+        assert batch.poll() is None, batch.communicate()
+        time.sleep(0.01)
+
+
+def test_all_as_expected_is_exit_0(write: Write) -> None:
+    write("a.yaml")
+    write("b/c.yaml")
+    done = safenav(".", "--jobs", "2")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "2 passed" in done.stdout
+
+
+def test_a_wrong_expectation_is_exit_1_and_a_reason(write: Write) -> None:
+    write("good.yaml")
+    write("wrong.yaml", expect="{outcome: completed, ticks: 40}")
+    done = safenav("good.yaml", "wrong.yaml", "--out", "out", "--junit", "junit.xml")
+    assert done.returncode == 1
+    assert "  outcome: expected completed, got unrealizable\n" in done.stdout
+    assert "1 passed, 1 different" in done.stdout
+    assert "different wrong.yaml: outcome: expected completed" in done.stderr
+    failure = ET.parse("junit.xml").find(".//testcase[@name='wrong.yaml']/failure")
+    assert failure is not None
+    assert failure.get("message") == "outcome: expected completed, got unrealizable"
+
+
+def test_artifacts_of_failures_are_kept_and_nothing_else(write: Write) -> None:
+    write("good.yaml")
+    write("wrong.yaml", expect="{outcome: completed}")
+    done = safenav(".", "--out", "out")
+    (folder,) = Path("out/failures").iterdir()
+    assert {path.name for path in folder.iterdir()} == {"reason.txt", "trace.jsonl", "replay.html"}
+    assert "expected completed, got unrealizable" in (folder / "reason.txt").read_text()
+    assert f"{folder}/trace.jsonl" in done.stdout
+    lines = (folder / "trace.jsonl").read_text().splitlines()
+    assert json.loads(lines[-1])["outcome"] == "unrealizable"
+    assert "<html" in (folder / "replay.html").read_text()
+    assert {path.name for path in Path("out").iterdir()} == {"failures", "state.jsonl"}
+    write("wrong.yaml")
+    safenav(".", "--out", "out")
+    assert not Path("out/failures").exists()
+
+
+def test_a_broken_scenario_a_crash_and_a_hang_do_not_take_the_batch_down(
+    write: Write, slugs: SlugsLog
+) -> None:
+    write("bad.yaml", text="safenav: 1\nmap: [")
+    write("crash.yaml", "crasher")
+    write("hang.yaml", "sleeper")
+    write("quick.yaml")
+    done = safenav(".", "--time-limit", "1", "--json", "-", "--out", "out")
+    assert done.returncode == 1
+    verdicts = {r["name"]: r["verdict"] for r in json.loads(done.stdout)["results"]}
+    assert verdicts == {
+        "bad.yaml": "invalid",
+        "crash.yaml": "crashed",
+        "hang.yaml": "hung",
+        "quick.yaml": "passed",
+    }
+    assert "1 passed, 1 invalid, 1 crashed, 1 hung" in done.stderr
+    assert slugs.all_gone()
+    kept = {path.parent.name.split("-")[0] for path in Path("out/failures").glob("*/trace.jsonl")}
+    assert kept == {"crash.yaml", "hang.yaml"}
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["none.yaml"], "no such file or folder: none.yaml"),
+        (["a.yaml", "--resume"], "--resume needs --out"),
+        (["a.yaml", "--dask", "tcp://127.0.0.1:1", "--jobs", "2"], "--jobs is for this machine"),
+        (["a.yaml", "--baseline", "none.json"], "cannot read the baseline"),
+        (["a.yaml", "--json", "none/out.json"], "cannot write none/out.json"),
+        (["a.yaml", "--jobs", "0"], "Invalid value"),
+        ([], "Missing argument"),
+        (["m.yaml"], "m.yaml:3:10: 'sed' is no path"),
+    ],
+)
+def test_bad_input_is_exit_2(write: Write, words: list[str], message: str) -> None:
+    write("a.yaml")
+    write("m.yaml", text="batch: 1\nscenarios: [a.yaml]\nmatrix: {sed: [1]}\n")
+    done = safenav(*words)
+    assert done.returncode == 2
+    assert message in done.stderr
+
+
+def test_a_matrix_runs_every_combination(write: Write) -> None:
+    write("a.yaml")
+    write(
+        "m.yaml",
+        text="batch: 1\nscenarios: [a.yaml]\nmatrix: {seed: [1, 2], limits.ticks: [5, 6]}\n"
+        "include: [{expect.outcome: completed}]\n",
+    )
+    done = safenav("m.yaml", "--csv", "-")
+    assert done.returncode == 1
+    assert done.stdout.count("a.yaml [seed=") == 4
+    assert "a.yaml [expect.outcome=completed],a.yaml," in done.stdout
+    assert "4 passed, 1 different" in done.stderr
+
+
+def test_fail_fast_and_retries(write: Write, slugs: SlugsLog) -> None:
+    write("a.yaml", "broken")
+    write("b.yaml")
+    done = safenav("a.yaml", "b.yaml", "--jobs", "1", "--fail-fast")
+    assert done.returncode == 1
+    assert "1 error, 1 not run" in done.stdout
+    slugs.path.unlink()
+    write("c.yaml", "flaky")
+    done = safenav("c.yaml", "--retry-limit", "5")
+    assert done.returncode == 0
+    assert "passed (attempt 3)" in done.stdout
+    assert "passed only at attempt 3" in done.stdout
+
+
+def test_a_baseline_tells_what_is_different(write: Write) -> None:
+    write("a.yaml", expect="{outcome: completed}")
+    write("b.yaml")
+    safenav("a.yaml", "b.yaml", "--json", "before.json")
+    write("a.yaml")
+    done = safenav("a.yaml", "--baseline", "before.json", "--json", "now.json")
+    assert done.returncode == 0
+    assert "changed: a.yaml\n  different before, passed now\n" in done.stdout
+    assert "gone: b.yaml" in done.stdout
+    assert json.loads(Path("now.json").read_text())["baseline"]["gone"] == ["b.yaml"]
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupted_batch_is_resumed_where_it_was(
+    write: Write, slugs: SlugsLog, number: signal.Signals
+) -> None:
+    for letter in "abcdefgh":
+        write(f"{letter}.yaml", "slow")
+    words = [".", "--out", "out", "--jobs", "2"]
+    state = Path("out/state.jsonl")
+    with started(*words, "--junit", "junit.xml") as batch:
+        wait_until(batch, lambda: state.exists() and state.read_text().count("\n") >= 3)
+        batch.send_signal(number)
+        output, errors = batch.communicate(timeout=10)
+    assert batch.returncode == 130
+    assert "; interrupted" in output
+    assert "--resume" in errors
+    assert slugs.all_gone()
+    done = [json.loads(line)["name"] for line in state.read_text().splitlines()]
+    assert 3 <= len(done) < 8
+    junit = ET.parse("junit.xml")
+    assert len(junit.findall(".//skipped")) == 8 - len(done)
+    slugs.path.unlink()
+    resumed = safenav(*words, "--resume")
+    assert resumed.returncode == 0
+    assert (
+        "8 passed in" in resumed.stdout and f"({len(done)} of them done before)" in resumed.stdout
+    )
+    assert len(slugs.pids) == 8 - len(done)
+    assert len(state.read_text().splitlines()) == 8
+
+
+def test_a_terminal_sees_how_it_is_getting_on(write: Write) -> None:
+    write("slow.yaml", "slow")
+    write("wrong.yaml", expect="{outcome: completed}")
+    master, terminal = pty.openpty()
+    batch = subprocess.Popen(
+        [*SAFENAV, "batch", "."], stdout=subprocess.PIPE, stderr=terminal, env=environment()
+    )
+    os.close(terminal)
+    seen = b""
+    while True:
+        try:
+            data = os.read(master, 4096)
+        except OSError:  # the other side is closed
+            break
+        if not data:
+            break
+        seen += data
+    os.close(master)
+    batch.communicate()
+    assert b"0/2; running " in seen
+    assert b"1/2, 1 failed; running slow.yaml (0 s)" in seen
+    assert b"wrong.yaml: outcome: expected completed" in seen
+    assert seen.endswith(b"\r\x1b[K")

@@ -1,0 +1,202 @@
+"""What a batch leaves to read: JUnit, JSON, CSV, a table, a comparison with a former batch."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import re
+import xml.etree.ElementTree as ET
+from dataclasses import replace
+from datetime import UTC, datetime
+from pathlib import Path
+
+import pytest
+import xmlschema
+
+from safenav.batch.baseline import Comparison, compare
+from safenav.batch.case import Case, Result, Verdict, without_a_run
+from safenav.batch.results_file import read_results, to_csv, to_json
+from safenav.batch.session import Report
+from safenav.errors import UsageError
+from safenav.report.batch_summary import summary
+from safenav.report.junit import to_junit
+
+SCHEMA = xmlschema.XMLSchema(str(Path(__file__).with_name("junit.xsd")))
+
+
+def case(name: str, **settings: int) -> Case:
+    return Case(name, name.split(" ")[0], "", settings)
+
+
+def ran(name: str, seconds: float = 1.0, wrong: str = "", **measured: object) -> Result:
+    verdict = Verdict.DIFFERENT if wrong else Verdict.PASSED
+    result = without_a_run(case(name), verdict, [wrong] if wrong else [])
+    result = replace(result, outcome="completed", ticks=40, rounds={"quad": 2}, seconds=seconds)
+    return replace(result, wall_seconds=seconds + 0.01, **measured)  # type: ignore[arg-type]
+
+
+def report(*results: Result, not_run: int = 0) -> Report:
+    cases = [case(result.name) for result in results]
+    cases += [case(f"z/not-run-{number}.yaml") for number in range(not_run)]
+    return Report(tuple(cases), {result.name: result for result in results}, seconds=7.5)
+
+
+CRASH = without_a_run(
+    case("b/crash.yaml"), Verdict.CRASHED, ["killed by \x1b SIGSEGV <&>"], "Fatal\x00: ü 🚪 ]]>"
+)
+FLAKY = ran("a/flaky.yaml", attempts=2, earlier=["it was different"])
+MIXED = report(
+    ran("a/slow.yaml", 3.0),
+    ran("a/wrong.yaml", 0.5, "ticks: expected at most 5, got 40"),
+    CRASH,
+    FLAKY,
+    not_run=2,
+)
+
+
+def test_a_junit_report_keeps_to_the_schema() -> None:
+    text = to_junit(MIXED, when=datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC))
+    SCHEMA.validate(text)
+    root = ET.fromstring(text)
+    assert {key: root.get(key) for key in ("tests", "failures", "errors")} == {
+        "tests": "6",
+        "failures": "1",
+        "errors": "1",
+    }
+    suites = {suite.get("name"): suite for suite in root}
+    assert list(suites) == ["a", "b", "z"]
+    assert [suites["z"].get(key) for key in ("tests", "skipped", "timestamp")] == [
+        "2",
+        "2",
+        "2026-01-02T03:04:05",
+    ]
+    failure = suites["a"].find("testcase[@name='wrong.yaml']/failure")
+    assert failure is not None
+    assert failure.get("message") == "ticks: expected at most 5, got 40"
+    error = suites["b"].find("testcase/error")
+    assert error is not None and error.text is not None
+    assert error.get("type") == "crashed"
+    assert error.get("message") == "killed by ? SIGSEGV <&>"
+    assert "Fatal?: ü 🚪 ]]>" in error.text
+    output = suites["a"].findtext("testcase[@name='flaky.yaml']/system-out")
+    assert output == "passed at attempt 2\nit was different"
+
+
+def test_an_empty_junit_report_keeps_to_the_schema() -> None:
+    SCHEMA.validate(to_junit(report()))
+
+
+def test_the_schema_refuses_what_is_wrong() -> None:
+    text = to_junit(MIXED).replace('tests="6"', 'tests="six"')
+    assert not SCHEMA.is_valid(text)
+    assert not SCHEMA.is_valid(to_junit(MIXED).replace("failure", "fault"))
+
+
+def test_json_can_be_read_again(tmp_path: Path) -> None:
+    file = tmp_path / "batch.json"
+    file.write_text(to_json(MIXED))
+    assert read_results(file) == MIXED.results
+    data = json.loads(file.read_text())
+    assert data["counts"] == {"passed": 2, "different": 1, "crashed": 1, "not_run": 2}
+    assert data["not_run"] == ["z/not-run-0.yaml", "z/not-run-1.yaml"]
+    assert data["as_expected"] is False
+
+
+@pytest.mark.parametrize(
+    "content",
+    ["", "[]", "{}", '{"batch": 2, "results": []}', '{"batch": 1}', '{"batch": 1, "results": [3]}'],
+)
+def test_a_baseline_that_is_none_is_an_error(tmp_path: Path, content: str) -> None:
+    file = tmp_path / "batch.json"
+    file.write_text(content)
+    with pytest.raises(UsageError, match="no result of a batch"):
+        read_results(file)
+    with pytest.raises(UsageError, match="No such file"):
+        read_results(tmp_path / "none.json")
+
+
+def test_csv_has_a_line_for_each_case() -> None:
+    rows = list(csv.DictReader(io.StringIO(to_csv(MIXED))))
+    assert [row["name"] for row in rows] == [result.name for result in MIXED.in_order]
+    assert rows[1]["reasons"] == "ticks: expected at most 5, got 40"
+    assert (rows[1]["verdict"], rows[1]["ticks"], rows[1]["seconds"]) == ("different", "40", "0.5")
+    assert json.loads(rows[0]["settings"]) == {}
+
+
+def test_the_table_has_what_failed_first_and_then_what_was_slow() -> None:
+    fast = [ran(f"a/{number}.yaml", number / 10) for number in range(12)]
+    shown = report(*fast, *MIXED.results.values())
+    lines = summary(shown, slowest=3)
+    rows = [line.split() for line in lines[2:8]]
+    assert [row[0] for row in rows] == [
+        "\x1b[31ma/wrong.yaml",
+        "\x1b[31mb/crash.yaml",
+        "a/slow.yaml",
+        "a/11.yaml",
+        "a/10.yaml",
+        "...",
+    ]
+    assert lines[7] == "... and 11 more passed"
+    text = re.sub("\x1b.*?m", "", "\n".join(lines))
+    assert "a/wrong.yaml: different\n  ticks: expected at most 5, got 40\n" in text
+    assert "a/flaky.yaml: passed only at attempt 2\n  it was different\n" in text
+    assert text.endswith("14 passed, 1 different, 1 crashed in 7.5 s")
+
+
+def compared(before: list[Result], now: list[Result], ratio: float = 1.5) -> Comparison:
+    return compare(now, {result.name: result for result in before}, ratio)
+
+
+def test_what_behaves_differently_is_named() -> None:
+    before = ran("a.yaml", resolved=["door@47"], helpers={"door@47": "digit"})
+    now = ran("a.yaml", resolved=[], helpers={}, ticks=41, wrong="more")
+    (changed,) = compared([before], [now]).changed
+    assert changed.what == [
+        "passed before, different now",
+        "ticks: 40 before, 41 now",
+        "resolved: [door@47] before, [] now",
+        "helpers: {door@47: digit} before, {} now",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("before", "now", "slower"),
+    [
+        (1.0, 1.49, False),
+        (1.0, 1.5, True),
+        (0.01, 0.1, False),  # ten times, but within the noise
+        (0.01, 0.2, True),
+        (2.0, 1.0, False),
+        (0.0, 1.0, True),
+    ],
+)
+def test_slower_is_what_takes_longer_by_a_ratio_and_more_than_noise(
+    before: float, now: float, slower: bool
+) -> None:
+    found = compared([ran("a", before)], [ran("a", now)])
+    assert [case.name for case in found.slower] == (["a"] if slower else [])
+
+
+def test_the_worst_loss_comes_first_and_the_ratio_can_be_chosen() -> None:
+    before = [ran(name, 1.0) for name in "abc"]
+    now = [ran("a", 2.0), ran("b", 4.0), ran("c", 3.0)]
+    assert [slower.name for slower in compared(before, now).slower] == ["b", "c", "a"]
+    assert [slower.name for slower in compared(before, now, ratio=3.5).slower] == ["b"]
+
+
+def test_cases_that_are_new_or_gone_are_named_but_not_those_that_were_not_run() -> None:
+    former = {name: ran(name) for name in ("a", "b", "c")}
+    found = compare([ran("a"), ran("d")], former, not_run=["b"])
+    assert (found.new, found.gone) == (["d"], ["c"])
+
+
+def test_the_comparison_is_told_in_the_summary() -> None:
+    before = {"a": ran("a"), "b": ran("b")}
+    comparison = compare([ran("a", 4.0), ran("b", ticks=9)], before)
+    text = "\n".join(summary(report(), comparison))
+    assert "slower: a: 1.00 s before, 4.00 s now (4.0 times)" in text
+    assert "changed: b\n  ticks: 40 before, 9 now" in text
+    assert "nothing has changed" in "\n".join(
+        summary(report(), compare([ran("a")], {"a": ran("a")}))
+    )
