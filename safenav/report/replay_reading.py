@@ -140,11 +140,13 @@ class _Telling:
                 self._status(line.obstacle, line.tick, Status.BLOCKED)
                 self._about(line, EventKind.BLOCKED, None, line.obstacle)
             case records.Push():
+                # A helper that is replaced is pushed anew at the depth of the one before.
+                del self.frames[max(0, line.depth - 1) :]
                 self.frames.append(Frame(line.obstacle, line.requester, line.helper))
                 self._objectives(line)
                 self._about(line, EventKind.PUSH, line.requester, line.obstacle)
             case records.Pop():
-                del self.frames[-1:]
+                del self.frames[max(0, line.depth) :]
                 self._objectives(line)
                 self._about(line, EventKind.POP, line.requester, line.obstacle)
             case records.Goal():

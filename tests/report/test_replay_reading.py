@@ -72,6 +72,17 @@ def test_the_stack_grows_and_shrinks_with_nested_requests(replays: dict[str, Rep
     assert replay.stack.at(pops[1]) == ()
 
 
+def test_a_replaced_helper_takes_the_place_of_the_one_before(tmp_path: Path) -> None:
+    lines = made_traces.chain()
+    second = next(line for line in lines if line["type"] == "push" and line["depth"] == 2)
+    again = {**second, "helper": "quad"}
+    lines.insert(lines.index(second) + 1, again)
+    replay = read_replay(made_traces.write(lines, tmp_path / "t.jsonl"))
+    stack = replay.stack.at(second["tick"])
+    assert [frame.helper for frame in stack] == ["quad", "quad"]
+    assert replay.stack.at(replay.last) == ()
+
+
 def test_objectives_in_force_follow_push_and_pop(replays: dict[str, Replay]) -> None:
     replay = replays["door"]
     patrol = Patrol(frozenset({54}), frozenset({49}))
