@@ -1,0 +1,176 @@
+"""``safenav verify``: accepts what slugs prints, refuses damage, and says where and why."""
+
+from __future__ import annotations
+
+import json
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import pytest
+from explain.conftest import Invoke
+
+from safenav.cli.verify import command
+from safenav.synthesis.reader import read_specification
+from safenav.synthesis.slugs import Synthesizer
+
+DOOR = """\
+# porter: opens the door when asked
+
+[INPUT]
+request
+
+[OUTPUT]
+region:0...3
+open
+
+[ENV_INIT]
+!request
+
+[SYS_INIT]
+# robots.porter.start: where it begins
+region = 0
+!open
+
+[ENV_TRANS]
+# visitors: whoever asks goes on asking until it is open
+request & !open -> request'
+
+[SYS_TRANS]
+# robots.porter.mobility: one region a tick
+region' <= region + 1 & region <= region' + 1
+# obstacles.door: opens from region 3 only
+open' -> region' = 3
+
+[SYS_LIVENESS]
+# robots.porter.objective: serve whoever asks
+!request | open
+# robots.porter.objective: rest
+region = 0
+"""
+
+HOPELESS = DOOR.replace("open' -> region' = 3", "open' -> region' = 3 & request'").replace(
+    "[SYS_LIVENESS]", "[SYS_LIVENESS]\n# robots.porter.objective: always open\nopen"
+)
+
+
+@pytest.fixture
+def door(tmp_path: Path) -> tuple[Path, Path]:
+    return _written(tmp_path, DOOR)
+
+
+def _written(folder: Path, text: str, counter: bool = False) -> tuple[Path, Path]:
+    spec, strategy = folder / "spec.structuredslugs", folder / "strategy.json"
+    spec.write_text(text)
+    synthesizer = Synthesizer()
+    parsed = read_specification(text)
+    ask = synthesizer.counterstrategy if counter else synthesizer.synthesize
+    data = ask(parsed).strategy_json
+    assert data is not None
+    strategy.write_bytes(data)
+    return spec, strategy
+
+
+def _damaged(strategy: Path, damage: Any) -> Path:
+    document = json.loads(strategy.read_text())
+    damage(document)
+    strategy.write_text(json.dumps(document))
+    return strategy
+
+
+def _open_everywhere(document: dict[str, Any]) -> None:
+    """From node 4 on the door stands open wherever the robot is."""
+    column = document["variables"].index("open")
+    for number, node in document["nodes"].items():
+        if int(number) >= 4:
+            node["state"][column] = 1
+
+
+def _loop(document: dict[str, Any]) -> None:
+    """Every node is its own only successor."""
+    for number, node in document["nodes"].items():
+        node["trans"] = [int(number)]
+
+
+def test_a_strategy_of_slugs_is_accepted(door: tuple[Path, Path], invoke: Invoke) -> None:
+    answer = invoke(command, *door)
+    assert answer.status == 0
+    assert answer.output.startswith("correct:")
+
+
+def test_a_counterstrategy_of_slugs_is_accepted(tmp_path: Path, invoke: Invoke) -> None:
+    answer = invoke(command, *_written(tmp_path, HOPELESS, counter=True), "--counterstrategy")
+    assert answer.status == 0
+    assert "the environment wins" in answer.output
+
+
+def test_a_strategy_is_no_counterstrategy(door: tuple[Path, Path], invoke: Invoke) -> None:
+    assert invoke(command, *door, "--counterstrategy").status == 1
+
+
+def test_a_broken_guarantee_is_told_with_origin_and_path(
+    door: tuple[Path, Path], invoke: Invoke
+) -> None:
+    spec, strategy = door
+    _damaged(strategy, _open_everywhere)
+    found = json.loads(invoke(command, spec, strategy, "--json").output)
+    broken = next(f for f in found["failures"] if f["fault"] == "broken_guarantee")
+    assert broken["constraint"]["formula"] == "open' -> region' = 3"
+    assert "obstacles.door: opens from region 3 only" in broken["constraint"]["rule"]
+    path = broken["path"]
+    transitions = {int(n): v["trans"] for n, v in json.loads(strategy.read_text())["nodes"].items()}
+    assert path[0] == 0
+    assert path[-1] == broken["node"]
+    assert all(b in transitions[a] for a, b in pairwise(path))
+    assert broken["successor"] in transitions[broken["node"]]
+    spoken = invoke(command, spec, strategy)
+    assert spoken.status == 1
+    assert f"shortest path, {len(path) - 1} steps" in spoken.output
+    assert "obstacles.door" in spoken.output
+
+
+def test_a_loop_names_missing_answers_or_starved_goals(
+    door: tuple[Path, Path], invoke: Invoke
+) -> None:
+    spec, strategy = door
+    answer = invoke(command, spec, _damaged(strategy, _loop), "--json")
+    assert answer.status == 1
+    faults = {f["fault"] for f in json.loads(answer.output)["failures"]}
+    assert "missing_successor" in faults
+
+
+def test_the_strategy_may_come_on_standard_input(door: tuple[Path, Path], invoke: Invoke) -> None:
+    spec, strategy = door
+    assert invoke(command, spec, "-", stdin=strategy.read_bytes()).status == 0
+
+
+@pytest.mark.parametrize(
+    ("spec", "strategy", "said"),
+    [
+        (b"[INPUT]\n1x\n", b"{}", "declares nothing"),
+        (b"\xff\xfe", b"{}", "no text in UTF-8"),
+        (DOOR.encode(), b"{", "not JSON"),
+        (DOOR.encode(), b'{"variables": [], "nodes": {}}', "no variable"),
+        (
+            b"[OUTPUT]\na\n[SYS_TRANS]\na &\n",
+            b'{"variables": ["a"], "nodes": {}}',
+            "unexpected the end",
+        ),
+    ],
+    ids=["declaration", "binary", "truncated", "another specification", "formula"],
+)
+def test_what_cannot_be_judged_is_bad_input(
+    spec: bytes, strategy: bytes, said: str, tmp_path: Path, invoke: Invoke
+) -> None:
+    first, second = tmp_path / "spec with ü", tmp_path / "strategy"
+    first.write_bytes(spec)
+    second.write_bytes(strategy)
+    answer = invoke(command, first, second)
+    assert answer.status == 2
+    assert said in answer.error
+
+
+def test_a_missing_file_is_bad_input(tmp_path: Path, invoke: Invoke) -> None:
+    answer = invoke(command, tmp_path / "nowhere", "-", stdin=b"{}")
+    assert answer.status == 2
+    assert "No such file" in answer.error
