@@ -14,10 +14,11 @@ from safenav.errors import ResourceLimitError
 from safenav.runtime.environment import SimulatedWorld
 from safenav.runtime.events import GoalReached, Reason, Synthesized
 from safenav.runtime.navigation import Planner
-from safenav.runtime.state import TeamState
+from safenav.runtime.state import TeamState, with_alternation
 from safenav.runtime.tasks import Assignment
-from safenav.scenario.model import Robot, Scenario, Tracking
+from safenav.scenario.model import Coordination, Robot, Scenario, Tracking
 from safenav.scenario.objective import Hold, Ltl, Target, targets_of, to_data
+from safenav.spec.assignable import Switch, places
 from safenav.spec.robot import assumption_names, compile_task
 from safenav.spec.task import LADDERS, Fairness, Known, Observed, Task
 from safenav.synthesis.outcome import SynthesisResult, Verdict
@@ -126,6 +127,8 @@ class Controllers:
             assert strategy is not None
             before = self._state.planners.get(name)
             planner = Planner.start(answer.task, strategy, attempt.assignments[name])
+            if answer.task.assignable:
+                planner.switch = Switch(places(answer.task, self._state.scenario.map))
             self._state.planners[name] = planner
             if before is None or before.assignment is not planner.assignment:
                 fresh.append(name)
@@ -194,6 +197,7 @@ class Controllers:
         """
         state = self._state
         assignment = assignments[robot.name]
+        assignable = state.scenario.coordination is Coordination.ASSIGNABLE
         blocked = list(state.knowledge.known_for(robot, assignment.avoid))
         observed = []
         for other in state.scenario.robots:
@@ -201,7 +205,7 @@ class Controllers:
                 continue
             danger = state.scenario.conflict(robot, other)
             where = state.next_pose(other).region
-            if danger and parked and is_parked(assignments[other.name], where):
+            if danger and parked and not assignable and is_parked(assignments[other.name], where):
                 blocked.append(Known(where, f"robots.{other.name}", f"{other.name} waits here"))
             elif danger or other.name in robot.tracks:
                 targets = targets_of(assignments[other.name].objective)
@@ -210,11 +214,12 @@ class Controllers:
         return Task(
             robot=robot,
             pose=state.next_pose(robot),
-            objective=assignment.objective,
+            objective=assignment.specified or assignment.objective,
             memory=assignment.progress.memory,
             blocked=tuple(blocked),
             observed=tuple(observed),
             tracking=robot.tracking,
+            assignable=assignable,
             partition=None if cells is None else Partition(cells),
             closed=state.knowledge.standing,
         )
@@ -259,6 +264,7 @@ def first_answers(
 ) -> dict[str, Answer]:
     """The synthesizer's answers for the start of a scenario, without a run: for the robots
     with these names (default: all), in the scenario's order."""
+    scenario = with_alternation(scenario)
     state = TeamState.initial(scenario, SimulatedWorld(scenario))
     attempt = Controllers(state, synthesizer, progress).attempt({}, strict=(), only=names)
     return dict(attempt.answers)

@@ -163,7 +163,8 @@ class Resynthesis:
     def _bids(self, obstacle: Obstacle, avoid: Collection[str]) -> list[Bid]:
         state = self._state
         blocked = {r.name: self._blocked(r, avoid) for r in state.scenario.robots}
-        return bids(obstacle, state.scenario.robots, state.poses, state.scenario.map, blocked)
+        poses = {robot.name: state.next_pose(robot) for robot in state.scenario.robots}
+        return bids(obstacle, state.scenario.robots, poses, state.scenario.map, blocked)
 
     def _blocked(self, robot: Robot, avoid: Collection[str]) -> set[Region]:
         return {known.region for known in self._state.knowledge.known_for(robot, avoid)}

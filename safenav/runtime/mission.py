@@ -20,10 +20,11 @@ from safenav.runtime.deadlock import Watch
 from safenav.runtime.environment import SimulatedWorld, World, draw_truths
 from safenav.runtime.events import Ended, Header, Reason
 from safenav.runtime.explanation import explain_impasse, explain_unrealizable
-from safenav.runtime.state import TeamState
+from safenav.runtime.state import TeamState, with_alternation
+from safenav.runtime.steering import Steering
 from safenav.runtime.trace import Listener, scenario_record
 from safenav.runtime.turn import LostError, Turns
-from safenav.scenario.model import Outcome, Robot, Scenario
+from safenav.scenario.model import Coordination, Outcome, Robot, Scenario
 from safenav.synthesis.slugs import Listener as SynthesisListener
 from safenav.synthesis.slugs import Synthesizer
 
@@ -58,14 +59,15 @@ class Mission:
         listeners: Iterable[Listener] = (),
         progress: SynthesisListener | None = None,
     ) -> None:
-        self.scenario = scenario
+        self.scenario = scenario = with_alternation(scenario)
         self.result: RunResult | None = None
         self._world = world or SimulatedWorld(scenario)
         self.state = TeamState.initial(scenario, self._world, listeners)
         self._controllers = Controllers(
             self.state, synthesizer or default_synthesizer(scenario), progress
         )
-        self._coordination = Resynthesis(self.state, self._controllers)
+        kind = Steering if scenario.coordination is Coordination.ASSIGNABLE else Resynthesis
+        self._coordination = kind(self.state, self._controllers)
         self._watch = Watch(self.state, self._coordination)
         self.state.listeners += (self._watch,)
         self._turns = Turns(self.state, self._world, self._controllers, self._coordination)

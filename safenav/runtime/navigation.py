@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from safenav.runtime.tasks import Assignment
+from safenav.spec.assignable import Switch
 from safenav.spec.task import Task
 from safenav.synthesis.strategy import Strategy
 from safenav.world.map import Heading
@@ -28,7 +29,8 @@ class Planner:
     """One robot's strategy and where in it the robot is.
 
     ``begun``: whether the progress of its assignment has been counted from here on.
-    ``before``: the values before a step that is still under way.
+    ``before``: the values before a step that is still under way. ``switch`` steers it where
+    goals are assignable.
     """
 
     def __init__(self, task: Task, strategy: Strategy, assignment: Assignment, node: int) -> None:
@@ -38,6 +40,7 @@ class Planner:
         self.node: int | None = node
         self.begun = False
         self.before: Mapping[str, int] = {}
+        self.switch: Switch | None = None
 
     @classmethod
     def start(cls, task: Task, strategy: Strategy, assignment: Assignment) -> Planner:
@@ -72,6 +75,8 @@ class Planner:
         successors for the same inputs, and last the mobility's stay, which leaves the
         automaton and is safe whatever the others do."""
         others = [p for p in self._successors(observed) if p.pose.region != refused.pose.region]
+        if self.switch is not None:
+            others += self._successors({**observed, **self.switch.stop()})
         return [*others, Proposal(pose, None)]
 
     def follow(self, proposal: Proposal) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from safenav.runtime.beliefs import Beliefs
 from safenav.runtime.environment import Characterization, World
@@ -11,8 +11,9 @@ from safenav.runtime.events import Event
 from safenav.runtime.navigation import Planner
 from safenav.runtime.tasks import Assignment, TaskStack
 from safenav.runtime.trace import Listener
-from safenav.scenario.model import Robot, Scenario
+from safenav.scenario.model import Coordination, Robot, Scenario
 from safenav.scenario.objective import to_data
+from safenav.spec.assignable import own_objective
 from safenav.spec.others import Sightings
 from safenav.spec.task import Task
 from safenav.world.map import Region
@@ -97,3 +98,11 @@ class TeamState:
     def objectives(self) -> dict[str, dict[str, object]]:
         """The objectives in force, as in a trace."""
         return {name: to_data(a.objective) for name, a in self.tasks.current.items()}
+
+
+def with_alternation(scenario: Scenario) -> Scenario:
+    """The scenario as it is played: with assignable goals a patrol is plain alternation."""
+    if scenario.coordination is not Coordination.ASSIGNABLE:
+        return scenario
+    robots = tuple(replace(r, objective=own_objective(r.objective)) for r in scenario.robots)
+    return replace(scenario, robots=robots)

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from safenav.runtime.progress import Progress
 from safenav.scenario.model import Obstacle
 from safenav.scenario.objective import Hold, Ltl, Objective, Target, Visit
+from safenav.spec.assignable import Signal
 from safenav.spec.motion import one_of
 from safenav.world.map import Region
 
@@ -22,12 +23,15 @@ class Assignment:
 
     ``avoid`` names obstacles that were found and not resolved when a robot began to wait or to
     help: as long as they are pending it plans around them, since walking into one would only
-    ask again for what has been asked for.
+    ask again for what has been asked for. With assignable goals the robot is steered by
+    ``signal``, and its strategy is still that for ``specified``.
     """
 
     objective: Objective
     progress: Progress
     avoid: frozenset[str] = frozenset()
+    signal: Signal | None = None
+    specified: Objective | None = None
 
     @classmethod
     def of(cls, objective: Objective, avoid: Iterable[str] = ()) -> Assignment:

@@ -117,7 +117,11 @@ class Turns:
     def _observe(self, robot: Robot, planner: Planner) -> dict[str, int]:
         closed = self._traffic.closed_to(robot) if self._state.scenario.deadlock else frozenset()
         sightings = self._state.sightings(robot, planner.task, closed)
-        return observe(planner.task, self._state.scenario.map, sightings)
+        observed = observe(planner.task, self._state.scenario.map, sightings)
+        if planner.switch is not None:
+            signal = self._state.tasks.current[robot.name].signal
+            observed |= planner.switch.inputs(signal, self._state.region(robot))
+        return observed
 
     def _check(self, robot: Robot, proposal: Proposal) -> Violation | None:
         pose = self._state.poses[robot.name]

@@ -6,9 +6,10 @@ outputs, what it must know of those it could collide with as inputs, nothing els
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 from safenav.scenario.objective import describe
+from safenav.spec import assignable
 from safenav.spec.motion import heading_rules, stepping, walls
 from safenav.spec.objective import encode
 from safenav.spec.others import Encoding as OthersEncoding
@@ -34,7 +35,9 @@ def compile_task(task: Task, world: RegionMap) -> Specification:
     robot = task.robot
     others = encode_others(task, world)
     objective = encode(task.objective, f"{task.item}.objective", task.pose.region, task.memory)
+    steering, steered = _steering(task, world)
     variables = [
+        *steering.inputs,
         *others.inputs,
         *others.outputs,
         Variable("region", Owner.OUTPUT, (0, world.size - 1), f"where {robot.name} is"),
@@ -44,13 +47,30 @@ def compile_task(task: Task, world: RegionMap) -> Specification:
         variables.append(Variable("heading", Owner.OUTPUT, (0, 3), note))
     variables += objective.variables
     constraints = [
+        *steering.assumptions,
         *others.assumptions,
         *_beginning(task),
         *_motion(task, world, others),
-        *objective.constraints,
+        *steering.guarantees,
+        *(steered(constraint) for constraint in objective.constraints),
     ]
     title = f"{robot.name} ({robot.model.name}): {describe(task.objective)}"
     return Specification(robot.name, title, tuple(variables), tuple(constraints))
+
+
+def _steering(
+    task: Task, world: RegionMap
+) -> tuple[OthersEncoding, Callable[[Constraint], Constraint]]:
+    """What lets goals be assigned at runtime, and what that does to the robot's own goals."""
+    if not task.assignable:
+        return OthersEncoding(), lambda constraint: constraint
+    encoding = OthersEncoding(
+        assignable.inputs(task, world),
+        (),
+        tuple(assignable.assumptions(task, world)),
+        tuple(assignable.guarantees()),
+    )
+    return encoding, assignable.excused
 
 
 def assumption_names(task: Task, world: RegionMap) -> list[str]:

@@ -72,6 +72,7 @@ class Task:
     ``observed``: the moving robots that it must not collide with, modelled by ``tracking``
     under the assumption ``fairness``. For beliefs: the ``partition`` of the map (None for its
     rooms), and the regions whose obstacles are ``closed``, so that they block the view.
+    ``assignable``: goals can be assigned at runtime.
     """
 
     robot: Robot
@@ -84,6 +85,7 @@ class Task:
     fairness: Fairness = Fairness.NONE
     partition: Partition | None = None
     closed: frozenset[Region] = frozenset()
+    assignable: bool = False
 
     @property
     def targets(self) -> tuple[Target, ...]:

@@ -1,0 +1,37 @@
+"""The second coordination strategy: goals assigned at runtime, without resynthesis."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.runtime.conftest import Runner
+from tests.runtime.test_case_studies import EVENTS
+
+SCENARIOS = Path(__file__).parents[2] / "scenarios"
+
+
+@pytest.mark.parametrize(
+    ("number", "new_strategies"), [(1, []), (2, ["digit"]), (3, [])], ids=["door", "scout", "chain"]
+)
+def test_case_studies_need_new_strategies_only_for_new_walls(
+    run: Runner, number: int, new_strategies: list[str]
+) -> None:
+    text = (SCENARIOS / f"case_study_{number}.yaml").read_text()
+    usual = run(text)
+    trace = run(text.replace("until:", "coordination: assignable\nuntil:"))
+    assert trace.outcome["outcome"] == "completed"
+    after_start = [s["robot"] for s in trace.all("synthesis") if s["tick"] > 0]
+    assert after_start == new_strategies
+    assert trace.order(*EVENTS) == usual.order(*EVENTS)
+    for key in ("robot", "at", "proposed"):
+        assert [v[key] for v in trace.all("violation")] == [v[key] for v in usual.all("violation")]
+
+
+def test_requester_waits_and_helper_goes_while_signalled(run: Runner) -> None:
+    text = (SCENARIOS / "case_study_1.yaml").read_text()
+    trace = run(text.replace("until:", "coordination: assignable\nuntil:"))
+    asked, done = trace.one("push")["tick"], trace.one("resolved")["tick"]
+    assert {trace.position("quad", tick) for tick in range(asked, done + 1)} == {46}
+    assert trace.position("digit", done) == 47
