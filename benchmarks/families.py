@@ -37,14 +37,16 @@ class _Text:
         return "\n".join(blocks)
 
 
-def grid(rows: int, cols: int, adversary: str = "none", walls: bool = False) -> str:
-    """A robot patrols the four corners of a grid, with or without another robot in its way.
+def grid(rows: int, cols: int, adversary: str = "none", walls: bool = False, goals: int = 4) -> str:
+    """A robot patrols the border of a grid, with or without another robot in its way.
+
+    It visits `goals` cells spread evenly over the border, the corners if there are four of them.
 
     The other robot moves by at most one cell (`four`: to a 4-neighbour, `king`: diagonally too),
     never steps onto the robot, and comes back to two far cells again and again; else it does what
     it likes.  The robot never steps onto it.  With walls, every third column is a wall with a gap.
     """
-    text = _Text(f"{rows} x {cols} grid, patrol of the corners, adversary: {adversary}")
+    text = _Text(f"{rows} x {cols} grid, patrol of {goals} cells, adversary: {adversary}")
     text.add("INPUT")
     text.add("OUTPUT", f"row:0...{rows - 1}", f"col:0...{cols - 1}")
     text.add("SYS_INIT", "row = 0", "col = 0")
@@ -56,7 +58,7 @@ def grid(rows: int, cols: int, adversary: str = "none", walls: bool = False) -> 
             text.add("SYS_TRANS", wall, why=f"wall in column {col} with a gap in row {gap}")
     if adversary != "none":
         _add_adversary(text, rows, cols, diagonal=adversary == "king")
-    for row, col in ((0, 0), (0, cols - 1), (rows - 1, cols - 1), (rows - 1, 0)):
+    for row, col in _patrol(rows, cols, goals):
         text.add("SYS_LIVENESS", f"row = {row} & col = {col}")
     return str(text)
 
@@ -150,6 +152,19 @@ def arbiter(clients: int) -> str:
     return str(text)
 
 
+def _patrol(rows: int, cols: int, goals: int) -> list[tuple[int, int]]:
+    """Cells of the border, clockwise from the north-west corner."""
+    if goals == 4:
+        return [(0, 0), (0, cols - 1), (rows - 1, cols - 1), (rows - 1, 0)]
+    border = [(0, col) for col in range(cols)]
+    border += [(row, cols - 1) for row in range(1, rows)]
+    border += [(rows - 1, col) for col in range(cols - 2, -1, -1)]
+    border += [(row, 0) for row in range(rows - 2, 0, -1)]
+    if goals > len(border):
+        raise ValueError(f"{goals} goals on a border of {len(border)} cells")
+    return [border[k * len(border) // goals] for k in range(goals)]
+
+
 def _four_neighbours(row: str, col: str) -> tuple[str, ...]:
     return (*_one_step(row), *_one_step(col), f"{row}' = {row} | {col}' = {col}")
 
@@ -209,9 +224,13 @@ def main() -> None:
 @click.option("--cols", type=click.IntRange(2), default=12, show_default=True)
 @click.option("--adversary", type=click.Choice(ADVERSARIES), default="none", show_default=True)
 @click.option("--walls", is_flag=True, help="Every third column is a wall with a gap.")
-def grid_command(rows: int, cols: int, adversary: str, walls: bool) -> None:
-    """Patrol the corners of a grid."""
-    click.echo(grid(rows, cols, adversary, walls), nl=False)
+@click.option("--goals", type=click.IntRange(1), default=4, show_default=True)
+def grid_command(rows: int, cols: int, adversary: str, walls: bool, goals: int) -> None:
+    """Patrol cells on the border of a grid."""
+    try:
+        click.echo(grid(rows, cols, adversary, walls, goals), nl=False)
+    except ValueError as error:
+        raise click.UsageError(str(error)) from error
 
 
 @main.command("regions")

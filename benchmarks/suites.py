@@ -65,6 +65,7 @@ BARS = (
     Bar("gr1/synt15_10.slugsin", "verdict", 1.0, None, "26"),
     Bar("gr1/jcss12_4.slugsin", "verdict", 5.0, None, "> 60"),
 )
+SUFFIXES = (".slugsin", ".structuredslugs")
 SMALL_BAR = 0.02
 NOT_SMALL = ("basicEvasion", "two_customer_waiter")
 
@@ -91,9 +92,8 @@ def corpus_suite(scratch: Path) -> list[Case]:
         name = Path(bar.file).name.split(".")[0]
         cases.append(Case(name, file, bar.mode, bar.seconds, bar.prototype, bar.upstream))
     if corpus is not None:
-        for file in sorted((corpus / "slugs").glob("*.s*slugs*")):
-            name = file.name.split(".")[0]
-            if name not in NOT_SMALL and ".strategy" not in file.name:
+        for file in sorted((corpus / "slugs").iterdir()):
+            if file.suffix in SUFFIXES and file.name.split(".")[0] not in NOT_SMALL:
                 cases.append(Case(f"small/{file.stem}", file, "strategy", SMALL_BAR))
     return cases
 
@@ -101,13 +101,14 @@ def corpus_suite(scratch: Path) -> list[Case]:
 def families_suite(scratch: Path) -> list[Case]:
     """Rising sizes of every generated family."""
     texts = {
-        **{f"grid_{n}x{n}": families.grid(n, n) for n in (8, 16, 32)},
-        **{f"walls_{n}x{n}": families.grid(n, n, walls=True) for n in (8, 16, 32)},
-        **{f"four_{n}x{n}": families.grid(n, n, "four") for n in (6, 9, 12)},
-        **{f"king_{n}x{n}": families.grid(n, n, "king") for n in (6, 9, 12)},
-        **{f"regions_{n}x{n}": families.regions(n, n, "four") for n in (6, 9, 12)},
-        **{f"errands_8_{k}": families.errands(8, k) for k in (2, 4, 6)},
-        **{f"arbiter_{k}": families.arbiter(k) for k in (2, 4, 6)},
+        **{f"grid_{n}x{n}": families.grid(n, n) for n in (16, 32, 64)},
+        **{f"walls_{n}x{n}": families.grid(n, n, walls=True) for n in (16, 32, 64)},
+        **{f"four_{n}x{n}": families.grid(n, n, "four") for n in (9, 12, 20)},
+        **{f"king_{n}x{n}": families.grid(n, n, "king") for n in (9, 12, 20)},
+        **{f"regions_{n}x{n}": families.regions(n, n, "four") for n in (9, 12, 16)},
+        **{f"goals_12x12_{k}": families.grid(12, 12, "four", goals=k) for k in (8, 16, 32)},
+        **{f"errands_16_{k}": families.errands(16, k) for k in (4, 6, 8)},
+        **{f"arbiter_{k}": families.arbiter(k) for k in (4, 7, 10)},
     }
     return [
         Case(name, _write(scratch, name, text), mode)

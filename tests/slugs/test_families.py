@@ -15,7 +15,7 @@ FAMILIES = Path(__file__).resolve().parents[2] / "benchmarks" / "families.py"
         "grid --rows 4 --cols 5",
         "grid --rows 4 --cols 8 --walls",
         "grid --rows 4 --cols 4 --adversary four",
-        "grid --rows 4 --cols 4 --adversary king",
+        "grid --rows 4 --cols 4 --adversary king --goals 9",
         "regions --rows 3 --cols 5",
         "regions --rows 4 --cols 4 --adversary four",
         "errands --size 4 --goals 3",
@@ -43,9 +43,16 @@ def test_family_is_won_by_moving(slugs_binary: Path, tmp_path: Path, arguments: 
     assert checked.returncode == 0, checked.stdout + checked.stderr
 
 
-def test_sizes_are_checked() -> None:
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ("arbiter --clients 1", "1 is not in the range"),
+        ("grid --rows 3 --cols 3 --goals 9", "9 goals on a border of 8 cells"),
+    ],
+)
+def test_sizes_are_checked(arguments: str, message: str) -> None:
     refused = subprocess.run(
-        [sys.executable, FAMILIES, "arbiter", "--clients", "1"], capture_output=True, text=True
+        [sys.executable, FAMILIES, *arguments.split()], capture_output=True, text=True, check=False
     )
     assert refused.returncode == 2
-    assert "1 is not in the range" in refused.stderr
+    assert message in refused.stderr
