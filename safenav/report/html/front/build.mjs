@@ -13,6 +13,10 @@ for (const name of [...sources, "build.mjs", "package-lock.json", "tsconfig.json
 }
 const stamp = `/* sources ${hash.digest("hex")} */`;
 
+// The page carries Preact to whoever opens it, so it carries Preact's licence too.
+const licence = readFileSync(new URL("node_modules/preact/LICENSE", here), "utf8").trim();
+const notice = { "replay.js": `/* Contains Preact:\n${licence} */\n`, "replay.css": "" };
+
 const result = await build({
   absWorkingDir: here.pathname,
   entryPoints: ["src/main.tsx"],
@@ -32,7 +36,7 @@ for (const { path, text } of result.outputFiles) {
   const name = path.split("/").pop();
   if (/<\/(script|style)/i.test(text)) throw new Error(`${name} would end its own element`);
   const target = new URL(`../assets/${name}`, here);
-  const content = `${stamp}\n${text}`;
+  const content = `${stamp}\n${notice[name]}${text}`;
   if (check && readFileSync(target, "utf8") !== content) {
     console.error(`${name} is not what the sources give: run npm run build`);
     process.exitCode = 1;
