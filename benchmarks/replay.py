@@ -23,7 +23,6 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
 from report import made_traces  # noqa: E402
 from report.browser import Browser  # noqa: E402
-
 from safenav.report.html import page_of  # noqa: E402
 from safenav.report.replay_reading import read_replay  # noqa: E402
 

@@ -22,7 +22,6 @@ ROOT = HERE.parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
 from report.browser import Browser  # noqa: E402
-
 from safenav.report.html import page_of  # noqa: E402
 from safenav.report.picture import svg_of  # noqa: E402
 from safenav.report.picture_palette import Palette  # noqa: E402
