@@ -1,0 +1,90 @@
+"""Measures whole runs: the case studies with an empty cache, and how fast the command starts.
+
+    python benchmarks/case_studies.py [--repeat 5] [--json FILE]
+
+Wall time of the whole `safenav run` process, verification included; beside it what the trace
+says of the syntheses. Nothing here is a test: it reports.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from statistics import median
+
+import click
+
+from safenav.report.table import table
+
+ROOT = Path(__file__).resolve().parents[1]
+SCENARIOS = ("hello", "case_study_1", "case_study_2", "case_study_3")
+UPSTREAM_SECONDS = {"case_study_1": 552, "case_study_2": 671, "case_study_3": 379}
+"""CPU seconds of all syntheses of a run with the authors' specifications and upstream SLUGS,
+on a machine of 2 cores like ours (docs/performance.md)."""
+
+
+@click.command(context_settings={"help_option_names": ["-h", "--help"]})
+@click.option("--repeat", type=click.IntRange(1), default=5, show_default=True)
+@click.option("--json", "json_file", type=click.Path(path_type=Path), help="Write the figures.")
+def main(repeat: int, json_file: Path | None) -> None:
+    """Measure the shipped scenarios, interleaved, and print medians."""
+    command = shutil.which("safenav", path=f"{Path(sys.executable).parent}:{os.environ['PATH']}")
+    if command is None:
+        raise click.ClickException("safenav is not installed: run `make install`")
+    figures: dict[str, dict[str, list[float]]] = {name: {} for name in (*SCENARIOS, "--help")}
+    for _ in range(repeat):
+        for name in SCENARIOS:
+            for key, value in run_once(command, name).items():
+                figures[name].setdefault(key, []).append(value)
+        begun = time.perf_counter()
+        subprocess.run([command, "--help"], check=True, capture_output=True)
+        figures["--help"].setdefault("wall", []).append(time.perf_counter() - begun)
+    medians = {n: {k: median(v) for k, v in f.items()} for n, f in figures.items()}
+    for line in table(HEADINGS, [_row(name, f) for name, f in medians.items()]):
+        click.echo(line)
+    if json_file is not None:
+        json_file.write_text(json.dumps(medians, indent=2) + "\n")
+
+
+HEADINGS = ("command", "wall s", "syntheses", "synthesis s", "authors' specs, upstream CPU s")
+
+
+def run_once(command: str, name: str) -> dict[str, float]:
+    """One run with an empty cache: seconds of the process, number and seconds of syntheses."""
+    with tempfile.TemporaryDirectory() as cache:
+        environment = {**os.environ, "SAFENAV_CACHE": cache}
+        begun = time.perf_counter()
+        done = subprocess.run(
+            [command, "run", str(ROOT / "scenarios" / f"{name}.yaml"), "--json"],
+            check=True,
+            capture_output=True,
+            env=environment,
+        )
+        wall = time.perf_counter() - begun
+    result = json.loads(done.stdout)
+    return {
+        "wall": wall,
+        "syntheses": result["syntheses"],
+        "synthesis": result["synthesis_seconds"],
+    }
+
+
+def _row(name: str, figures: dict[str, float]) -> tuple[object, ...]:
+    label = f"safenav {name}" if name.startswith("-") else f"safenav run {name}"
+    return (
+        label,
+        round(figures["wall"], 3),
+        int(figures["syntheses"]) if "syntheses" in figures else None,
+        round(figures["synthesis"], 3) if "synthesis" in figures else None,
+        UPSTREAM_SECONDS.get(name),
+    )
+
+
+if __name__ == "__main__":
+    main()
