@@ -26,7 +26,8 @@ public:
     if (text.find_first_of(" \t\v\f") != std::string_view::npos)
       return diagnostics_.error(place, "found '" + printable(text) + "', expected one name on each line");
     const std::size_t odd = text.find_first_of("!&|^'$?#()=<>+,;");
-    if (odd != std::string_view::npos || is_digit(text.front()) || text.find('\0') != std::string_view::npos)
+    // What cannot be shown, such as a control character, cannot be JSON either.
+    if (odd != std::string_view::npos || is_digit(text.front()) || printable(text, text.size()) != text)
       return diagnostics_.error(place, "found '" + printable(text) + "', expected the name of a variable",
                                 text.back() == '\'' ? "variables are declared without a prime" : "");
     boolean(text, declaration, place);
