@@ -9,6 +9,7 @@ from __future__ import annotations
 import select
 import time
 from collections import deque
+from collections.abc import Iterable
 from pathlib import Path
 
 from safenav.batch.backend import Arrival
@@ -17,14 +18,21 @@ from safenav.batch.worker import Worker
 
 
 class LocalPool:
-    """At most ``jobs`` cases at once. ``traces``: a directory to write traces to, if any."""
+    """At most ``jobs`` cases at once. ``traces``: a directory to write traces to, if any.
+    ``started``: workers that have been started before; they are the pool's now."""
 
-    def __init__(self, jobs: int, conditions: Conditions, traces: Path | None = None) -> None:
+    def __init__(
+        self,
+        jobs: int,
+        conditions: Conditions,
+        traces: Path | None = None,
+        started: Iterable[Worker] = (),
+    ) -> None:
         self._jobs = jobs
         self._conditions = conditions
         self._traces = traces
         self._todo: deque[Case] = deque()
-        self._idle: list[Worker] = []
+        self._idle: list[Worker] = list(started)
         self._busy: dict[Worker, Path | None] = {}
         self._number = 0
 

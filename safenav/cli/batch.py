@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from safenav.batch.backend import Backend
     from safenav.batch.case import Conditions
     from safenav.batch.search import Found
+    from safenav.batch.worker import Worker
 
 EPILOG = """\b
 Examples:
@@ -112,40 +113,41 @@ def command(
 ) -> int:
     """Run every scenario that the PATHs name, each in a process of its own, and compare each
     run with the scenario's 'expect'."""
-    from safenav.batch.baseline import compare
-    from safenav.batch.case import Conditions
-    from safenav.batch.results_file import read_results, to_csv, to_json
-    from safenav.batch.search import find_cases
-    from safenav.batch.session import run_batch
-    from safenav.batch.state import StateFile
-    from safenav.report.batch_failure import FailureFolder
-    from safenav.report.batch_progress import ProgressLine
-    from safenav.report.batch_summary import summary
-    from safenav.report.junit import to_junit
-
     if resume and out is None:
         raise UsageError("--resume needs --out: the folder that holds the results so far")
     if dask is not None and jobs is not None:
         raise UsageError("--jobs is for this machine; a Dask cluster has its own workers")
     files = [path for path in (junit, as_json, as_csv) if path is not None]
     _check_writable(files)
-    former = None if baseline is None else read_results(baseline)
-    found = find_cases(paths)
-    _tell_passed_over(found)
-    progress = ProgressLine()
     signal.signal(signal.SIGTERM, _as_interrupt)
     with ExitStack() as stack:
+        started = [] if dask is not None else [_first_worker(stack)]
+        from safenav.batch.baseline import compare
+        from safenav.batch.case import Conditions
+        from safenav.batch.results_file import read_results, to_csv, to_json
+        from safenav.batch.search import find_cases
+        from safenav.batch.session import run_batch
+        from safenav.batch.state import StateFile
+        from safenav.report.batch_failure import FailureFolder
+        from safenav.report.batch_progress import ProgressLine
+        from safenav.report.batch_summary import summary
+        from safenav.report.junit import to_junit
+
+        former = None if baseline is None else read_results(baseline)
+        found = find_cases(paths)
+        _tell_passed_over(found)
+        progress = ProgressLine()
         state = traces = failures = None
         if out is not None:
             state = stack.enter_context(StateFile(out, resume=resume))
             failures = FailureFolder(out, keep=resume)
-            traces = out / "running"
-            shutil.rmtree(traces, ignore_errors=True)
-            traces.mkdir()
-            stack.callback(shutil.rmtree, traces, ignore_errors=True)
+            traces = _empty(out / "running", stack)
+        conditions = Conditions(time_limit, verify)
         report = run_batch(
             found.cases,
-            _backend(dask, jobs, Conditions(time_limit, verify), traces),
+            _cluster(dask, conditions, traces)
+            if dask is not None
+            else _pool(jobs, conditions, traces, started),
             state=state,
             retries=retry_limit,
             fail_fast=fail_fast,
@@ -172,16 +174,35 @@ def command(
     return ExitCode.OK if report.as_expected else ExitCode.NEGATIVE
 
 
-def _backend(
-    dask: str | None, jobs: int | None, conditions: Conditions, traces: Path | None
-) -> Backend:
-    if dask is not None:
-        from safenav.batch.cluster import DaskCluster
+def _first_worker(stack: ExitStack) -> Worker:
+    """It loads what a run needs while this process looks for scenarios."""
+    from safenav.batch.worker import Worker
 
-        return DaskCluster(dask, conditions, traces)
+    worker = Worker()
+    stack.callback(worker.end)
+    return worker
+
+
+def _pool(
+    jobs: int | None, conditions: Conditions, traces: Path | None, started: list[Worker]
+) -> Backend:
     from safenav.batch.pool import LocalPool
 
-    return LocalPool(jobs or os.cpu_count() or 1, conditions, traces)
+    return LocalPool(jobs or os.cpu_count() or 1, conditions, traces, started)
+
+
+def _cluster(address: str, conditions: Conditions, traces: Path | None) -> Backend:
+    from safenav.batch.cluster import DaskCluster
+
+    return DaskCluster(address, conditions, traces)
+
+
+def _empty(folder: Path, stack: ExitStack) -> Path:
+    """An empty folder, until the stack is closed."""
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir()
+    stack.callback(shutil.rmtree, folder, ignore_errors=True)
+    return folder
 
 
 def _tell_passed_over(found: Found) -> None:
