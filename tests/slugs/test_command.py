@@ -96,18 +96,18 @@ def run(
     )
 
 
-def test_version_is_the_one_of_the_build(slugs_binary: Path, folder: Path) -> None:
+def test_version_is_the_one_of_the_build(own_slugs: Path, folder: Path) -> None:
     """One number, declared in CMakeLists.txt."""
     cmake = Path(__file__).resolve().parents[2] / "slugs" / "CMakeLists.txt"
     declared = re.search(r"project\(slugs VERSION ([0-9.]+)", cmake.read_text())
     assert declared is not None
-    done = run(slugs_binary, folder, "--version")
+    done = run(own_slugs, folder, "--version")
     assert (done.returncode, done.stdout, done.stderr) == (0, f"slugs {declared[1]}\n", "")
 
 
-def test_help_names_all_options_and_exit_statuses(slugs_binary: Path, folder: Path) -> None:
+def test_help_names_all_options_and_exit_statuses(own_slugs: Path, folder: Path) -> None:
     """Grouped, with examples, on standard output, for any terminal."""
-    done = run(slugs_binary, folder, "--help")
+    done = run(own_slugs, folder, "--help")
     assert (done.returncode, done.stderr) == (0, "")
     for option in OPTIONS:
         assert f"\n  {option} " in done.stdout
@@ -126,10 +126,10 @@ def test_help_names_all_options_and_exit_statuses(slugs_binary: Path, folder: Pa
 )
 @pytest.mark.parametrize("option", [(), ("--realizability",), STRATEGY, ("--explicitStrategy",)])
 def test_the_verdict_is_a_line_and_an_exit_status(
-    slugs_binary: Path, folder: Path, name: str, status: int, result: str, option: tuple[str, ...]
+    own_slugs: Path, folder: Path, name: str, status: int, result: str, option: tuple[str, ...]
 ) -> None:
     """Banner and RESULT on standard error; standard output holds a strategy or nothing."""
-    done = run(slugs_binary, folder, *option, f"{name}.structuredslugs")
+    done = run(own_slugs, folder, *option, f"{name}.structuredslugs")
     assert done.returncode == status
     banner, *lines = done.stderr.splitlines()
     assert banner.startswith("slugs ")
@@ -137,12 +137,12 @@ def test_the_verdict_is_a_line_and_an_exit_status(
     assert (done.stdout != "") == (status == 0 and "--explicitStrategy" in option)
 
 
-def test_strategy_goes_to_the_file_or_to_standard_output(slugs_binary: Path, folder: Path) -> None:
+def test_strategy_goes_to_the_file_or_to_standard_output(own_slugs: Path, folder: Path) -> None:
     """The same bytes either way, and whatever way the specification comes."""
-    to_stdout = run(slugs_binary, folder, *STRATEGY, "follow.structuredslugs")
-    to_file = run(slugs_binary, folder, *STRATEGY, "follow.structuredslugs", "out.json")
-    from_stdin = run(slugs_binary, folder, *STRATEGY, "-", text=FOLLOW)
-    dash = run(slugs_binary, folder, "-", "-", *STRATEGY, text=FOLLOW)
+    to_stdout = run(own_slugs, folder, *STRATEGY, "follow.structuredslugs")
+    to_file = run(own_slugs, folder, *STRATEGY, "follow.structuredslugs", "out.json")
+    from_stdin = run(own_slugs, folder, *STRATEGY, "-", text=FOLLOW)
+    dash = run(own_slugs, folder, "-", "-", *STRATEGY, text=FOLLOW)
     assert to_file.stdout == ""
     assert json.loads(to_stdout.stdout)["variables"] == [
         "light@0.0.2",
@@ -152,45 +152,45 @@ def test_strategy_goes_to_the_file_or_to_standard_output(slugs_binary: Path, fol
     ]
     assert (folder / "out.json").read_text() == to_stdout.stdout
     assert from_stdin.stdout == dash.stdout == to_stdout.stdout
-    text = run(slugs_binary, folder, "--explicitStrategy", "follow.structuredslugs").stdout
+    text = run(own_slugs, folder, "--explicitStrategy", "follow.structuredslugs").stdout
     assert text.startswith(
         "State 0 with rank 0 -> <light@0.0.2:0, light@1:0, at@0.0.2:0, at@1:0>\n"
     )
 
 
-def test_strategy_and_counterstrategy_hold_up(slugs_binary: Path, folder: Path) -> None:
+def test_strategy_and_counterstrategy_hold_up(own_slugs: Path, folder: Path) -> None:
     """With both options there is a certificate for either verdict."""
     both = ("--explicitStrategy", "--counterStrategy", "--jsonOutput")
     for name, kind, status in (("follow", (), 0), ("stuck", ("--counterStrategy",), 10)):
         file = f"{name}.structuredslugs"
-        assert run(slugs_binary, folder, *both, file, "out.json").returncode == status
-        assert run(slugs_binary, folder, *kind, "--check", "out.json", file).returncode == 0
+        assert run(own_slugs, folder, *both, file, "out.json").returncode == status
+        assert run(own_slugs, folder, *kind, "--check", "out.json", file).returncode == 0
         (folder / "out.json").unlink()
     # Either option alone is silent about the other verdict.
     for name, option in (("stuck", "--explicitStrategy"), ("follow", "--counterStrategy")):
-        done = run(slugs_binary, folder, option, f"{name}.structuredslugs", "out.json")
+        done = run(own_slugs, folder, option, f"{name}.structuredslugs", "out.json")
         assert done.returncode == (10 if name == "stuck" else 0)
         assert not (folder / "out.json").exists()
 
 
-def test_translation_is_the_same_game(slugs_binary: Path, folder: Path) -> None:
+def test_translation_is_the_same_game(own_slugs: Path, folder: Path) -> None:
     """It has no integers, reads back and has the same strategy."""
-    assert run(slugs_binary, folder, "--translate", "follow.structuredslugs", "t").returncode == 0
+    assert run(own_slugs, folder, "--translate", "follow.structuredslugs", "t").returncode == 0
     translated = (folder / "t").read_text()
     assert translated.startswith("[INPUT]\nlight@0.0.2\nlight@1\n\n[OUTPUT]\nat@0.0.2\nat@1\n")
     assert "..." not in translated.replace("# limits of light:0...2", "").replace(
         "# limits of at:0...2", ""
     )
-    direct = run(slugs_binary, folder, *STRATEGY, "follow.structuredslugs")
-    assert run(slugs_binary, folder, *STRATEGY, "t").stdout == direct.stdout
-    again = run(slugs_binary, folder, "--translate", "t").stdout
-    assert run(slugs_binary, folder, *STRATEGY, "-", text=again).stdout == direct.stdout
+    direct = run(own_slugs, folder, *STRATEGY, "follow.structuredslugs")
+    assert run(own_slugs, folder, *STRATEGY, "t").stdout == direct.stdout
+    again = run(own_slugs, folder, "--translate", "t").stdout
+    assert run(own_slugs, folder, *STRATEGY, "-", text=again).stdout == direct.stdout
 
 
-def test_translation_keeps_the_order_of_declarations(slugs_binary: Path, folder: Path) -> None:
+def test_translation_keeps_the_order_of_declarations(own_slugs: Path, folder: Path) -> None:
     """In slugsin it is the order of the file, whoever owns the variables."""
     text = "[OUTPUT]\nb\n\n[INPUT]\na\n\n[OUTPUT]\nc\n\n[SYS_TRANS]\n| a c'\n"
-    assert run(slugs_binary, folder, "--translate", "-", text=text).stdout == text
+    assert run(own_slugs, folder, "--translate", "-", text=text).stdout == text
 
 
 @pytest.mark.parametrize(
@@ -224,11 +224,11 @@ def test_translation_keeps_the_order_of_declarations(slugs_binary: Path, folder:
     ],
 )
 def test_bad_usage_is_explained(
-    slugs_binary: Path, folder: Path, arguments: tuple[str, ...], message: str
+    own_slugs: Path, folder: Path, arguments: tuple[str, ...], message: str
 ) -> None:
     """Exit status 2, a message on standard error, and nothing else happens."""
     before = sorted(folder.iterdir())
-    done = run(slugs_binary, folder, *arguments)
+    done = run(own_slugs, folder, *arguments)
     assert done.returncode == 2
     assert message in done.stderr
     assert done.stdout == ""
@@ -236,27 +236,27 @@ def test_bad_usage_is_explained(
     assert sorted(folder.iterdir()) == before
 
 
-def test_two_dashes_end_the_options(slugs_binary: Path, folder: Path) -> None:
+def test_two_dashes_end_the_options(own_slugs: Path, folder: Path) -> None:
     """So that a file may have any name."""
     (folder / "--odd").write_text(FOLLOW)
-    assert run(slugs_binary, folder, "--realizability", "--", "--odd").returncode == 0
+    assert run(own_slugs, folder, "--realizability", "--", "--odd").returncode == 0
 
 
-def test_statistics_are_json(slugs_binary: Path, folder: Path) -> None:
+def test_statistics_are_json(own_slugs: Path, folder: Path) -> None:
     """Also for an unrealizable specification, and also on standard error."""
-    run(slugs_binary, folder, "--stats", "stats.json", "follow.structuredslugs")
+    run(own_slugs, folder, "--stats", "stats.json", "follow.structuredslugs")
     stats = json.loads((folder / "stats.json").read_text())
     assert stats["verdict"] == "realizable"
     assert (stats["inputs"], stats["outputs"]) == (2, 2)
     assert stats["vacuous_win"] is False
-    done = run(slugs_binary, folder, "--stats", "-", "stuck.structuredslugs")
+    done = run(own_slugs, folder, "--stats", "-", "stuck.structuredslugs")
     assert json.loads(done.stderr[done.stderr.index("{") :])["verdict"] == "unrealizable"
 
 
-def test_a_vacuous_win_is_told(slugs_binary: Path, folder: Path) -> None:
+def test_a_vacuous_win_is_told(own_slugs: Path, folder: Path) -> None:
     """An environment that gets stuck makes any guarantee realizable."""
     text = FOLLOW.replace("[SYS_TRANS]", "light' > light\n[SYS_TRANS]")
-    done = run(slugs_binary, folder, "--stats", "stats.json", "-", text=text)
+    done = run(own_slugs, folder, "--stats", "stats.json", "-", text=text)
     assert done.returncode == 0
     assert json.loads((folder / "stats.json").read_text())["vacuous_win"] is True
 
@@ -269,12 +269,12 @@ def test_a_vacuous_win_is_told(slugs_binary: Path, folder: Path) -> None:
     ],
 )
 def test_a_limit_ends_the_run_in_order(
-    slugs_binary: Path, folder: Path, limit: tuple[str, str], file: str, message: str
+    own_slugs: Path, folder: Path, limit: tuple[str, str], file: str, message: str
 ) -> None:
     """Exit status 3, how far it got, statistics, and no strategy."""
     out = ("--stats", "stats.json", *STRATEGY, f"{file}.structuredslugs", "out.json")
     before = sorted(folder.iterdir())
-    done = run(slugs_binary, folder, *limit, *out)
+    done = run(own_slugs, folder, *limit, *out)
     assert done.returncode == 3
     assert done.stderr.splitlines()[-1].startswith(message)
     assert json.loads((folder / "stats.json").read_text())["verdict"] == "unknown"
@@ -283,13 +283,13 @@ def test_a_limit_ends_the_run_in_order(
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupt_ends_the_run_in_order(
-    slugs_binary: Path, folder: Path, number: signal.Signals
+    own_slugs: Path, folder: Path, number: signal.Signals
 ) -> None:
     """An older strategy stays as it was, and no temporary file remains."""
     (folder / "out.json").write_text("older")
     before = sorted(folder.iterdir())
     with subprocess.Popen(
-        [slugs_binary, *STRATEGY, "endless.structuredslugs", "out.json"],
+        [own_slugs, *STRATEGY, "endless.structuredslugs", "out.json"],
         cwd=folder,
         stderr=subprocess.PIPE,
         text=True,
@@ -305,10 +305,10 @@ def test_an_interrupt_ends_the_run_in_order(
     assert (folder / "out.json").read_text() == "older"
 
 
-def test_an_interrupt_ends_waiting_for_input(slugs_binary: Path, folder: Path) -> None:
+def test_an_interrupt_ends_waiting_for_input(own_slugs: Path, folder: Path) -> None:
     """Standard input that never comes."""
     with subprocess.Popen(
-        [slugs_binary, "-"], cwd=folder, stdin=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        [own_slugs, "-"], cwd=folder, stdin=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     ) as process:
         assert process.stderr is not None
         assert process.stderr.readline().startswith("slugs ")
@@ -318,11 +318,11 @@ def test_an_interrupt_ends_waiting_for_input(slugs_binary: Path, folder: Path) -
         assert process.wait(timeout=30) == 3
 
 
-def test_output_that_is_lost_is_an_error(slugs_binary: Path, folder: Path) -> None:
+def test_output_that_is_lost_is_an_error(own_slugs: Path, folder: Path) -> None:
     """A full disk and a closed pipe: exit status 4 and the reason."""
     with Path("/dev/full").open("w") as full:
         process = subprocess.run(
-            [slugs_binary, *STRATEGY, "follow.structuredslugs"],
+            [own_slugs, *STRATEGY, "follow.structuredslugs"],
             cwd=folder,
             stdout=full,
             stderr=subprocess.PIPE,
@@ -331,11 +331,11 @@ def test_output_that_is_lost_is_an_error(slugs_binary: Path, folder: Path) -> No
         )
     assert process.returncode == 4
     assert "cannot write to standard output: No space left on device" in process.stderr
-    done = run(slugs_binary, folder, *STRATEGY, "follow.structuredslugs", "/dev/full")
+    done = run(own_slugs, folder, *STRATEGY, "follow.structuredslugs", "/dev/full")
     assert done.returncode == 4
     assert "cannot write '/dev/full': No space left on device" in done.stderr
     with subprocess.Popen(
-        [slugs_binary, *STRATEGY, "-"],
+        [own_slugs, *STRATEGY, "-"],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
@@ -351,7 +351,7 @@ def test_output_that_is_lost_is_an_error(slugs_binary: Path, folder: Path) -> No
         assert piped.wait(timeout=30) == 4
 
 
-def test_a_file_that_grows_too_large_leaves_nothing(slugs_binary: Path, folder: Path) -> None:
+def test_a_file_that_grows_too_large_leaves_nothing(own_slugs: Path, folder: Path) -> None:
     """The older strategy stays when the new one does not fit."""
     (folder / "out.json").write_text("older")
     before = sorted(folder.iterdir())
@@ -361,7 +361,7 @@ def test_a_file_that_grows_too_large_leaves_nothing(slugs_binary: Path, folder: 
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 
     process = subprocess.run(
-        [slugs_binary, *STRATEGY, "follow.structuredslugs", "out.json"],
+        [own_slugs, *STRATEGY, "follow.structuredslugs", "out.json"],
         cwd=folder,
         stderr=subprocess.PIPE,
         text=True,
@@ -374,17 +374,15 @@ def test_a_file_that_grows_too_large_leaves_nothing(slugs_binary: Path, folder: 
     assert (folder / "out.json").read_text() == "older"
 
 
-def test_the_file_keeps_its_mode_and_links(slugs_binary: Path, folder: Path) -> None:
+def test_the_file_keeps_its_mode_and_links(own_slugs: Path, folder: Path) -> None:
     """Renaming over a link would cut it; a new file has the mode that the umask gives."""
     (folder / "real.json").write_text("older")
     (folder / "real.json").chmod(0o600)
     (folder / "link.json").symlink_to("real.json")
-    assert (
-        run(slugs_binary, folder, *STRATEGY, "follow.structuredslugs", "link.json").returncode == 0
-    )
+    assert run(own_slugs, folder, *STRATEGY, "follow.structuredslugs", "link.json").returncode == 0
     assert (folder / "link.json").is_symlink()
     assert (folder / "real.json").read_text().startswith("{")
     assert (folder / "real.json").stat().st_mode & 0o777 == 0o600
     (folder / "plain").touch()
-    run(slugs_binary, folder, *STRATEGY, "follow.structuredslugs", "new.json")
+    run(own_slugs, folder, *STRATEGY, "follow.structuredslugs", "new.json")
     assert (folder / "new.json").stat().st_mode == (folder / "plain").stat().st_mode

@@ -107,10 +107,10 @@ def constraint(section: str, line: str) -> str:
     ],
 )
 def test_a_mistake_in_a_formula(
-    slugs_binary: Path, section: str, line: str, message: str, hint: str | None
+    own_slugs: Path, section: str, line: str, message: str, hint: str | None
 ) -> None:
     """Line, column, what was found and expected, and what to write instead."""
-    said = ask(slugs_binary, constraint(section, line))
+    said = ask(own_slugs, constraint(section, line))
     assert said.status == 2
     assert f"-:{message}" in said.errors
     hints = [text for text in said.errors.splitlines() if text.startswith("  hint: ")]
@@ -140,9 +140,9 @@ def test_a_mistake_in_a_formula(
         ("b\n[OUTPUT]\nb", "4:1: error: variable 'b' is declared twice"),
     ],
 )
-def test_a_mistake_in_a_declaration(slugs_binary: Path, declaration: str, message: str) -> None:
+def test_a_mistake_in_a_declaration(own_slugs: Path, declaration: str, message: str) -> None:
     """One message, with its place."""
-    said = ask(slugs_binary, f"[INPUT]\n{declaration}\n")
+    said = ask(own_slugs, f"[INPUT]\n{declaration}\n")
     assert said.status == 2
     assert said.messages == [said.messages[0], "-: 1 error"]
     assert said.messages[0].startswith(f"-:{message}")
@@ -163,16 +163,16 @@ def test_a_mistake_in_a_declaration(slugs_binary: Path, declaration: str, messag
         ("[INPUT]\na\n[SYS_LIVENESS]\nF a\n", "-:4:1: error: temporal operator 'F'"),
     ],
 )
-def test_a_mistake_in_the_frame_or_in_slugsin(slugs_binary: Path, text: str, message: str) -> None:
+def test_a_mistake_in_the_frame_or_in_slugsin(own_slugs: Path, text: str, message: str) -> None:
     """Files that have no integers, no sections, or nothing."""
-    said = ask(slugs_binary, text)
+    said = ask(own_slugs, text)
     assert said.status == 2
     assert said.messages[0].startswith(message)
 
 
-def test_the_source_line_is_shown_with_a_caret(slugs_binary: Path) -> None:
+def test_the_source_line_is_shown_with_a_caret(own_slugs: Path) -> None:
     """The whole answer to one mistake, as a person sees it."""
-    said = ask(slugs_binary, constraint("SYS_TRANS", "  a -> spede' = 3"))
+    said = ask(own_slugs, constraint("SYS_TRANS", "  a -> spede' = 3"))
     assert said.errors == (
         "-:8:8: error: undeclared variable 'spede'\n"
         "  8 |   a -> spede' = 3\n"
@@ -182,10 +182,10 @@ def test_the_source_line_is_shown_with_a_caret(slugs_binary: Path) -> None:
     )
 
 
-def test_all_mistakes_are_reported_in_the_order_of_the_file(slugs_binary: Path) -> None:
+def test_all_mistakes_are_reported_in_the_order_of_the_file(own_slugs: Path) -> None:
     """Also several on a line; a broken declaration causes no further errors where it is used."""
     said = ask(
-        slugs_binary,
+        own_slugs,
         "[SYS_TRANS]\nredy & speeed = 3\nlevel = 1 & wide\n[INPUTS]\na\n[SYS_INIT]\nG a\na'\n"
         "[OUTPUT]\nready\nspeed:2...5\nlevel: 5...2\nwide'\na\n",
     )
@@ -202,16 +202,16 @@ def test_all_mistakes_are_reported_in_the_order_of_the_file(slugs_binary: Path) 
     ]
 
 
-def test_a_thousand_mistakes_are_shown_and_the_rest_counted(slugs_binary: Path) -> None:
+def test_a_thousand_mistakes_are_shown_and_the_rest_counted(own_slugs: Path) -> None:
     """A file that is something else altogether does not fill the disk with messages."""
-    said = ask(slugs_binary, "[SYS_TRANS]\n" + "nonsense\n" * 5000)
+    said = ask(own_slugs, "[SYS_TRANS]\n" + "nonsense\n" * 5000)
     assert said.messages[-2:] == ["-: further mistakes are not shown", "-: 5000 errors"]
     assert len(said.messages) == 1002
 
 
-def test_a_comparison_that_cannot_fail_is_a_warning(slugs_binary: Path) -> None:
+def test_a_comparison_that_cannot_fail_is_a_warning(own_slugs: Path) -> None:
     """Legal, for generated files have it, but it is pointed out."""
-    said = ask(slugs_binary, constraint("SYS_TRANS", "speed' < 6 & x != 9\nspeed = 6"))
+    said = ask(own_slugs, constraint("SYS_TRANS", "speed' < 6 & x != 9\nspeed = 6"))
     assert said.status == 0
     assert said.messages == [
         "-:8:1: warning: '<' is always true here: speed ranges over 2...5",
@@ -242,9 +242,9 @@ def test_a_comparison_that_cannot_fail_is_a_warning(slugs_binary: Path) -> None:
         pytest.param("[OUTPUT]\na\n[SYS_TRANS]\n" + "$ 1 " * 99_999 + "a\n", id="deep buffers"),
     ],
 )
-def test_what_is_legal_is_read(slugs_binary: Path, text: str) -> None:
+def test_what_is_legal_is_read(own_slugs: Path, text: str) -> None:
     """Line ends, marks, depth and length that a person or a generator may produce."""
-    said = ask(slugs_binary, text)
+    said = ask(own_slugs, text)
     assert (said.status, said.errors) == (0, "")
 
 
@@ -265,9 +265,9 @@ def test_what_is_legal_is_read(slugs_binary: Path, text: str) -> None:
         pytest.param(b"[INPUT]\nx:0...3\n[SYS_TRANS]\nx = " + b"7" * 99_999, id="a long number"),
     ],
 )
-def test_what_is_no_text_is_refused(slugs_binary: Path, text: bytes) -> None:
+def test_what_is_no_text_is_refused(own_slugs: Path, text: bytes) -> None:
     """An error, no crash, and nothing on the terminal that is not printable."""
-    said = ask(slugs_binary, text)
+    said = ask(own_slugs, text)
     assert said.status == 2
     assert "error" in said.errors
     assert all(c.isprintable() or c == "\n" for c in said.errors)

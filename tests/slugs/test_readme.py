@@ -7,7 +7,7 @@ from pathlib import Path
 README = Path(__file__).resolve().parents[2] / "slugs" / "README.md"
 
 
-def test_the_example_runs_as_shown(slugs_binary: Path, tmp_path: Path) -> None:
+def test_the_example_runs_as_shown(own_slugs: Path, tmp_path: Path) -> None:
     """The specification, the two commands, and all that they say."""
     block = re.search(r"```\n(\$ cat lift\.structuredslugs\n.*?)```", README.read_text(), re.DOTALL)
     assert block is not None
@@ -20,7 +20,7 @@ def test_the_example_runs_as_shown(slugs_binary: Path, tmp_path: Path) -> None:
         words = command.split()
         assert words[0] == "slugs"
         done = subprocess.run(
-            [slugs_binary, *words[1:]],
+            [own_slugs, *words[1:]],
             cwd=tmp_path,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
