@@ -39,8 +39,8 @@ class BeliefTracker:
         """What is known after a look from region ``own`` when the other has come to ``other``;
         ``knowledge`` is from the look before.
 
-        The other's region is only used to tell whether it is seen. If it is out of sight where
-        it cannot have gone by a single step, it may be anywhere: in all cells.
+        The other's region is only used to tell whether it is seen. If it is not, although all
+        that it can have come to by a single step is in sight, it may be anywhere: in all cells.
         """
         if self._watch.visibility.sees(own, other):
             return other

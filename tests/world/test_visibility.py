@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
 from fractions import Fraction
 
 import pytest
@@ -42,7 +43,9 @@ def situations(draw: st.DrawFn) -> tuple[RegionMap, float | None, frozenset[int]
     return world, draw(RADII), closed
 
 
-def within_open_square(source: tuple[int, int], target: tuple[int, int], square: tuple[int, int]):
+def within_open_square(
+    source: tuple[int, int], target: tuple[int, int], square: tuple[int, int]
+) -> bool:
     """Whether the segment between two centres meets the interior of a unit square: clip it by
     the four sides (Liang and Barsky 1984) and see whether more than a point is left."""
     enter, leave = Fraction(0), Fraction(1)
@@ -58,7 +61,7 @@ def within_open_square(source: tuple[int, int], target: tuple[int, int], square:
     return enter < leave
 
 
-def corners_hit(source: tuple[int, int], target: tuple[int, int]):
+def corners_hit(source: tuple[int, int], target: tuple[int, int]) -> Iterator[tuple[int, int]]:
     """The corners exactly on the segment, as (row, col) of the square to their north-west."""
     for row in range(min(source[0], target[0]), max(source[0], target[0])):
         for col in range(min(source[1], target[1]), max(source[1], target[1])):

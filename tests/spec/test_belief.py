@@ -1,0 +1,370 @@
+"""Beliefs: what is believed is always possible, and the specification says just that."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from safenav.errors import UsageError
+from safenav.formula import Formula, evaluate, parse
+from safenav.runtime.beliefs import BeliefTracker
+from safenav.scenario.loader import load_scenario
+from safenav.scenario.model import Robot, RobotModel, Tracking
+from safenav.scenario.objective import Visit
+from safenav.spec import belief
+from safenav.spec.knowledge import Knowledge, occurring
+from safenav.spec.others import Encoding, encode_others
+from safenav.spec.robot import compile_task
+from safenav.spec.specification import Section
+from safenav.spec.task import Fairness, Known, Observed, Task
+from safenav.synthesis.outcome import Verdict
+from safenav.synthesis.slugs import Synthesizer
+from safenav.world.map import Region, RegionMap
+from safenav.world.mobility import Mobility, Pose
+from safenav.world.partition import Partition, rooms
+from safenav.world.visibility import members
+
+MOST = 10_000
+CASE_STUDY_3 = Path(__file__).parents[2] / "scenarios" / "case_study_3.yaml"
+
+
+@st.composite
+def maps(draw: st.DrawFn) -> RegionMap:
+    rows, cols = draw(st.integers(1, 5)), draw(st.integers(1, 6))
+    line = st.lists(st.sampled_from("...#"), min_size=cols, max_size=cols).map("".join)
+    world = RegionMap.from_grid(draw(st.lists(line, min_size=rows, max_size=rows)))
+    assume(len(world.free) >= 2)
+    return world
+
+
+@st.composite
+def partitions(draw: st.DrawFn, world: RegionMap) -> Partition:
+    """Any partition whatever; cells need not be connected."""
+    labels = draw(st.lists(st.integers(0, 3), min_size=len(world.free), max_size=len(world.free)))
+    cells: dict[int, list[Region]] = {}
+    for region, label in zip(world.free, labels, strict=True):
+        cells.setdefault(label, []).append(region)
+    return Partition.given(cells.values(), world)
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A map, and a robot on it with the task of keeping track of another."""
+
+    world: RegionMap
+    task: Task
+
+
+@st.composite
+def scenes(draw: st.DrawFn, fairness: Fairness = Fairness.NONE) -> Scene:
+    world = draw(maps())
+    free = st.sampled_from(world.free)
+    own, other = draw(free), draw(free)
+    danger = draw(st.booleans())
+    assume(own != other or not danger)
+    target = st.frozensets(free, min_size=1, max_size=3)
+    radius = draw(st.sampled_from([1.0, 1.5, 2.0, 3.0, None]))
+    model = RobotModel("rover", Mobility.FREE, "ground", frozenset(), radius)
+    objective = Visit((draw(target), draw(target)))
+    blocked = draw(st.frozensets(free, max_size=2)) - {own}
+    return Scene(
+        world,
+        Task(
+            Robot("rover", model, Pose(own), objective),
+            Pose(own),
+            objective,
+            blocked=tuple(Known(region, "map", "closed") for region in sorted(blocked)),
+            observed=(Observed("other", other, (draw(target),), danger),),
+            tracking=Tracking.BELIEF,
+            fairness=fairness,
+            partition=draw(st.none() | partitions(world)),
+            closed=draw(st.frozensets(free, max_size=2)),
+        ),
+    )
+
+
+@dataclass(frozen=True)
+class Look:
+    """One turn: the other has come to ``other``, the robot looks from ``before``, knows
+    ``knowledge``, and steps to ``after``."""
+
+    before: Region
+    other: Region
+    knowledge: Knowledge
+    after: Region
+
+
+def walk(scene: Scene, data: st.DataObject, steps: int) -> list[Look]:
+    """Both robots at random; they keep what they guarantee each other."""
+    world, task = scene.world, scene.task
+    (observed,) = task.observed
+    blocked = {known.region for known in task.blocked}
+    tracker = BeliefTracker.by(belief.watch_for(task, world))
+    own, other, knowledge = task.pose.region, observed.region, belief.known_of(observed)
+    looks = []
+    for _ in range(steps):
+        choices = [other, *world.neighbours(other)]
+        other = data.draw(st.sampled_from([r for r in choices if r != own or not observed.danger]))
+        knowledge = tracker.observe(own, other, knowledge)
+        steps_ = [own, *(r for r in world.neighbours(own) if r not in blocked)]
+        after = data.draw(st.sampled_from([r for r in steps_ if _allowed(task, r, knowledge)]))
+        looks.append(Look(own, other, knowledge, after))
+        own = after
+    return looks
+
+
+def _allowed(task: Task, region: Region, knowledge: Knowledge) -> bool:
+    """The guarantee that the specification demands, on the inputs."""
+    model_input = knowledge if isinstance(knowledge, int) else 10**6
+    return all(
+        evaluate(parse(c.formula), {}, {"region": region, "at_other": model_input})
+        for c in belief.guarantees(task)
+    )
+
+
+def formulas(scene: Scene, section: Section) -> list[Formula]:
+    found = encode_others(scene.task, scene.world).assumptions
+    return [parse(c.formula) for c in found if c.section is section]
+
+
+def inputs(scene: Scene, knowledge: Knowledge) -> dict[str, int]:
+    return belief.observe(scene.task, scene.world, {"other": knowledge})
+
+
+@settings(max_examples=200, deadline=None)
+@given(scenes(), st.data())
+def test_the_other_is_always_where_it_is_believed_to_be(scene: Scene, data: st.DataObject) -> None:
+    seen_by = belief.watch_for(scene.task, scene.world)
+    for look in walk(scene, data, 12):
+        assert look.other in seen_by.possible(look.knowledge)
+        in_sight = seen_by.visibility.sees(look.before, look.other)
+        assert (look.knowledge == look.other) == in_sight
+
+
+@settings(max_examples=200, deadline=None)
+@given(scenes(), st.data())
+def test_what_is_observed_satisfies_the_assumptions(scene: Scene, data: st.DataObject) -> None:
+    begins, steps = formulas(scene, Section.ENV_INIT), formulas(scene, Section.ENV_TRANS)
+    own = scene.task.pose.region
+    state = {"region": own, **inputs(scene, belief.known_of(scene.task.observed[0]))}
+    assert all(evaluate(formula, state) for formula in begins)
+    for look in walk(scene, data, 12):
+        following = {"region": look.after, **inputs(scene, look.knowledge)}
+        assert all(evaluate(formula, state, following) for formula in steps)
+        state = following
+
+
+@settings(max_examples=150, deadline=None)
+@given(scenes(), st.data())
+def test_nobody_out_of_sight_is_where_the_robot_steps(scene: Scene, data: st.DataObject) -> None:
+    for look in walk(scene, data, 12):
+        if isinstance(look.knowledge, frozenset):
+            assert look.other != look.after
+        elif scene.task.observed[0].danger:
+            assert look.other != look.after != look.knowledge
+
+
+@settings(max_examples=100, deadline=None)
+@given(scenes(), st.data())
+def test_a_specification_can_begin_with_a_belief(scene: Scene, data: st.DataObject) -> None:
+    """As when a robot is resynthesized while the other is out of sight."""
+    looks = walk(scene, data, 8)
+    knowledge, own, where = looks[3].knowledge, looks[3].after, looks[3].other
+    cells = knowledge if isinstance(knowledge, frozenset) else None
+    (other,) = scene.task.observed
+    again = Observed("other", where, other.targets, other.danger, cells)
+    task = replace(scene.task, pose=Pose(own), observed=(again,))
+    later = Scene(scene.world, task)
+    state = {"region": own, **inputs(later, knowledge)}
+    assert all(evaluate(formula, state) for formula in formulas(later, Section.ENV_INIT))
+    steps = formulas(later, Section.ENV_TRANS)
+    for look in looks[4:]:
+        following = {"region": look.after, **inputs(later, look.knowledge)}
+        assert all(evaluate(formula, state, following) for formula in steps)
+        state = following
+
+
+@settings(max_examples=15, deadline=None)
+@given(scenes())
+def test_the_assumptions_allow_what_can_become_known_and_nothing_else(scene: Scene) -> None:
+    """For whatever can be known anywhere, all next inputs are tried."""
+    (model,) = belief.models(scene.task, scene.world)
+    steps = formulas(scene, Section.ENV_TRANS)
+    values = range(scene.world.size + len(model.beliefs))
+    for knowledge, owns in model.owns.items():
+        for own in members(owns):
+            if scene.task.observed[0].danger and knowledge == own:
+                continue  # two robots in one region
+            prospect = model.watch.update(own, knowledge)
+            expected = set(prospect.seen)
+            if scene.task.observed[0].danger:
+                expected.discard(own)
+            if prospect.belief is not None:
+                expected.add(model.number(prospect.belief))
+            state = {"region": own, "at_other": model.number(knowledge)}
+            allowed = {
+                value
+                for value in values
+                if all(evaluate(f, state, {"region": own, "at_other": value}) for f in steps)
+            }
+            assert allowed == expected
+
+
+@settings(max_examples=100, deadline=None)
+@given(scenes(), st.data())
+def test_knowledge_develops_as_defined(scene: Scene, data: st.DataObject) -> None:
+    """The definition, word by word: successors in sight are exact, the others fold into the
+    set of cells that contain one."""
+    world, seen_by = scene.world, belief.watch_for(scene.task, scene.world)
+    cells = seen_by.partition.cells
+    believed = st.frozensets(st.integers(0, len(cells) - 1), min_size=1)
+    knowledge = data.draw(st.sampled_from(world.free) | believed)
+    own = data.draw(st.sampled_from(world.free))
+    if isinstance(knowledge, frozenset):
+        now = {region for cell in knowledge for region in cells[cell]}
+    else:
+        now = {knowledge}
+    after = now | {near for region in now for near in world.neighbours(region)}
+    sight = seen_by.visibility.from_(own)
+    prospect = seen_by.update(own, knowledge)
+    assert prospect.seen == after & sight
+    unseen = {index for index, cell in enumerate(cells) if cell & after - sight}
+    assert prospect.belief == (frozenset(unseen) or None)
+
+
+@settings(max_examples=60, deadline=None)
+@given(scenes())
+def test_what_occurs_is_what_some_joint_path_leads_to(scene: Scene) -> None:
+    """The fixpoint over sets of own regions, against one pair at a time."""
+    world, task = scene.world, scene.task
+    seen_by = belief.watch_for(task, world)
+    blocked = {known.region for known in task.blocked}
+    start = (task.pose.region, belief.known_of(task.observed[0]))
+    found, fresh = {start}, [start]
+    while fresh:
+        own, knowledge = fresh.pop()
+        prospect = seen_by.update(own, knowledge)
+        after: set[Knowledge] = set(prospect.seen)
+        if prospect.belief is not None:
+            after.add(prospect.belief)
+        steps = [own, *(r for r in world.neighbours(own) if r not in blocked)]
+        new = {(step, known) for step in steps for known in after} - found
+        found |= new
+        fresh += new
+    masks = occurring(seen_by, start[0], frozenset(blocked), start[1], MOST)
+    assert {(own, known) for known, owns in masks.items() for own in members(owns)} == found
+
+
+@pytest.mark.parametrize("fairness", [Fairness.OFF_MY_TARGETS, Fairness.AT_ITS_TARGETS])
+@settings(max_examples=100, deadline=None)
+@given(data=st.data())
+def test_a_fairness_assumption_holds_whenever_the_other_meets_it(
+    fairness: Fairness, data: st.DataObject
+) -> None:
+    """Else the robot would rely on more than the other does."""
+    scene = data.draw(scenes(fairness))
+    live = formulas(scene, Section.ENV_LIVENESS)
+    (other,) = scene.task.observed
+    off = fairness is Fairness.OFF_MY_TARGETS
+    targets = scene.task.targets if off else other.targets
+    assert len(live) == (len(targets) if other.danger else 0)
+    for look in walk(scene, data, 8):
+        for formula, target in zip(live, targets, strict=False):
+            meets = (look.other not in target) if off else (look.other in target)
+            if meets:
+                assert evaluate(formula, inputs(scene, look.knowledge))
+
+
+@settings(max_examples=60, deadline=None)
+@given(scenes(Fairness.OUT_OF_MY_SIGHT), st.data())
+def test_out_of_sight_means_believed(scene: Scene, data: st.DataObject) -> None:
+    live = formulas(scene, Section.ENV_LIVENESS)
+    for look in walk(scene, data, 8):
+        unseen = isinstance(look.knowledge, frozenset)
+        assert all(evaluate(f, inputs(scene, look.knowledge)) == unseen for f in live)
+        assert live or not unseen or not scene.task.observed[0].danger
+
+
+def test_whoever_is_no_danger_is_only_kept_track_of() -> None:
+    world = RegionMap.from_grid(["....", "...."])
+    encoding = _encoding(world, danger=False)
+    assert [variable.name for variable in encoding.inputs] == ["at_other"]
+    assert not encoding.guarantees
+    rules = {constraint.origin.rule for constraint in encoding.assumptions}
+    assert "other does not step onto this robot" not in rules
+    assert not any(c.section is Section.ENV_LIVENESS for c in encoding.assumptions)
+
+
+def test_numbers_go_to_beliefs_that_can_occur() -> None:
+    """Where everything is in sight there is nothing to believe."""
+    world = RegionMap.from_grid(["....", "...."])
+    (variable,) = _encoding(world).inputs
+    assert variable.bounds == (0, 7)
+
+
+def test_too_many_beliefs_are_refused_with_advice(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(belief, "MOST_BELIEFS", 3)
+    scenario = load_scenario(CASE_STUDY_3)
+    task = _tracking(scenario.robot("digit"), "quad", 49, radius=2.5)
+    with pytest.raises(UsageError, match=r"digit: with 3 cells more than 3 beliefs .* fewer cells"):
+        compile_task(task, scenario.map)
+
+
+def test_a_jump_out_of_sight_leaves_nothing_known() -> None:
+    world = RegionMap.from_grid(["......"])
+    tracker = BeliefTracker(world, Partition.given([[0, 1, 2], [3, 4, 5]], world), 2.0)
+    assert tracker.observe(1, 5, 1) == {0, 1}
+    assert tracker.observe(1, 3, 1) == 3
+
+
+@pytest.mark.parametrize("robot", ["digit", "quad"])
+def test_two_that_see_four_regions_get_strategies(
+    robot: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Case study 3 with collisions: realizable once the other leaves sight again and again."""
+    monkeypatch.setenv("SAFENAV_CACHE", str(tmp_path))
+    scenario = load_scenario(CASE_STUDY_3)
+    start = {"digit": 49, "quad": 58}[robot]
+    task = _tracking(scenario.robot(robot), "other", start, 4.0, Fairness.OUT_OF_MY_SIGHT)
+    synthesizer = Synthesizer(verify=True)
+    result = synthesizer.synthesize(compile_task(task, scenario.map))
+    assert result.verdict is Verdict.REALIZABLE
+    assert result.verified
+    alone = _tracking(scenario.robot(robot), "other", start, 4.0, Fairness.NONE)
+    refused = synthesizer.synthesize(compile_task(alone, scenario.map))
+    assert refused.verdict is Verdict.UNREALIZABLE
+
+
+def _tracking(
+    robot: Robot,
+    other: str,
+    region: Region,
+    radius: float,
+    fairness: Fairness = Fairness.NONE,
+) -> Task:
+    seeing = replace(robot, model=replace(robot.model, vision=radius))
+    observed = (Observed(other, region, (frozenset({region}),)),)
+    return Task(
+        seeing,
+        robot.start,
+        robot.objective,
+        observed=observed,
+        tracking=Tracking.BELIEF,
+        fairness=fairness,
+    )
+
+
+def _encoding(world: RegionMap, danger: bool = True) -> Encoding:
+    model = RobotModel("rover", Mobility.FREE, "ground", frozenset())
+    objective = Visit((frozenset({0}), frozenset({1})))
+    robot = Robot("rover", model, Pose(0), objective)
+    fairness = Fairness.OFF_MY_TARGETS
+    others = (Observed("other", 3, (frozenset({2}),), danger),)
+    task = Task(
+        robot, Pose(0), objective, observed=others, tracking=Tracking.BELIEF, fairness=fairness
+    )
+    return encode_others(task, world)
