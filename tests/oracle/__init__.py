@@ -8,6 +8,7 @@ the same games in another way and judges the judge.
 
 from oracle.automaton import Automaton, MalformedAutomatonError, Node, from_json, to_json, to_text
 from oracle.checker import check_counterstrategy, check_strategy
+from oracle.dense_games import dense_game
 from oracle.extraction import extract
 from oracle.fixpoint import Solution, initial_states, is_realizable, losing_inputs, solve
 from oracle.game import Game, build_game, members
@@ -31,6 +32,7 @@ __all__ = [
     "check_strategy",
     "counterstrategy_from_parity",
     "deep_formulas",
+    "dense_game",
     "extract",
     "from_json",
     "initial_states",

@@ -9,7 +9,8 @@ from pathlib import Path
 from random import Random
 
 import pytest
-from oracle import Specification, deep_formulas, random_specification, shrink
+
+from oracle import Specification, deep_formulas, dense_game, random_specification, shrink
 from oracle.duel import Abilities, Duel
 
 BATCH = 50
@@ -50,6 +51,12 @@ def test_games_with_many_goals(duel: Duel, seed: int) -> None:
 def test_games_of_eight_bits(duel: Duel, seed: int) -> None:
     """Longer plays than in the tiny games."""
     _compare(duel, random_specification(Random(seed), integers=seed % 2 == 0, bits=8), seed)
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_games_that_need_reordering(duel: Duel, seed: int) -> None:
+    """Thousands of nodes at 2,048 states: sifting and collection must not change a byte."""
+    _compare(duel, dense_game(Random(seed)), seed)
 
 
 @pytest.mark.parametrize("batch", range(6))

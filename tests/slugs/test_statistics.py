@@ -5,15 +5,18 @@ from pathlib import Path
 from random import Random
 
 import pytest
+
 from oracle import (
     Game,
     build_game,
+    dense_game,
     initial_states,
     inputs_first,
     is_realizable,
     members,
     random_specification,
     solve,
+    to_slugsin,
     to_structuredslugs,
 )
 from oracle.duel import Abilities, Duel
@@ -62,3 +65,17 @@ def test_counts_and_vacuous_wins(duel: Duel) -> None:
         assert stats["verdict"] == answer.verdict, story
         vacuous += expected
     assert 10 <= vacuous <= 150
+
+
+def test_dense_games_make_the_solver_reorder(duel: Duel) -> None:
+    """The premise of the random games that are meant to exercise sifting and collection."""
+    counts = []
+    for seed in range(30):
+        (duel.folder / "game.slugsin").write_text(
+            to_slugsin(dense_game(Random(seed)), Random(seed))
+        )
+        duel.run("--realizability", "--stats", "stats.json", "game.slugsin")
+        stats = json.loads((duel.folder / "stats.json").read_text())
+        counts.append((stats["reorderings"], stats["collections"]))
+    assert sum(reorderings > 0 for reorderings, _ in counts) >= 3
+    assert all(collections > 0 for _, collections in counts)
