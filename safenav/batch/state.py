@@ -23,6 +23,9 @@ NAME = "state.jsonl"
 class StateFile:
     """Opens ``directory/state.jsonl``, keeping what is there if ``resume``.
 
+    ``former`` holds the results that are kept, by fingerprint; ``existed`` says whether a
+    batch has used the directory before.
+
     Raises UsageError if the directory cannot be used, or is in use by another batch.
     """
 
@@ -30,6 +33,7 @@ class StateFile:
         self.path = directory / NAME
         try:
             directory.mkdir(parents=True, exist_ok=True)
+            self.existed = self.path.exists()
             self._file: IO[str] = self.path.open("a+", encoding="utf-8")
         except OSError as error:
             raise self._unusable(error) from error

@@ -140,8 +140,9 @@ def command(
         state = traces = failures = None
         if out is not None:
             state = stack.enter_context(StateFile(out, resume=resume))
-            failures = FailureFolder(out, keep=resume)
-            traces = _empty(out / "running", stack)
+            # Only what a batch has written there before is removed.
+            failures = FailureFolder(out, keep=resume or not state.existed)
+            traces = _empty(out / ".running-traces", stack)
         conditions = Conditions(time_limit, verify)
         report = run_batch(
             found.cases,

@@ -93,6 +93,14 @@ def test_artifacts_of_failures_are_kept_and_nothing_else(write: Write) -> None:
     assert not Path("out/failures").exists()
 
 
+def test_a_folder_of_somebody_else_is_not_emptied(write: Write) -> None:
+    write("good.yaml")
+    write("mine/failures/thesis.txt", text="years of work")
+    done = safenav("good.yaml", "--out", "mine")
+    assert done.returncode == 0
+    assert Path("mine/failures/thesis.txt").read_text() == "years of work"
+
+
 def test_a_broken_scenario_a_crash_and_a_hang_do_not_take_the_batch_down(
     write: Write, slugs: SlugsLog
 ) -> None:
