@@ -10,6 +10,7 @@ from pathlib import Path
 from random import Random
 
 import pytest
+
 from oracle import random_specification
 from oracle.duel import Abilities, Duel
 
