@@ -8,7 +8,7 @@ JOBS   ?= 2
 SLUGS_BUILD := slugs/build
 
 .DEFAULT_GOAL := help
-.PHONY: help run test lint format slugs slugs-test bench clean install
+.PHONY: help run test lint format slugs slugs-test front bench clean install
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -54,9 +54,13 @@ format: install ## reformat Python and C++
 	$(BIN)/ruff format .
 	$(BIN)/clang-format -i $$(git ls-files 'slugs/*.cpp' 'slugs/*.hpp')
 
+front: ## rebuild the replay page's bundle (needs Node)
+	cd safenav/report/html/front && npm ci && npm test
+
 bench: install slugs ## measure (never part of the tests)
 	$(BIN)/python benchmarks/slugs.py --suite corpus
 	$(BIN)/python benchmarks/case_studies.py
+	$(BIN)/python benchmarks/replay.py
 
 clean: ## remove what was built, not the virtual environment
 	rm -rf $(SLUGS_BUILD) slugs/build-* build out .pytest_cache .mypy_cache .ruff_cache .hypothesis

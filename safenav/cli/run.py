@@ -7,6 +7,7 @@ import signal
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import click
@@ -17,6 +18,7 @@ EPILOG = """\b
 Examples:
   safenav run scenarios/case_study_1.yaml
   safenav run scenarios/case_study_3.yaml --trace chain.jsonl
+  safenav run scenarios/case_study_3.yaml --html chain.html
   safenav run scenarios/hello.yaml --json
 \b
 Exit codes:
@@ -30,6 +32,7 @@ Exit codes:
 @click.command(epilog=EPILOG)
 @click.argument("scenario", type=click.Path(path_type=Path))
 @click.option("--trace", type=click.Path(path_type=Path), help="Write what happens (JSON Lines).")
+@click.option("--html", type=click.Path(path_type=Path), help="Write the replay as one HTML page.")
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON, no story.")
 @click.option("--seed", type=click.IntRange(min=0), help="Use this seed, not the scenario's.")
 @click.option("--max-ticks", type=click.IntRange(min=1), help="Stop after so many ticks.")
@@ -38,6 +41,7 @@ Exit codes:
 def command(
     scenario: Path,
     trace: Path | None,
+    html: Path | None,
     as_json: bool,
     seed: int | None,
     max_ticks: int | None,
@@ -68,18 +72,30 @@ def command(
     listeners: list[Listener] = [ledger]
     signal.signal(signal.SIGTERM, _as_interrupt)
     with ExitStack() as stack:
+        if html is not None and trace is None:
+            trace = Path(stack.enter_context(TemporaryDirectory())) / f"{scenario.stem}.jsonl"
         if trace is not None:
             listeners.append(stack.enter_context(TraceWriter(trace)))
         if not as_json:
             listeners.append(Story(plan, maps=maps))
         mission = Mission(plan, synthesizer, listeners=listeners, progress=WaitingLine())
         result = mission.run()
+        if html is not None and trace is not None:
+            _write_page(trace, html)
     wrong = differences(plan.expect, ledger)
     if as_json:
         click.echo(json.dumps(_record(ledger, mission, wrong), indent=2))
     for difference in wrong:
         click.echo(f"{click.style('not as expected:', fg='red')} {difference}", err=True)
     return _status(result.outcome.value, plan.expect.outcome is not None, bool(wrong))
+
+
+def _write_page(trace: Path, html: Path) -> None:
+    from safenav.report.html import page_of
+    from safenav.report.picture_file import write_bytes
+    from safenav.report.replay_reading import read_replay
+
+    write_bytes(html, page_of(read_replay(trace), trace.name).encode())
 
 
 def _status(outcome: str, expected: bool, wrong: bool) -> ExitCode:

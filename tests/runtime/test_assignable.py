@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.runtime.conftest import Runner
-from tests.runtime.test_case_studies import EVENTS
+from runtime.played import Runner
+from runtime.test_case_studies import EVENTS
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 

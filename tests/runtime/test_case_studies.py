@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.runtime.conftest import Runner
+from runtime.played import Runner
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 EVENTS = ("violation", "request", "push", "resolved", "blocked", "pop", "outcome")

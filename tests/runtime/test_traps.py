@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from runtime.played import Runner
 from safenav.errors import InputError
-from tests.runtime.conftest import Runner
 
 
 def test_resolving_what_nobody_asked_for_pops_nothing(run: Runner) -> None:
