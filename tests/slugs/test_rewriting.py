@@ -1,0 +1,124 @@
+"""A specification said in other words has the same strategy, byte for byte.
+
+The order of the constraints and the names of the variables decide where the solver's variable
+order starts, hence the shapes of all its diagrams, but never a byte of the strategy.  This reaches
+games that are too large for the brute-force oracle.
+"""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+from random import Random
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+STRATEGY = ("--explicitStrategy", "--jsonOutput")
+
+FAMILIES = [
+    "grid --rows 10 --cols 11 --adversary four",
+    "grid --rows 9 --cols 9 --adversary king --goals 7",
+    "grid --rows 20 --cols 20 --walls",
+    "regions --rows 7 --cols 8 --adversary four",
+    "errands --size 8 --goals 6",
+    "arbiter --clients 7",
+]
+
+
+@pytest.fixture(scope="module", params=FAMILIES)
+def specification(request: pytest.FixtureRequest, slugs_binary: Path) -> str:
+    """A generated family in slugsin, where names and lines are easy to exchange."""
+    families = ROOT / "benchmarks" / "families.py"
+    text = subprocess.run(
+        [sys.executable, families, *str(request.param).split()], capture_output=True, check=True
+    ).stdout
+    translated = subprocess.run(
+        [slugs_binary, "--translate", "-"], input=text, capture_output=True, check=False
+    )
+    if translated.returncode != 0:
+        pytest.skip(f"{slugs_binary} cannot translate")
+    return translated.stdout.decode()
+
+
+def _strategy(binary: Path, text: str, *flags: str) -> str:
+    process = subprocess.run(
+        [binary, *STRATEGY, *flags, "-"], input=text, capture_output=True, text=True, check=False
+    )
+    assert "RESULT: Specification is realizable." in process.stderr, process.stderr
+    return process.stdout
+
+
+def _sections(text: str) -> list[tuple[str, list[str]]]:
+    sections: list[tuple[str, list[str]]] = []
+    for line in text.splitlines():
+        if line.startswith("["):
+            sections.append((line, []))
+        elif line.strip() and not line.startswith("#"):
+            sections[-1][1].append(line)
+    return sections
+
+
+def _joined(sections: list[tuple[str, list[str]]]) -> str:
+    return "\n".join(line for header, lines in sections for line in [header, *lines, ""]) + "\n"
+
+
+def _shuffled(text: str, source: Random) -> str:
+    """Constraints in another order; variables and goals stay, for their order has a meaning."""
+    sections = _sections(text)
+    for header, lines in sections:
+        if header.endswith(("_TRANS]", "_INIT]")):
+            source.shuffle(lines)
+    declared = [s for s in sections if s[0] in ("[INPUT]", "[OUTPUT]")]
+    others = [s for s in sections if s not in declared]
+    source.shuffle(others)
+    return _joined(declared + others)
+
+
+def _renamed(text: str, source: Random) -> tuple[str, dict[str, str]]:
+    """Other names in the same places."""
+    names = [
+        name
+        for header, lines in _sections(text)
+        if header in ("[INPUT]", "[OUTPUT]")
+        for name in lines
+    ]
+    numbers = source.sample(range(1000), len(names))
+    new = {name: f"n{number}" for name, number in zip(names, numbers, strict=True)}
+    pattern = re.compile(r"[^\s'\[\]]+")
+    return pattern.sub(lambda match: new.get(match[0], match[0]), text), new
+
+
+def _repeated(text: str, source: Random) -> str:
+    """Half of the constraints once more, in other words."""
+    sections = _sections(text)
+    for header, lines in sections:
+        if header.endswith("_TRANS]"):
+            lines += [f"! ! & {line} 1" for line in source.sample(lines, len(lines) // 2)]
+    return _joined(sections)
+
+
+@pytest.mark.parametrize("flags", [(), ("--biasForAction",)], ids=["plain", "bias"])
+def test_order_of_constraints(
+    slugs_binary: Path, specification: str, flags: tuple[str, ...]
+) -> None:
+    expected = _strategy(slugs_binary, specification, *flags)
+    for seed in range(5):
+        text = _shuffled(specification, Random(seed))
+        assert text != specification
+        assert _strategy(slugs_binary, text, *flags) == expected
+
+
+def test_names_of_variables(slugs_binary: Path, specification: str) -> None:
+    expected = _strategy(slugs_binary, specification)
+    for seed in range(3):
+        text, new = _renamed(specification, Random(seed))
+        found = _strategy(slugs_binary, text)
+        for old, name in new.items():
+            found = found.replace(f'"{name}"', f'"{old}"', 1)
+        assert found == expected
+
+
+def test_constraints_said_twice(slugs_binary: Path, specification: str) -> None:
+    expected = _strategy(slugs_binary, specification)
+    assert _strategy(slugs_binary, _repeated(specification, Random(1))) == expected
