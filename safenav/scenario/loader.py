@@ -90,7 +90,7 @@ class _Loader:
         if item is None:
             return None
         self._version(item.get("safenav"))
-        regions = read_map(item.get("map"), self._lines, self._findings)
+        regions = read_map(item.get("map"), self._lines, Path(self._file).parent, self._findings)
         catalogue = self._catalogue(item.get("catalogue"), regions)
         robots = read_robots(item.get("robots"), regions, catalogue, self._findings)
         before = len(self._findings)

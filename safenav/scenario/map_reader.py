@@ -1,47 +1,123 @@
-"""The ``map:`` of a scenario: a grid of characters and names for regions."""
+"""The ``map:`` of a scenario: drawn in it or read from a file, with names and metres."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Sequence as Lines
+from dataclasses import replace
+from pathlib import Path
 
-from safenav.scenario.document import Mapping, Node, Place, Scalar, Sequence, clipped
-from safenav.scenario.fields import described, mapping, sequence, wrong_type
-from safenav.scenario.findings import Findings
+from safenav.scenario import fields as read
+from safenav.scenario.document import Mapping, Node, Scalar, Sequence, clipped
+from safenav.scenario.fields import mapping, wrong_type
+from safenav.scenario.findings import Findings, listed
+from safenav.scenario.grid_reader import read_grid
 from safenav.scenario.region_reader import RegionReader
-from safenav.world.map import FREE, WALL, RegionMap
+from safenav.world.frame import Frame
+from safenav.world.map import RegionMap
 
-MAX_REGIONS = 512 * 512
+FORMS: dict[str, tuple[str, ...]] = {
+    "grid": ("resolution", "origin"),
+    "image": ("rows", "cols", "threshold", "share", "resolution", "origin"),
+    "ros": ("rows", "cols", "resolution", "share"),
+    "movingai": ("rows", "cols", "share", "resolution", "origin"),
+}
+"""The forms of a map, and the further keys that have a meaning for each."""
 
-KEYS = ("grid", "names")
-FOREIGN_FORMATS = ("image", "ros", "movingai")
-"""Map formats of the design that are not read yet."""
-
-_CHARACTERS = frozenset({WALL, FREE})
+OPTIONS = tuple(dict.fromkeys(key for keys in FORMS.values() for key in keys))
+KEYS = (*FORMS, *OPTIONS, "names")
 
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*")
 
+_HINT = (
+    "write 'grid: |' and below it one indented line of '#' and '.' for each row, or name a file: "
+    "'image', 'ros' or 'movingai'"
+)
 
-def read_map(node: Node | None, source: Lines[str], findings: Findings) -> RegionReader:
-    """The map with its names; ``source`` are the lines of the file, to find grid rows in.
+
+def read_map(
+    node: Node | None, source: Lines[str], folder: Path, findings: Findings
+) -> RegionReader:
+    """The map with its names. ``source`` are the lines of the scenario, to find grid rows in;
+    files are looked for in ``folder``.
 
     If the map cannot be used (which is reported) the reader knows no map, only names.
     """
-    fields = mapping(node, "map", findings, (*KEYS, *FOREIGN_FORMATS))
+    fields = mapping(node, "map", findings, KEYS)
     if fields is None:
         return RegionReader(None, {}, findings)
-    foreign = [key for key, _ in fields.entries if key.text in FOREIGN_FORMATS]
-    for key in foreign:
-        found = f"maps of the form '{key.text}' are not supported yet"
-        findings.add(key, found, "draw the map as a 'grid' of '#' and '.'")
-    world: RegionMap | None = None
-    grid = fields.get("grid")
-    if grid is not None:
-        world = _read_grid(grid, source, findings)
-    elif not foreign:
-        hint = "write 'grid: |' and below it one indented line of '#' and '.' for each row"
-        findings.add(fields, "map: the key 'grid' is missing", hint)
+    form = _form(fields, findings)
+    world = _read_form(form, fields, source, folder, findings) if form else None
     return _with_names(world, fields, findings)
+
+
+def _form(fields: Mapping, findings: Findings) -> str | None:
+    """Which form the map has; reports keys that do not go with it."""
+    forms = [key for key, _ in fields.entries if key.text in FORMS]
+    if not forms:
+        if all(key.text in KEYS for key, _ in fields.entries):
+            findings.add(fields, f"map: one of {listed(list(FORMS))} is missing", _HINT)
+        return None
+    form = forms[0].text
+    for key in forms[1:]:
+        findings.add(key, f"map: both '{form}' and '{key.text}'", "a map has one form")
+    for key, _ in fields.entries:
+        if len(forms) == 1 and key.text in OPTIONS and key.text not in FORMS[form]:
+            having = [other for other, keys in FORMS.items() if key.text in keys]
+            hint = f"it belongs to {listed(having)}"
+            if form == "ros" and key.text == "origin":
+                hint = "the file has its own origin"
+            findings.add(key, f"map: '{key.text}' has no meaning for '{form}'", hint)
+    return form if len(forms) == 1 else None
+
+
+def _read_form(
+    form: str, fields: Mapping, source: Lines[str], folder: Path, findings: Findings
+) -> RegionMap | None:
+    node = fields.get(form)
+    assert node is not None
+    if form == "ros":
+        from safenav.scenario.ros_map_reader import read_ros
+
+        return read_ros(node, fields, folder, findings)
+    frame = _frame(fields, findings)
+    if form == "grid":
+        world = read_grid(node, source, findings)
+    else:
+        # Imported here: it needs numpy, which takes longer than reading a whole scenario.
+        from safenav.scenario.map_file_reader import read_image_map, read_movingai_map
+
+        reader = read_image_map if form == "image" else read_movingai_map
+        world = reader(node, fields, folder, findings)
+    return world and replace(world, frame=frame)
+
+
+def _frame(fields: Mapping, findings: Findings) -> Frame | None:
+    """Where the map lies, if the scenario says how large regions are."""
+    side = read.positive(fields.get("resolution"), "'resolution' of map", findings)
+    node = fields.get("origin")
+    if node is not None and fields.get("resolution") is None:
+        hint = "write 'resolution', the metres that a region measures, as well"
+        findings.add(node, "map: 'origin' without 'resolution'", hint)
+    origin = read_origin(node, "'origin' of map", findings)
+    if side is None:
+        return None
+    x, y, yaw = origin or (0.0, 0.0, 0.0)
+    return Frame((side, side), (x, y), yaw)
+
+
+def read_origin(
+    node: Node | None, what: str, findings: Findings
+) -> tuple[float, float, float] | None:
+    """``[x, y]`` or ``[x, y, yaw]``."""
+    if node is None:
+        return None
+    if not isinstance(node, Sequence) or len(node.items) not in (2, 3):
+        wrong_type(node, what, "[x, y] or [x, y, yaw]", findings)
+        return None
+    numbers = [read.finite(item, f"an item of {what}", findings) for item in node.items]
+    x, y, yaw = (*numbers, 0.0)[:3]
+    return None if x is None or y is None or yaw is None else (x, y, yaw)
 
 
 def _with_names(world: RegionMap | None, fields: Mapping, findings: Findings) -> RegionReader:
@@ -60,72 +136,4 @@ def _with_names(world: RegionMap | None, fields: Mapping, findings: Findings) ->
     if world is None:
         return RegionReader(None, names, findings)
     known = {name: region for name, region in names.items() if region is not None}
-    return RegionReader(RegionMap(world.rows, world.cols, world.walls, known), names, findings)
-
-
-def _read_grid(node: Node, source: Lines[str], findings: Findings) -> RegionMap | None:
-    rows = _rows(node, source, findings)
-    if rows is None:
-        return None
-    if not rows or not rows[0][1]:
-        hint = "write 'grid: |' and below it one indented line of '#' and '.' for each row"
-        findings.add(node, "the grid is empty", hint)
-        return None
-    before = len(findings)
-    cols = len(rows[0][1])
-    for number, (place, row) in enumerate(rows):
-        if len(row) != cols:
-            found = f"ragged map: row {number} has {len(row)} characters, row 0 has {cols}"
-            findings.add(place, found, "every row of the grid is equally long")
-        if not _CHARACTERS.issuperset(row):
-            odd = next(i for i, char in enumerate(row) if char not in _CHARACTERS)
-            at = Place(place.line, place.column + odd)
-            found = f"row {number}, column {odd} of the map: '{clipped(row[odd])}'"
-            findings.add(at, found, "'#' is a wall and '.' is free; there is nothing else")
-    if len(rows) * cols > MAX_REGIONS:
-        found = f"a map of {len(rows)} x {cols} regions; the most is {MAX_REGIONS} (512 x 512)"
-        findings.add(node, found, "use larger regions")
-    if len(findings) > before:
-        return None
-    return RegionMap.from_grid(row for _, row in rows)
-
-
-def _rows(node: Node, source: Lines[str], findings: Findings) -> list[tuple[Place, str]] | None:
-    """The rows of the grid, each with its place in the file. Blanks at their end
-    and empty lines around them go."""
-    if isinstance(node, Sequence):
-        return _listed_rows(node, findings)
-    if isinstance(node, Scalar) and node.value is None:
-        return []
-    if not isinstance(node, Scalar) or not isinstance(node.value, str):
-        wrong_type(node, "'grid' of map", "a block of text ('grid: |')", findings)
-        return None
-    lines = [(index, line.rstrip()) for index, line in enumerate(node.value.split("\n"))]
-    while lines and not lines[-1][1]:
-        lines.pop()
-    while lines and not lines[0][1]:
-        lines.pop(0)
-    if node.style != "|":
-        if any(" " in line for _, line in lines):
-            hint = "write 'grid: |' so that line breaks are kept"
-            findings.add(node, "the rows of the grid run together", hint)
-            return None
-        return [(node.place, line) for _, line in lines]
-    return [(_row_place(node.place.line + 1 + index, line, source), line) for index, line in lines]
-
-
-def _row_place(line: int, row: str, source: Lines[str]) -> Place:
-    written = source[line - 1].rstrip() if line <= len(source) else row
-    return Place(line, len(written) - len(row) + 1)
-
-
-def _listed_rows(node: Sequence, findings: Findings) -> list[tuple[Place, str]] | None:
-    rows = []
-    for item in sequence(node, "'grid' of map", findings) or ():
-        if not isinstance(item, Scalar) or not isinstance(item.value, str):
-            found = f"a row of the grid: found {described(item)}, expected text"
-            findings.add(item, found, "quote rows in a list: without quotes '#' is a comment")
-            return None
-        quote = 1 if item.style in ("'", '"') else 0
-        rows.append((Place(item.place.line, item.place.column + quote), item.value.rstrip()))
-    return rows
+    return RegionReader(replace(world, names=known), names, findings)

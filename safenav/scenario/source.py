@@ -17,13 +17,26 @@ def read_source(path: Path, findings: Findings, named_at: Node | None = None) ->
     ``named_at`` is where another file (that of ``findings``) names this one.
     """
     try:
-        return _decoded(_bytes(path))
+        return _decoded(_bytes(path, MAX_BYTES))
     except _UnusableError as error:
-        if named_at is None:
-            findings.add(error.place, error.found, error.hint)
-        else:
-            findings.add(named_at, f"file '{path}': {error.found}", error.hint)
+        _report(error, path, findings, named_at)
         return None
+
+
+def read_bytes(path: Path, findings: Findings, named_at: Node, limit: int) -> bytes | None:
+    """The content of a file that is no text, of at most ``limit`` bytes; else as above."""
+    try:
+        return _bytes(path, limit)
+    except _UnusableError as error:
+        _report(error, path, findings, named_at)
+        return None
+
+
+def _report(error: _UnusableError, path: Path, findings: Findings, named_at: Node | None) -> None:
+    if named_at is None:
+        findings.add(error.place, error.found, error.hint)
+    else:
+        findings.add(named_at, f"file '{path}': {error.found}", error.hint)
 
 
 class _UnusableError(Exception):
@@ -34,7 +47,7 @@ class _UnusableError(Exception):
         super().__init__(found)
 
 
-def _bytes(path: Path) -> bytes:
+def _bytes(path: Path, limit: int) -> bytes:
     try:
         kind = path.stat().st_mode
         if stat.S_ISDIR(kind):
@@ -43,7 +56,7 @@ def _bytes(path: Path) -> bytes:
             # A pipe would wait for ever, /dev/zero never ends.
             raise _UnusableError("this is not a regular file", "copy what it gives into a file")
         with path.open("rb") as file:
-            data = file.read(MAX_BYTES + 1)
+            data = file.read(limit + 1)
     except FileNotFoundError:
         raise _UnusableError("no such file", _neighbours(path)) from None
     except PermissionError:
@@ -51,8 +64,8 @@ def _bytes(path: Path) -> bytes:
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else str(error)
         raise _UnusableError(f"not readable: {reason}") from None
-    if len(data) > MAX_BYTES:
-        raise _UnusableError(f"the file is larger than {MAX_BYTES // 1_000_000} MB")
+    if len(data) > limit:
+        raise _UnusableError(f"the file is larger than {limit // 1_000_000} MB")
     return data
 
 

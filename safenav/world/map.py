@@ -11,6 +11,8 @@ from dataclasses import dataclass, field
 from enum import IntEnum
 from functools import cached_property
 
+from safenav.world.frame import Frame
+
 Region = int
 """A region's number."""
 
@@ -45,6 +47,9 @@ _STEPS = {
     Heading.WEST: (0, -1),
 }
 
+MAX_REGIONS = 512 * 512
+"""The most regions of a map, walls included."""
+
 WALL = "#"
 FREE = "."
 
@@ -53,13 +58,15 @@ FREE = "."
 class RegionMap:
     """An R x C grid of regions, some of them walls (the paper's set O of known obstacles).
 
-    ``names`` gives regions a name that scenarios may use instead of the number.
+    ``names`` gives regions a name that scenarios may use instead of the number. ``frame`` says
+    where the map lies in metres, if that is known.
     """
 
     rows: int
     cols: int
     walls: frozenset[Region]
     names: Mapping[str, Region] = field(default_factory=dict, hash=False)
+    frame: Frame | None = None
 
     @classmethod
     def from_grid(

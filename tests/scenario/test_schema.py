@@ -57,6 +57,10 @@ WELL_SHAPED = {
     "obstacles_in_bad_places": True,
     "partition_with_gaps": True,
     "ragged_map": True,
+    "two_map_forms": False,
+    "no_map_form": False,
+    "keys_of_another_map_form": False,
+    "missing_map_file": False,  # rows without cols
     "regions_in_walls": True,
     "regions_outside_map": False,  # one region is negative
     "robots_that_avoid_each_other": True,
@@ -66,7 +70,6 @@ WELL_SHAPED = {
     "unknown_region_name": False,  # one name is no name
     "unknown_version": False,
     "unreachable_target": True,
-    "unsupported_map_format": False,
     "wrong_types": False,
 }
 """For each broken scenario that is YAML at all: whether its shape is right, so that only the
@@ -124,7 +127,7 @@ def definition(name: str) -> dict[str, Any]:
     [
         (SCHEMA, loader.KEYS, loader.REQUIRED),
         (SCHEMA["properties"]["limits"], loader.LIMIT_KEYS, ()),
-        (definition("map"), map_reader.KEYS, ("grid",)),
+        (definition("map"), map_reader.KEYS, ()),
         (definition("robot"), robot_reader.KEYS, robot_reader.REQUIRED),
         (definition("obstacle"), obstacle_reader.KEYS, obstacle_reader.REQUIRED),
         (definition("objective"), objective_reader.KINDS, ()),

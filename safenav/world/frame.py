@@ -1,0 +1,26 @@
+"""Where a map lies in metres, as ROS map_server says it: x grows east, y grows north, and the
+origin is the pose of the south-western (lower left) corner of the map."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import cos, sin
+
+
+@dataclass(frozen=True)
+class Frame:
+    """``resolution``: metres that a region measures from west to east and from south to north;
+    ``origin``: x and y of the map's south-western corner in metres; ``yaw``: how far the map is
+    turned about that corner, counterclockwise, in radians."""
+
+    resolution: tuple[float, float]
+    origin: tuple[float, float] = (0.0, 0.0)
+    yaw: float = 0.0
+
+    def centre(self, row: int, col: int, rows: int) -> tuple[float, float]:
+        """x and y of the middle of a region of a map with so many rows."""
+        east = (col + 0.5) * self.resolution[0]
+        north = (rows - row - 0.5) * self.resolution[1]
+        x = self.origin[0] + east * cos(self.yaw) - north * sin(self.yaw)
+        y = self.origin[1] + east * sin(self.yaw) + north * cos(self.yaw)
+        return x, y

@@ -1,0 +1,23 @@
+"""What can be wrong with a map file, told so that it can be mended."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+
+class Flaw(NamedTuple):
+    """One thing wrong; line and column count from 1, 0 if there is no place to point at."""
+
+    found: str
+    hint: str = ""
+    line: int = 0
+    column: int = 0
+
+
+class MapFileError(Exception):
+    """A map file cannot be used: everything that is wrong with it."""
+
+    def __init__(self, *flaws: Flaw) -> None:
+        self.flaws: Sequence[Flaw] = flaws
+        super().__init__("; ".join(flaw.found for flaw in flaws))

@@ -1,0 +1,98 @@
+"""From the pixels of a map to its regions: one rule for images of every kind.
+
+A pixel is blocked or free (each format has its own idea of that). A region is the rectangle of
+pixels below it, and where region and pixel borders do not meet, a pixel counts for each region
+by the area that it shares with it. The region is a wall if any of its area is blocked, however
+little: what is free is free as a whole. With a ``share`` above 0 that much of its area must be
+blocked, so that specks and walls that are a little off the grid do not count.
+
+Which pixels a region touches is computed in integers, so the rule is exact; only the comparison
+with a share above 0 is done in floating point, with a tolerance of a billionth.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from safenav.world.map import Region
+
+Blocked = NDArray[np.bool_]
+"""Rows of pixels from the north, true where nobody can go."""
+
+_TOLERANCE = 1e-9
+_FINEST = 1000
+"""Region borders lie on multiples of a thousandth of a pixel at most, so that the integers
+below stay small."""
+
+
+@dataclass(frozen=True)
+class Layout:
+    """A map of ``rows`` x ``cols`` regions over pixels: each is ``height`` x ``width`` pixels.
+
+    The south-western corners of both fall together; regions may reach beyond the pixels in the
+    north and the east, and what is beyond is blocked.
+    """
+
+    rows: int
+    cols: int
+    height: Fraction
+    width: Fraction
+
+    @classmethod
+    def of_count(cls, blocked: Blocked, rows: int, cols: int) -> Layout:
+        """So many rows and columns, over all pixels."""
+        return cls(rows, cols, Fraction(blocked.shape[0], rows), Fraction(blocked.shape[1], cols))
+
+    @classmethod
+    def of_size(cls, blocked: Blocked, side: Fraction) -> Layout:
+        """Square regions of a side in pixels, as many as it takes to hold all pixels."""
+        side = side.limit_denominator(_FINEST)
+        rows, cols = (-(-pixels // side) for pixels in blocked.shape)
+        return cls(int(rows), int(cols), side, side)
+
+
+def walls(blocked: Blocked, layout: Layout, share: float = 0.0) -> frozenset[Region]:
+    """The regions that are walls. ``share``: how much of a region has to be blocked, 0 to 1;
+    0 means any of it."""
+    turned = blocked[::-1]  # from the south, where both begin
+    down = _overlaps(turned.shape[0], layout.height, layout.rows)
+    aside = _overlaps(turned.shape[1], layout.width, layout.cols)
+    bands = np.stack([weights @ turned[first:last] for first, last, weights in down])
+    columns = np.zeros((turned.shape[1], layout.cols))
+    for col, (first, last, weights) in enumerate(aside):
+        columns[first:last, col] = weights
+    area = bands @ columns + _beyond(down, aside)
+    found = area > 0 if share == 0 else area >= share - _TOLERANCE
+    return frozenset(int(region) for region in np.flatnonzero(found[::-1]))
+
+
+Overlap = tuple[int, int, NDArray[np.float64]]
+"""First pixel, last (not included), and how much of the region's side each of them covers."""
+
+
+def _overlaps(pixels: int, side: Fraction, count: int) -> list[Overlap]:
+    """For each region along one axis the pixels below it. In units in which everything is an
+    integer a pixel is ``unit`` long and a region ``long``."""
+    long, unit = side.numerator, side.denominator
+    found = []
+    for index in range(count):
+        begin, end = index * long, (index + 1) * long
+        first, last = min(pixels, begin // unit), min(pixels, -(-end // unit))
+        starts = np.arange(first, last, dtype=np.int64) * unit
+        covered = np.minimum(starts + unit, end) - np.maximum(starts, begin)
+        found.append((first, last, covered / long))
+    return found
+
+
+def _beyond(down: list[Overlap], aside: list[Overlap]) -> NDArray[np.float64]:
+    """How much of each region lies beyond the pixels: exactly 0 for those that do not."""
+    inside_down, inside_aside = (
+        np.array([min(1.0, float(weights.sum())) for _, _, weights in axis])
+        for axis in (down, aside)
+    )
+    outside = 1.0 - np.outer(inside_down, inside_aside)
+    return np.where(outside > _TOLERANCE, outside, 0.0)

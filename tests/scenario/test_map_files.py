@@ -1,0 +1,299 @@
+"""Maps read from files: the real ones in tests/maps, and what is said of broken ones."""
+
+from __future__ import annotations
+
+import builtins
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from safenav.errors import Diagnostic, InputError
+from safenav.scenario.loader import load_scenario_text
+from safenav.world import Frame, RegionMap
+from safenav.world.image_map import read_image
+from safenav.world.map_file import MapFileError
+from safenav.world.movingai_map import read_movingai
+
+MAPS = Path(__file__).parents[1] / "maps"
+BROKEN = sorted(path.name for path in (MAPS / "broken").iterdir())
+
+ROOMS = [
+    "#############",
+    "#.......#...#",
+    "#.......#...#",
+    "#...#.......#",
+    "#.......#...#",
+    "#.......#...#",
+    "#############",
+]
+ROBOTS = "robots: {ann: {model: quadcopter, start: %d, objective: {hold: %d}}}\n"
+
+
+def load(written: str, start: int = 14) -> RegionMap:
+    """The map of a scenario beside the maps; ``start`` is free on it."""
+    text = f"safenav: 1\nmap: {{{written}}}\n" + ROBOTS % (start, start)
+    return load_scenario_text(text, str(MAPS / "scenario.yaml")).map
+
+
+def mistakes(written: str, start: int = 14) -> list[Diagnostic]:
+    with pytest.raises(InputError) as caught:
+        load(written, start)
+    return list(caught.value.diagnostics)
+
+
+@pytest.mark.parametrize(
+    "written",
+    [
+        "image: rooms.png, rows: 7, cols: 13",
+        "image: rooms_16bit.png, rows: 7, cols: 13",
+        "image: rooms_palette.png, rows: 7, cols: 13",
+        "image: rooms_transparent.png, rows: 7, cols: 13",
+        "image: rooms_scanned.png, rows: 7, cols: 13, share: 0.3",
+        "image: rooms.pgm, rows: 7, cols: 13",
+        "image: rooms_16bit.pgm, rows: 7, cols: 13",
+        "image: rooms_plain.pgm, rows: 7, cols: 13",
+        "movingai: rooms.map",
+        "movingai: rooms.map, rows: 7, cols: 13",
+        "ros: office.yaml, rows: 7, cols: 13",
+        "ros: office.yaml, resolution: 0.4",
+        "ros: office_negated.yaml, resolution: 0.4",
+    ],
+)
+def test_every_form_shows_the_same_rooms(written: str) -> None:
+    assert load(written).grid_rows() == ROOMS
+
+
+def test_names_and_paths_work_as_everywhere(tmp_path: Path) -> None:
+    (tmp_path / "plans").mkdir()
+    (tmp_path / "plans" / "floor one.pgm").write_bytes((MAPS / "rooms.pgm").read_bytes())
+    text = (
+        "safenav: 1\nmap: {image: plans/floor one.pgm, rows: 7, cols: 13, names: {dock: 14}}\n"
+        "robots: {ann: {model: quadcopter, start: dock, objective: {hold: [2, 1]}}}\n"
+    )
+    scenario = load_scenario_text(text, str(tmp_path / "scenario.yaml"))
+    assert scenario.map.names == {"dock": 14}
+    assert scenario.robots[0].start.region == 14
+
+
+def test_dust_and_walls_off_the_grid_are_walls_unless_a_share_is_asked_for() -> None:
+    found = load("image: rooms_scanned.png, rows: 7, cols: 13", 15).grid_rows()
+    assert found[2] == "##...#..##..#", "dust in column 5, walls one pixel too far in the east"
+
+
+def test_the_threshold_decides_what_is_dark() -> None:
+    assert load("image: rooms.png, rows: 7, cols: 13, threshold: 0.05").walls == frozenset()
+    (mistake,) = mistakes("image: rooms.png, rows: 7, cols: 13, threshold: 0.95")
+    assert mistake.found == "map: every region is a wall"
+
+
+def test_a_file_may_be_divided_into_finer_regions() -> None:
+    fine = load("movingai: rooms.map, rows: 14, cols: 26", 54).grid_rows()
+    assert fine == [row for drawn in ROOMS for row in ["".join(2 * c for c in drawn)] * 2]
+
+
+def test_a_ros_map_lies_where_its_file_says() -> None:
+    by_size = load("ros: office.yaml, resolution: 0.4")
+    assert by_size.frame == Frame((0.4, 0.4), (-2.5, -1.5), 0.0)
+    by_count = load("ros: office.yaml, rows: 7, cols: 26", 28)
+    assert by_count.frame is not None
+    assert by_count.frame.resolution == pytest.approx((0.2, 0.4))
+    x, y = by_size.frame.centre(*by_size.position(14), by_size.rows)
+    assert (x, y) == pytest.approx((-2.5 + 0.6, -1.5 + 5.5 * 0.4))
+
+
+def test_a_turned_ros_map() -> None:
+    found = load("ros: office_negated.yaml, resolution: 0.4")
+    assert found.frame is not None
+    # a quarter turn: what was east is north, what was north is west
+    assert found.frame.centre(6, 0, 7) == pytest.approx((1.0 - 0.2, 2.0 + 0.2))
+    assert found.frame.centre(6, 12, 7) == pytest.approx((1.0 - 0.2, 2.0 + 5.0))
+
+
+def test_regions_that_reach_beyond_a_ros_map_are_walls() -> None:
+    found = load("ros: office.yaml, resolution: 0.5, share: 0.5", 12)
+    assert (found.rows, found.cols) == (6, 11)
+    assert all(found.region(row, 10) in found.walls for row in range(6))
+
+
+def test_unknown_pixels_of_a_ros_map_are_walls(tmp_path: Path) -> None:
+    (tmp_path / "three.pgm").write_text("P2 3 1 255\n0 205 254\n", encoding="ascii")
+    settings = (
+        "image: three.pgm\nresolution: 1.0\norigin: [0, 0, 0]\nnegate: %d\n"
+        "occupied_thresh: 0.65\nfree_thresh: 0.196\n"
+    )
+    for negate, expected in ((0, "##."), (1, ".##")):
+        (tmp_path / "map.yaml").write_text(settings % negate, encoding="utf-8")
+        free = expected.index(".")
+        text = "safenav: 1\nmap: {ros: map.yaml, resolution: 1}\n" + ROBOTS % (free, free)
+        found = load_scenario_text(text, str(tmp_path / "s.yaml")).map
+        assert found.grid_rows() == [expected]
+
+
+@pytest.mark.parametrize(
+    ("written", "expected"),
+    [
+        ("grid: ['..'], resolution: 0.5", Frame((0.5, 0.5))),
+        ("grid: ['..'], resolution: 2, origin: [-1, 3]", Frame((2.0, 2.0), (-1.0, 3.0))),
+        ("grid: ['..'], resolution: 2, origin: [0, 0, 0.5]", Frame((2.0, 2.0), (0.0, 0.0), 0.5)),
+        ("grid: ['..']", None),
+    ],
+)
+def test_any_map_may_say_where_it_lies(written: str, expected: Frame | None) -> None:
+    assert load(written, 0).frame == expected
+
+
+FLAWS: dict[str, tuple[str, list[tuple[int, int, str]]]] = {
+    # file: how it is named in a scenario, then line, column and words of each diagnostic
+    # (line 2 is the scenario's, where the file is named)
+    "cut_off.png": ("image: %s, rows: 7, cols: 13", [(2, 14, "a broken PNG image")]),
+    "header_only.png": ("image: %s, rows: 7, cols: 13", [(2, 14, "breaks off in its header")]),
+    "claims_to_be_huge.png": ("image: %s, rows: 7, cols: 13", [(2, 14, "60000 x 60000 pixels")]),
+    "bad_checksum.png": ("image: %s, rows: 7, cols: 13", [(2, 14, "a broken PNG image")]),
+    "empty.png": ("image: %s, rows: 7, cols: 13", [(2, 14, "the file is empty")]),
+    "no_image.png": ("image: %s, rows: 7, cols: 13", [(2, 14, "neither a PNG nor a PGM")]),
+    "bitmap.pbm": ("image: %s, rows: 7, cols: 13", [(2, 14, "the kind P1")]),
+    "cut_off.pgm": ("image: %s, rows: 7, cols: 13", [(2, 14, "1969 of 5824 pixels")]),
+    "too_long.pgm": ("image: %s, rows: 2, cols: 2", [(2, 14, "9 pixels .* announces 4")]),
+    "no_header.pgm": ("image: %s, rows: 7, cols: 13", [(1, 1, "header .* is incomplete")]),
+    "letters.pgm": ("image: %s, rows: 2, cols: 3", [(5, 3, "not a brightness: 'x'")]),
+    "too_few.pgm": ("image: %s, rows: 2, cols: 3", [(2, 14, "4 of 6 pixels")]),
+    "too_bright.pgm": ("image: %s, rows: 1, cols: 3", [(2, 14, r"brighter \(10\) .* \(9\)")]),
+    "no_brightness.pgm": ("image: %s, rows: 1, cols: 3", [(1, 1, "brightest value .* is 0")]),
+    "black.pgm": ("image: %s, rows: 1, cols: 3", [(2, 14, "every region is a wall.*nothing")]),
+    "header.map": ("movingai: %s", [(3, 1, "'width' is no size: 'four'")]),
+    "type.map": ("movingai: %s", [(1, 1, "type 'hex'"), (3, 1, "'height' is missing")]),
+    "rows.map": (
+        "movingai: %s",
+        [
+            (6, 2, "'x' is no terrain"),
+            (7, 1, "a row of 3 characters"),
+            (7, 1, "3 rows where the header announces 4"),
+        ],
+    ),
+    "no_map.map": ("movingai: %s", [(4, 1, r"'\.\.'")]),
+    "latin1.map": ("movingai: %s", [(2, 17, "not UTF-8: byte 0xE9")]),
+    "keys.yaml": (
+        "ros: %s, resolution: 0.4",
+        [
+            (1, 1, "a ROS map: the key 'occupied_thresh' is missing"),
+            (2, 13, "'resolution' is -0.1, and must be more than 0"),
+            (3, 16, "an item of 'origin': found the text 'nan'"),
+            (4, 9, "'negate' is 2, and must be at most 1"),
+            (6, 14, "'free_thresh' is 1.5, and must be from 0 to 1"),
+            (7, 7, "unknown word 'ternary'.*did you mean 'trinary'"),
+        ],
+    ),
+    "raw.yaml": ("ros: %s, resolution: 0.4", [(2, 7, "mode 'raw'")]),
+    "no_picture.yaml": ("ros: %s, resolution: 0.4", [(1, 8, "ofice.pgm': no such file")]),
+    "no_yaml.yaml": ("ros: %s, resolution: 0.4", [(2, 11, "not YAML")]),
+}
+
+
+def test_every_broken_map_is_judged() -> None:
+    assert sorted(FLAWS) == BROKEN
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_every_flaw_of_a_broken_map_is_told_at_its_place(name: str) -> None:
+    written, expected = FLAWS[name]
+    found = mistakes(written % f"broken/{name}")
+    assert [(d.line, d.column) for d in found] == [(line, col) for line, col, _ in expected]
+    for diagnostic, (line, _, words) in zip(found, expected, strict=True):
+        assert re.search(words, f"{diagnostic.found} {diagnostic.hint}"), diagnostic
+        in_scenario = line == 2 and diagnostic.file.endswith("scenario.yaml")
+        assert in_scenario or diagnostic.file.endswith(name)
+
+
+@pytest.mark.parametrize(
+    ("written", "words"),
+    [
+        ("image: rooms.png", "the keys 'rows' and 'cols' are missing"),
+        ("image: [rooms.png], rows: 7, cols: 13", "found a list of 1, expected a text"),
+        ("image: ., rows: 7, cols: 13", "this is a directory"),
+        ("image: rooms.pgn, rows: 7, cols: 13", r"no such file.*did you mean .*rooms\.p[ng]"),
+        ("image: rooms.png, rows: 1000, cols: 1000", "a map of 1000 x 1000 regions"),
+        ("image: rooms.png, rows: 0, cols: 13", "'rows' of map is 0, and must be at least 1"),
+        ("image: rooms.png, rows: 7, cols: 13, share: 2", "'share' of map is 2"),
+        ("image: rooms.png, rows: 2, cols: 2", "every region is a wall.*share: 0.5"),
+        ("ros: office.yaml", "the map measures 5.2 x 2.8 m: say how large"),
+        ("ros: office.yaml, resolution: 0.0001", "a map of 28000 x 52000 regions"),
+        ("ros: office.yaml, resolution: 1, rows: 7, cols: 13", "both 'rows' and 'resolution'"),
+        ("ros: office.yaml, resolution: 1, origin: [0, 0]", "the file has its own origin"),
+        ("ros: office.pgm, resolution: 0.4", None),
+        ("movingai: office.pgm", None),
+        ("movingai: missing.map", "no such file"),
+        ("grid: ['..'], resolution: 0", "'resolution' of map is 0"),
+        ("grid: ['..'], resolution: 1, origin: [1]", "expected .x, y. or .x, y, yaw."),
+        ("grid: ['..'], resolution: 1, origin: [.inf, 0]", "expected a finite number"),
+    ],
+)
+def test_what_is_wrong_with_the_keys_of_a_map(written: str, words: str | None) -> None:
+    found = mistakes(written, 0)
+    told = " ".join(f"{d.found} {d.hint}" for d in found)
+    assert words is None or re.search(words, told), told
+
+
+def test_without_pillow_a_png_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    real = builtins.__import__
+
+    def refuse(name: str, *rest: Any, **options: Any) -> Any:
+        if name == "PIL":
+            raise ImportError(name)
+        return real(name, *rest, **options)
+
+    monkeypatch.setattr(builtins, "__import__", refuse)
+    (mistake,) = mistakes("image: rooms.png, rows: 7, cols: 13")
+    assert "needs Pillow" in mistake.found
+    assert "safenav[pictures]" in mistake.hint
+    assert load("image: rooms.pgm, rows: 7, cols: 13").grid_rows() == ROOMS
+
+
+def damaged(data: bytes) -> st.SearchStrategy[bytes]:
+    """The data with a few bytes changed, removed or added."""
+    edit = st.tuples(st.integers(0, len(data)), st.integers(0, 5), st.binary(max_size=5))
+
+    def apply(edits: list[tuple[int, int, bytes]]) -> bytes:
+        found = data
+        for at, removed, added in edits:
+            found = found[:at] + added + found[at + removed :]
+        return found
+
+    return st.lists(edit, min_size=1, max_size=3).map(apply)
+
+
+IMAGES = [
+    (MAPS / name).read_bytes()
+    for name in ("rooms.png", "rooms_16bit.png", "rooms_plain.pgm", "office.pgm", "rooms.pgm")
+]
+
+
+@settings(max_examples=400, deadline=None)
+@given(st.sampled_from(IMAGES).flatmap(damaged) | st.binary(max_size=60))
+def test_any_bytes_give_an_image_or_say_what_is_wrong(data: bytes) -> None:
+    try:
+        image = read_image(data)
+    except MapFileError as error:
+        assert error.flaws
+        assert all(flaw.found for flaw in error.flaws)
+    else:
+        assert int(image.brightness.max()) <= image.white
+
+
+@settings(max_examples=300, deadline=None)
+@given(
+    damaged((MAPS / "rooms.map").read_bytes()).map(lambda data: data.decode("latin-1"))
+    | st.text(max_size=60)
+)
+def test_any_text_gives_a_movingai_map_or_says_what_is_wrong(text: str) -> None:
+    try:
+        rows = read_movingai(text)
+    except MapFileError as error:
+        assert error.flaws
+        assert all(flaw.line <= len(text.splitlines()) + 1 for flaw in error.flaws)
+    else:
+        assert rows
+        assert len({len(row) for row in rows}) == 1
