@@ -1,0 +1,148 @@
+"""``safenav run``: the story, the machine-readable result, exit codes, interruption."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from cli.conftest import MAIN, Command
+from safenav.audit import check_trace
+
+SCENARIOS = Path(__file__).parents[2] / "scenarios"
+
+NO_WAY = """\
+safenav: 1
+map: {grid: "#######\\n#.....#\\n#######\\n"}
+robots: {flyer: {model: quadcopter, start: 8, objective: {visit: [12, 8]}}}
+obstacles: [{type: door, region: 10}]
+"""
+ENDLESS = """\
+safenav: 1
+map: {grid: "#######\\n#.....#\\n#######\\n"}
+robots: {flyer: {model: quadcopter, start: 8, objective: {visit: [12, 8]}}}
+until: {rounds: 1000000}
+limits: {ticks: 1000000}
+"""
+
+
+@pytest.mark.parametrize("number", [1, 2, 3])
+def test_case_study_is_told_and_ends_as_expected(safenav: Command, number: int) -> None:
+    done = safenav("run", SCENARIOS / f"case_study_{number}.yaml", "--trace", "t.jsonl")
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""
+    for words in ("keeps out", "asks for help", "objectives pushed", "is resolved", "completed"):
+        assert words in done.stdout
+    assert "██" in done.stdout
+
+
+def test_json_result_is_the_only_output(safenav: Command) -> None:
+    done = safenav("run", SCENARIOS / "case_study_1.yaml", "--json")
+    result = json.loads(done.stdout)
+    assert result["outcome"] == "completed"
+    assert result["as_expected"] is True
+    assert result["resolved"] == ["door@47"]
+    assert result["helpers"] == {"door@47": "digit"}
+
+
+def test_broken_expectation_is_a_negative_with_the_difference(
+    safenav: Command, tmp_path: Path
+) -> None:
+    text = (SCENARIOS / "case_study_1.yaml").read_text()
+    wrong = tmp_path / "wrong.yaml"
+    wrong.write_text(text.replace("helpers: {door@47: digit}", "helpers: {door@47: quad}"))
+    done = safenav("run", wrong)
+    assert done.returncode == 1
+    assert "expected quad to be asked for door@47, digit was" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("expect", "code"), [("", 1), ("expect: {outcome: operator_needed}\n", 0)], ids=["bare", "met"]
+)
+def test_operator_needed(safenav: Command, tmp_path: Path, expect: str, code: int) -> None:
+    scenario = tmp_path / "no_way.yaml"
+    scenario.write_text(NO_WAY + expect)
+    done = safenav("run", scenario)
+    assert done.returncode == code
+    assert "operator_needed" in done.stdout
+    assert "no robot has the capability 'push'" in done.stdout
+
+
+def test_tick_limit_is_a_resource_limit(safenav: Command) -> None:
+    done = safenav("run", SCENARIOS / "case_study_1.yaml", "--max-ticks", 5)
+    assert done.returncode == 3
+    assert "not completed after 5 ticks" in done.stdout
+
+
+def test_seed_draws_the_truth(safenav: Command, tmp_path: Path) -> None:
+    text = (SCENARIOS / "case_study_2.yaml").read_text().split("expect:")[0]
+    scenario = tmp_path / "chance.yaml"
+    scenario.write_text(text.replace("traversable: false", "traversable: {probability: 0.5}"))
+    blocked = {
+        seed: bool(json.loads(safenav("run", scenario, "--json", "--seed", seed).stdout)["blocked"])
+        for seed in range(8)
+    }
+    assert set(blocked.values()) == {True, False}
+    again = json.loads(safenav("run", scenario, "--json", "--seed", 3).stdout)
+    assert bool(again["blocked"]) == blocked[3]
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["SIGINT", "SIGTERM"])
+def test_interrupted_run_leaves_a_readable_trace(
+    tmp_path: Path, environment: dict[str, str], number: signal.Signals
+) -> None:
+    scenario, trace = tmp_path / "endless.yaml", tmp_path / "t.jsonl"
+    scenario.write_text(ENDLESS)
+    process = subprocess.Popen(
+        [sys.executable, "-c", MAIN, "run", str(scenario), "--trace", str(trace), "--no-map"],
+        env=environment,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    deadline = time.monotonic() + 30
+    while not trace.exists() or trace.read_text().count('"move"') < 20:
+        assert time.monotonic() < deadline and process.poll() is None
+        time.sleep(0.01)
+    process.send_signal(number)
+    _, errors = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert "Traceback" not in errors
+    last = json.loads(trace.read_text().splitlines()[-1])
+    assert (last["type"], last["outcome"]) == ("outcome", "interrupted")
+    assert check_trace(trace).findings == ()
+
+
+def test_reader_that_goes_away_is_no_error(environment: dict[str, str], tmp_path: Path) -> None:
+    command = f"{sys.executable} -c '{MAIN}' run {SCENARIOS / 'case_study_1.yaml'} | head -1"
+    done = subprocess.run(
+        ["bash", "-c", f"set -o pipefail; {command}"],
+        env=environment,
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert done.stderr == ""
+    assert done.stdout.startswith("Case study 1")
+
+
+def test_trace_that_cannot_be_written_stops_the_run(safenav: Command) -> None:
+    done = safenav("run", SCENARIOS / "hello.yaml", "--trace", "missing/t.jsonl")
+    assert done.returncode == 2
+    assert "cannot write the trace missing/t.jsonl" in done.stderr
+
+
+def test_full_disk_stops_the_run_with_a_message(safenav: Command) -> None:
+    if not Path("/dev/full").exists():
+        pytest.skip("no /dev/full on this system")
+    done = safenav("run", SCENARIOS / "hello.yaml", "--trace", "/dev/full")
+    assert done.returncode == 2
+    assert "No space left" in done.stderr
+    assert "Traceback" not in done.stderr

@@ -1,0 +1,118 @@
+"""``safenav synth`` and ``safenav check``: what is written loads again and means the same."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from pathlib import Path
+
+import networkx
+import pytest
+
+from cli.conftest import Command
+from safenav.synthesis.binary import find_binary
+
+SCENARIOS = Path(__file__).parents[2] / "scenarios"
+CASE_1 = SCENARIOS / "case_study_1.yaml"
+
+UNREALIZABLE = """\
+safenav: 1
+map: {grid: "#######\\n#.....#\\n#######\\n"}
+robots: {flyer: {model: quadcopter, start: 8, objective: {patrol: [10, 12]}}}
+"""
+
+
+def test_files_load_again_and_give_the_same_strategy(safenav: Command, tmp_path: Path) -> None:
+    done = safenav("synth", CASE_1, "-o", "out")
+    assert done.returncode == 0, done.stderr
+    for robot in ("quad", "digit"):
+        strategy = (tmp_path / "out" / f"{robot}.json").read_bytes()
+        nodes = json.loads(strategy)["nodes"]
+        graph = networkx.read_graphml(tmp_path / "out" / f"{robot}.graphml")
+        assert len(graph.nodes) == len(nodes)
+        assert len(graph.edges) == sum(len(node["trans"]) for node in nodes.values())
+        dot = (tmp_path / "out" / f"{robot}.dot").read_text()
+        assert dot.startswith("digraph")
+        assert dot.count(" -> ") == len(graph.edges)
+        again = subprocess.run(
+            [
+                find_binary().path,
+                "--explicitStrategy",
+                "--jsonOutput",
+                tmp_path / "out" / f"{robot}.structuredslugs",
+            ],
+            capture_output=True,
+            check=True,
+        )
+        assert again.stdout == strategy
+
+
+def test_specification_reads_like_documentation(safenav: Command, tmp_path: Path) -> None:
+    safenav("synth", CASE_1, "--robot", "digit", "-o", "out")
+    assert not (tmp_path / "out" / "quad.json").exists()
+    text = (tmp_path / "out" / "digit.structuredslugs").read_text()
+    lines = text.splitlines()
+    assert lines[0] == "# digit (digit): patrol 58 <-> 28"
+    constraints = [
+        i
+        for i, line in enumerate(lines)
+        if line and not line.startswith(("#", "[")) and i > lines.index("[ENV_INIT]")
+    ]
+    assert constraints
+    for i in constraints:  # each under a comment that names the scenario item it comes from
+        above = next(line for line in reversed(lines[:i]) if line.startswith("#"))
+        assert above.startswith(("# robots.digit", "# map"))
+    assert max(map(len, lines)) <= 160
+
+
+def test_statistics_are_a_table(safenav: Command) -> None:
+    done = safenav("synth", CASE_1)
+    header, rule, *rows = done.stdout.splitlines()
+    assert header.split() == [
+        "robot", "verdict", "states", "edges", "goals", "bits", "ms", "verified",
+    ]  # fmt: skip
+    assert set(rule) == {"-", " "}
+    assert [row.split()[:2] for row in rows] == [["quad", "realizable"], ["digit", "realizable"]]
+
+
+def test_check_says_realizable(safenav: Command) -> None:
+    done = safenav("check", CASE_1)
+    assert done.returncode == 0
+    assert done.stdout.splitlines() == [
+        "quad: realizable, patrol 54 <-> 49",
+        "digit: realizable, patrol 58 <-> 28",
+    ]
+
+
+@pytest.mark.parametrize("command", ["check", "synth", "run"])
+def test_unrealizable_patrol_is_a_negative_that_says_what_to_use(
+    safenav: Command, tmp_path: Path, command: str
+) -> None:
+    # From 8 the way to 12 leads through 10, which the paper's formula allows; from 12 back to
+    # 10 it is the other way round; but a robot that starts between them could do it.
+    scenario = tmp_path / "corridor.yaml"
+    scenario.write_text(UNREALIZABLE.replace("[10, 12]", "[12, 10]"))
+    done = safenav(command, scenario)
+    assert done.returncode == 1
+    assert "visit" in done.stdout + done.stderr
+
+
+def test_binary_that_exits_0_on_both_verdicts_is_understood(
+    safenav: Command, tmp_path: Path
+) -> None:
+    # Upstream's binary does: the verdict is in the RESULT line alone.
+    upstream = tmp_path / "upstream"
+    upstream.write_text(
+        "#!/bin/bash\n"
+        'for word in "$@"; do case "$word" in --version|--timeout|--memory|--realizability|-)\n'
+        '  echo "Error: unknown parameter $word" >&2; exit 1;; esac; done\n'
+        f'{find_binary().path} "$@"\nexit 0\n'
+    )
+    upstream.chmod(0o755)
+    for scenario, code in ((CASE_1, 0), (tmp_path / "corridor.yaml", 1)):
+        if code:
+            scenario.write_text(UNREALIZABLE.replace("[10, 12]", "[12, 10]"))
+        done = safenav("check", scenario, SAFENAV_SLUGS=str(upstream), SAFENAV_CACHE="off")
+        assert done.returncode == code, done.stderr
+    done = safenav("run", CASE_1, SAFENAV_SLUGS=str(upstream), SAFENAV_CACHE="off")
+    assert done.returncode == 0, done.stderr
