@@ -28,7 +28,7 @@ from safenav.report.table import table
 
 ROWS, COLS = 7, 13
 
-COMMAND = "from safenav.cli import COMMANDS, main; COMMANDS.setdefault('batch', ''); main()"
+COMMAND = "from safenav.cli import main; main()"
 
 
 @dataclass(frozen=True)

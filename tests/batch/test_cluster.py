@@ -11,8 +11,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from batch.conftest import SlugsLog, Write
-from batch.test_command import SAFENAV, environment, safenav, started, wait_until
+
+from batch.made_scenarios import SlugsLog, Write
+from batch.running import SAFENAV, environment, safenav, started, wait_until
 
 pytest.importorskip("distributed", reason="needs the extra 'dask'")
 pytestmark = pytest.mark.slow

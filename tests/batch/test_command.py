@@ -7,52 +7,15 @@ import os
 import pty
 import signal
 import subprocess
-import sys
-import time
 import xml.etree.ElementTree as ET
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from batch.conftest import SlugsLog, Write
 
-SAFENAV = [
-    sys.executable,
-    "-c",
-    "from safenav.cli import COMMANDS, main; COMMANDS.setdefault('batch', ''); main()",
-]
+from batch.made_scenarios import SlugsLog, Write
+from batch.running import SAFENAV, environment, safenav, started, wait_until
 
 pytestmark = pytest.mark.usefixtures("slugs")
-
-
-def environment() -> dict[str, str]:
-    return {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
-
-
-def safenav(*words: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [*SAFENAV, "batch", *words], capture_output=True, text=True, env=environment(), check=False
-    )
-
-
-@contextmanager
-def started(*words: str) -> Iterator[subprocess.Popen[str]]:
-    """The command while it runs; killed at the end if it still does."""
-    pipe = subprocess.PIPE
-    with subprocess.Popen(
-        [*SAFENAV, "batch", *words], stdout=pipe, stderr=pipe, text=True, env=environment()
-    ) as batch:
-        try:
-            yield batch
-        finally:
-            batch.kill()
-
-
-def wait_until(batch: subprocess.Popen[str], reached: Callable[[], bool]) -> None:
-    while not reached():
-        assert batch.poll() is None, batch.communicate()
-        time.sleep(0.01)
 
 
 def test_all_as_expected_is_exit_0(write: Write) -> None:

@@ -10,8 +10,8 @@ import time
 from pathlib import Path
 
 import pytest
-from batch.conftest import SlugsLog, Write, scenario
 
+from batch.made_scenarios import SlugsLog, Write, scenario
 from safenav.batch.backend import Arrival
 from safenav.batch.case import Case, Conditions, Verdict
 from safenav.batch.pool import LocalPool

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from batch.conftest import Write
 
+from batch.made_scenarios import Write
 from safenav.batch.search import find_cases
 from safenav.errors import InputError, UsageError
 

@@ -1,0 +1,65 @@
+"""Small scenarios, and a slugs binary that does what the name of a scenario's robot says.
+
+It never finds a strategy: a scenario here passes if it expects to be unrealizable. Thus these
+tests are about batches, and need no synthesizer.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+SLUGS = """\
+#!/bin/sh
+if [ "$1" = --version ]; then echo "slugs 9.9.9"; exit 0; fi
+spec=$(cat)
+echo $$ >> {log}
+case "$spec" in
+  *sleeper*) exec sleep 60 ;;
+  *crasher*) kill -SEGV $PPID; exec sleep 60 ;;
+  *slow*) sleep 0.3 ;;
+  *broken*) echo "out of order" >&2; exit 4 ;;
+  *flaky*) if [ $(wc -l < {log}) -lt 3 ]; then exit 4; fi ;;
+esac
+echo "RESULT: Specification is unrealizable." >&2
+exit 10
+"""
+
+Write = Callable[..., Path]
+
+
+class SlugsLog:
+    """What the slugs binary was asked."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    @property
+    def pids(self) -> list[int]:
+        return [int(line) for line in self.path.read_text().split()] if self.path.exists() else []
+
+    def all_gone(self, seconds: float = 5.0) -> bool:
+        """Whether none of its processes lives, waiting for the last to be reaped."""
+        end = time.monotonic() + seconds
+        while any(_lives(pid) for pid in self.pids):
+            if time.monotonic() > end:
+                return False
+            time.sleep(0.02)
+        return True
+
+
+def _lives(pid: int) -> bool:
+    try:
+        state = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0]
+    except (FileNotFoundError, ProcessLookupError):
+        return False
+    return state != "Z"  # an orphan that nobody has reaped yet
+
+
+def scenario(robot: str = "quick", expect: str = "{outcome: unrealizable}") -> str:
+    return (
+        "safenav: 1\nmap: {grid: ['#####', '#...#', '#####']}\n"
+        f"robots: {{{robot}: {{model: quadcopter, start: 6, objective: {{patrol: [6, 8]}}}}}}\n"
+        f"limits: {{ticks: 50}}\nexpect: {expect}\n"
+    )

@@ -1,0 +1,62 @@
+"""The examples of docs/batch.md and docs/ci.md are what they say they are."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from safenav.batch.baseline import NOISE_SECONDS, RATIO
+from safenav.batch.case import Verdict
+from safenav.batch.matrix import read_matrix
+from safenav.batch.search import find_cases
+from safenav.cli.batch import command
+
+ROOT = Path(__file__).parents[2]
+BATCH = (ROOT / "docs" / "batch.md").read_text(encoding="utf-8")
+CI = (ROOT / "docs" / "ci.md").read_text(encoding="utf-8")
+
+
+def blocks(text: str, language: str) -> list[str]:
+    return re.findall(rf"^```{language}\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+
+
+def test_the_matrix_file_is_one() -> None:
+    (example,) = blocks(BATCH, "yaml")
+    matrix = read_matrix(example, "docs/batch.md")
+    assert len(matrix.settings) == 10 * 2 * 2 - 10 + 1
+
+
+def commands() -> list[str]:
+    workflow, gitlab = (yaml.safe_load(example) for example in blocks(CI, "yaml"))
+    steps: list[dict[str, Any]] = workflow["jobs"]["batch"]["steps"]
+    lines = [step["run"] for step in steps if "run" in step] + gitlab["scenarios"]["script"]
+    lines += [line for block in blocks(BATCH, "sh") for line in block.splitlines()]
+    return [line.split("#")[0] for line in lines if line.startswith("safenav batch")]
+
+
+@pytest.mark.parametrize("line", commands())
+def test_commands_are_understood(line: str) -> None:
+    words = shlex.split(line)[2:]
+    context = command.make_context("safenav batch", list(words))
+    assert context.params["paths"]
+
+
+def test_the_documentation_names_every_verdict_option_and_threshold() -> None:
+    for verdict in Verdict:
+        assert f"| `{verdict.value}` |" in BATCH
+    options = {option for parameter in command.params for option in parameter.opts}
+    named = set(re.findall(r"(?<!-)--[a-z][a-z-]+", BATCH + CI))
+    assert named <= options
+    assert {"--junit", "--resume", "--baseline", "--dask", "--retry-limit"} <= named
+    assert f"at least {RATIO} times" in BATCH and f"{NOISE_SECONDS} s longer" in BATCH
+
+
+def test_the_shipped_scenarios_are_found() -> None:
+    found = find_cases([str(ROOT / "scenarios")])
+    assert len(found.cases) >= 4
+    assert all("/invalid/" not in case.file for case in found.cases)
