@@ -70,7 +70,6 @@ def command(
     )
     ledger = Ledger()
     listeners: list[Listener] = [ledger]
-    signal.signal(signal.SIGTERM, _as_interrupt)
     with ExitStack() as stack:
         if html is not None and trace is None:
             trace = Path(stack.enter_context(TemporaryDirectory())) / f"{scenario.stem}.jsonl"
@@ -79,6 +78,8 @@ def command(
         if not as_json:
             listeners.append(Story(plan, maps=maps))
         mission = Mission(plan, synthesizer, listeners=listeners, progress=WaitingLine())
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, lambda *_: mission.stop())
         result = mission.run()
         if html is not None and trace is not None:
             _write_page(trace, html)
@@ -126,9 +127,3 @@ def _record(ledger: Any, mission: Any, wrong: list[str]) -> dict[str, Any]:
         "syntheses": result.syntheses,
         "synthesis_seconds": result.synthesis_seconds,
     }
-
-
-def _as_interrupt(number: int, frame: object) -> None:
-    """End on SIGTERM as on Ctrl-C: with the outcome written."""
-    del number, frame
-    raise KeyboardInterrupt

@@ -54,7 +54,8 @@ class Attempt:
 
 
 class Controllers:
-    """Synthesizes and installs planners; counts what that cost."""
+    """Synthesizes and installs planners; counts what that cost. ``asking``: a synthesis is
+    under way."""
 
     def __init__(
         self,
@@ -65,6 +66,7 @@ class Controllers:
         self._state = state
         self._synthesizer = synthesizer
         self._progress = progress
+        self.asking = False
         self.syntheses = 0
         self.seconds = 0.0
 
@@ -175,9 +177,13 @@ class Controllers:
         if not tasks:
             return []
         world = self._state.scenario.map
-        results = self._synthesizer.synthesize_all(
-            [compile_task(task, world) for task in tasks], progress=self._progress
-        )
+        self.asking = True
+        try:
+            results = self._synthesizer.synthesize_all(
+                [compile_task(task, world) for task in tasks], progress=self._progress
+            )
+        finally:
+            self.asking = False
         for result in results:
             self.syntheses += 1
             self.seconds += 0.0 if result.cached else result.seconds

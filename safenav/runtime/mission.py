@@ -72,9 +72,13 @@ class Mission:
         self.state.listeners += (self._watch,)
         self._turns = Turns(self.state, self._world, self._controllers, self._coordination)
         self._begun = time.monotonic()
+        self._stopping = False
 
     def run(self) -> RunResult:
         """Run to the end. Ctrl-C ends the run with the outcome ``interrupted``, recorded.
+
+        A program that handles signals calls ``stop`` instead of letting KeyboardInterrupt be
+        raised anywhere: then the run ends between two turns.
 
         Raises SafenavError if the synthesizer fails or runs out of its limits; the trace then
         ends in ``error``.
@@ -90,6 +94,13 @@ class Mission:
             raise
         assert self.result is not None
         return self.result
+
+    def stop(self) -> None:
+        """End the run, ``interrupted``, before the next turn; a synthesis that is under way is
+        given up (by KeyboardInterrupt, so this is to be called in the run's own thread)."""
+        self._stopping = True
+        if self._controllers.asking:
+            raise KeyboardInterrupt
 
     def start(self) -> None:
         """Synthesize the first controllers; a robot without one ends the run here."""
@@ -111,8 +122,11 @@ class Mission:
     def step(self) -> None:
         """One tick: every robot takes its turn, in the scenario's order."""
         state = self.state
-        state.tick += 1
         for robot in self.scenario.robots:
+            if self._stopping:
+                raise KeyboardInterrupt
+            if robot is self.scenario.robots[0]:
+                state.tick += 1
             self._take_turn(robot)
             if self.result is not None:
                 return
