@@ -34,6 +34,23 @@ bool is_prefix(const std::vector<Lexeme> &line) {
   }
 }
 
+// In prefix notation "&&" and "||" are two operators each, not one.
+std::vector<Lexeme> as_prefix(const std::vector<Lexeme> &line) {
+  std::vector<Lexeme> result;
+  for (const Lexeme &lexeme : line) {
+    result.push_back(lexeme);
+    if (lexeme.text != "&&" && lexeme.text != "||")
+      continue;
+    Lexeme &first = result.back();
+    first.text = lexeme.text.substr(0, 1);
+    first.place.length = 1;
+    Lexeme second = first;
+    ++second.place.column;
+    result.push_back(second);
+  }
+  return result;
+}
+
 // Whether a line has what only infix lines have.  `TRUE` is a constant of
 // structuredslugs, unless it is the name of a variable.
 bool is_infix(const std::vector<Lexeme> &line, bool constants) {
@@ -107,10 +124,11 @@ Specification read_specification(const Source &source, Diagnostics &diagnostics)
       const std::string_view text = source.line(number);
       const std::vector<Lexeme> line =
           language == Language::Slugsin ? lex_slugsin(text, number) : lex_structured(text, number);
+      FormulaPool &pool = specification.formulas;
       const FormulaId formula =
-          language == Language::Slugsin || is_prefix(line)
-              ? parse_prefix(line, section, scope, specification.formulas, diagnostics)
-              : parse_infix(line, section, scope, specification, specification.formulas, diagnostics);
+          language == Language::Slugsin ? parse_prefix(line, section, scope, pool, diagnostics)
+          : is_prefix(line)             ? parse_prefix(as_prefix(line), section, scope, pool, diagnostics)
+                                        : parse_infix(line, section, scope, specification, pool, diagnostics);
       specification[section].push_back({formula, number, std::string(trimmed(text)), false});
     }
   }

@@ -56,7 +56,9 @@ struct Specification {
   std::array<std::vector<Constraint>, section_count> constraints;
 
   std::vector<Constraint> &operator[](Section s) { return constraints[static_cast<std::size_t>(s)]; }
-  const std::vector<Constraint> &operator[](Section s) const { return constraints[static_cast<std::size_t>(s)]; }
+  const std::vector<Constraint> &operator[](Section s) const {
+    return constraints[static_cast<std::size_t>(s)];
+  }
 
   // Indices into variables in the order in which a strategy prints them.
   std::vector<std::uint32_t> print_order() const;

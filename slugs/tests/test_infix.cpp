@@ -85,6 +85,7 @@ void test_grouping_and_spellings() {
   same("next(X) & X'", "X'");
   same("a & 1 | 0", "a & TRUE | FALSE");
   same("| & a b c'", "a & b | c'");
+  same("||a b&&a b c", "a | b | (a & b & c)");
   same("$ 3 a ^ ? 0 b & ? 1 $ 2 c ? 0", "(a ^ b) & c");
   same("x!=3", "! (x = 3)");
   same("a\t&b", "a & b");

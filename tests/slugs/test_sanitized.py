@@ -65,7 +65,7 @@ def test_unit_tests_pass_under_sanitizers(build: Path) -> None:
             assert " 0 failed" in run(program)
 
 
-@pytest.mark.parametrize("reader", ["slugsin", "structured"])
+@pytest.mark.parametrize("reader", ["slugsin", "structured", "strategy"])
 def test_a_bounded_fuzzing_run_finds_nothing(build: Path, tmp_path: Path, reader: str) -> None:
     """Mutations of seeds and of the shipped tests' texts; deterministic up to the time limit."""
     said = run(
