@@ -13,6 +13,7 @@ from pathlib import Path
 from safenav.audit.reader import read_lines, read_trace
 from safenav.audit.records import (
     Backtrack,
+    Belief,
     Blocked,
     Goal,
     Header,
@@ -29,12 +30,14 @@ from safenav.audit.records import (
 )
 from safenav.audit.rule import Finding, Rule
 from safenav.audit.rules_motion import (
+    BeliefRule,
     CollisionRule,
     ContinuityRule,
     KnownObstacleRule,
     MapRule,
     MobilityRule,
     SwapRule,
+    TransitRule,
     UnresolvedObstacleRule,
 )
 from safenav.audit.rules_objectives import (
@@ -65,10 +68,12 @@ RULES: tuple[type[Rule], ...] = (
     ContinuityRule,
     MapRule,
     MobilityRule,
+    TransitRule,
     UnresolvedObstacleRule,
     KnownObstacleRule,
     CollisionRule,
     SwapRule,
+    BeliefRule,
     ViolationRule,
     BacktrackRule,
     ResolutionRule,
@@ -206,6 +211,8 @@ def _stranger(record: Record, header: Header) -> str | None:
             robots, obstacle = [record.robot], record.obstacle
         case Outcome():
             robots = list(record.rounds)
+        case Belief():
+            robots = [record.robot, record.of]
         case _:
             robots = [record.robot]
     for robot in robots:

@@ -104,6 +104,17 @@ class Fields:
             return dict(value)
         return self._wrong(key, "an object with whole numbers", {})
 
+    def numbers(self, key: str, count: int) -> tuple[float, ...]:
+        """So many numbers."""
+        value = self._get(key)
+        if isinstance(value, list) and len(value) == count:
+            problems: list[str] = []
+            items = Fields({str(i): item for i, item in enumerate(value)}, problems)
+            numbers = tuple(items.number(str(i)) for i in range(count))
+            if not problems:
+                return numbers
+        return self._wrong(key, f"a list of {count} numbers", (0.0,) * count)
+
     def distances(self, key: str) -> dict[str, int | None]:
         value = self._get(key)
         if isinstance(value, dict) and all(

@@ -15,6 +15,7 @@ from safenav.audit.records import (
     TRACE_VERSION,
     Assumption,
     Backtrack,
+    Belief,
     Blocked,
     BlockReason,
     Ending,
@@ -157,7 +158,23 @@ def _header(number: int, fields: Fields) -> Header:
         limit_ticks=limits.count("ticks") if limits.has("ticks") else None,
         seed=scenario.integer("seed"),
         coordination=scenario.text("coordination"),
+        resolution=_pair(world, "resolution"),
+        origin=_triple(world, "origin"),
     )
+
+
+def _pair(fields: Fields, key: str) -> tuple[float, float] | None:
+    if not fields.has(key):
+        return None
+    first, second = fields.numbers(key, 2)
+    return first, second
+
+
+def _triple(fields: Fields, key: str) -> tuple[float, float, float] | None:
+    if not fields.has(key):
+        return None
+    first, second, third = fields.numbers(key, 3)
+    return first, second, third
 
 
 def _robot(name: str, fields: Fields) -> RobotHeader:
@@ -170,6 +187,7 @@ def _robot(name: str, fields: Fields) -> RobotHeader:
         start=fields.integer("start"),
         heading=fields.heading_or_null("heading"),
         objective=fields.objective("objective"),
+        conflicts=frozenset(fields.texts("conflicts")) if fields.has("conflicts") else None,
     )
 
 
@@ -211,6 +229,7 @@ def _move(line: int, tick: int, fields: Fields) -> Move:
         origin=fields.integer("from"),
         to=fields.integer("to"),
         heading=fields.heading_or_null("heading"),
+        toward=fields.integer("toward") if fields.has("toward") else None,
     )
 
 
@@ -299,6 +318,17 @@ def _goal(line: int, tick: int, fields: Fields) -> Goal:
     )
 
 
+def _belief(line: int, tick: int, fields: Fields) -> Belief:
+    return Belief(
+        line,
+        tick,
+        robot=fields.text("robot"),
+        of=fields.text("of"),
+        seen=fields.flag("seen"),
+        regions=frozenset(fields.regions("regions")),
+    )
+
+
 def _assumption(line: int, tick: int, fields: Fields) -> Assumption:
     return Assumption(line, tick, robot=fields.text("robot"), name=fields.text("name"))
 
@@ -331,6 +361,7 @@ _PARSERS: dict[str, Callable[[int, int, Fields], Record]] = {
     "resolved": _resolved,
     "blocked": _blocked,
     "goal": _goal,
+    "belief": _belief,
     "assumption": _assumption,
     "outcome": _outcome,
 }

@@ -52,6 +52,7 @@ class OperatorCause(StrEnum):
     NO_CAPABLE_ROBOT = "no_capable_robot"
     CYCLIC_REQUESTS = "cyclic_requests"
     UNREALIZABLE = "unrealizable"
+    DEADLOCK = "deadlock"
 
 
 @dataclass(frozen=True)
@@ -80,6 +81,8 @@ class RobotHeader:
     start: Region
     heading: Heading | None
     objective: Objective
+    conflicts: frozenset[str] | None = None
+    """Those it must not share a region with; None: those of its layer."""
 
 
 @dataclass(frozen=True)
@@ -98,7 +101,8 @@ class ObstacleHeader:
 @dataclass(frozen=True)
 class Header:
     """The first line. ``robots`` are in the order of their turns; a limit that the header
-    does not give is None."""
+    does not give is None, and so are ``resolution`` (metres that a region measures along x and
+    y) and ``origin`` (x, y and yaw of the south-western corner)."""
 
     line: int
     safenav: str
@@ -112,6 +116,8 @@ class Header:
     limit_ticks: int | None
     seed: int
     coordination: str
+    resolution: tuple[float, float] | None = None
+    origin: tuple[float, float, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -139,10 +145,13 @@ class Synthesis(Line):
 
 @dataclass(frozen=True)
 class Move(Line):
+    """``toward``: the robot is on its way there and takes up that region, too."""
+
     robot: str
     origin: Region
     to: Region
     heading: Heading | None
+    toward: Region | None = None
 
 
 @dataclass(frozen=True)
@@ -214,6 +223,16 @@ class Goal(Line):
 
 
 @dataclass(frozen=True)
+class Belief(Line):
+    """``robot`` sees ``of`` in the only one of ``regions``, or believes it to be in any."""
+
+    robot: str
+    of: str
+    seen: bool
+    regions: frozenset[Region]
+
+
+@dataclass(frozen=True)
 class Assumption(Line):
     robot: str
     name: str
@@ -242,6 +261,7 @@ Record = (
     | Resolved
     | Blocked
     | Goal
+    | Belief
     | Assumption
     | Outcome
 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from safenav.audit.grid import opposite
-from safenav.audit.records import Move, Record
+from safenav.audit.records import Belief, Move, Record
 from safenav.audit.rule import Finding, Rule
 from safenav.audit.situation import Situation, Status
 
@@ -97,20 +97,76 @@ class KnownObstacleRule(Rule):
                     yield self.broken_by(record, record.robot, problem)
 
 
+class TransitRule(Rule):
+    """A step of several ticks: on its way a robot stands where it set out, bound for one and
+    the same neighbouring free region, until it is there (T, Time)."""
+
+    name = "transit"
+
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        if not isinstance(record, Move):
+            return
+        bound, robot = now.toward[record.robot], record.robot
+        if bound is not None and record.toward is None and record.to != bound:
+            problem = (
+                f"{robot} was on its way to {now.show(bound)}, but is at {now.show(record.to)}"
+            )
+            yield self.broken_by(record, robot, problem)
+        if record.toward is None:
+            return
+        to = now.show(record.toward)
+        if bound is not None and record.toward != bound:
+            yield self.broken_by(
+                record, robot, f"{robot} was bound for {now.show(bound)}, not {to}"
+            )
+        if record.to != record.origin:
+            yield self.broken_by(record, robot, f"{robot} moves while it is on its way to {to}")
+        if now.grid.direction(record.to, record.toward) is None:
+            yield self.broken_by(record, robot, f"{robot} is on its way to {to}, no neighbour")
+        if not now.grid.is_free(record.toward):
+            yield self.broken_by(record, robot, f"{robot} is on its way to {to}, which is not free")
+
+
 class CollisionRule(Rule):
-    """Robots of one layer never share a region, at no moment of a tick (D 4, Layers)."""
+    """Robots that must not meet never share a region, at no moment of a tick; one that is on
+    its way takes up two (D 4, Layers)."""
 
     name = "collision"
 
     def line(self, record: Record, now: Situation) -> Iterator[Finding]:
         if not isinstance(record, Move):
             return
-        for other, region in now.region.items():
-            if region != record.to or other == record.robot:
+        taken = {record.to, record.to if record.toward is None else record.toward}
+        for other in now.region:
+            if other == record.robot or not now.conflict(record.robot, other):
                 continue
-            if _same_layer(record.robot, other, now):
-                problem = f"{record.robot} and {other} are both at {now.show(record.to)}"
+            for region in sorted(taken & now.taken_by(other)):
+                problem = f"{record.robot} and {other} are both at {now.show(region)}"
                 yield self.broken_by(record, record.robot, problem)
+
+
+class BeliefRule(Rule):
+    """What a robot believes of another one contains where that one is, after every turn in
+    which it looked around; what it sees is one region (D 4, Beliefs)."""
+
+    name = "belief"
+
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        if isinstance(record, Belief) and record.seen and len(record.regions) != 1:
+            places = ", ".join(now.show(region) for region in sorted(record.regions))
+            problem = f"{record.robot} sees {record.of} at once at {places or 'no place'}"
+            yield self.broken_by(record, record.robot, problem)
+
+    def turn(self, now: Situation) -> Iterator[Finding]:
+        turn, robot = now.turn, now.turn.robot
+        if robot is None or turn.on_the_way or turn.torn:
+            return
+        for (believer, other), belief in now.beliefs.items():
+            if believer == robot and now.region[other] not in belief.regions:
+                place = now.show(now.region[other])
+                how = "sees" if belief.seen else "believes"
+                problem = f"{robot} {how} {other} elsewhere than at {place}, where it is"
+                yield self.broken(turn.tick, robot, belief.line, problem)
 
 
 class SwapRule(Rule):
@@ -132,16 +188,11 @@ class SwapRule(Rule):
             swapped = (other.origin, other.to) == (record.to, record.origin)
             if not swapped or record.to == record.origin or other.robot == record.robot:
                 continue
-            if _same_layer(record.robot, other.robot, now):
+            if now.conflict(record.robot, other.robot):
                 places = f"{now.show(record.origin)} and {now.show(record.to)}"
                 problem = f"{other.robot} and {record.robot} change places, {places}"
                 yield self.broken_by(record, record.robot, problem)
         self._moves.append(record)
-
-
-def _same_layer(one: str, other: str, now: Situation) -> bool:
-    robots = now.header.robots
-    return robots[one].layer == robots[other].layer
 
 
 def _entered(robot: str, region: int, now: Situation, status: Status) -> Iterator[str]:

@@ -119,7 +119,8 @@ class MissedGoalRule(Rule):
 class RoundsRule(Rule):
     """Rounds add up: of as many goals in a row as there are targets, exactly one completes a
     round, and the outcome tells the last number. Counting may begin anew when the robot gets
-    another objective or strategy, and when an obstacle is resolved or joins O (D 5.8, T)."""
+    another objective or strategy, and when an obstacle is resolved or joins O; with a pop it
+    may also go on where it was before the push (D 5.8, T)."""
 
     name = "rounds"
 
@@ -127,10 +128,18 @@ class RoundsRule(Rule):
         self._last: dict[str, int] = {}
         self._steps: dict[str, list[int]] = {}
         self._unsure: set[str] = set()
+        self._pushed: list[dict[str, int]] = []
 
     def line(self, record: Record, now: Situation) -> Iterator[Finding]:
         if isinstance(record, Resolved | Blocked | Push | Pop):
             self._unsure.update(now.header.robots)
+        if isinstance(record, Push):
+            self._pushed.append(dict(self._last))
+        elif isinstance(record, Pop) and self._pushed:
+            before = self._pushed.pop()
+            for robot, objective in record.objectives.items():
+                if objective != now.objectives[robot]:
+                    self._last[robot] = before.get(robot, 0)
         elif isinstance(record, Synthesis | Assumption):
             self._unsure.add(record.robot)
         elif isinstance(record, Goal):

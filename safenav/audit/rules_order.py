@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from safenav.audit.records import (
     Assumption,
     Backtrack,
+    Belief,
     Blocked,
     Ending,
     Goal,
@@ -38,7 +39,7 @@ _PHASES: dict[type[Record], tuple[int, ...]] = {
     Push: (5,),
 }
 """When in a turn a line may come (T, Time): those of a resolution before the goals, those of
-a request after them. An assumption may be violated at any moment."""
+a request after them. An assumption may be violated, and a belief told, at any moment."""
 
 _BEFORE_THE_FIRST_MOVE = (Synthesis, Goal, Assumption)
 
@@ -138,7 +139,7 @@ class OrderRule(Rule):
 
     def _turn_goes_on(self, record: Record, now: Situation) -> Iterator[Finding]:
         turn, kind = now.turn, type(record).__name__.lower()
-        if type(record) not in _PHASES and not isinstance(record, Assumption):
+        if type(record) not in _PHASES and not isinstance(record, Assumption | Belief):
             return  # the outcome
         if record.tick != turn.tick:
             problem = f"a {kind} line of tick {record.tick} among those of tick {turn.tick}"
@@ -154,7 +155,7 @@ class OrderRule(Rule):
         actor = _actor(record)
         if actor is not None and actor != turn.robot:
             yield self.broken_by(record, actor, f"a {kind} line of {actor} in {turn.robot}'s turn")
-        if isinstance(record, Assumption):
+        if isinstance(record, Assumption | Belief):
             return
         if isinstance(record, Backtrack) and turn.first(Backtrack) is not None:
             yield self.broken_by(record, turn.robot, f"{turn.robot} backs up twice in one turn")
@@ -174,6 +175,6 @@ def _begins_on_its_target(record: Goal, now: Situation) -> bool:
 
 def _actor(record: Record) -> str | None:
     """The robot of a line that only tells what the robot whose turn it is does."""
-    if isinstance(record, Backtrack | Resolved | Goal):
+    if isinstance(record, Backtrack | Resolved | Goal | Belief):
         return record.robot
     return record.requester if isinstance(record, Request) else None

@@ -157,7 +157,9 @@ def _distances(robot: str, obstacle: str, now: Situation) -> tuple[int | None, i
             closed.add(other.region)
     layer = now.header.robots[robot].layer
     others = {r for n, r in now.region.items() if now.header.robots[n].layer == layer}
-    pose = (now.has_heading(robot), now.region[robot], now.heading[robot])
+    here, bound = now.region[robot], now.toward[robot]
+    heading = now.heading[robot] if bound is None else now.grid.direction(here, bound)
+    pose = (now.has_heading(robot), here if bound is None else bound, heading)
     least = now.grid.distance(*pose, targets, ())
     most = now.grid.distance(*pose, targets, closed | (others - {now.region[robot]}))
     return least, most

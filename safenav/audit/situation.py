@@ -16,6 +16,7 @@ from safenav.audit.progress import Progress
 from safenav.audit.records import (
     Assumption,
     Backtrack,
+    Belief,
     Blocked,
     BlockReason,
     Ending,
@@ -68,7 +69,8 @@ class Frame:
 class Turn:
     """One robot's turn, or (robot None) what happens before the first.
 
-    ``origin`` and ``progress`` are the robot's when the turn began, ``objectives`` those of
+    ``origin``, ``on_the_way`` (from an earlier turn) and ``progress`` are the robot's when the
+    turn began, ``objectives`` those of
     the whole team. ``final``: nothing comes after it but the outcome. ``torn``: the run ended
     from outside, or the trace breaks off, so that lines may be missing here.
     """
@@ -78,6 +80,7 @@ class Turn:
     line: int
     objectives: Mapping[str, Objective]
     origin: Region | None = None
+    on_the_way: bool = False
     progress: Progress | None = None
     records: list[Record] = field(default_factory=list)
     final: bool = False
@@ -101,6 +104,8 @@ class Situation:
         self.heading: dict[str, Heading | None] = {n: r.heading for n, r in robots.items()}
         self.objectives: dict[str, Objective] = {n: r.objective for n, r in robots.items()}
         self.progress = {n: Progress.at_start(r.objective, r.start) for n, r in robots.items()}
+        self.toward: dict[str, Region | None] = dict.fromkeys(robots)
+        self.beliefs: dict[tuple[str, str], Belief] = {}
         self.stack: list[Frame] = []
         self.status = dict.fromkeys(header.obstacles, Status.UNRESOLVED)
         self.discovered: set[str] = set()
@@ -109,6 +114,18 @@ class Situation:
 
     def has_heading(self, robot: str) -> bool:
         return self.header.robots[robot].mobility == "heading"
+
+    def taken_by(self, robot: str) -> set[Region]:
+        """The regions that a robot takes up: two while it is on its way."""
+        return {self.region[robot], self.toward[robot] or self.region[robot]}
+
+    def conflict(self, one: str, other: str) -> bool:
+        """Whether two robots must never share a region."""
+        robots = self.header.robots
+        listed = robots[one].conflicts
+        if listed is None:
+            return robots[one].layer == robots[other].layer
+        return other in listed
 
     def capable(self, obstacle: str) -> set[str]:
         """The robots that can resolve the obstacle."""
@@ -160,6 +177,7 @@ class Situation:
             record.line,
             dict(self.objectives),
             self.region[robot],
+            self.toward[robot] is not None,
             self.progress[robot].copy(),
         )
 
@@ -173,6 +191,9 @@ class Situation:
             case Move():
                 self.region[record.robot] = record.to
                 self.heading[record.robot] = record.heading
+                self.toward[record.robot] = record.toward
+            case Belief():
+                self.beliefs[record.robot, record.of] = record
             case Violation():
                 self.discovered.add(record.obstacle)
             case Resolved():

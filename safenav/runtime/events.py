@@ -170,6 +170,15 @@ class GoalReached(Event):
 
 
 @dataclass(frozen=True)
+class Believed(Event):
+    type: ClassVar[str] = "belief"
+    robot: str
+    of: str
+    seen: bool
+    regions: list[Region]
+
+
+@dataclass(frozen=True)
 class AssumptionViolated(Event):
     type: ClassVar[str] = "assumption"
     robot: str

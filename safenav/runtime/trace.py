@@ -12,6 +12,7 @@ from safenav.errors import UsageError
 from safenav.runtime.events import Event
 from safenav.scenario.model import Obstacle, Scenario
 from safenav.scenario.objective import to_data
+from safenav.world.map import RegionMap
 
 Listener = Callable[[Event], None]
 
@@ -29,6 +30,11 @@ def scenario_record(scenario: Scenario, truths: dict[str, bool | None]) -> dict[
             "layer": robot.model.layer,
             "capabilities": sorted(robot.capabilities),
             "vision": robot.model.vision,
+            "conflicts": [
+                other.name
+                for other in scenario.robots
+                if other is not robot and scenario.conflict(robot, other)
+            ],
             "start": robot.start.region,
             "heading": robot.start.heading.label if robot.start.heading is not None else None,
             "objective": to_data(robot.objective),
@@ -37,7 +43,7 @@ def scenario_record(scenario: Scenario, truths: dict[str, bool | None]) -> dict[
     }
     return {
         "name": scenario.name,
-        "map": {"rows": world.rows, "cols": world.cols, "grid": world.grid_rows()},
+        "map": _map_record(world),
         "robots": robots,
         "obstacles": [_obstacle_record(o, scenario, truths[o.name]) for o in scenario.obstacles],
         "until": {"rounds": scenario.until.rounds},
@@ -45,6 +51,15 @@ def scenario_record(scenario: Scenario, truths: dict[str, bool | None]) -> dict[
         "seed": scenario.seed,
         "coordination": scenario.coordination.value,
     }
+
+
+def _map_record(world: RegionMap) -> dict[str, Any]:
+    """Its metres only if they are known."""
+    record = {"rows": world.rows, "cols": world.cols, "grid": world.grid_rows()}
+    if world.frame is None:
+        return record
+    origin = [*world.frame.origin, world.frame.yaw]
+    return {**record, "resolution": list(world.frame.resolution), "origin": origin}
 
 
 def _obstacle_record(obstacle: Obstacle, scenario: Scenario, truth: bool | None) -> dict[str, Any]:

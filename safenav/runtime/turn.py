@@ -14,6 +14,7 @@ from safenav.runtime.environment import Violation, World
 from safenav.runtime.events import (
     AssumptionViolated,
     Backtracked,
+    Believed,
     GoalReached,
     Moved,
     Violated,
@@ -22,7 +23,10 @@ from safenav.runtime.navigation import Planner, Proposal
 from safenav.runtime.state import TeamState, Transit
 from safenav.runtime.traffic import Traffic
 from safenav.scenario.model import Robot
+from safenav.spec.belief import watch_for
+from safenav.spec.knowledge import Knowledge
 from safenav.spec.others import observe
+from safenav.spec.task import Task
 from safenav.world.mobility import Pose
 
 
@@ -45,6 +49,8 @@ class Turns:
         self._controllers = controllers
         self._coordination = coordination
         self._traffic = Traffic(state)
+        self._looked: tuple[Task, Mapping[str, Knowledge]] | None = None
+        self._told: dict[tuple[str, str], Knowledge] = {}
         seed = state.scenario.seed
         self._clocks = {
             robot.name: random.Random(f"{seed}/{robot.name}") for robot in state.scenario.robots
@@ -117,6 +123,7 @@ class Turns:
     def _observe(self, robot: Robot, planner: Planner) -> dict[str, int]:
         closed = self._traffic.closed_to(robot) if self._state.scenario.deadlock else frozenset()
         sightings = self._state.sightings(robot, planner.task, closed)
+        self._looked = (planner.task, sightings.known)
         observed = observe(planner.task, self._state.scenario.map, sightings)
         if planner.switch is not None:
             signal = self._state.tasks.current[robot.name].signal
@@ -167,6 +174,25 @@ class Turns:
         heading = now.heading.label if now.heading is not None else None
         toward = target.region if transit else None
         state.emit(Moved(state.tick, robot.name, start.region, now.region, heading, toward))
+        self._tell_beliefs(robot)
+
+    def _tell_beliefs(self, robot: Robot) -> None:
+        """What the robot has learnt of others by its look in this turn, where it is new."""
+        if self._looked is None:
+            return
+        task, knowledge = self._looked
+        self._looked = None
+        for other, known in knowledge.items():
+            if self._told.get((robot.name, other)) == known:
+                continue
+            self._told[robot.name, other] = known
+            seen = isinstance(known, int)
+            regions = (
+                [known]
+                if isinstance(known, int)
+                else sorted(watch_for(task, self._state.scenario.map).possible(known))
+            )
+            self._state.emit(Believed(self._state.tick, robot.name, other, seen, regions))
 
     def _act(self, robot: Robot) -> Impasse | None:
         for obstacle, traversable in self._world.act(robot):

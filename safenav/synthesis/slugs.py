@@ -20,7 +20,7 @@ from enum import StrEnum
 from pathlib import Path
 
 from safenav.errors import SynthesizerError
-from safenav.spec.specification import Specification
+from safenav.spec.specification import Section, Specification
 from safenav.synthesis.answer import failure, verdict_of
 from safenav.synthesis.binary import Binary, find_binary, find_own_binary
 from safenav.synthesis.cache import Cache, Entry, key_of
@@ -326,7 +326,7 @@ class Synthesizer:
         )
 
     def _key(self, job: _Job) -> str:
-        return key_of(job.text, self.binary.digest, (job.question,))
+        return key_of(job.text, self.binary.digest, (job.question, *job.options))
 
 
 @dataclass(frozen=True)
@@ -341,6 +341,15 @@ class _Job:
     @property
     def robot(self) -> str:
         return self.spec.robot
+
+    @property
+    def options(self) -> tuple[str, ...]:
+        """What the binary is told. A strategy that relies on fairness assumptions shall move
+        on where it can by itself, and wait for the others only where it must."""
+        options = self.question.options
+        if self.question is Question.STRATEGY and self.spec.section(Section.ENV_LIVENESS):
+            options += ("--biasForAction",)
+        return options
 
     def progress(
         self, phase: Phase, seconds: float, result: SynthesisResult | None = None

@@ -212,6 +212,68 @@ def shared_floor() -> list[Line]:
     return s.end("tick_limit", {"one": 0, "two": 1})
 
 
+def slow_steps() -> list[Line]:
+    """Steps that take several ticks, past a robot of another layer that keeps its distance."""
+    s = Script(
+        ROOM,
+        {
+            "slow": robot("ground", [], 7, {"ltl": {"liveness": ["region = 8"]}}),
+            "flyer": robot("air", [], 16, {"ltl": {"liveness": ["region = 9"]}}),
+        },
+        [],
+        ticks=4,
+        rounds=9,
+    )
+    header = s.lines[0]["scenario"]["robots"]
+    header["slow"]["conflicts"], header["flyer"]["conflicts"] = ["flyer"], ["slow"]
+    s.next_tick().set_out("slow", 8).move("flyer", 10)
+    s.next_tick().set_out("slow", 8).move("flyer", 9)
+    s.next_tick().move("slow", 8).move("flyer")
+    s.next_tick().set_out("slow", 14).move("flyer")
+    return s.end("tick_limit", {"slow": 0, "flyer": 0})
+
+
+def beliefs() -> list[Line]:
+    """One robot sees another one, loses sight of it, and sees it again."""
+    s = Script(
+        ROOM,
+        {
+            "watcher": robot("ground", [], 7, {"ltl": {"liveness": ["region = 8"]}}),
+            "flyer": robot("air", [], 9, {"ltl": {"liveness": ["region = 9"]}}),
+        },
+        [],
+        ticks=4,
+        rounds=9,
+    )
+    s.next_tick().move("watcher").believe("watcher", "flyer", True, 9).move("flyer", 10)
+    s.next_tick().move("watcher").believe("watcher", "flyer", False, 10, 16).move("flyer", 16)
+    s.next_tick().move("watcher", 8).move("flyer", 15)
+    s.next_tick().move("watcher").believe("watcher", "flyer", True, 15).move("flyer")
+    return s.end("tick_limit", {"watcher": 0, "flyer": 0})
+
+
+def giving_way() -> list[Line]:
+    """Two robots meet in a corridor; one stands aside, then both go on."""
+    s = Script(
+        ROOM,
+        {
+            "one": robot("ground", [], 7, {"visit": [10, 7]}),
+            "two": robot("ground", [], 9, {"visit": [7, 10]}),
+        },
+        [],
+        ticks=5,
+        rounds=9,
+    )
+    s.next_tick().move("one", 8).move("two")
+    s.push("one", None, "two", two={"hold": 15}).synthesize("yield", "two")
+    s.next_tick().move("one").move("two", 15).goal("two", 0, 1)
+    s.next_tick().move("one", 9).move("two")
+    s.next_tick().move("one", 10).goal("one", 0, 0).move("two")
+    s.pop().synthesize("yield", "two")
+    s.next_tick().move("one").move("two", 14)
+    return s.end("tick_limit", {"one": 0, "two": 0})
+
+
 def unrealizable() -> list[Line]:
     """One robot cannot do what it is asked to do: nothing begins."""
     s = Script(CORRIDOR, {"rover": robot("ground", [], 8, {"visit": [8, 12]})}, [])
@@ -252,6 +314,9 @@ GOOD: dict[str, Callable[[], list[Line]]] = {
         operator,
         second_bidder,
         shared_floor,
+        slow_steps,
+        beliefs,
+        giving_way,
         unrealizable,
         cycle,
     )

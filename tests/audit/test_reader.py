@@ -46,7 +46,7 @@ def test_equal_objectives_are_equal_however_they_are_spelled() -> None:
 
 def test_unknown_types_and_fields_are_ignored() -> None:
     lines = GOOD["door"]()
-    insert_after("move", {}, type="belief", robot="quad", cells=[1])(lines)
+    insert_after("move", {}, type="battery", robot="quad", percent=[1])(lines)
     edit("move", {}, speed=3)(lines)
     trace = read_lines(text(lines))
     assert trace.ignored == 1

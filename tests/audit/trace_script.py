@@ -121,6 +121,17 @@ class Script:
         self.position[name] = to
         return self.add("move", robot=name, **{"from": origin}, to=to, heading=self.heading[name])
 
+    def set_out(self, name: str, toward: int) -> Self:
+        """A tick of a step that takes several: still here, on the way there."""
+        here = self.position[name]
+        heading = self.heading[name]
+        return self.add(
+            "move", robot=name, **{"from": here}, to=here, heading=heading, toward=toward
+        )
+
+    def believe(self, name: str, of: str, seen: bool, *regions: int) -> Self:
+        return self.add("belief", robot=name, of=of, seen=seen, regions=list(regions))
+
     def meet(self, name: str, what: str, instead: int | None = None) -> Self:
         """Violation, backtrack and the move that follows."""
         entry = self.obstacles[what]
@@ -144,7 +155,7 @@ class Script:
             "request", obstacle=what, requester=requester, bids=bids, helper=helper, regions=at
         )
 
-    def push(self, requester: str, what: str, helper: str, **changed: Line) -> Self:
+    def push(self, requester: str, what: str | None, helper: str, **changed: Line) -> Self:
         why = {"obstacle": what, "requester": requester, "helper": helper}
         self.stack.append((why, dict(self.objectives)))
         self.objectives |= changed
