@@ -18,7 +18,10 @@ Bits constant_bits(const FormulaPool &pool, std::uint64_t number) {
 }
 
 Bits add(FormulaPool &pool, const Bits &a, const Bits &b) {
+  if (a.empty() || b.empty())
+    return a.empty() ? b : a;
   Bits result;
+  result.reserve(std::max(a.size(), b.size()) + 1);
   FormulaId carry = pool.constant(false);
   for (std::size_t i = 0; i < std::max(a.size(), b.size()); ++i) {
     const FormulaId x = i < a.size() ? a[i] : pool.constant(false);

@@ -9,7 +9,7 @@ namespace slugs {
 namespace {
 
 struct Spelling {
-  const char *text;
+  std::string_view text;
   Token token;
   const char *hint; // nullptr for the language's own spelling
 };
@@ -81,7 +81,7 @@ Place place_of(int line, std::size_t begin, std::size_t length) {
 
 const Spelling *operator_at(std::string_view rest) {
   for (const Spelling &spelling : spellings)
-    if (rest.substr(0, std::char_traits<char>::length(spelling.text)) == spelling.text)
+    if (spelling.text[0] == rest[0] && rest.substr(0, spelling.text.size()) == spelling.text)
       return &spelling;
   return nullptr;
 }
@@ -158,6 +158,7 @@ std::vector<Lexeme> lex_slugsin(std::string_view line, int number) {
 
 std::vector<Lexeme> lex_structured(std::string_view line, int number) {
   std::vector<Lexeme> out;
+  out.reserve(line.size() / 3 + 2); // about as dense as people write
   std::size_t at = 0;
   while (true) {
     while (at < line.size() && is_blank(line[at]))
@@ -184,7 +185,7 @@ std::vector<Lexeme> lex_structured(std::string_view line, int number) {
     } else if (const Spelling *spelling = operator_at(line.substr(at))) {
       token = spelling->token;
       hint = spelling->hint;
-      at += std::char_traits<char>::length(spelling->text);
+      at += spelling->text.size();
     } else {
       // One character, however many bytes it has in UTF-8.
       for (++at; at < line.size() && (static_cast<unsigned char>(line[at]) & 0xC0) == 0x80;)
