@@ -6,6 +6,7 @@ import time
 import traceback
 from contextlib import ExitStack
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from safenav.runtime.mission import Mission
 from safenav.runtime.trace import Listener, TraceWriter
 from safenav.scenario.loader import load_scenario, load_scenario_text
 from safenav.scenario.model import Outcome, Scenario
+from safenav.synthesis.binary import Binary, find_binary
 from safenav.synthesis.slugs import Synthesizer
 
 
@@ -59,6 +61,7 @@ def _run(case: Case, scenario: Scenario, conditions: Conditions, trace: Path | N
             listeners.append(stack.enter_context(TraceWriter(trace)))
         # A batch runs scenarios side by side: one synthesis at a time in each.
         synthesizer = Synthesizer(
+            _binary(),
             seconds=scenario.limits.synthesis_seconds,
             memory_mb=scenario.limits.synthesis_memory,
             verify=conditions.verify,
@@ -85,6 +88,12 @@ def _run(case: Case, scenario: Scenario, conditions: Conditions, trace: Path | N
     }
     verdict = Verdict.DIFFERENT if wrong else Verdict.PASSED
     return replace(without_a_run(case, verdict, wrong), **measured)
+
+
+@cache
+def _binary() -> Binary:
+    """Found once in each process: to look it up can take as long as a small synthesis."""
+    return find_binary()
 
 
 def _told(diagnostic: Diagnostic) -> str:

@@ -6,7 +6,6 @@ new one takes its place.
 
 from __future__ import annotations
 
-import select
 import time
 from collections import deque
 from collections.abc import Iterable
@@ -14,7 +13,7 @@ from pathlib import Path
 
 from safenav.batch.backend import Arrival
 from safenav.batch.case import Case, Conditions
-from safenav.batch.worker import Worker
+from safenav.batch.worker import Worker, with_news
 
 
 class LocalPool:
@@ -75,7 +74,7 @@ class LocalPool:
         if not self._busy:
             return []
         until = min(end - time.monotonic(), *(w.seconds_left for w in self._busy))
-        readable = select.select(list(self._busy), [], [], max(0.0, until))[0]
+        readable = with_news(self._busy, max(0.0, until))
         return [w for w in self._busy if w in readable or w.seconds_left <= 0]
 
     def _take(self, worker: Worker) -> Arrival | None:

@@ -5,13 +5,14 @@ from __future__ import annotations
 import contextlib
 import json
 import os
-import select
+import selectors
 import signal
 import subprocess
 import sys
 import tempfile
 import time
 import uuid
+from collections.abc import Iterable
 from dataclasses import asdict, replace
 from pathlib import Path
 
@@ -97,7 +98,7 @@ class Worker:
 
         Raises SafenavError if the process does not even start.
         """
-        if select.select([self], [], [], 0)[0]:
+        if with_news([self], 0):
             return self._read()
         return self._hung() if self.seconds_left <= 0 else None
 
@@ -108,7 +109,7 @@ class Worker:
     def wait(self) -> Result:
         """The result of the case, when it comes."""
         while True:
-            select.select([self], [], [], max(0.0, self.seconds_left))
+            with_news([self], max(0.0, self.seconds_left))
             if result := self.receive():
                 return result
 
@@ -177,6 +178,14 @@ class Worker:
         file = self._stderr.fileno()  # its offset is shared with the process: leave it alone
         begin = max(self._words_before, os.fstat(file).st_size - _LAST_WORDS)
         return os.pread(file, _LAST_WORDS, begin).decode("utf-8", "replace").strip()
+
+
+def with_news(workers: Iterable[Worker], seconds: float) -> list[Worker]:
+    """Those that have something to say (or have died), waiting so long for the first."""
+    with selectors.DefaultSelector() as selector:
+        for worker in workers:
+            selector.register(worker, selectors.EVENT_READ, worker)
+        return [key.data for key, _ in selector.select(seconds)]
 
 
 def _death(status: int) -> str:

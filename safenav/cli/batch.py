@@ -189,7 +189,14 @@ def _pool(
 ) -> Backend:
     from safenav.batch.pool import LocalPool
 
-    return LocalPool(jobs or os.cpu_count() or 1, conditions, traces, started)
+    return LocalPool(jobs or _processors(), conditions, traces, started)
+
+
+def _processors() -> int:
+    """Those that we may use: a container often has fewer than the machine."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 def _cluster(address: str, conditions: Conditions, traces: Path | None) -> Backend:

@@ -5,16 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from safenav.runtime.events import Blocked, Ended, Event, Header, Moved, Requested, Resolved
-from safenav.scenario.event_pattern import EventPattern
+from safenav.runtime.events import Blocked, Ended, Event, Requested, Resolved
+from safenav.scenario.event_pattern import EventKind, EventPattern
 from safenav.scenario.model import Expect
+
+_KINDS = frozenset(kind.value for kind in EventKind)
 
 
 @dataclass
 class Ledger:
     """A listener that keeps what an expectation can be about.
 
-    ``events``: all but the header, the moves and the end.
+    ``events``: those that a pattern can speak of.
     """
 
     resolved: list[str] = field(default_factory=list)
@@ -26,7 +28,7 @@ class Ledger:
     events: list[Event] = field(default_factory=list)
 
     def __call__(self, event: Event) -> None:
-        if not isinstance(event, Header | Moved | Ended):
+        if event.type in _KINDS:
             self.events.append(event)
         match event:
             case Resolved():

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 import yaml
 
+from batch.made_scenarios import Write
 from safenav.batch.baseline import NOISE_SECONDS, RATIO
 from safenav.batch.case import Verdict
 from safenav.batch.matrix import read_matrix
@@ -54,6 +55,16 @@ def test_the_documentation_names_every_verdict_option_and_threshold() -> None:
     assert named <= options
     assert {"--junit", "--resume", "--baseline", "--dask", "--retry-limit"} <= named
     assert f"at least {RATIO} times" in BATCH and f"{NOISE_SECONDS} s longer" in BATCH
+
+
+@pytest.mark.usefixtures("slugs")
+def test_the_library_example_runs(write: Write, capsys: pytest.CaptureFixture[str]) -> None:
+    write("scenarios/good.yaml")
+    write("scenarios/wrong.yaml", expect="{outcome: completed}")
+    (example,) = blocks(BATCH, "python")
+    exec(compile(example, "docs/batch.md", "exec"), {})
+    reasons = "['outcome: expected completed, got unrealizable']"
+    assert capsys.readouterr().out == f"scenarios/wrong.yaml different {reasons}\n"
 
 
 def test_the_shipped_scenarios_are_found() -> None:
