@@ -50,39 +50,53 @@ REQUIRED = {
 }
 
 
-def load_scenario(path: Path) -> Scenario:
-    """The scenario in a file.
+def load_scenario(path: Path, *, reachable: bool = True) -> Scenario:
+    """The scenario in a file. ``reachable``: insist that robots can reach their targets.
 
     Raises InputError with every diagnostic, in file order, if the file cannot be read or is
     no valid scenario.
     """
+    return load_with_catalogue(path, reachable=reachable)[0]
+
+
+def load_with_catalogue(path: Path, *, reachable: bool = True) -> tuple[Scenario, Catalogue]:
+    """The scenario in a file and the catalogue that its names refer to. Raises InputError."""
     findings = Findings(str(path))
     text = read_source(path, findings)
     findings.raise_if_any()
     assert text is not None
-    return load_scenario_text(text, str(path))
+    return _load(text, str(path), None, reachable)
 
 
 def load_scenario_text(text: str, file: str = "<text>", change: Change | None = None) -> Scenario:
     """The scenario in a text. ``file`` is named in messages and as the scenario's source; a
     catalogue file is looked for beside it. Raises InputError."""
+    return _load(text, file, change)[0]
+
+
+def _load(
+    text: str, file: str, change: Change | None, reachable: bool = True
+) -> tuple[Scenario, Catalogue]:
     findings = Findings(file)
     document = parsed(text, findings)
     if document is None:
         findings.raise_if_any()
         raise AssertionError("a document that cannot be read is reported")
     root = document.root if change is None else change(document.root, findings)
-    scenario = _Loader(text, file, findings).read(root)
+    loader = _Loader(text, file, findings, reachable)
+    scenario = loader.read(root)
     findings.raise_if_any()
     assert scenario is not None
-    return scenario
+    return scenario, loader.catalogue
 
 
 class _Loader:
-    def __init__(self, text: str, file: str, findings: Findings) -> None:
+    def __init__(self, text: str, file: str, findings: Findings, reachable: bool) -> None:
         self._lines = text.splitlines()
         self._file = file
+        self._reachable = reachable
         self._findings = findings
+        self.catalogue = built_in()
 
     def read(self, root: Node) -> Scenario | None:
         """The scenario; only to be used if nothing was reported."""
@@ -91,8 +105,10 @@ class _Loader:
             return None
         self._version(item.get("safenav"))
         regions = read_map(item.get("map"), self._lines, Path(self._file).parent, self._findings)
-        catalogue = self._catalogue(item.get("catalogue"), regions)
-        robots = read_robots(item.get("robots"), regions, catalogue, self._findings)
+        catalogue = self.catalogue = self._catalogue(item.get("catalogue"), regions)
+        robots = read_robots(
+            item.get("robots"), regions, catalogue, self._findings, self._reachable
+        )
         before = len(self._findings)
         obstacles = read_obstacles(
             item.get("obstacles"), regions, catalogue, robots, self._findings

@@ -30,9 +30,14 @@ _HEADINGS = {heading.label: heading for heading in Heading}
 
 
 def read_robots(
-    node: Node | None, regions: RegionReader, catalogue: Catalogue, findings: Findings
+    node: Node | None,
+    regions: RegionReader,
+    catalogue: Catalogue,
+    findings: Findings,
+    reachable: bool = True,
 ) -> tuple[Robot, ...]:
-    """The robots that could be read; what is wrong with the others is reported."""
+    """The robots that could be read; what is wrong with the others is reported, and with
+    ``reachable`` also that one cannot get to its targets."""
     team = read.mapping(node, "robots", findings)
     if team is None:
         return ()
@@ -40,7 +45,7 @@ def read_robots(
         findings.add(team, "there are no robots", "a scenario has at least one")
     names = frozenset(key.text for key, _ in team.entries)
     objectives = ObjectiveReader(regions, names, findings)
-    reader = _RobotReader(regions, catalogue, objectives, names, findings)
+    reader = _RobotReader(regions, catalogue, objectives, names, findings, reachable)
     found = [reader.read(key, item) for key, item in team.entries]
     reader.check_starts()
     return tuple(robot for robot in found if robot is not None)
@@ -54,7 +59,9 @@ class _RobotReader:
         objectives: ObjectiveReader,
         names: Collection[str],
         findings: Findings,
+        reachable: bool,
     ) -> None:
+        self._reachable = reachable
         self._regions = regions
         self._catalogue = catalogue
         self._objectives = objectives
@@ -89,7 +96,7 @@ class _RobotReader:
         pose = Pose(start, heading if mobility is Mobility.HEADING else None)
         tracking = tracking or Tracking.NEARBY
         robot = Robot(key.text, model, pose, objective, avoids, tracks, tracking)
-        if self._regions.world is not None:
+        if self._reachable and self._regions.world is not None:
             _check_reachable(robot, item.get("objective"), self._regions.world, self._findings)
         return robot if len(self._findings) == before else None
 

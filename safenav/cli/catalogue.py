@@ -1,0 +1,38 @@
+"""``safenav catalogue``: robot models, capabilities and obstacle types."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import click
+
+from safenav.errors import ExitCode
+
+EPILOG = """\b
+Examples:
+  safenav catalogue
+  safenav catalogue scenario.yaml
+  safenav catalogue --json | jq '.robots | keys'
+\b
+Exit codes:
+  0  done   2  FILE is neither a scenario nor a catalogue
+"""
+
+
+@click.command(epilog=EPILOG)
+@click.argument("file", type=click.Path(path_type=Path), required=False)
+@click.option("--json", "as_json", is_flag=True, help="Print it as JSON.")
+def command(file: Path | None, as_json: bool) -> int:
+    """List the robot models, capabilities and obstacle types that scenarios can use, and where
+    each comes from. With FILE, a scenario or a catalogue file, also those that it adds."""
+    from safenav.report.catalogue import catalogue_data, catalogue_lines
+    from safenav.scenario.catalogue import built_in
+    from safenav.scenario.catalogue_file import catalogue_of
+
+    found = built_in() if file is None else catalogue_of(file)
+    if as_json:
+        click.echo(json.dumps(catalogue_data(found), indent=2))
+    else:
+        click.echo("\n".join(catalogue_lines(found)))
+    return ExitCode.OK

@@ -1,0 +1,37 @@
+"""``safenav schema``: the JSON Schema of scenarios."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from safenav.errors import ExitCode
+
+EPILOG = """\b
+Examples:
+  safenav schema
+  safenav schema -o safenav.schema.json
+\b
+Editors that use yaml-language-server complete and check a scenario whose first
+line names the schema (docs/editors.md):
+  # yaml-language-server: $schema=safenav.schema.json
+\b
+Exit codes:
+  0  done   2  the file cannot be written
+"""
+
+
+@click.command(epilog=EPILOG)
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="Write it to this file.")
+def command(output: Path | None) -> int:
+    """Print the JSON Schema (draft 2020-12) of scenario files."""
+    from safenav.scenario.schema import schema_text
+
+    if output is None or str(output) == "-":
+        click.echo(schema_text(), nl=False)
+    else:
+        from safenav.report.picture_file import write_bytes
+
+        write_bytes(output, schema_text().encode())
+    return ExitCode.OK

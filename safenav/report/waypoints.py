@@ -1,0 +1,110 @@
+"""A run as waypoints in metres, for a robot stack to follow: read from the trace alone.
+
+A waypoint is the middle of the region where a robot is at the end of a tick, in the frame of
+the map as ROS map_server has it: x grows east, y grows north, the origin is the south-western
+corner (docs/maps.md).
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Iterable
+from dataclasses import dataclass
+from math import pi, remainder, tau
+
+from safenav.audit.records import Move, Trace
+from safenav.errors import Diagnostic, InputError, UsageError
+from safenav.world.frame import Frame
+
+COLUMNS = ("robot", "tick", "x", "y", "yaw", "region")
+
+_YAW = {"east": 0.0, "north": pi / 2, "west": pi, "south": -pi / 2}
+_DECIMALS = 6
+
+
+@dataclass(frozen=True)
+class Waypoint:
+    """Where a robot is at the end of a tick (0: the start). ``yaw`` is counterclockwise from
+    the x axis, in radians; None for a robot without a heading."""
+
+    robot: str
+    tick: int
+    x: float
+    y: float
+    yaw: float | None
+    region: int
+
+
+def frame_of(
+    trace: Trace, resolution: float | None = None, origin: tuple[float, float] | None = None
+) -> Frame:
+    """The frame of the trace's map, or parts of it as they are given instead.
+
+    Raises UsageError if nobody says how many metres a region measures.
+    """
+    header = trace.header
+    sides = header.resolution if resolution is None else (resolution, resolution)
+    if sides is None:
+        raise UsageError(
+            f"{trace.source}: how many metres does a region measure? The trace does not say\n"
+            "    add --resolution 0.5, or 'resolution' to the map of the scenario"
+        )
+    if min(sides) <= 0:
+        found = "the resolution of the map is not positive"
+        raise InputError([Diagnostic(trace.source, header.line, 1, found)])
+    x, y, yaw = header.origin or (0.0, 0.0, 0.0)
+    return Frame(sides, (x, y), yaw) if origin is None else Frame(sides, origin)
+
+
+def waypoints(trace: Trace, frame: Frame) -> list[Waypoint]:
+    """The ways of all robots, one robot after the other. Raises InputError for a robot that is
+    not of the team, or a region that is not on the map."""
+    header = trace.header
+    ways: dict[str, list[Waypoint]] = {
+        name: [_waypoint(trace, frame, name, 0, robot.start, robot.heading, header.line)]
+        for name, robot in header.robots.items()
+    }
+    for record in trace.records:
+        if isinstance(record, Move):
+            if record.robot not in ways:
+                found = f"'{record.robot[:40]}' is no robot of this trace"
+                raise InputError([Diagnostic(trace.source, record.line, 1, found)])
+            at = (record.tick, record.to, record.heading, record.line)
+            ways[record.robot].append(_waypoint(trace, frame, record.robot, *at))
+    return [waypoint for way in ways.values() for waypoint in way]
+
+
+def _waypoint(
+    trace: Trace, frame: Frame, robot: str, tick: int, region: int, facing: str | None, line: int
+) -> Waypoint:
+    header = trace.header
+    if not 0 <= region < header.rows * header.cols:
+        found = f"{robot} is in region {region}, which is not on the map"
+        raise InputError([Diagnostic(trace.source, line, 1, found)])
+    row, col = divmod(region, header.cols)
+    x, y = (round(value, _DECIMALS) for value in frame.centre(row, col, header.rows))
+    yaw = None if facing is None else round(remainder(_YAW[facing] + frame.yaw, tau), _DECIMALS)
+    return Waypoint(robot, tick, x, y, yaw, region)
+
+
+def as_csv(found: Iterable[Waypoint]) -> str:
+    """A line for each waypoint, below a line of headings; no yaw is an empty field."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    writer.writerows([getattr(waypoint, column) for column in COLUMNS] for waypoint in found)
+    return text.getvalue()
+
+
+def as_json(found: Iterable[Waypoint], frame: Frame) -> str:
+    """The frame, and the waypoints of each robot, one on a line."""
+    robots: dict[str, list[str]] = {}
+    for waypoint in found:
+        entry = {column: getattr(waypoint, column) for column in COLUMNS if column != "robot"}
+        robots.setdefault(waypoint.robot, []).append(json.dumps(entry))
+    joint = ",\n"
+    ways = joint.join(f"{json.dumps(n)}: [\n{joint.join(way)}\n]" for n, way in robots.items())
+    sides, origin = json.dumps(frame.resolution), json.dumps([*frame.origin, frame.yaw])
+    return f'{{"resolution": {sides}, "origin": {origin}, "robots": {{\n{ways}\n}}}}\n'
