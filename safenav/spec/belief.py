@@ -18,6 +18,7 @@ from functools import lru_cache
 
 from safenav.errors import UsageError
 from safenav.scenario.objective import Target
+from safenav.spec.exact import out_of_my_way
 from safenav.spec.knowledge import (
     Belief,
     Knowledge,
@@ -145,6 +146,9 @@ def fairness(task: Task, world: RegionMap) -> Iterator[Constraint]:
     itself meets it, so does what is known then: the robot relies on no more than is true of the
     other, and cannot break the assumption by looking away.
     """
+    if task.fairness is Fairness.OUT_OF_MY_WAY:
+        yield from out_of_my_way(task, world)
+        return
     for model in models(task, world):
         other, item = model.other, f"robots.{model.other.name}"
         if not other.danger:

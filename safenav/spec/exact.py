@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from safenav.scenario.objective import Target
-from safenav.spec.motion import one_of, stepping, walls
+from safenav.spec.motion import headings, on_side, one_of, stepping, walls
 from safenav.spec.specification import Constraint, Origin, Owner, Section, Variable
 from safenav.spec.task import Fairness, Task
 from safenav.world.map import Region, RegionMap
@@ -47,11 +47,14 @@ def assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
             continue
         polite = Origin(item, f"{other.name} does not step onto this robot", SOURCE)
         yield Constraint(Section.ENV_TRANS, f"{name}' != region", polite)
-    yield from fairness(task)
+    yield from fairness(task, world)
 
 
-def fairness(task: Task) -> Iterator[Constraint]:
+def fairness(task: Task, world: RegionMap) -> Iterator[Constraint]:
     """The assumption that lets the robot get anywhere, if it makes one."""
+    if task.fairness is Fairness.OUT_OF_MY_WAY:
+        yield from out_of_my_way(task, world)
+        return
     for other in task.observed:
         if not other.danger:
             continue
@@ -66,6 +69,16 @@ def fairness(task: Task) -> Iterator[Constraint]:
                 rule = f"{other.name} is infinitely often at {_words(target)}"
                 formula = one_of(other.variable, target)
                 yield Constraint(Section.ENV_LIVENESS, formula, Origin(item, rule, SOURCE))
+
+
+def out_of_my_way(task: Task, world: RegionMap) -> Iterator[Constraint]:
+    """Each side is free infinitely often: of all others at once, for they could take turns."""
+    dangers = [other for other in task.observed if other.danger]
+    for heading in headings(world) if dangers else ():
+        names = " or ".join(other.name for other in dangers)
+        rule = f"{names} is infinitely often not on its {heading.label} side"
+        taken = " | ".join(on_side(other.variable, heading, world) for other in dangers)
+        yield Constraint(Section.ENV_LIVENESS, f"!({taken})", Origin(task.item, rule, SOURCE))
 
 
 def observe(task: Task, positions: Mapping[str, Region]) -> dict[str, int]:

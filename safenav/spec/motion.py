@@ -55,6 +55,23 @@ def stepping(variable: str, section: Section, world: RegionMap, item: str) -> It
             yield Constraint(section, f"{one_of(variable, open_edge)} -> !({step})", origin)
 
 
+def on_side(variable: str, heading: Heading, world: RegionMap) -> str:
+    """``variable`` comes to be the region next to the robot's on that side, as a formula that
+    binds like an atom. Values beyond the map stand for no region."""
+    vertical = heading in (Heading.NORTH, Heading.SOUTH)
+    offset = world.cols if vertical else 1
+    if heading in (Heading.NORTH, Heading.WEST):
+        parts = [f"region = {variable}' + {offset}"]
+    else:
+        parts = [f"{variable}' < {world.size}", f"{variable}' = region + {offset}"]
+    if not vertical:
+        column = world.cols - 1 if heading is Heading.EAST else 0
+        edge = [world.region(row, column) for row in range(world.rows)]
+        wrapping = [region for region in edge if _wraps(region, heading, world)]
+        parts += [f"!({one_of('region', wrapping)})"] if wrapping else []
+    return "(" + " & ".join(parts) + ")"
+
+
 def _wraps(region: Region, heading: Heading, world: RegionMap) -> bool:
     """Whether counting on in reading order would lead over the edge to a free region."""
     beyond = region + (1 if heading is Heading.EAST else -1)

@@ -25,10 +25,16 @@ class Fairness(StrEnum):
 
 LADDERS: dict[Tracking, tuple[Fairness, ...]] = {
     Tracking.NEARBY: (Fairness.NONE, Fairness.OUT_OF_MY_WAY),
-    Tracking.EXACT: (Fairness.NONE, Fairness.OFF_MY_TARGETS, Fairness.AT_ITS_TARGETS),
+    Tracking.EXACT: (
+        Fairness.NONE,
+        Fairness.OFF_MY_TARGETS,
+        Fairness.OUT_OF_MY_WAY,
+        Fairness.AT_ITS_TARGETS,
+    ),
     Tracking.BELIEF: (
         Fairness.NONE,
         Fairness.OFF_MY_TARGETS,
+        Fairness.OUT_OF_MY_WAY,
         Fairness.OUT_OF_MY_SIGHT,
         Fairness.AT_ITS_TARGETS,
     ),

@@ -17,15 +17,16 @@ from safenav.scenario.model import Robot, RobotModel, Tracking
 from safenav.scenario.objective import Visit
 from safenav.spec import belief
 from safenav.spec.knowledge import Knowledge, occurring
+from safenav.spec.motion import headings
 from safenav.spec.others import Encoding, encode_others
 from safenav.spec.robot import compile_task
 from safenav.spec.specification import Section
-from safenav.spec.task import Fairness, Known, Observed, Task
+from safenav.spec.task import LADDERS, Fairness, Known, Observed, Task
 from safenav.synthesis.outcome import Verdict
 from safenav.synthesis.slugs import Synthesizer
 from safenav.world.map import Region, RegionMap
 from safenav.world.mobility import Mobility, Pose
-from safenav.world.partition import Partition, rooms
+from safenav.world.partition import Partition
 from safenav.world.visibility import members
 
 MOST = 10_000
@@ -289,6 +290,20 @@ def test_out_of_sight_means_believed(scene: Scene, data: st.DataObject) -> None:
         assert live or not unseen or not scene.task.observed[0].danger
 
 
+@settings(max_examples=100, deadline=None)
+@given(scenes(Fairness.OUT_OF_MY_WAY), st.data())
+def test_out_of_the_way_means_not_on_that_side(scene: Scene, data: st.DataObject) -> None:
+    live = formulas(scene, Section.ENV_LIVENESS)
+    if not scene.task.observed[0].danger:
+        assert not live
+        return
+    for look in walk(scene, data, 8):
+        following = {"region": look.after, **inputs(scene, look.knowledge)}
+        for heading, formula in zip(headings(scene.world), live, strict=True):
+            free = scene.world.step(look.before, heading) != look.other
+            assert evaluate(formula, {"region": look.before}, following) == free
+
+
 def test_whoever_is_no_danger_is_only_kept_track_of() -> None:
     world = RegionMap.from_grid(["....", "...."])
     encoding = _encoding(world, danger=False)
@@ -325,18 +340,31 @@ def test_a_jump_out_of_sight_leaves_nothing_known() -> None:
 def test_two_that_see_four_regions_get_strategies(
     robot: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Case study 3 with collisions: realizable once the other leaves sight again and again."""
+    """Case study 3 with collisions: realizable once nobody stands in the way for ever."""
     monkeypatch.setenv("SAFENAV_CACHE", str(tmp_path))
     scenario = load_scenario(CASE_STUDY_3)
     start = {"digit": 49, "quad": 58}[robot]
-    task = _tracking(scenario.robot(robot), "other", start, 4.0, Fairness.OUT_OF_MY_SIGHT)
     synthesizer = Synthesizer(verify=True)
-    result = synthesizer.synthesize(compile_task(task, scenario.map))
+    for fairness in LADDERS[Tracking.BELIEF]:
+        task = _tracking(scenario.robot(robot), "other", start, 4.0, fairness)
+        result = synthesizer.synthesize(compile_task(task, scenario.map))
+        if fairness is Fairness.NONE:
+            assert result.verdict is Verdict.UNREALIZABLE
+        if fairness in (Fairness.OUT_OF_MY_WAY, Fairness.OUT_OF_MY_SIGHT):
+            assert result.verdict is Verdict.REALIZABLE
+            assert result.verified
+
+
+def test_a_map_of_64_regions_that_all_are_in_sight(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """There is no belief, and no value of the input beyond the regions."""
+    monkeypatch.setenv("SAFENAV_CACHE", str(tmp_path))
+    world = RegionMap.from_grid(["........"] * 8)
+    task = _task(Fairness.OUT_OF_MY_WAY)
+    result = Synthesizer(verify=True).synthesize(compile_task(task, world))
     assert result.verdict is Verdict.REALIZABLE
     assert result.verified
-    alone = _tracking(scenario.robot(robot), "other", start, 4.0, Fairness.NONE)
-    refused = synthesizer.synthesize(compile_task(alone, scenario.map))
-    assert refused.verdict is Verdict.UNREALIZABLE
 
 
 def _tracking(
@@ -358,13 +386,19 @@ def _tracking(
     )
 
 
-def _encoding(world: RegionMap, danger: bool = True) -> Encoding:
+def _task(fairness: Fairness, danger: bool = True) -> Task:
+    """A robot in the first region with unlimited sight, and another in the fourth."""
     model = RobotModel("rover", Mobility.FREE, "ground", frozenset())
     objective = Visit((frozenset({0}), frozenset({1})))
-    robot = Robot("rover", model, Pose(0), objective)
-    fairness = Fairness.OFF_MY_TARGETS
-    others = (Observed("other", 3, (frozenset({2}),), danger),)
-    task = Task(
-        robot, Pose(0), objective, observed=others, tracking=Tracking.BELIEF, fairness=fairness
+    return Task(
+        Robot("rover", model, Pose(0), objective),
+        Pose(0),
+        objective,
+        observed=(Observed("other", 3, (frozenset({2}),), danger),),
+        tracking=Tracking.BELIEF,
+        fairness=fairness,
     )
-    return encode_others(task, world)
+
+
+def _encoding(world: RegionMap, danger: bool = True) -> Encoding:
+    return encode_others(_task(Fairness.OFF_MY_TARGETS, danger), world)
