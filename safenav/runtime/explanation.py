@@ -1,45 +1,68 @@
-"""Why a robot has no strategy, in the scenario's terms.
+"""Why a run cannot begin or cannot go on, in the scenario's terms.
 
-Reachability under the robot's mobility explains most cases; what it does not explain is said
-as far as it is known, never guessed.
+What ``safenav.explain`` knows about one robot is brought together here with the team: its
+state in a run, and the synthesizer's answers for the start of a scenario.
 """
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import TYPE_CHECKING
 
-from safenav.scenario.model import Robot
-from safenav.scenario.objective import Patrol, Target, describe, targets_of
+from safenav.errors import ResourceLimitError
+from safenav.explain.sentence import explain_unrealizable
+from safenav.scenario.model import Scenario
 from safenav.spec.task import Task
-from safenav.world.map import Region, RegionMap
-from safenav.world.mobility import distances
+from safenav.synthesis.slugs import Listener, Synthesizer
 
 if TYPE_CHECKING:
+    from safenav.explain.explanation import Explanation
     from safenav.runtime.coordination import Impasse
     from safenav.runtime.state import TeamState
 
+__all__ = ["explain_impasse", "explain_team", "explain_unrealizable"]
 
-def explain_unrealizable(robot: Robot, task: Task, world: RegionMap) -> str:
-    """One sentence on why ``robot`` cannot do what ``task`` asks."""
-    blocked = {known.region: known.reason for known in task.blocked}
-    reach = distances(robot.model.mobility, task.pose, world, blocked)
-    lost = [t for t in targets_of(task.objective) if not any(r in reach for r in t)]
-    what = f"{robot.name} cannot {describe(task.objective)}"
-    if lost:
-        obstacles = "".join(f"; {world.label(r)}: {why}" for r, why in sorted(blocked.items()))
-        names = " and ".join(_target_words(t, world) for t in lost)
-        return f"{what}: no way from {world.label(task.pose.region)} to {names}{obstacles}"
-    if isinstance(task.objective, Patrol):
-        crossing = _crossing(robot, task, world, set(blocked))
-        if crossing is not None:
-            return (
-                f"{what}: patrol forbids to cross {crossing} out of turn, and there is no other "
-                "way; use 'visit' instead, which allows it"
-            )
-    if task.observed:
-        others = ", ".join(other.name for other in task.observed)
-        return f"{what}: {others} could keep it from there for ever"
-    return f"{what}: a place on the way can be entered but not left under its mobility"
+QUESTION_SECONDS = 2.0
+"""Wall time of one of the many questions that an explanation asks."""
+
+
+def explain_team(
+    scenario: Scenario,
+    synthesizer: Synthesizer,
+    names: Collection[str] | None = None,
+    progress: Listener | None = None,
+) -> list[Explanation]:
+    """For each robot (of those with these names) that is unrealizable at the start: why, and
+    what would help. Empty if all are realizable.
+
+    Raises ResourceLimitError if a verdict itself cannot be had within the limits.
+    """
+    # Imported here: most runs need no explanation.
+    from safenav.explain.inquiry import explain
+    from safenav.runtime.controllers import first_answers
+
+    limit = min(synthesizer.seconds or QUESTION_SECONDS, QUESTION_SECONDS)
+    quick = Synthesizer(
+        synthesizer.binary,
+        seconds=limit,
+        memory_mb=synthesizer.memory_mb,
+        cache=synthesizer.cache,
+        verify=False,
+    )
+    found = []
+    for name, answer in first_answers(scenario, synthesizer, progress, names).items():
+        if answer.realizable:
+            continue
+
+        def judge(changed: Scenario, name: str = name) -> bool:
+            try:
+                answers = first_answers(changed, quick, names=[name])
+            except ResourceLimitError:
+                return False
+            return answers[name].realizable
+
+        found.append(explain(scenario, answer.task, quick, judge))
+    return found
 
 
 def explain_impasse(impasse: Impasse, state: TeamState) -> str:
@@ -74,20 +97,3 @@ def explain_impasse(impasse: Impasse, state: TeamState) -> str:
         )
         said.append(explain_unrealizable(robot, task, scenario.map))
     return "; ".join(said)
-
-
-def _crossing(robot: Robot, task: Task, world: RegionMap, blocked: set[Region]) -> str | None:
-    """The patrol target without which the other one cannot be reached, if that is the reason."""
-    patrol = task.objective
-    assert isinstance(patrol, Patrol)
-    for target, other in ((patrol.first, patrol.second), (patrol.second, patrol.first)):
-        if task.pose.region in target:
-            continue
-        reach = distances(robot.model.mobility, task.pose, world, blocked | target)
-        if not any(region in reach for region in other):
-            return _target_words(target, world)
-    return None
-
-
-def _target_words(target: Target, world: RegionMap) -> str:
-    return " or ".join(world.label(region) for region in sorted(target))

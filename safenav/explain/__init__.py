@@ -1,0 +1,1 @@
+"""Why a robot has no strategy, shown on the map, and what would give it one."""

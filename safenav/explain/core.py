@@ -1,0 +1,155 @@
+"""A minimal unrealizable core: which guarantees cannot be kept together, in scenario terms.
+
+Graph search thins out the walls first (a robot never learns of walls that it cannot get to),
+then QuickXplain asks the synthesizer. Assumptions are never dropped: without them there is a
+strategy even less.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import replace
+
+from safenav.explain.explanation import (
+    Cause,
+    Core,
+    Diagnosis,
+    Member,
+    is_guarantee,
+    with_guarantees,
+)
+from safenav.explain.question import Questions, cooperative
+from safenav.explain.quickxplain import minimal_subset
+from safenav.scenario.objective import Target
+from safenav.spec.motion import stepping
+from safenav.spec.specification import Constraint, Section, Specification
+from safenav.spec.task import Task
+from safenav.synthesis.outcome import Verdict
+from safenav.world.map import Heading, Region, RegionMap
+
+
+def find_core(
+    spec: Specification, task: Task, world: RegionMap, found: Diagnosis, ask: Questions
+) -> Core:
+    """A minimal core of an unrealizable specification.
+
+    Where a question cannot be answered within the limits, its members stay in the core, which
+    is then not known to be minimal.
+    """
+    before = ask.asked
+    unknown = False
+
+    def fails(members: Sequence[Member]) -> bool:
+        nonlocal unknown
+        verdict = ask.verdict(with_guarantees(spec, (c for m in members for c in m.constraints)))
+        unknown = unknown or verdict not in (Verdict.REALIZABLE, Verdict.UNREALIZABLE)
+        return verdict is Verdict.UNREALIZABLE
+
+    every = _members(spec, task, world)
+    choices = []
+    if found.cause is Cause.NO_WAY:
+        dividing = _dividing(task, world, found.lost)
+        choices.append([part for m in every for part in _split(m) if _within(part, dividing)])
+    beside = {world.step(region, heading) for region in found.confined for heading in Heading}
+    choices.append([m for m in every if not _is_wall(m) or beside.intersection(m.regions)])
+    members = next((few for few in choices if fails(few)), every)
+    core = minimal_subset(members, fails)
+    core = minimal_subset([part for m in core for part in _split(m)], fails)
+    reduced = with_guarantees(spec, (c for m in core for c in m.constraints))
+    alone = ask.verdict(cooperative(reduced)) is Verdict.UNREALIZABLE
+    fairness = dict.fromkeys(c.origin for c in spec.section(Section.ENV_LIVENESS))
+    return Core(tuple(core), alone, tuple(fairness), not unknown, ask.asked - before)
+
+
+def _members(spec: Specification, task: Task, world: RegionMap) -> list[Member]:
+    """The guarantees, those that a person would name in one breath together, in the order in
+    which they are preferred in a core: first the objective, last the map."""
+    together: dict[object, list[Constraint]] = {}
+    for constraint in _with_all_edges(spec, task, world):
+        if is_guarantee(constraint):
+            alone = constraint.origin.item == "map" or constraint.section is Section.SYS_LIVENESS
+            key = (constraint,) if alone else (constraint.origin, constraint.section)
+            together.setdefault(key, []).append(constraint)
+    members = [_member(constraints) for constraints in together.values()]
+    return sorted(members, key=lambda m: (_is_wall(m), ".objective" not in m.origin.item))
+
+
+def _with_all_edges(spec: Specification, task: Task, world: RegionMap) -> Iterator[Constraint]:
+    """The constraints, with the map's edge as a part of the mobility.
+
+    A specification leaves out the edge where walls are along it. Without those walls a robot
+    would step from the end of a row to the beginning of the next one, which nobody means.
+    """
+    item = f"{task.item}.mobility"
+    open_map = replace(world, walls=frozenset())
+    rules = list(stepping("region", Section.SYS_TRANS, open_map, item))
+    for constraint in spec.constraints:
+        if constraint == rules[0]:
+            yield from (replace(rule, origin=constraint.origin) for rule in rules)
+        elif constraint.origin.item != item or not constraint.origin.rule.startswith("no step"):
+            yield constraint
+
+
+def _member(constraints: Sequence[Constraint]) -> Member:
+    regions = sorted({region for c in constraints for region in c.regions})
+    return Member(constraints[0].origin, tuple(constraints), tuple(regions))
+
+
+def _is_wall(member: Member) -> bool:
+    return member.origin.item == "map"
+
+
+def _split(member: Member) -> list[Member]:
+    """A run of walls wall by wall; anything else as it is."""
+    if not _is_wall(member) or len(member.regions) == 1:
+        return [member]
+    section, origin = member.constraints[0].section, member.origin
+    return [
+        Member(origin, (Constraint(section, f"region' != {r}", origin, (r,)),), (r,))
+        for r in member.regions
+    ]
+
+
+def _within(member: Member, walls: Collection[Region]) -> bool:
+    return not _is_wall(member) or not member.regions or member.regions[0] in walls
+
+
+def _dividing(task: Task, world: RegionMap, lost: Sequence[Target]) -> set[Region]:
+    """A minimal set of walls that is enough to keep the robot from the first lost target.
+
+    Walls are taken down one after the other, those at the edge of the map first, unless that
+    would connect the two; what connects is kept by union and find.
+    """
+    parent = list(range(world.size))
+
+    def root(region: Region) -> Region:
+        while parent[region] != region:
+            parent[region] = parent[parent[region]]
+            region = parent[region]
+        return region
+
+    standing = set(world.walls)
+    for region in world.free:
+        for beside in world.neighbours(region):
+            parent[root(region)] = root(beside)
+    apart = [t for t in lost if root(task.pose.region) not in {root(r) for r in t}]
+    if not apart:
+        return standing
+    target = sorted(apart[0])
+    for region in target[1:]:
+        parent[root(region)] = root(target[0])
+    for wall in sorted(world.walls, key=lambda r: (not _at_edge(r, world), r)):
+        steps = (world.step(wall, heading) for heading in Heading)
+        around = [r for r in steps if r is not None and r not in standing]
+        joined = {root(r) for r in around}
+        if {root(task.pose.region), root(target[0])} <= joined:
+            continue
+        standing.discard(wall)
+        for region in around:
+            parent[root(region)] = root(wall)
+    return standing
+
+
+def _at_edge(region: Region, world: RegionMap) -> bool:
+    row, col = world.position(region)
+    return row in (0, world.rows - 1) or col in (0, world.cols - 1)

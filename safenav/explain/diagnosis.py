@@ -1,0 +1,122 @@
+"""The fast path: what graph search tells about a robot without a strategy.
+
+One thing at a time is taken away from the robot's troubles (walls, obstacles, the heading, the
+strictness of patrol); the first without which it could meet its objective alone is the cause.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from safenav.explain.alone import Solo, play
+from safenav.explain.explanation import Cause, Diagnosis
+from safenav.scenario.model import Scenario
+from safenav.scenario.objective import Hold, Ltl, Patrol, Target, Visit, targets_of
+from safenav.spec.task import Known, Task
+from safenav.world.map import Heading, RegionMap
+from safenav.world.mobility import Mobility, Pose, distances
+
+
+def diagnose(task: Task, world: RegionMap) -> Diagnosis:
+    """The cause as far as the map, the mobility and the objective tell it."""
+    walkable = distances(
+        task.robot.model.mobility, task.pose, world, {k.region for k in task.blocked}
+    )
+    if isinstance(task.objective, Ltl):
+        return Diagnosis(None, confined=frozenset(walkable))
+    solo = _solo(task, world)
+    if solo.winnable:
+        return Diagnosis(None, confined=solo.regions)
+    lost = tuple(t for t in task.targets if not any(region in walkable for region in t))
+    found = Diagnosis(Cause.NO_WAY, lost, frozenset(walkable))
+    if not _connected(task, world):
+        return found
+    culprits = _culprits(task, world)
+    if culprits:
+        parked = all(known.item.startswith("robots.") for known in culprits)
+        cause = Cause.PARKED_ROBOT if parked else Cause.OBSTACLE
+        return replace(found, cause=cause, culprits=culprits)
+    if task.robot.model.mobility is Mobility.HEADING and _facing_elsewhere(task, world):
+        return replace(found, cause=Cause.HEADING)
+    relaxed = as_visit(task)
+    if relaxed is not None and _solo(relaxed, world).winnable:
+        return replace(
+            found, cause=Cause.CROSSING, confined=solo.regions, crossing=_crossing(task, world)
+        )
+    return replace(found, cause=Cause.ONE_WAY)
+
+
+def held_ways(task: Task, world: RegionMap, scenario: Scenario) -> tuple[Known, ...]:
+    """The robots that begin where their objective makes them stay for ever, if they are in the
+    way together: a robot that observes them could otherwise do it alone."""
+    if isinstance(task.objective, Ltl):
+        return ()
+    held = tuple(
+        Known(other.region, f"robots.{other.name}", f"{other.name} holds this place")
+        for other in task.observed
+        if other.danger
+        and isinstance(objective := scenario.robot(other.name).objective, Hold)
+        and other.region in objective.target
+    )
+    if not held:
+        return ()
+    barred = replace(task, blocked=(*task.blocked, *held))
+    return () if _solo(barred, world).winnable else _culprits(barred, world)
+
+
+def as_visit(task: Task) -> Task | None:
+    """The task with plain alternation in the place of the paper's Patrol formula."""
+    if not isinstance(task.objective, Patrol):
+        return None
+    objective = Visit((task.objective.first, task.objective.second))
+    return replace(task, objective=objective)
+
+
+def _solo(task: Task, world: RegionMap) -> Solo:
+    blocked = frozenset(known.region for known in task.blocked)
+    mobility = task.robot.model.mobility
+    return play(mobility, task.pose, task.objective, task.memory, world, blocked)
+
+
+def _connected(task: Task, world: RegionMap) -> bool:
+    """Whether there is a way to each target for somebody who can turn, past all but walls."""
+    reach = distances(Mobility.FREE, Pose(task.pose.region), world)
+    return all(any(region in reach for region in t) for t in targets_of(task.objective))
+
+
+def _culprits(task: Task, world: RegionMap) -> tuple[Known, ...]:
+    """What stands in the way: each single thing without which it works, else everything
+    together if that is the reason."""
+    if not task.blocked or not _solo(replace(task, blocked=()), world).winnable:
+        return ()
+    single = tuple(
+        known
+        for known in task.blocked
+        if _solo(
+            replace(task, blocked=tuple(k for k in task.blocked if k is not known)), world
+        ).winnable
+    )
+    return single or task.blocked
+
+
+def _facing_elsewhere(task: Task, world: RegionMap) -> bool:
+    """Whether another heading at the start would do."""
+    return any(
+        _solo(replace(task, pose=Pose(task.pose.region, heading)), world).winnable
+        for heading in Heading
+        if heading is not task.pose.heading
+    )
+
+
+def _crossing(task: Task, world: RegionMap) -> Target | None:
+    """The patrol target that is in the way of the other one."""
+    assert isinstance(task.objective, Patrol)
+    blocked = {known.region for known in task.blocked}
+    first, second = task.objective.first, task.objective.second
+    for target, other in ((first, second), (second, first)):
+        if task.pose.region in target:
+            continue
+        reach = distances(task.robot.model.mobility, task.pose, world, blocked | target)
+        if not any(region in reach for region in other):
+            return target
+    return None

@@ -1,0 +1,143 @@
+"""Repairs of the map: an obstacle that somebody can resolve instead of a wall, or no wall.
+
+Walls are tried in the order of the shortest way through them; where one is not enough, the way
+through the fewest.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterator
+from dataclasses import replace
+
+from safenav.explain.explanation import Diagnosis, Repair, RepairKind
+from safenav.scenario.catalogue import built_in
+from safenav.scenario.model import Obstacle, ObstacleType, Robot, Scenario
+from safenav.spec.task import Task
+from safenav.world.map import Region, RegionMap
+from safenav.world.mobility import distances
+
+
+def map_repairs(
+    kind: RepairKind, scenario: Scenario, robot: Robot, task: Task, found: Diagnosis
+) -> Iterator[Repair]:
+    """Candidates: for OPEN_WALL an obstacle with those who can resolve it, else no walls."""
+    world = scenario.map
+    if kind is RepairKind.OPEN_WALL:
+        for wall in _single_walls(world, task, found):
+            open_map = _without(world, [wall])
+            for obstacle, helpers in _resolvable(wall, open_map, scenario, robot):
+                yield Repair(
+                    kind,
+                    (("map", f"no wall at {wall}"), ("obstacles", _written(obstacle))),
+                    replace(scenario, map=open_map, obstacles=(*scenario.obstacles, obstacle)),
+                    helpers,
+                    obstacle.type.action,
+                )
+        return
+    ways = [[wall] for wall in _single_walls(world, task, found)]
+    ways += [way for t in found.lost if len(way := _fewest_walls(world, task, t)) > 1]
+    for way in ways:
+        regions = ", ".join(map(str, way))
+        change = (("map", f"no wall at {regions}"),)
+        yield Repair(kind, change, replace(scenario, map=_without(world, way)))
+
+
+def _single_walls(world: RegionMap, task: Task, found: Diagnosis) -> list[Region]:
+    """Walls beside a region within reach that have something else beside them, in the order of
+    the way over them to the targets."""
+    targets = found.lost or task.targets
+    from_start = _spread(world, {task.pose.region})
+    to_targets = [_spread(world, set(target)) for target in targets]
+    ranked = []
+    for wall in world.walls:
+        beside = world.neighbours(wall)
+        near = [r for r in beside if r in found.confined]
+        far = [r for r in beside if r not in found.confined]
+        if not near or len(beside) < 2 or (found.lost and not far):
+            continue
+        ways = [min((d[r] for r in far or near if r in d), default=None) for d in to_targets]
+        known = [way for way in ways if way is not None]
+        if known:
+            before = min((from_start[r] for r in near if r in from_start), default=0)
+            ranked.append((len(ways) - len(known), before + min(known), wall))
+    return [wall for *_, wall in sorted(ranked)]
+
+
+def _resolvable(
+    wall: Region, open_map: RegionMap, scenario: Scenario, robot: Robot
+) -> Iterator[tuple[Obstacle, tuple[str, ...]]]:
+    """Obstacles that could be there, each with the robots that could resolve it: with their
+    own start, past the closed obstacle, within their mobility."""
+    types: dict[str, ObstacleType] = dict(built_in().obstacles)
+    types.update((o.type.name, o.type) for o in scenario.obstacles)
+    for kind in types.values():
+        obstacle = Obstacle(kind, wall, True if kind.has_truth else None)
+        helpers = []
+        for other in scenario.robots:
+            if kind.action not in other.capabilities:
+                continue
+            closed = {wall} if obstacle.blocks(other) else set()
+            reach = distances(other.model.mobility, other.start, open_map, closed)
+            if any(region in reach for region in obstacle.resolution_regions(open_map)):
+                helpers.append(other.name)
+        if helpers:
+            helpers.sort(key=lambda name: name != robot.name)
+            yield obstacle, tuple(helpers)
+
+
+def _fewest_walls(world: RegionMap, task: Task, target: frozenset[Region]) -> list[Region]:
+    """The walls on a way from start to target that goes through as few as possible."""
+    start = task.pose.region
+    before: dict[Region, Region] = {start: start}
+    cost = {start: 0}
+    queue = deque([start])
+    while queue:
+        region = queue.popleft()
+        for beside in _around(region, world):
+            toll = cost[region] + (beside in world.walls)
+            if toll >= cost.get(beside, world.size):
+                continue
+            cost[beside], before[beside] = toll, region
+            if beside in world.walls:
+                queue.append(beside)
+            else:
+                queue.appendleft(beside)
+    nearest = min((r for r in target if r in cost), key=lambda r: cost[r], default=start)
+    way = []
+    while nearest != start:
+        if nearest in world.walls:
+            way.append(nearest)
+        nearest = before[nearest]
+    return sorted(way)
+
+
+def _spread(world: RegionMap, sources: set[Region]) -> dict[Region, int]:
+    depth = dict.fromkeys(sources, 0)
+    queue = deque(depth)
+    while queue:
+        region = queue.popleft()
+        for beside in world.neighbours(region):
+            if beside not in depth:
+                depth[beside] = depth[region] + 1
+                queue.append(beside)
+    return depth
+
+
+def _around(region: Region, world: RegionMap) -> list[Region]:
+    """The neighbours, walls included."""
+    row, col = world.position(region)
+    found = []
+    for r, c in ((row - 1, col), (row, col + 1), (row + 1, col), (row, col - 1)):
+        if 0 <= r < world.rows and 0 <= c < world.cols:
+            found.append(world.region(r, c))
+    return found
+
+
+def _without(world: RegionMap, walls: list[Region]) -> RegionMap:
+    return replace(world, walls=world.walls - set(walls))
+
+
+def _written(obstacle: Obstacle) -> str:
+    truth = ", traversable: true" if obstacle.type.has_truth else ""
+    return f"{{type: {obstacle.type.name}, region: {obstacle.region}{truth}}}"

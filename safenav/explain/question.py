@@ -1,0 +1,44 @@
+"""Realizability questions about variants of one specification: asked once, never in vain."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from safenav.spec.specification import Constraint, Owner, Section, Specification
+from safenav.synthesis.outcome import Verdict
+from safenav.synthesis.slugs import Synthesizer
+
+_COOPERATIVE = {
+    Section.ENV_INIT: Section.SYS_INIT,
+    Section.ENV_TRANS: Section.SYS_TRANS,
+    Section.ENV_LIVENESS: Section.SYS_LIVENESS,
+}
+
+
+class Questions:
+    """Answers from the synthesizer, remembered. ``asked`` counts those that it was asked."""
+
+    def __init__(self, synthesizer: Synthesizer) -> None:
+        self._synthesizer = synthesizer
+        self._known: dict[str, Verdict] = {}
+        self.asked = 0
+
+    def verdict(self, spec: Specification) -> Verdict:
+        """The verdict, or the limit that was reached."""
+        text = spec.to_structuredslugs()
+        if text not in self._known:
+            self.asked += 1
+            self._known[text] = self._synthesizer.synthesize(spec, strategy=False).verdict
+        return self._known[text]
+
+
+def cooperative(spec: Specification) -> Specification:
+    """The same with everybody on the robot's side: realizable iff the guarantees can be kept
+    at all, with assumptions and guarantees together."""
+    variables = [replace(v, owner=Owner.OUTPUT) for v in spec.variables]
+    constraints = [replace(c, section=_turned(c)) for c in spec.constraints]
+    return Specification(spec.robot, spec.title, tuple(variables), tuple(constraints))
+
+
+def _turned(constraint: Constraint) -> Section:
+    return _COOPERATIVE.get(constraint.section, constraint.section)

@@ -1,0 +1,246 @@
+"""Repairs: changes of the scenario under which the robot has a strategy.
+
+Candidates come from what is wrong, likeliest first; graph search drops the hopeless ones, and
+each that is offered was put to the synthesizer. Nothing is offered unasked.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+from safenav.explain.alone import play
+from safenav.explain.explanation import Cause, Diagnosis, Repair, RepairKind
+from safenav.explain.map_repair import map_repairs
+from safenav.scenario.model import Robot, Scenario, Tracking
+from safenav.scenario.objective import Hold, Ltl, Objective, Patrol, Visit, targets_of, to_data
+from safenav.spec.objective import NO_MEMORY
+from safenav.spec.task import Task
+from safenav.world.map import Heading, Region
+from safenav.world.mobility import Mobility, Pose
+
+Judge = Callable[[Scenario], bool]
+"""Whether the robot in question has a strategy at the start of a scenario."""
+
+OFFERED = 2
+"""Repairs of one kind that are enough."""
+TRIED = 8
+"""Candidates of one kind that are put to the synthesizer at most."""
+
+K = RepairKind
+_FIRST: dict[Cause, tuple[RepairKind, ...]] = {
+    Cause.NO_WAY: (K.OPEN_WALL, K.REMOVE_WALLS, K.START, K.OBJECTIVE),
+    Cause.OBSTACLE: (K.OBJECTIVE, K.OPEN_WALL, K.REMOVE_WALLS),
+    Cause.PARKED_ROBOT: (K.OTHER_START, K.AVOIDS, K.OPEN_WALL, K.REMOVE_WALLS, K.START),
+    Cause.HEADING: (K.HEADING, K.START, K.MOBILITY),
+    Cause.ONE_WAY: (K.MOBILITY, K.OPEN_WALL, K.REMOVE_WALLS, K.OBJECTIVE),
+    Cause.CROSSING: (K.OBJECTIVE, K.OPEN_WALL, K.REMOVE_WALLS, K.START),
+    Cause.IMPOSSIBLE_START: (K.START, K.HEADING, K.OBJECTIVE),
+    Cause.CONTRADICTION: (K.OBJECTIVE,),
+    Cause.FORBIDDEN_WAY: (K.OBJECTIVE, K.START, K.HEADING, K.MOBILITY, K.OPEN_WALL),
+    Cause.CORNERED: (K.OBJECTIVE, K.TRACKING, K.AVOIDS, K.OPEN_WALL, K.REMOVE_WALLS, K.START),
+    Cause.KEPT_AWAY: (K.TRACKING, K.AVOIDS, K.OTHER_START, K.OBJECTIVE, K.OPEN_WALL, K.START),
+}
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What is to be repaired."""
+
+    scenario: Scenario
+    task: Task
+    cause: Cause
+    diagnosis: Diagnosis
+
+    @property
+    def robot(self) -> Robot:
+        return self.scenario.robot(self.task.robot.name)
+
+
+def find_repairs(problem: Problem, judge: Judge, seconds: float) -> tuple[Repair, ...]:
+    """Repairs that work, those of the likeliest kind first, found within some seconds."""
+    end = time.monotonic() + seconds
+    found: list[Repair] = []
+    for kind in _FIRST[problem.cause]:
+        if kind is K.REMOVE_WALLS and any(repair.kind is K.OPEN_WALL for repair in found):
+            continue
+        good = 0
+        for tried, candidate in enumerate(_candidates(kind, problem)):
+            if good == OFFERED or tried == TRIED or time.monotonic() > end:
+                break
+            if candidate.scenario is not None and judge(candidate.scenario):
+                found.append(candidate)
+                good += 1
+    return tuple(found)
+
+
+def _candidates(kind: RepairKind, problem: Problem) -> Iterator[Repair]:
+    match kind:
+        case K.OPEN_WALL | K.REMOVE_WALLS:
+            return map_repairs(
+                kind, problem.scenario, problem.robot, problem.task, problem.diagnosis
+            )
+        case K.HEADING:
+            return _headings(problem)
+        case K.START:
+            return _starts(problem)
+        case K.MOBILITY:
+            return _mobility(problem)
+        case K.OBJECTIVE:
+            return _objectives(problem)
+        case K.OTHER_START:
+            return _other_starts(problem)
+        case K.AVOIDS:
+            return _avoids(problem)
+        case K.TRACKING:
+            return _trackings(problem)
+        case _:
+            return iter(())
+
+
+def _headings(problem: Problem) -> Iterator[Repair]:
+    robot = problem.robot
+    if robot.model.mobility is not Mobility.HEADING:
+        return
+    for heading in Heading:
+        if heading is not robot.start.heading:
+            changed = replace(robot, start=Pose(robot.start.region, heading))
+            item = f"robots.{robot.name}.heading"
+            yield _with_robots(K.HEADING, problem, [changed], (item, heading.label))
+
+
+def _starts(problem: Problem) -> Iterator[Repair]:
+    """Another start, nearest first, from which the robot could do it alone."""
+    scenario, robot = problem.scenario, problem.robot
+    taken = {other.start.region for other in scenario.robots if other is not robot}
+    for region in _nearest(robot.start.region, scenario):
+        if region == robot.start.region or region in taken:
+            continue
+        headings: tuple[Heading | None, ...] = (None,)
+        if robot.start.heading is not None:
+            headings = (robot.start.heading, *Heading)
+        for heading in headings:
+            changed = replace(robot, start=Pose(region, heading))
+            if _hopeful(changed, problem):
+                change = [(f"robots.{robot.name}.start", str(region))]
+                if heading is not robot.start.heading and heading is not None:
+                    change.append((f"robots.{robot.name}.heading", heading.label))
+                yield _with_robots(K.START, problem, [changed], *change)
+                break
+
+
+def _mobility(problem: Problem) -> Iterator[Repair]:
+    robot = problem.robot
+    if robot.model.mobility is Mobility.HEADING:
+        model = replace(robot.model, mobility=Mobility.FREE)
+        changed = replace(robot, model=model, start=Pose(robot.start.region))
+        item = f"catalogue.robots.{model.name}.mobility"
+        yield _with_robots(K.MOBILITY, problem, [changed], (item, Mobility.FREE.value))
+
+
+def _objectives(problem: Problem) -> Iterator[Repair]:
+    robot = problem.robot
+    for objective in _milder(robot.objective):
+        changed = replace(robot, objective=objective)
+        if isinstance(objective, Ltl) or _hopeful(changed, problem):
+            item = f"robots.{robot.name}.objective"
+            yield _with_robots(K.OBJECTIVE, problem, [changed], (item, str(to_data(objective))))
+
+
+def _milder(objective: Objective) -> Iterator[Objective]:
+    """Objectives that ask for less, those that ask for most first."""
+    if isinstance(objective, Ltl):
+        for part in ("init", "safety", "liveness"):
+            lines = getattr(objective, part)
+            for place in range(len(lines)):
+                yield replace(objective, **{part: lines[:place] + lines[place + 1 :]})
+        return
+    targets = targets_of(objective)
+    if isinstance(objective, Patrol):
+        yield Visit(targets)
+    if isinstance(objective, Hold):
+        yield Visit(targets)
+    for target in targets if len(targets) > 1 else ():
+        yield Visit((target,))
+
+
+def _other_starts(problem: Problem) -> Iterator[Repair]:
+    """Those in the way stand somewhere else; if they hold their place, they hold that one."""
+    scenario, robot = problem.scenario, problem.robot
+    names = [k.item.removeprefix("robots.") for k in problem.diagnosis.culprits]
+    names = names or [other.name for other in problem.task.observed if other.danger]
+    for name in names:
+        other = scenario.robot(name)
+        taken = {r.start.region for r in scenario.robots if r is not other}
+        for region in _nearest(other.start.region, scenario):
+            if region == other.start.region or region in taken:
+                continue
+            moved = replace(other, start=replace(other.start, region=region))
+            change = [(f"robots.{name}.start", str(region))]
+            if isinstance(other.objective, Hold):
+                moved = replace(moved, objective=Hold(frozenset({region})))
+                change.append((f"robots.{name}.objective", str(to_data(moved.objective))))
+                if not _hopeful(robot, problem, frozenset({region})):
+                    continue
+            yield _with_robots(K.OTHER_START, problem, [moved], *change)
+
+
+def _avoids(problem: Problem) -> Iterator[Repair]:
+    """Two robots may share a region after all (one of them can step over the other, say)."""
+    scenario, robot = problem.scenario, problem.robot
+    dangers = [o for o in scenario.robots if o is not robot and scenario.conflict(robot, o)]
+    for other in dangers:
+        mine = frozenset(o.name for o in dangers if o is not other)
+        theirs = frozenset(
+            o.name
+            for o in scenario.robots
+            if o is not other and o is not robot and scenario.conflict(other, o)
+        )
+        changed = [replace(robot, avoids=mine), replace(other, avoids=theirs)]
+        yield _with_robots(
+            K.AVOIDS,
+            problem,
+            changed,
+            (f"robots.{robot.name}.avoids", str(sorted(mine))),
+            (f"robots.{other.name}.avoids", str(sorted(theirs))),
+        )
+
+
+def _trackings(problem: Problem) -> Iterator[Repair]:
+    robot = problem.robot
+    for tracking in Tracking:
+        if tracking is not robot.tracking:
+            changed = replace(robot, tracking=tracking)
+            item = f"robots.{robot.name}.tracking"
+            yield _with_robots(K.TRACKING, problem, [changed], (item, tracking.value))
+
+
+def _hopeful(robot: Robot, problem: Problem, blocked: frozenset[Region] | None = None) -> bool:
+    """Whether the robot could do it alone, past those who stay where they are."""
+    if isinstance(robot.objective, Ltl):
+        return True
+    if blocked is None:
+        blocked = frozenset(known.region for known in problem.task.blocked)
+    world = problem.scenario.map
+    solo = play(robot.model.mobility, robot.start, robot.objective, NO_MEMORY, world, blocked)
+    return solo.winnable
+
+
+def _nearest(region: Region, scenario: Scenario) -> list[Region]:
+    """All free regions, those next to ``region`` (as the crow flies) first."""
+    row, col = scenario.map.position(region)
+
+    def away(other: Region) -> tuple[int, Region]:
+        r, c = scenario.map.position(other)
+        return abs(r - row) + abs(c - col), other
+
+    return sorted(scenario.map.free, key=away)
+
+
+def _with_robots(
+    kind: RepairKind, problem: Problem, changed: list[Robot], *change: tuple[str, str]
+) -> Repair:
+    new = {robot.name: robot for robot in changed}
+    robots = tuple(new.get(robot.name, robot) for robot in problem.scenario.robots)
+    return Repair(kind, change, replace(problem.scenario, robots=robots))

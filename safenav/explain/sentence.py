@@ -1,0 +1,53 @@
+"""Why a robot has no strategy, in one sentence: what check, synth and run say at once."""
+
+from __future__ import annotations
+
+from safenav.explain.diagnosis import diagnose
+from safenav.explain.explanation import Cause, Diagnosis
+from safenav.scenario.model import Robot
+from safenav.scenario.objective import Ltl, Target, describe
+from safenav.spec.task import Task
+from safenav.world.map import RegionMap
+
+
+def explain_unrealizable(robot: Robot, task: Task, world: RegionMap) -> str:
+    """One sentence on why ``robot`` cannot do what ``task`` asks: what the map tells, and no
+    guess beyond it."""
+    why = why_words(diagnose(task, world), task, world)
+    return f"{robot.name} cannot {describe(task.objective)}: {why}"
+
+
+def why_words(found: Diagnosis, task: Task, world: RegionMap) -> str:
+    """The reason alone."""
+    here = world.label(task.pose.region)
+    lost = " and ".join(target_words(target, world) for target in found.lost)
+    things = "; ".join(f"{world.label(k.region)}: {k.reason}" for k in found.culprits)
+    match found.cause:
+        case Cause.NO_WAY:
+            return f"no way from {here} to {lost}: walls are between them"
+        case Cause.OBSTACLE | Cause.PARKED_ROBOT:
+            way = f"no way from {here} to {lost}" if lost else "no way to its targets"
+            return f"{way}; {things}"
+        case Cause.HEADING:
+            facing = "" if task.pose.heading is None else f" facing {task.pose.heading.label}"
+            return f"from {here}{facing} it gets nowhere useful, and it cannot turn on the spot"
+        case Cause.CROSSING:
+            what = target_words(found.crossing, world) if found.crossing else "a target"
+            return (
+                f"patrol forbids to cross {what} out of turn, and there is no other way; use "
+                "'visit' instead, which allows it"
+            )
+        case Cause.ONE_WAY:
+            if found.lost:
+                return f"no way from {here} to {lost} under its mobility"
+            return "a place on the way can be entered but not left under its mobility"
+    if isinstance(task.objective, Ltl):
+        return "its guarantees cannot all be kept"
+    others = ", ".join(other.name for other in task.observed if other.danger)
+    if others:
+        return f"{others} could keep it from there for ever, or corner it"
+    return "its guarantees cannot all be kept"
+
+
+def target_words(target: Target, world: RegionMap) -> str:
+    return " or ".join(world.label(region) for region in sorted(target))

@@ -1,0 +1,224 @@
+"""A witness: the robot does its best, and this is how it fails.
+
+Where graph search has the answer, the regions within reach are the story. Otherwise the
+environment's winning strategy (the counterstrategy) is played against a robot that always takes
+the answer that brings it nearest to the target that it awaits.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import islice, product
+
+from safenav.explain.explanation import Cause, Diagnosis, Dilemma, Ending, Moment, Witness
+from safenav.formula import evaluate
+from safenav.scenario.objective import Cover, Patrol, Target, Visit
+from safenav.spec.specification import Constraint, Owner, Section, Specification
+from safenav.spec.task import Task
+from safenav.synthesis.automaton import Automaton, Clause, clauses
+from safenav.synthesis.counterstrategy import counterstrategy_starts
+from safenav.synthesis.strategy import Strategy
+from safenav.world.map import Heading, Region, RegionMap
+from safenav.world.mobility import Pose, moves
+
+MOST_MOMENTS = 200
+_MOST_INPUTS = 4096
+
+
+def confinement(found: Diagnosis) -> Witness | None:
+    """The story that needs no game: the regions that it can get to, and none of the target."""
+    if found.cause is None or not (found.lost or found.cause is Cause.CROSSING):
+        return None
+    return Witness(Ending.CONFINED, confined=found.confined)
+
+
+def play_out(
+    spec: Specification, counterstrategy: Strategy, task: Task, world: RegionMap
+) -> Witness:
+    """Play the environment's strategy against a robot that does its best: it meets the goals
+    that it still can, then comes as near as it can to one that it cannot meet any more."""
+    starts = counterstrategy_starts(spec, counterstrategy)
+    if not starts:
+        return Witness(Ending.NO_BEGINNING)
+    play = _Play(spec, counterstrategy, task, world)
+    walk = play.goals_first(min(starts, key=play.distance))
+    passed = len(walk) - 1  # the last moment in which a goal was met
+    while play.answers(walk[-1]) and len(walk) < MOST_MOMENTS:
+        node = min(play.answers(walk[-1]), key=play.distance)
+        if node in walk[passed:]:
+            cycle = tuple(walk[walk.index(node, passed) :])
+            moments = tuple(map(play.moment, walk))
+            goal = play.starved(cycle)
+            return Witness(Ending.STARVED, moments, tuple(map(play.moment, cycle)), goal=goal)
+        walk.append(node)
+    moments = tuple(map(play.moment, walk))
+    if play.answers(walk[-1]):
+        return Witness(Ending.STARVED, moments)
+    pressure = play.pressure(walk[-1])
+    return Witness(
+        Ending.STUCK,
+        moments,
+        pressure=tuple(pressure.items()),
+        dilemmas=tuple(play.dilemmas(walk[-1], pressure)),
+    )
+
+
+class _Play:
+    """One counterstrategy, and what can be asked about its nodes."""
+
+    def __init__(
+        self, spec: Specification, counterstrategy: Strategy, task: Task, world: RegionMap
+    ) -> None:
+        self._spec = spec
+        self._strategy = counterstrategy
+        self._task = task
+        self._world = world
+        self._inputs = [v.name for v in spec.owned(Owner.INPUT)]
+        self._fields: dict[Target, Mapping[Region, int]] = {}
+
+    def goals_first(self, start: int) -> list[int]:
+        """A walk from ``start`` that meets goals as long as one of a round can be met."""
+        walk = [start]
+        goals = clauses(self._spec, Section.SYS_LIVENESS)
+        open_goals = list(goals)
+        while open_goals and len(walk) < MOST_MOMENTS:
+            leg, met = self._nearest(walk[-1], open_goals)
+            if met is None:
+                break
+            walk += leg
+            open_goals = [g for g in open_goals if g is not met] or list(goals)
+        return walk
+
+    def _nearest(self, start: int, goals: Sequence[Clause]) -> tuple[list[int], Clause | None]:
+        """The nodes of a shortest walk after ``start`` whose last step meets a goal."""
+        before = {start: start}
+        queue = deque([start])
+        while queue:
+            node = queue.popleft()
+            now = self._strategy.values(node)
+            for after in self.answers(node):
+                later = self._strategy.values(after)
+                met = next((g for g in goals if evaluate(g.formula, now, later)), None)
+                if met is not None:
+                    leg = [after]
+                    while node != start:
+                        leg.append(node)
+                        node = before[node]
+                    return leg[::-1], met
+                if after not in before:
+                    before[after] = node
+                    queue.append(after)
+        return [], None
+
+    def answers(self, node: int) -> Sequence[int]:
+        return self._strategy.transitions[node]
+
+    def moment(self, node: int) -> Moment:
+        values = self._strategy.values(node)
+        others = tuple((name, values[name]) for name in self._inputs)
+        pose = ("region", "heading")
+        memory = [n for n in values if n not in self._inputs and n not in pose]
+        heading = values.get("heading")
+        return Moment(
+            values.get("region"),
+            None if heading is None else Heading(heading),
+            others,
+            tuple((name, values[name]) for name in memory),
+        )
+
+    def distance(self, node: int) -> int:
+        """Steps to what the robot awaits there, as the crow walks."""
+        values = self._strategy.values(node)
+        region = values.get("region")
+        awaited = self._awaited(values)
+        if region is None or not awaited:
+            return 0
+        if awaited not in self._fields:
+            self._fields[awaited] = _steps_to(awaited, self._world)
+        far = self._world.size
+        return self._fields[awaited].get(region, far)
+
+    def _awaited(self, values: Mapping[str, int]) -> Target:
+        match self._task.objective:
+            case Patrol(first, second):
+                return second if values.get("scout") else first
+            case Visit(targets):
+                return targets[values.get("goal", 0)]
+            case Cover(targets):
+                here = values.get("region")
+                return frozenset().union(*(t for t in targets if here not in t))
+            case _:
+                return frozenset().union(*self._task.targets)
+
+    def starved(self, cycle: Sequence[int]) -> Constraint | None:
+        """A goal that is met on no transition of the cycle."""
+        rounds = list(zip(cycle, (*cycle[1:], cycle[0]), strict=True))
+        for clause in clauses(self._spec, Section.SYS_LIVENESS):
+            if not any(
+                evaluate(clause.formula, self._strategy.values(a), self._strategy.values(b))
+                for a, b in rounds
+            ):
+                return clause.constraint
+        return None
+
+    def pressure(self, node: int) -> dict[str, int]:
+        """Next inputs that the assumptions allow and that leave the robot no answer."""
+        automaton = Automaton(self._spec, self._strategy, (node,))
+        assumed = automaton.clauses(Section.ENV_TRANS)
+        promised = automaton.clauses(Section.SYS_TRANS)
+        row = automaton.values[node]
+        choices = automaton.completions(automaton.current, automaton.next_inputs, assumed)
+        known = (*automaton.current, *automaton.next_inputs)
+        answers = automaton.completions(known, automaton.next_outputs, promised)
+        for inputs in islice(choices.each(row), _MOST_INPUTS):
+            if next(iter(answers.each((*row, *inputs))), None) is None:
+                return dict(zip(self._inputs, inputs, strict=True))
+        return {}
+
+    def dilemmas(self, node: int, pressure: Mapping[str, int]) -> Iterator[Dilemma]:
+        """For each move of its mobility the guarantee that it would break."""
+        values = self._strategy.values(node)
+        if "region" not in values:
+            return
+        heading = values.get("heading")
+        pose = Pose(values["region"], None if heading is None else Heading(heading))
+        promised = clauses(self._spec, Section.SYS_TRANS)
+        for after in moves(self._task.robot.model.mobility, pose, self._world):
+            broken = self._broken(values, {**pressure, **_pose_values(after)}, promised)
+            if broken is not None:
+                yield Dilemma(after.region, after.heading, broken)
+
+    def _broken(
+        self, now: Mapping[str, int], later: Mapping[str, int], promised: Sequence[Clause]
+    ) -> Constraint | None:
+        """What is broken at least by a move, whichever memory comes with it."""
+        free = [v for v in self._spec.owned(Owner.OUTPUT) if v.name not in later]
+        ranges = [range((v.bounds or (0, 1))[0], (v.bounds or (0, 1))[1] + 1) for v in free]
+        best: list[Constraint] | None = None
+        for choice in islice(product(*ranges), _MOST_INPUTS):
+            after = {**later, **{v.name: c for v, c in zip(free, choice, strict=True)}}
+            broken = [c.constraint for c in promised if not evaluate(c.formula, now, after)]
+            if best is None or len(broken) < len(best):
+                best = broken
+        return best[0] if best else None
+
+
+def _pose_values(pose: Pose) -> dict[str, int]:
+    found = {"region": pose.region}
+    if pose.heading is not None:
+        found["heading"] = int(pose.heading)
+    return found
+
+
+def _steps_to(target: Target, world: RegionMap) -> dict[Region, int]:
+    """Steps from each region to the nearest of the target, for somebody who can turn."""
+    depth = dict.fromkeys(target, 0)
+    queue = deque(depth)
+    while queue:
+        region = queue.popleft()
+        for beside in world.neighbours(region):
+            if beside not in depth:
+                depth[beside] = depth[region] + 1
+                queue.append(beside)
+    return depth
