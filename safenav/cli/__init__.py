@@ -23,6 +23,11 @@ COMMANDS = {
     "check-trace": "Check a trace independently of what wrote it.",
     "draw": "Draw a scenario before any run.",
     "replay": "Replay a trace: a page, pictures, or the terminal.",
+    "export": "Write a trace as waypoints in metres.",
+    "new": "Write a commented scenario to begin with.",
+    "schema": "Print the JSON Schema of scenarios.",
+    "catalogue": "List robot models, capabilities and obstacle types.",
+    "doctor": "Say what is installed and whether it works.",
 }
 
 EPILOG = """\b
