@@ -57,8 +57,15 @@ class DaskCluster:
             raise
 
     def submit(self, case: Case) -> None:
-        given = (self._batch, asdict(case), asdict(self._conditions), self._traces is not None)
-        future = self._client.submit(remote.run_case, *given, pure=False)
+        future = self._client.submit(
+            remote.run_case,
+            self._batch,
+            str(Path.cwd()),
+            asdict(case),
+            asdict(self._conditions),
+            self._traces is not None,
+            pure=False,
+        )
         self._sent[future] = _Sent(case, time.monotonic())
         future.add_done_callback(self._news.put)
 

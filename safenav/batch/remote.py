@@ -26,9 +26,10 @@ def version_here() -> str:
 
 
 def run_case(
-    batch: str, case: dict[str, Any], conditions: dict[str, Any], traced: bool
+    batch: str, directory: str, case: dict[str, Any], conditions: dict[str, Any], traced: bool
 ) -> tuple[dict[str, Any], bytes]:
     """The result of a case as a record, and the trace if it is wanted and the case failed.
+    ``directory``: where the batch runs; files that a scenario names are read as from there.
 
     Raises SafenavError if no worker process can be started here.
     """
@@ -38,7 +39,7 @@ def run_case(
     try:
         with tempfile.TemporaryDirectory(prefix="safenav-") as folder:
             trace = Path(folder) / "trace.jsonl" if traced else None
-            worker.give(Case(**case), Conditions(**conditions), trace)
+            worker.give(Case(**case), Conditions(**conditions), trace, directory)
             result = worker.wait()
             content = b""
             if trace is not None and not result.passed and trace.exists():

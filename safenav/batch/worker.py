@@ -76,8 +76,15 @@ class Worker:
         """Until this worker counts as hung."""
         return (self._limit if self._ready else _START_SECONDS) - self.elapsed
 
-    def give(self, case: Case, conditions: Conditions, trace: Path | None) -> None:
-        """Let it run a case; it must not have one."""
+    def give(
+        self,
+        case: Case,
+        conditions: Conditions,
+        trace: Path | None,
+        directory: str | None = None,
+    ) -> None:
+        """Let it run a case; it must not have one. ``directory``: what paths in the case are
+        relative to, if it is not the one where the worker was started."""
         assert self.case is None and self._process.stdin is not None
         self.case = case
         self._limit = conditions.seconds
@@ -86,6 +93,7 @@ class Worker:
         task = {
             "case": asdict(case),
             "conditions": asdict(conditions),
+            "directory": directory,
             "trace": None if trace is None else str(trace.resolve()),
         }
         with contextlib.suppress(BrokenPipeError):  # it is dead: ``receive`` will find out

@@ -37,6 +37,9 @@ def main() -> None:
     _send(answers, READY)
     while task := tasks.get():
         given: dict[str, Any] = json.loads(task)
+        if given["directory"] is not None:
+            with contextlib.suppress(OSError):  # not there: only files beside it are missed
+                os.chdir(given["directory"])
         trace = Path(given["trace"]) if given["trace"] is not None else None
         result = execute(Case(**given["case"]), Conditions(**given["conditions"]), trace)
         _send(answers, json.dumps(result.record()).encode() + b"\n")

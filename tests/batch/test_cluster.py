@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from batch.made_scenarios import SlugsLog, Write
+from batch.made_scenarios import SlugsLog, Write, scenario
 from batch.running import SAFENAV, environment, safenav, started, wait_until
 
 pytest.importorskip("distributed", reason="needs the extra 'dask'")
@@ -28,6 +28,7 @@ class Cluster:
             stdout=subprocess.PIPE,
             text=True,
             env=environment(),
+            cwd="/",  # somewhere else than the batch
         )
         assert self._process.stdout is not None
         told = json.loads(self._process.stdout.readline())
@@ -77,11 +78,14 @@ def test_a_crash_or_a_hang_costs_no_dask_worker(
     write("hang.yaml", "sleeper")
     write("quick.yaml")
     write("bad.yaml", text="safenav: 1\n")
+    write("beside/catalogue.yaml", text="robots: {}\n")
+    write("beside/named.yaml", text=scenario() + "catalogue: catalogue.yaml\n")
     done = safenav(".", "--dask", cluster.address, "--time-limit", "1", "--json", "-")
     assert done.returncode == 1
     results = {result["name"]: result for result in json.loads(done.stdout)["results"]}
     assert {name: result["verdict"] for name, result in results.items()} == {
         "bad.yaml": "invalid",
+        "beside/named.yaml": "passed",
         "crash.yaml": "crashed",
         "hang.yaml": "hung",
         "quick.yaml": "passed",
