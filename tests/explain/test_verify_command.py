@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from explain.conftest import Invoke
 
+from explain.conftest import Invoke
 from safenav.cli.verify import command
 from safenav.synthesis.reader import read_specification
 from safenav.synthesis.slugs import Synthesizer

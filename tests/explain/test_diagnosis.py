@@ -1,0 +1,141 @@
+"""Graph search against the synthesizer: what a robot alone can do is one question with two
+ways to answer it, and causes that only arise within a run."""
+
+from __future__ import annotations
+
+from random import Random
+
+import pytest
+
+from safenav.explain.alone import play
+from safenav.explain.diagnosis import diagnose
+from safenav.explain.explanation import Cause, RepairKind
+from safenav.explain.inquiry import explain
+from safenav.explain.quickxplain import minimal_subset
+from safenav.explain.sentence import explain_unrealizable
+from safenav.scenario.loader import load_scenario_text
+from safenav.scenario.model import Robot, RobotModel
+from safenav.scenario.objective import Cover, Hold, Objective, Patrol, Visit, describe
+from safenav.spec.objective import NO_MEMORY
+from safenav.spec.robot import compile_task
+from safenav.spec.task import Fairness, Known, Observed, Task
+from safenav.synthesis.outcome import Verdict
+from safenav.synthesis.slugs import Synthesizer
+from safenav.world.map import Heading, RegionMap
+from safenav.world.mobility import Mobility, Pose
+
+GAMES = 150
+
+
+def _random_task(source: Random) -> tuple[Task, RegionMap]:
+    rows, cols = source.randint(1, 4), source.randint(2, 5)
+    cells = rows * cols
+    walls = frozenset(r for r in range(cells) if source.random() < 0.3)
+    free = [r for r in range(cells) if r not in walls] or [0]
+    world = RegionMap(rows, cols, walls - {free[0]})
+    mobility = source.choice(list(Mobility))
+    heading = source.choice(list(Heading)) if mobility is Mobility.HEADING else None
+
+    def target() -> frozenset[int]:
+        return frozenset(source.sample(free, min(len(free), source.choice((1, 1, 2)))))
+
+    first, second = target(), target()
+    objectives: list[Objective] = [
+        Visit((first, second, target())),
+        Visit((first,)),
+        Cover((first, second)),
+        Hold(first),
+    ]
+    if not first & second:
+        objectives += [Patrol(first, second)] * 3
+    model = RobotModel("rover", mobility, "ground", frozenset())
+    objective = source.choice(objectives)
+    pose = Pose(source.choice(free), heading)
+    blocked = tuple(Known(r, "obstacles.door", "closed") for r in free if source.random() < 0.1)
+    return Task(Robot("rover", model, pose, objective), pose, objective, blocked=blocked), world
+
+
+def test_what_a_robot_can_do_alone_is_what_the_synthesizer_says() -> None:
+    source = Random(5)
+    tasks = [_random_task(source) for _ in range(GAMES)]
+    verdicts = Synthesizer().synthesize_all(
+        [compile_task(task, world) for task, world in tasks], strategy=False
+    )
+    for (task, world), result in zip(tasks, verdicts, strict=True):
+        blocked = frozenset(known.region for known in task.blocked)
+        solo = play(task.robot.model.mobility, task.pose, task.objective, NO_MEMORY, world, blocked)
+        said = f"{describe(task.objective)} from {task.pose} on {world.grid_rows()} {blocked}"
+        assert solo.winnable == (result.verdict is Verdict.REALIZABLE), said
+        assert (diagnose(task, world).cause is None) == solo.winnable, said
+        assert describe(task.objective) in explain_unrealizable(task.robot, task, world)
+    assert {result.verdict for result in verdicts} == {Verdict.REALIZABLE, Verdict.UNREALIZABLE}
+
+
+def _corridor(objective: Objective, **changes: object) -> tuple[Task, RegionMap]:
+    """A rover at 10 in a corridor from 10 to 16."""
+    world = RegionMap.from_grid(["#########", "#.......#", "#########"])
+    model = RobotModel("rover", Mobility.FREE, "ground", frozenset())
+    robot = Robot("rover", model, Pose(10), objective)
+    return Task(robot, robot.start, objective, **changes), world  # type: ignore[arg-type]
+
+
+AWAY = Visit((frozenset({16}),))
+
+
+@pytest.mark.parametrize(
+    ("item", "cause"),
+    [("robots.guard", Cause.PARKED_ROBOT), ("obstacles.door@13", Cause.OBSTACLE)],
+)
+def test_what_stands_in_the_way_is_told_by_its_item(item: str, cause: Cause) -> None:
+    harmless = Known(11 + 18, "obstacles.door@29", "in a wall")
+    task, world = _corridor(AWAY, blocked=(Known(13, item, "it is there"), harmless))
+    found = diagnose(task, world)
+    assert found.cause is cause
+    assert [known.item for known in found.culprits] == [item]
+    assert found.lost == (frozenset({16}),)
+    assert found.confined == {10, 11, 12}
+    assert "it is there" in explain_unrealizable(task.robot, task, world)
+
+
+def test_a_robot_that_assumes_nothing_can_be_kept_away() -> None:
+    other = Observed("blocker", 14, (frozenset({14}),))
+    task, _ = _corridor(AWAY, observed=(other,), fairness=Fairness.NONE)
+    scenario = load_scenario_text(
+        """
+safenav: 1
+map: {grid: ["#########", "#.......#", "#########"]}
+robots:
+  rover: {model: r, start: 10, objective: {visit: [16]}}
+  blocker: {model: r, start: 14, objective: {visit: [14, 15]}}
+catalogue: {robots: {r: {mobility: free, layer: ground, capabilities: []}}}
+"""
+    )
+    found = explain(scenario, task, Synthesizer(), lambda _: False)
+    assert found.cause is Cause.KEPT_AWAY
+    assert not found.core.alone
+    assert found.witness is not None
+    assert found.witness.goal is not None
+    assert found.witness.goal.regions == (16,)
+    assert [repair.kind for repair in found.repairs] == [RepairKind.ASSUMPTION]
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_a_minimal_subset_is_minimal_and_fails(seed: int) -> None:
+    """Failing: to contain one of some random sets."""
+    source = Random(seed)
+    items = list(range(source.randint(1, 30)))
+    bad = [set(source.sample(items, source.randint(1, len(items)))) for _ in range(4)]
+    asked = 0
+
+    def fails(some: object) -> bool:
+        nonlocal asked
+        asked += 1
+        return any(b <= set(some) for b in bad)  # type: ignore[call-overload]
+
+    found = minimal_subset(items, fails)
+    assert fails(found)
+    assert not any(fails([i for i in found if i != spared]) for spared in found)
+
+
+def test_nothing_at_all_may_be_enough_to_fail() -> None:
+    assert minimal_subset([1, 2, 3], lambda _: True) == []

@@ -1,0 +1,56 @@
+"""``safenav explain``: what it prints and how it ends."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from explain.conftest import Invoke
+from safenav.cli.explain import command
+
+SCENARIOS = Path(__file__).parents[2] / "scenarios"
+
+
+def test_a_realizable_scenario_needs_no_explanation(invoke: Invoke) -> None:
+    answer = invoke(command, SCENARIOS / "hello.yaml")
+    assert answer.status == 0
+    assert "nothing to explain" in answer.output
+
+
+@pytest.mark.parametrize(
+    "file", sorted((SCENARIOS / "unrealizable").glob("*.yaml")), ids=lambda file: file.stem
+)
+def test_every_unrealizable_scenario_is_told_in_full(file: Path, invoke: Invoke) -> None:
+    answer = invoke(command, file)
+    assert answer.status == 1
+    for part in ("because", "cannot all be kept together", "What happens", "Any one of these"):
+        assert part in answer.output
+    assert "busy_" not in answer.output.split("Any one of these")[0].split("What happens")[1]
+
+
+def test_json_has_cause_core_witness_and_repairs(invoke: Invoke) -> None:
+    answer = invoke(command, SCENARIOS / "unrealizable" / "cornered.yaml", "--json")
+    assert answer.status == 1
+    (found,) = json.loads(answer.output)["unrealizable"]
+    assert (found["robot"], found["cause"]) == ("carrier", "cornered")
+    assert all(m["item"] and m["constraints"] for m in found["core"]["members"])
+    assert found["witness"]["ending"] == "stuck"
+    assert found["witness"]["pressure"]["busy_east"] == 1
+    assert {"kind", "change", "helpers", "action", "says"} <= set(found["repairs"][0])
+
+
+def test_one_robot_can_be_asked_about(invoke: Invoke) -> None:
+    file = SCENARIOS / "unrealizable" / "separate_rooms.yaml"
+    assert invoke(command, file, "--robot", "quad").status == 0
+    assert invoke(command, file, "--robot", "digit").status == 1
+    unknown = invoke(command, file, "--robot", "nobody")
+    assert unknown.status == 2
+    assert "digit, quad" in unknown.error
+
+
+def test_a_broken_scenario_is_bad_input(tmp_path: Path, invoke: Invoke) -> None:
+    file = tmp_path / "broken.yaml"
+    file.write_text("safenav: 1\n")
+    assert invoke(command, file).status == 2

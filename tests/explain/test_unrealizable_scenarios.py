@@ -1,0 +1,171 @@
+"""Every way to be unrealizable that is shipped: the cause is found, the core is minimal, the
+witness obeys the rules, and what is offered as a repair repairs."""
+
+from __future__ import annotations
+
+from functools import cache
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+
+from safenav.errors import InputError
+from safenav.explain.explanation import Cause, Ending, Explanation, RepairKind
+from safenav.runtime.controllers import first_answers
+from safenav.runtime.explanation import explain_team
+from safenav.runtime.mission import Mission, default_synthesizer
+from safenav.scenario.loader import load_scenario
+from safenav.scenario.model import Scenario
+from safenav.spec.robot import compile_task
+from safenav.synthesis.outcome import Verdict
+from safenav.synthesis.slugs import Synthesizer
+from safenav.world.mobility import Pose, moves
+
+FOLDER = Path(__file__).parents[2] / "scenarios" / "unrealizable"
+FILES = sorted(FOLDER.glob("*.yaml"))
+
+CAUSES = {
+    "contradictory_objective": ("rover", Cause.CONTRADICTION, RepairKind.OBJECTIVE),
+    "cornered": ("carrier", Cause.CORNERED, RepairKind.OBJECTIVE),
+    "crossing_a_target": ("rover", Cause.CROSSING, RepairKind.OBJECTIVE),
+    "dead_end": ("digit", Cause.ONE_WAY, RepairKind.MOBILITY),
+    "facing_the_wall": ("digit", Cause.HEADING, RepairKind.HEADING),
+    "forbidden_way": ("rover", Cause.FORBIDDEN_WAY, RepairKind.OBJECTIVE),
+    "impossible_start": ("rover", Cause.IMPOSSIBLE_START, RepairKind.START),
+    "no_room_to_turn": ("digit", Cause.ONE_WAY, RepairKind.MOBILITY),
+    "parked_robot": ("carrier", Cause.PARKED_ROBOT, RepairKind.OTHER_START),
+    "separate_rooms": ("digit", Cause.NO_WAY, RepairKind.OPEN_WALL),
+}
+"""What each file must be explained by: the robot, the true cause, and a repair that works."""
+
+shipped = pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
+
+
+@cache
+def _scenario(file: Path) -> Scenario:
+    return load_scenario(file, reachable=False)
+
+
+@cache
+def _explained(file: Path) -> Explanation:
+    scenario = _scenario(file)
+    (found,) = explain_team(scenario, default_synthesizer(scenario))
+    return found
+
+
+def test_every_shipped_file_has_its_true_cause_written_down() -> None:
+    assert {file.stem for file in FILES} == set(CAUSES)
+    assert len({cause for _, cause, _ in CAUSES.values()}) >= 8
+
+
+@shipped
+def test_the_true_cause_is_named(file: Path) -> None:
+    robot, cause, _ = CAUSES[file.stem]
+    found = _explained(file)
+    assert (found.robot, found.cause) == (robot, cause)
+
+
+@shipped
+def test_the_core_is_unrealizable_and_every_member_is_needed(file: Path) -> None:
+    found = _explained(file)
+    ask = Synthesizer()
+    whole = compile_task(found.task, _scenario(file).map)
+    assert found.core.minimal
+    reduced = found.core.specification(whole)
+    assert ask.synthesize(reduced, strategy=False).verdict is Verdict.UNREALIZABLE
+    variants = [found.core.specification(whole, [member]) for member in found.core.members]
+    for member, result in zip(
+        found.core.members, ask.synthesize_all(variants, strategy=False), strict=True
+    ):
+        assert result.verdict is Verdict.REALIZABLE, f"{member.origin} can be spared"
+
+
+@shipped
+def test_members_of_the_core_are_items_of_the_scenario(file: Path) -> None:
+    scenario, found = _scenario(file), _explained(file)
+    items = {"map"} | {f"robots.{robot.name}" for robot in scenario.robots}
+    for member in found.core.members:
+        assert any(member.origin.item == i or member.origin.item.startswith(f"{i}.") for i in items)
+        assert member.origin.rule
+    assert set(found.core.walls) <= scenario.map.walls
+
+
+@shipped
+def test_every_repair_makes_it_realizable(file: Path) -> None:
+    robot, _, kind = CAUSES[file.stem]
+    found = _explained(file)
+    assert kind in {repair.kind for repair in found.repairs}
+    for repair in found.repairs:
+        if repair.scenario is not None:
+            answers = first_answers(repair.scenario, Synthesizer(verify=True), names=[robot])
+            assert answers[robot].realizable, repair.change
+
+
+@shipped
+def test_the_witness_moves_as_the_robot_can(file: Path) -> None:
+    found, world = _explained(file), _scenario(file).map
+    witness = found.witness
+    assert witness is not None
+    mobility = found.task.robot.model.mobility
+    poses = [Pose(m.region, m.heading) for m in witness.moments if m.region is not None]
+    for before, after in pairwise(poses):
+        assert after in moves(mobility, before, world)
+    match witness.ending:
+        case Ending.CONFINED:
+            assert found.task.pose.region in witness.confined
+            for target in found.diagnosis.lost:
+                assert not target & witness.confined
+        case Ending.STUCK:
+            tried = {(d.region, d.heading) for d in witness.dilemmas}
+            assert tried == {(p.region, p.heading) for p in moves(mobility, poses[-1], world)}
+        case Ending.STARVED:
+            assert witness.cycle
+            assert witness.goal is not None
+        case Ending.NO_BEGINNING:
+            assert poses == []
+
+
+def test_the_rooms_are_told_apart_by_the_walls_between_them() -> None:
+    found = _explained(FOLDER / "separate_rooms.yaml")
+    assert {21, 34, 47, 60, 73} <= set(found.core.walls)
+    assert len(found.core.walls) == 7
+    assert [sorted(target) for target in found.diagnosis.lost] == [[49]]
+    assert found.core.alone
+
+
+def test_whoever_could_open_the_wall_does_it_in_a_run() -> None:
+    found = _explained(FOLDER / "separate_rooms.yaml")
+    repair = found.repairs[0]
+    assert repair.scenario is not None
+    assert (repair.kind, repair.action, repair.helpers) == (
+        RepairKind.OPEN_WALL,
+        "push",
+        ("digit",),
+    )
+    assert Mission(repair.scenario).run().outcome.value == "completed"
+
+
+def test_others_are_blamed_only_where_they_are_to_blame() -> None:
+    blamed = {file.stem for file in FILES if not _explained(file).core.alone}
+    assert blamed == {"cornered", "parked_robot"}
+
+
+def test_a_promise_of_the_others_is_offered_where_it_helps() -> None:
+    kinds = {repair.kind for repair in _explained(FOLDER / "cornered.yaml").repairs}
+    assert RepairKind.ASSUMPTION in kinds
+
+
+def test_the_guard_that_holds_the_place_is_named() -> None:
+    found = _explained(FOLDER / "parked_robot.yaml")
+    assert [known.item for known in found.diagnosis.culprits] == ["robots.guard"]
+
+
+@shipped
+def test_without_permission_unreachable_targets_are_no_valid_scenario(file: Path) -> None:
+    found = _explained(file)
+    lost = bool(found.diagnosis.lost) or found.cause is Cause.ONE_WAY
+    if not lost or found.cause is Cause.CROSSING:
+        assert load_scenario(file) == _scenario(file)
+        return
+    with pytest.raises(InputError):
+        load_scenario(file)
