@@ -1,0 +1,82 @@
+"""``safenav catalogue``: what scenarios can use, and where it comes from."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from cli.conftest import Command
+from safenav.scenario.template import template_text
+
+PARTS = """\
+robots:
+  rover: {mobility: free, layer: ground, capabilities: [clear, push], vision: 4, timing: {most: 3}}
+  digit: {mobility: heading, layer: ground, size: 0.7}
+obstacles:
+  debris: {action: clear, resolve_at: [3, 4], blocks: [ground]}
+"""
+
+
+def test_the_built_in_catalogue(safenav: Command) -> None:
+    found = safenav("catalogue")
+    assert found.returncode == 0
+    for word in ("digit", "quadcopter", "door", "uncertainty", "push", "sense", "built in"):
+        assert word in found.stdout
+    data = json.loads(safenav("catalogue", "--json").stdout)
+    assert data["robots"]["digit"] == {
+        "mobility": "heading",
+        "layer": "ground",
+        "capabilities": ["push"],
+        "vision": None,
+        "size": 0.6,
+        "speed": 0.5,
+        "timing": {"least": 1, "most": 1},
+        "source": "built in",
+    }
+    assert data["capabilities"]["sense"] == {"robots": ["quadcopter"], "resolves": ["uncertainty"]}
+    assert data["obstacles"]["door"]["resolve_at"] == "self"
+    assert data["obstacles"]["uncertainty"]["has_truth"] is True
+
+
+def test_what_a_scenario_adds_has_it_as_its_source(safenav: Command, tmp_path: Path) -> None:
+    (tmp_path / "team.yaml").write_text(template_text("team"), encoding="utf-8")
+    data = json.loads(safenav("catalogue", "team.yaml", "--json").stdout)
+    assert data["robots"]["cart"]["source"] == "team.yaml"
+    assert data["robots"]["digit"]["source"] == "built in"
+    assert data["obstacles"]["debris"]["blocks"] == ["ground"]
+    assert data["capabilities"]["clear"] == {"robots": ["sweeper"], "resolves": ["debris"]}
+
+
+def test_a_catalogue_file_adds_and_replaces(safenav: Command, tmp_path: Path) -> None:
+    (tmp_path / "parts.yaml").write_text(PARTS, encoding="utf-8")
+    data = json.loads(safenav("catalogue", "parts.yaml", "--json").stdout)
+    assert data["robots"]["rover"]["timing"] == {"least": 1, "most": 3}
+    assert data["robots"]["digit"]["source"] == "parts.yaml"
+    assert data["robots"]["digit"]["size"] == 0.7
+    assert data["obstacles"]["debris"]["resolve_at"] == [3, 4]
+    told = safenav("catalogue", "parts.yaml").stdout
+    assert "1 to 3" in told
+    assert "regions 3, 4" in told
+
+
+def test_a_catalogue_beside_a_scenario_is_the_source(safenav: Command, tmp_path: Path) -> None:
+    (tmp_path / "parts.yaml").write_text(PARTS, encoding="utf-8")
+    (tmp_path / "s.yaml").write_text(
+        "safenav: 1\nmap: {grid: ['.....']}\ncatalogue: parts.yaml\n"
+        "robots: {ann: {model: rover, start: 0, objective: {hold: 1}}}\n",
+        encoding="utf-8",
+    )
+    data = json.loads(safenav("catalogue", "s.yaml", "--json").stdout)
+    assert data["robots"]["rover"]["source"] == "parts.yaml"
+
+
+def test_what_is_wrong_with_the_file_is_told(safenav: Command, tmp_path: Path) -> None:
+    (tmp_path / "bad.yaml").write_text(
+        "robots:\n  rover: {layer: rail, mobility: fre}\n", encoding="utf-8"
+    )
+    refused = safenav("catalogue", "bad.yaml")
+    assert refused.returncode == 2
+    assert "bad.yaml:2:34: 'mobility' of robot model rover: unknown word 'fre'" in refused.stderr
+    assert safenav("catalogue", "missing.yaml").returncode == 2
+    (tmp_path / "list.yaml").write_text("- 1\n", encoding="utf-8")
+    assert "found a list of 1, expected a mapping" in safenav("catalogue", "list.yaml").stderr

@@ -1,0 +1,110 @@
+"""``safenav doctor``: what is installed, and whether it works."""
+
+from __future__ import annotations
+
+import json
+from importlib import metadata
+from pathlib import Path
+
+import pytest
+
+import safenav as package
+from cli.conftest import Command
+from safenav.report.installation import OPTIONAL, REQUIRED
+
+
+def script(path: Path, body: str) -> str:
+    """A program that is no synthesizer."""
+    path.write_text("#!/bin/sh\n" + body, encoding="utf-8")
+    path.chmod(0o755)
+    return str(path)
+
+
+def test_a_working_installation(safenav: Command, tmp_path: Path) -> None:
+    found = safenav("doctor", "--json")
+    assert found.returncode == 0, found.stdout
+    data = json.loads(found.stdout)
+    assert data["usable"] is True
+    assert data["safenav"] == package.__version__
+    versions = {entry["name"]: entry["version"] for entry in data["packages"]}
+    assert versions["click"] == metadata.version("click")
+    assert set(versions) == {*REQUIRED, *OPTIONAL}
+    assert data["slugs"]["problem"] is None
+    assert data["slugs"]["seconds"] > 0
+    assert Path(data["slugs"]["path"]).exists()
+    assert data["cache"]["directory"] == str(tmp_path / "cache")
+    assert data["cache"]["chosen_by"] == "SAFENAV_CACHE"
+    assert data["cache"]["problem"] is None
+    assert list((tmp_path / "cache").iterdir()) == [], "the questions are not cached"
+
+
+def test_the_same_for_people(safenav: Command) -> None:
+    found = safenav("doctor", SAFENAV_CACHE="off")
+    assert found.returncode == 0
+    assert "answers, and a check accepts it" in found.stdout
+    assert "off (SAFENAV_CACHE)" in found.stdout
+    assert "wrong " not in found.stdout
+
+
+def test_answers_that_are_kept_are_counted(safenav: Command) -> None:
+    safenav("new", "s.yaml", "--template", "minimal")
+    assert safenav("run", "s.yaml").returncode == 0
+    cache = json.loads(safenav("doctor", "--json").stdout)["cache"]
+    assert cache["entries"] == 1
+    assert cache["bytes"] > 100
+
+
+def test_required_and_optional_packages_are_those_of_the_project() -> None:
+    import tomllib
+
+    file = Path(__file__).parents[2] / "pyproject.toml"
+    project = tomllib.loads(file.read_text(encoding="utf-8"))["project"]
+
+    def names(wanted: list[str]) -> set[str]:
+        return {entry.split(">")[0].split("[")[0].lower() for entry in wanted}
+
+    assert names(project["dependencies"]) == {name.lower() for name in REQUIRED}
+    for name, (extra, _) in OPTIONAL.items():
+        assert name in names(project["optional-dependencies"][extra])
+
+
+LIAR = 'case "$*" in *version*) exit 1;; esac\ncat >/dev/null\n'
+
+
+@pytest.mark.parametrize(
+    ("body", "words"),
+    [
+        ("exit 3\n", "exit"),
+        (LIAR + 'echo "RESULT: Specification is unrealizable." >&2\n', "unrealizable"),
+        (LIAR + "kill -SEGV $$\n", ""),
+        (LIAR + "echo hello\n", ""),
+    ],
+    ids=["refuses", "always unrealizable", "crashes", "chats"],
+)
+def test_a_synthesizer_that_does_not_answer_is_found_out(
+    body: str, words: str, safenav: Command, tmp_path: Path
+) -> None:
+    found = safenav("doctor", "--json", SAFENAV_SLUGS=script(tmp_path / "liar", body))
+    assert found.returncode == 4, found.stdout + found.stderr
+    data = json.loads(found.stdout)
+    assert data["usable"] is False
+    assert data["slugs"]["chosen_by"] == "SAFENAV_SLUGS"
+    assert words in data["slugs"]["problem"]
+    assert "Traceback" not in found.stderr
+
+
+def test_a_synthesizer_that_is_missing(safenav: Command, tmp_path: Path) -> None:
+    found = safenav("doctor", SAFENAV_SLUGS=str(tmp_path / "nothing"))
+    assert found.returncode == 4
+    assert "does not exist" in found.stdout
+    assert found.stdout.count("wrong ") == 1
+
+
+def test_a_cache_that_cannot_be_written_is_no_reason_to_stop(
+    safenav: Command, tmp_path: Path
+) -> None:
+    (tmp_path / "file").write_text("in the way")
+    found = safenav("doctor", "--json", SAFENAV_CACHE=str(tmp_path / "file" / "cache"))
+    assert found.returncode == 0
+    assert "not writable" in json.loads(found.stdout)["cache"]["problem"]
+    assert "not writable" in safenav("doctor", SAFENAV_CACHE=str(tmp_path / "file")).stdout

@@ -1,0 +1,131 @@
+"""``safenav new`` and ``safenav schema``: what one begins with."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from jsonschema import Draft202012Validator
+
+from cli.conftest import Command
+from safenav.scenario import load_scenario
+from safenav.scenario.document import Mapping, Node, Scalar, read_document
+from safenav.scenario.schema import schema_text
+from safenav.scenario.template import DEFAULT, TEMPLATES, template_text
+
+SCHEMA_LINE = "# yaml-language-server: $schema=safenav.schema.json"
+DOCS = Path(__file__).parents[2] / "docs"
+
+
+def plain(node: Node) -> object:
+    if isinstance(node, Scalar):
+        return node.value
+    if isinstance(node, Mapping):
+        return {key.value: plain(item) for key, item in node.entries}
+    return [plain(item) for item in node.items]
+
+
+@pytest.mark.parametrize("template", TEMPLATES)
+def test_a_new_scenario_runs_as_it_expects(template: str, safenav: Command, tmp_path: Path) -> None:
+    made = safenav("new", "floor.yaml", "--template", template)
+    assert made.returncode == 0, made.stderr
+    assert made.stdout == ""
+    assert "safenav run floor.yaml" in made.stderr
+    assert load_scenario(tmp_path / "floor.yaml").expect.outcome is not None
+    run = safenav("run", "floor.yaml", "--trace", "floor.jsonl")
+    assert run.returncode == 0, run.stdout + run.stderr
+    assert safenav("check-trace", "floor.jsonl").returncode == 0
+
+
+@pytest.mark.parametrize("template", TEMPLATES)
+def test_templates_are_commented_and_name_the_schema_that_accepts_them(template: str) -> None:
+    text = template_text(template)
+    assert text.splitlines()[0] == SCHEMA_LINE
+    assert sum("#" in line.split("grid")[0] for line in text.splitlines()) >= 5
+    document = plain(read_document(text).root)
+    assert Draft202012Validator(json.loads(schema_text())).is_valid(document)
+
+
+def test_there_is_a_template_for_each_name_and_no_other() -> None:
+    import safenav.scenario.template as module
+
+    folder = Path(module.__file__).with_name("templates")
+    assert sorted(file.stem for file in folder.iterdir()) == sorted(TEMPLATES)
+    assert DEFAULT in TEMPLATES
+
+
+def test_without_a_name_it_is_scenario_yaml(safenav: Command, tmp_path: Path) -> None:
+    assert safenav("new").returncode == 0
+    assert (tmp_path / "scenario.yaml").read_text(encoding="utf-8") == template_text(DEFAULT)
+
+
+def test_a_file_that_exists_is_replaced_only_by_force(safenav: Command, tmp_path: Path) -> None:
+    (tmp_path / "mine.yaml").write_text("precious\n")
+    refused = safenav("new", "mine.yaml")
+    assert refused.returncode == 2
+    assert "mine.yaml exists already" in refused.stderr
+    assert "--force" in refused.stderr
+    assert (tmp_path / "mine.yaml").read_text() == "precious\n"
+    assert safenav("new", "mine.yaml", "--force").returncode == 0
+    assert (tmp_path / "mine.yaml").read_text(encoding="utf-8") == template_text(DEFAULT)
+    assert [file.name for file in tmp_path.iterdir()] == ["mine.yaml"], "nothing is left behind"
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [("nowhere/mine.yaml", "No such file or directory"), (".", "cannot be written|exists already")],
+)
+def test_a_place_that_cannot_be_written(name: str, words: str, safenav: Command) -> None:
+    import re
+
+    refused = safenav("new", name)
+    assert refused.returncode == 2
+    assert re.search(words, refused.stderr)
+    assert "Traceback" not in refused.stderr
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
+def test_a_directory_that_is_not_writable(safenav: Command, tmp_path: Path) -> None:
+    (tmp_path / "shut").mkdir(mode=0o500)
+    assert "Permission denied" in safenav("new", "shut/mine.yaml").stderr
+
+
+def test_an_unknown_template_names_the_known_ones(safenav: Command) -> None:
+    refused = safenav("new", "--template", "dor")
+    assert refused.returncode == 2
+    assert all(name in refused.stderr for name in TEMPLATES)
+
+
+def test_a_dash_prints_the_scenario(safenav: Command, tmp_path: Path) -> None:
+    assert safenav("new", "-").stdout == template_text(DEFAULT)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_schema_is_printed_written_and_published(safenav: Command, tmp_path: Path) -> None:
+    assert safenav("schema").stdout == schema_text()
+    assert safenav("schema", "-o", "safenav.schema.json").returncode == 0
+    assert (tmp_path / "safenav.schema.json").read_text(encoding="utf-8") == schema_text()
+    assert (DOCS / "scenario.schema.json").read_text(encoding="utf-8") == schema_text()
+    assert safenav("schema", "-o", "no/where.json").returncode == 2
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_shells_complete_commands_as_documented(shell: str, environment: dict[str, str]) -> None:
+    documented = (DOCS / "editors.md").read_text(encoding="utf-8")
+    assert f"_SAFENAV_COMPLETE={shell}_source safenav" in documented
+    asked = {"COMP_WORDS": "safenav cat", "COMP_CWORD": "cat" if shell == "fish" else "1"}
+    program = "import sys; sys.argv[0] = 'safenav'; from safenav.cli import main; main()"
+    found = subprocess.run(
+        [sys.executable, "-c", program],
+        env={**environment, **asked, "_SAFENAV_COMPLETE": f"{shell}_complete"},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=True,
+    )
+    assert "catalogue" in found.stdout
+    assert "doctor" not in found.stdout
