@@ -90,6 +90,8 @@ class PatrolRule(Rule):
         for index, target in enumerate(progress.objective.targets):
             if here not in target:
                 continue
+            if now.toward[robot] is not None:
+                continue  # it is leaving, which takes more than a tick
             if turn.origin in target:
                 problem = f"{robot} met {now.show(here)} and does not leave it at once"
                 yield self.broken(turn.tick, robot, turn.line, problem)

@@ -89,6 +89,8 @@ class OutcomeRule(Rule):
         if outcome.cause is OperatorCause.UNREALIZABLE:
             if not negative:
                 yield "it says unrealizable, but no synthesis of the last turn was"
+        elif outcome.cause is OperatorCause.DEADLOCK:
+            return  # who waits for whom for ever is not in the trace
         elif request is None or request.helper is not None:
             yield "an operator is said to be needed for want of a helper, but nobody was refused"
         elif outcome.cause is OperatorCause.NO_CAPABLE_ROBOT and now.capable(request.obstacle):

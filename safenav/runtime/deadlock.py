@@ -17,9 +17,10 @@ from safenav.runtime.events import Event, GoalReached
 from safenav.runtime.refuge import Deadlock, known_regions, refuges
 from safenav.runtime.state import TeamState
 from safenav.runtime.tasks import Assignment, Frame
+from safenav.runtime.traffic import Traffic
 from safenav.scenario.model import Robot
 from safenav.world.map import Region
-from safenav.world.mobility import distances, moves, shortest_path
+from safenav.world.mobility import moves, shortest_path
 
 PATIENCE = 3
 """Ticks that a robot waits in front of another before anybody asks whether that is for ever,
@@ -32,8 +33,9 @@ TRIES = 12
 class Watch:
     """Notices who gets nowhere, from the positions alone."""
 
-    def __init__(self, state: TeamState, coordination: Resynthesis) -> None:
+    def __init__(self, state: TeamState, coordination: Resynthesis, traffic: Traffic) -> None:
         self._state = state
+        self._traffic = traffic
         self._coordination = coordination
         self._unsolved = 0
         self._attempts = 0
@@ -164,49 +166,36 @@ class Watch:
         ) in self._awaited(robot)
 
     def _blockers(self, robot: Robot) -> tuple[str, ...]:
-        """The robots on all next steps of shortest ways to what ``robot`` awaits; nobody if a
-        step is free or it is where it wants to be."""
+        """The robots that one that waits may be waiting for: those on the regions that it could
+        step to, and those in a corridor that is closed to it. Nobody if it is where it wants to
+        be.
+
+        Not only those on its shortest way: a strategy may wait for one side to become free
+        although another one is.
+        """
         state, here = self._state, self._state.region(robot)
         awaited = self._awaited(robot)
         if not awaited or here in awaited:
             return ()
-        inward = _steps_to(robot, state, awaited)
-        best = min(inward, key=lambda step: step[1], default=None)
-        if best is None:
-            return ()
-        found: list[str] = []
-        for region, distance in inward:
-            if distance != best[1]:
-                continue
-            takers = [
-                other.name
-                for other in state.scenario.robots
-                if other is not robot
-                and state.scenario.conflict(robot, other)
-                and region in state.occupied(other)
-            ]
-            if not takers:
-                return ()
-            found += takers
+        known = known_regions(robot, state)
+        steps = {
+            pose.region
+            for pose in moves(
+                robot.model.mobility, state.poses[robot.name], state.scenario.map, known
+            )
+        } - {here}
+        found = list(self._traffic.in_the_way(robot))
+        found += [
+            other.name
+            for other in state.scenario.robots
+            if other is not robot
+            and state.scenario.conflict(robot, other)
+            and not steps.isdisjoint(state.occupied(other))
+        ]
         return tuple(dict.fromkeys(found))
 
     def _awaited(self, robot: Robot) -> frozenset[Region]:
         return self._state.tasks.current[robot.name].progress.awaited()
-
-
-def _steps_to(
-    robot: Robot, state: TeamState, awaited: frozenset[Region]
-) -> list[tuple[Region, int]]:
-    """Each possible next region with the steps that remain from there to what is awaited."""
-    found = []
-    known = known_regions(robot, state)
-    world, mobility = state.scenario.map, robot.model.mobility
-    for pose in moves(mobility, state.next_pose(robot), world, known)[1:]:
-        reach = distances(mobility, pose, world, known)
-        remaining = [reach[region] for region in awaited if region in reach]
-        if remaining:
-            found.append((pose.region, min(remaining)))
-    return found
 
 
 def _way(robot: Robot, assignment: Assignment, state: TeamState) -> list[Region] | None:

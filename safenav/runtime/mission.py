@@ -23,6 +23,7 @@ from safenav.runtime.explanation import explain_impasse, explain_unrealizable
 from safenav.runtime.state import TeamState, with_alternation
 from safenav.runtime.steering import Steering
 from safenav.runtime.trace import Listener, scenario_record
+from safenav.runtime.traffic import Traffic
 from safenav.runtime.turn import LostError, Turns
 from safenav.scenario.model import Coordination, Outcome, Robot, Scenario
 from safenav.synthesis.slugs import Listener as SynthesisListener
@@ -68,9 +69,10 @@ class Mission:
         )
         kind = Steering if scenario.coordination is Coordination.ASSIGNABLE else Resynthesis
         self._coordination = kind(self.state, self._controllers)
-        self._watch = Watch(self.state, self._coordination)
+        traffic = Traffic(self.state)
+        self._watch = Watch(self.state, self._coordination, traffic)
         self.state.listeners += (self._watch,)
-        self._turns = Turns(self.state, self._world, self._controllers, self._coordination)
+        self._turns = Turns(self.state, self._world, self._controllers, self._coordination, traffic)
         self._begun = time.monotonic()
         self._stopping = False
 

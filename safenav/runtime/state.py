@@ -75,25 +75,22 @@ class TeamState:
         """The regions that ``robot`` takes up now: two while it is in transit."""
         return frozenset({self.region(robot), self.next_pose(robot).region})
 
-    def dangers(self, robot: Robot) -> frozenset[Region]:
-        """The regions that ``robot`` must not enter because others take them up."""
-        return frozenset().union(
-            *(
-                self.occupied(other)
-                for other in self.scenario.robots
-                if other is not robot and self.scenario.conflict(robot, other)
-            )
-        )
-
     def sightings(
         self, robot: Robot, task: Task, closed: frozenset[Region] = frozenset()
     ) -> Sightings:
         """What ``robot`` can observe of those that its task is about; regions that are
-        ``closed`` to it for now count as taken. To be asked once a turn: it takes a look."""
+        ``closed`` to it for now count as taken. Those who wait are not among them: they are
+        obstacles of the task. To be asked once a turn: it takes a look."""
         here = self.region(robot)
         positions = {o.name: self.poses[o.name].region for o in task.observed}
         known = self.beliefs.look(task, self.scenario.map, here, positions)
-        return Sightings(here, self.dangers(robot) | closed, positions, known)
+        moving = [self.scenario.robot(o.name) for o in task.observed if o.danger]
+        taken: set[Region] = set().union(*(self.occupied(other) for other in moving))
+        sides = set(self.scenario.map.neighbours(here))
+        # A specification counts on no more busy sides than there are others (spec.nearby).
+        room = len(moving) - len(sides & taken)
+        taken |= set(sorted(closed - taken)[: max(0, room)])
+        return Sightings(here, frozenset(taken), positions, known)
 
     def objectives(self) -> dict[str, dict[str, object]]:
         """The objectives in force, as in a trace."""

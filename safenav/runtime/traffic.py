@@ -81,6 +81,12 @@ class Traffic:
             came = self._state.tick > 0
             self._entered[robot.name] = (corridor, region if came else None)
 
+    def in_the_way(self, robot: Robot) -> tuple[str, ...]:
+        """The robots in corridors that are closed to ``robot``."""
+        closed = self.closed_to(robot)
+        found = [n for mouth in closed for n in self._inside(self._corridors[mouth])]
+        return tuple(name for name in dict.fromkeys(found) if name != robot.name)
+
     def closed_to(self, robot: Robot) -> frozenset[Region]:
         """The neighbouring mouths that ``robot`` must not enter now."""
         state = self._state

@@ -43,12 +43,13 @@ class Turns:
         world: World,
         controllers: Controllers,
         coordination: Resynthesis,
+        traffic: Traffic,
     ) -> None:
         self._state = state
         self._world = world
         self._controllers = controllers
         self._coordination = coordination
-        self._traffic = Traffic(state)
+        self._traffic = traffic
         self._looked: tuple[Task, Mapping[str, Knowledge]] | None = None
         self._told: dict[tuple[str, str], Knowledge] = {}
         seed = state.scenario.seed
@@ -82,7 +83,7 @@ class Turns:
             planner.before = before
             self._traffic.note(robot)
             self._tell_move(robot, state.poses[name], proposal.pose)
-            return None
+            return self._act(robot)
         impasse = self._arrive(robot, proposal.pose, before)
         if impasse is None and violation is not None:
             impasse = self._coordination.on_violation(violation)
@@ -95,7 +96,7 @@ class Turns:
         state, name = self._state, robot.name
         if state.tick < transit.arrives:
             self._tell_move(robot, state.poses[name], transit.pose)
-            return None
+            return self._act(robot)
         del state.transits[name]
         return self._arrive(robot, transit.pose, state.planners[name].before)
 

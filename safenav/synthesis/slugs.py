@@ -238,7 +238,7 @@ class Synthesizer:
 
     def _run_native(self, crew: Crew, job: _Job) -> Finished:
         """Our own program reads standard input and keeps its limits itself."""
-        command = [str(self.binary.path), *job.question.options]
+        command = [str(self.binary.path), *job.options]
         if job.question is Question.REALIZABILITY:
             command.append("--realizability")
         deadline = None
@@ -258,7 +258,7 @@ class Synthesizer:
         with tempfile.TemporaryDirectory(prefix="safenav-") as directory:
             file = Path(directory) / f"specification{suffix}"
             file.write_bytes(text)
-            command = [str(self.binary.path), *job.question.options, str(file)]
+            command = [str(self.binary.path), *job.options, str(file)]
             return crew.run(limited(command, self.memory_mb), b"", self.seconds)
 
     def _translated(self, crew: Crew, job: _Job) -> tuple[bytes, str]:
