@@ -7,7 +7,7 @@
 #pragma once
 
 #include "budget.hpp"
-#include "check_completions.hpp"
+#include "check_remainders.hpp"
 #include "formula.hpp"
 
 #include <cstdint>

@@ -1,5 +1,4 @@
-// Steps (1) and (2): what a query leaves to be solved.  Step (3) is in
-// check_backtracking.cpp.
+// See check_completions.hpp.
 
 #include "check_completions.hpp"
 
@@ -10,151 +9,32 @@
 
 namespace slugs {
 
-namespace {
-
-constexpr std::uint32_t not_open = static_cast<std::uint32_t>(-1);
-
-std::vector<FormulaId> formulas_of(const Specification &specification, const std::vector<Section> &sections) {
-  std::vector<FormulaId> formulas;
-  for (const Section section : sections)
-    for (const Constraint &constraint : specification[section])
-      formulas.push_back(constraint.formula);
-  return formulas;
-}
-
-} // namespace
-
-Completions::Completions(const Specification &specification, const std::vector<Section> &sections,
+Completions::Completions(const Specification &specification, std::vector<Section> sections,
                          std::vector<OpenVariable> open, std::uint64_t limit, const Budget &budget)
-    : pool_(specification.formulas), roots_(formulas_of(specification, sections)), open_(std::move(open)),
-      limit_(limit), budget_(budget), position_(specification.variables.size(), {not_open, not_open}),
-      evaluation_(pool_, roots_), rewritten_(pool_.size()), stamp_(pool_.size(), 0) {
-  slots_.resize(pool_.size());
-  for (std::uint32_t slot = 0; slot < evaluation_.needed().size(); ++slot)
-    slots_[evaluation_.needed()[slot]] = slot;
-  for (std::uint32_t i = 0; i < open_.size(); ++i)
-    position_[open_[i].index][open_[i].next ? 1 : 0] = i;
-  only_open_.resize(pool_.size());
-  for (FormulaId id = 0; id < pool_.size(); ++id) {
-    const FormulaNode node = pool_[id];
-    if (node.op == Op::Variable)
-      only_open_[id] = position_[node.left][node.right] != not_open;
-    else
-      only_open_[id] =
-          (node.op < Op::Not || only_open_[node.left]) && (node.op <= Op::Not || only_open_[node.right]);
-  }
-}
-
-void Completions::load(Assignment assignment) {
-  for (const OpenVariable &variable : open_)
-    (variable.next ? assignment.next : assignment.current)[variable.index] = Truth{};
-  evaluation_.run(assignment);
-}
+    : remainders_(specification, std::move(open), sections), sections_(std::move(sections)), limit_(limit),
+      budget_(budget) {}
 
 const Completions::Answer &Completions::answer(unsigned lane) {
-  const std::optional<Remainder> remainder = this->remainder(lane);
-  if (!remainder)
-    return none_;
-  std::unique_ptr<Answer> &answer = answers_[*remainder];
+  Conjunction all;
+  for (const Section section : sections_) {
+    const std::optional<Conjunction> part = remainders_.remainder(section, lane);
+    if (!part)
+      return none_;
+    all.insert(all.end(), part->begin(), part->end());
+  }
+  std::sort(all.begin(), all.end());
+  all.erase(std::unique(all.begin(), all.end()), all.end());
+  std::unique_ptr<Answer> &answer = answers_[all];
   if (!answer)
-    answer = compose(*remainder);
+    answer = compose(all);
   return *answer;
 }
 
-// The undecided constraints over open variables; nothing if one is violated.
-std::optional<Completions::Remainder> Completions::remainder(unsigned lane) {
-  const Word bit = Word{1} << lane;
-  Remainder result;
-  ++now_;
-  for (const FormulaId root : roots_) {
-    const Truth &truth = evaluation_.at(slots_[root]);
-    if (truth.no & bit)
-      return std::nullopt;
-    if (truth.yes & bit)
-      continue;
-    const FormulaId formula = rewrite(root, lane);
-    if (formula == pool_.constant(false))
-      return std::nullopt;
-    if (formula != pool_.constant(true))
-      result.push_back(formula);
-  }
-  std::sort(result.begin(), result.end());
-  result.erase(std::unique(result.begin(), result.end()), result.end());
-  return result;
-}
-
-// Replaces what the lane decides by constants.  Sub-formulas over open
-// variables stay as they are.
-FormulaId Completions::rewrite(FormulaId root, unsigned lane) {
-  const auto settle = [&](FormulaId id) {
-    if (stamp_[id] == now_)
-      return true;
-    const Truth &truth = evaluation_.at(slots_[id]);
-    const Word bit = Word{1} << lane;
-    if (truth.yes & bit)
-      rewritten_[id] = pool_.constant(true);
-    else if (truth.no & bit)
-      rewritten_[id] = pool_.constant(false);
-    else if (only_open_[id])
-      rewritten_[id] = id;
-    else
-      return false;
-    stamp_[id] = now_;
-    return true;
-  };
-  std::vector<FormulaId> open = {root};
-  while (!open.empty()) {
-    const FormulaId id = open.back();
-    if (settle(id)) {
-      open.pop_back();
-      continue;
-    }
-    const FormulaNode node = pool_[id]; // undecided and mixed: an operator
-    const bool left = settle(node.left);
-    const bool right = node.op == Op::Not || settle(node.right);
-    if (!left)
-      open.push_back(node.left);
-    if (!right)
-      open.push_back(node.right);
-    if (!left || !right)
-      continue;
-    const FormulaId a = rewritten_[node.left];
-    const FormulaId b = node.op == Op::Not ? a : rewritten_[node.right];
-    rewritten_[id] = node.op == Op::Not   ? pool_.negation(a)
-                     : node.op == Op::And ? pool_.conjunction(a, b)
-                     : node.op == Op::Or  ? pool_.disjunction(a, b)
-                                          : pool_.exclusive(a, b);
-    stamp_[id] = now_;
-    open.pop_back();
-  }
-  return rewritten_[root];
-}
-
-// Positions of the open variables of a remainder's formula, sorted.
-const std::vector<std::uint32_t> &Completions::support(FormulaId formula) {
-  const auto [entry, fresh] = supports_.try_emplace(formula);
-  if (fresh) {
-    std::set<FormulaId> seen = {formula};
-    std::vector<FormulaId> open = {formula};
-    while (!open.empty()) {
-      const FormulaNode node = pool_[open.back()];
-      open.pop_back();
-      if (node.op == Op::Variable)
-        entry->second.push_back(position_[node.left][node.right]);
-      if (node.op >= Op::Not && seen.insert(node.left).second)
-        open.push_back(node.left);
-      if (node.op > Op::Not && seen.insert(node.right).second)
-        open.push_back(node.right);
-    }
-    std::sort(entry->second.begin(), entry->second.end());
-  }
-  return entry->second;
-}
-
-std::unique_ptr<Completions::Answer> Completions::compose(const Remainder &remainder) {
+std::unique_ptr<Completions::Answer> Completions::compose(const Conjunction &remainder) {
+  const std::vector<OpenVariable> &open = remainders_.open();
   // Formulas that share a variable go together: each position points to a
   // representative of its class (union-find with path halving).
-  std::vector<std::uint32_t> parent(open_.size());
+  std::vector<std::uint32_t> parent(open.size());
   for (std::uint32_t i = 0; i < parent.size(); ++i)
     parent[i] = i;
   const auto find = [&](std::uint32_t i) {
@@ -162,15 +42,15 @@ std::unique_ptr<Completions::Answer> Completions::compose(const Remainder &remai
       i = parent[i] = parent[parent[i]];
     return i;
   };
-  std::vector<bool> constrained(open_.size());
+  std::vector<bool> constrained(open.size());
   for (const FormulaId formula : remainder)
-    for (const std::uint32_t position : support(formula)) {
-      parent[find(position)] = find(support(formula).front());
+    for (const std::uint32_t position : remainders_.support(formula)) {
+      parent[find(position)] = find(remainders_.support(formula).front());
       constrained[position] = true;
     }
-  std::map<std::uint32_t, Remainder> parts;
+  std::map<std::uint32_t, Conjunction> parts;
   for (const FormulaId formula : remainder)
-    parts[find(support(formula).front())].push_back(formula);
+    parts[find(remainders_.support(formula).front())].push_back(formula);
 
   auto answer = std::make_unique<Answer>();
   answer->count = 1;
@@ -179,7 +59,7 @@ std::unique_ptr<Completions::Answer> Completions::compose(const Remainder &remai
   };
   for (const auto &part : parts)
     answer->factors.push_back(&component(part.second));
-  for (std::uint32_t i = 0; i < open_.size(); ++i)
+  for (std::uint32_t i = 0; i < open.size(); ++i)
     if (!constrained[i])
       answer->unconstrained.push_back(i);
   for (const Component *factor : answer->factors)
@@ -193,19 +73,20 @@ std::unique_ptr<Completions::Answer> Completions::compose(const Remainder &remai
   return answer;
 }
 
-const Completions::Component &Completions::component(const Remainder &remainder) {
+const Completions::Component &Completions::component(const Conjunction &remainder) {
   std::unique_ptr<Component> &known = components_[remainder];
   if (known)
     return *known;
   auto fresh = std::make_unique<Component>();
   std::set<std::uint32_t> positions;
   for (const FormulaId formula : remainder)
-    positions.insert(support(formula).begin(), support(formula).end());
+    positions.insert(remainders_.support(formula).begin(), remainders_.support(formula).end());
   fresh->positions.assign(positions.begin(), positions.end());
   std::vector<OpenVariable> variables;
   for (const std::uint32_t position : fresh->positions)
-    variables.push_back(open_[position]);
-  fresh->solutions = solutions(pool_, remainder, variables, position_.size(), limit_ + 1, budget_);
+    variables.push_back(remainders_.open()[position]);
+  fresh->solutions =
+      solutions(remainders_.pool(), remainder, variables, remainders_.variable_count(), limit_ + 1, budget_);
   known = std::move(fresh);
   return *known;
 }
@@ -216,7 +97,7 @@ void Completions::enumerate(const Answer &answer,
     return;
   // An odometer: one wheel for each factor and each unconstrained variable.
   std::vector<std::size_t> wheel(answer.factors.size() + answer.unconstrained.size(), 0);
-  std::vector<bool> values(open_.size());
+  std::vector<bool> values(remainders_.open().size());
   while (true) {
     for (std::size_t i = 0; i < wheel.size(); ++i)
       if (i < answer.factors.size()) {

@@ -2,6 +2,7 @@
 // in check.hpp.
 
 #include "check_cycles.hpp"
+#include "check_dead_end.hpp"
 #include "check_kinds.hpp"
 
 #include <algorithm>
@@ -14,34 +15,6 @@ namespace {
 
 using Node = CheckModel::Node;
 using Valuation = CheckModel::Valuation;
-
-// Beyond this many allowed inputs in one state a witness is not searched for.
-constexpr std::uint64_t most_inputs = std::uint64_t{1} << 20;
-
-// Whether after one of the inputs that `inputs` allows there is no output that
-// `outputs` allows; tried 64 at a time.
-bool some_input_has_no_output(const CheckModel &model, const Completions &inputs,
-                              const Completions::Answer &answer, Completions &outputs, bool next,
-                              Assignment assignment) {
-  unsigned lane = 0;
-  bool found = false;
-  const auto try_lanes = [&] {
-    model.budget.check();
-    outputs.load(assignment);
-    for (unsigned i = 0; i < lane && !found; ++i)
-      found = outputs.answer(i).count == 0;
-    lane = 0;
-  };
-  inputs.enumerate(answer, [&](const Valuation &input) {
-    model.put(assignment, input, Owner::Input, lane++, next);
-    if (lane == lanes)
-      try_lanes();
-    return !found;
-  });
-  if (lane > 0 && !found)
-    try_lanes();
-  return found;
-}
 
 void require_initial_nodes(const CheckModel &model, const std::vector<Node> &initial) {
   std::map<Valuation, std::unordered_set<Valuation>> outputs_of;
@@ -68,10 +41,10 @@ void require_initial_nodes(const CheckModel &model, const std::vector<Node> &ini
       return false;
     });
   }
-  Completions inputs(model.specification, {Section::EnvInit}, model.open_variables(Owner::Input, false),
-                     most_inputs, model.budget);
-  inputs.load(model.blank());
-  if (!some_input_has_no_output(model, inputs, inputs.answer(0), outputs, false, model.blank()))
+  DeadEnds dead_ends(model.specification, Section::EnvInit, Section::SysInit,
+                     model.open_variables(Owner::Input, false), model.open_variables(Owner::Output, false),
+                     model.budget);
+  if (dead_ends.search(model.blank()) != DeadEnds::Kind::SystemStuck)
     throw Rejection("for no input that ENV_INIT allows are all outputs that SYS_INIT allows initial nodes" +
                     missing);
 }
@@ -80,8 +53,9 @@ class ReplyCheck {
 public:
   explicit ReplyCheck(const CheckModel &model)
       : model_(model), graph_(model.strategy),
-        inputs_(model.specification, {Section::EnvTrans}, model.open_variables(Owner::Input, true),
-                most_inputs, model.budget),
+        dead_ends_(model.specification, Section::EnvTrans, Section::SysTrans,
+                   model.open_variables(Owner::Input, true), model.open_variables(Owner::Output, true),
+                   model.budget),
         outputs_(model.specification, {Section::SysTrans}, model.open_variables(Owner::Output, true),
                  model.largest_degree(), model.budget) {}
 
@@ -99,7 +73,7 @@ public:
     for (Node node = 0; node < graph_.size(); ++node) {
       const std::uint64_t first = graph_.first_edge[node];
       if (first == graph_.first_edge[node + 1]) {
-        dead_ends_.push_back(node);
+        require_dead_end(node);
         continue;
       }
       require_one_input(node);
@@ -111,8 +85,6 @@ public:
     }
     if (count > 0)
       check_batch();
-    for (const Node node : dead_ends_)
-      require_dead_end(node);
   }
 
 private:
@@ -150,23 +122,23 @@ private:
 
   void require_dead_end(Node node) {
     Assignment assignment = model_.blank();
-    for (unsigned lane = 0; lane < lanes; ++lane)
-      model_.put(assignment, node, lane, false);
-    inputs_.load(assignment);
-    const Completions::Answer &answer = inputs_.answer(0);
-    if (answer.count == 0)
+    model_.put(assignment, node, 0, false);
+    switch (dead_ends_.search(assignment)) {
+    case DeadEnds::Kind::SystemStuck:
+      return;
+    case DeadEnds::Kind::EnvironmentStuck:
       throw Rejection(model_.name(node) + ": it has no successors, but it is the environment that is stuck");
-    if (!some_input_has_no_output(model_, inputs_, answer, outputs_, true, assignment))
+    case DeadEnds::Kind::None:
       throw Rejection(model_.name(node) +
                       ": it has no successors, but the system has an output for every next "
                       "input that ENV_TRANS allows");
+    }
   }
 
   const CheckModel &model_;
   const ExplicitStrategy &graph_;
-  Completions inputs_;
+  DeadEnds dead_ends_;
   Completions outputs_;
-  std::vector<Node> dead_ends_;
 };
 
 // No play may satisfy all guarantees, none may starve an assumption.
