@@ -1,0 +1,126 @@
+"""The programs in docs/library.md run as they are printed, and type checkers accept them."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import safenav
+
+ROOT = Path(__file__).parents[2]
+TEXT = (ROOT / "docs" / "library.md").read_text(encoding="utf-8")
+PROGRAMS: list[str] = re.findall(r"^```python\n(.*?)^```", TEXT, re.MULTILINE | re.DOTALL)
+SHORTEST, BUILDING, SYNTHESIS = PROGRAMS
+
+
+@pytest.fixture
+def environment(tmp_path: Path) -> dict[str, str]:
+    found = [str(ROOT), os.environ.get("PYTHONPATH", "")]
+    path = os.pathsep.join(entry for entry in found if entry)
+    return {**os.environ, "PYTHONPATH": path, "SAFENAV_CACHE": str(tmp_path / "cache")}
+
+
+def run(program: str, folder: Path, environment: dict[str, str]) -> str:
+    found = subprocess.run(
+        [sys.executable, "-W", "error", "-c", program],
+        cwd=folder,
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert found.returncode == 0, found.stderr
+    return found.stdout
+
+
+def test_the_shortest_program(environment: dict[str, str]) -> None:
+    assert run(SHORTEST, ROOT, environment) == "completed {'rover': 2}\n"
+
+
+def test_synthesis_alone(environment: dict[str, str]) -> None:
+    told = run(SYNTHESIS, ROOT, environment)
+    assert re.match(r"realizable \d+ True\n", told)
+    assert "[SYS_LIVENESS]" in told
+
+
+def test_the_fleet_is_driven_through_the_door(tmp_path: Path, environment: dict[str, str]) -> None:
+    told = run(BUILDING, tmp_path, environment)
+    order = [line.split("(")[0] for line in told.splitlines()]
+    assert order[:4] == ["Violated", "Requested", "Resolved", "Ended"]
+    assert told.splitlines()[-1] == "every robot has met its objective for 2 rounds"
+    lines = (tmp_path / "building.jsonl").read_text(encoding="utf-8").splitlines()
+    records = [json.loads(line) for line in lines]
+    assert records[-1]["outcome"] == "completed"
+    (resolved,) = [r for r in records if r["type"] == "resolved"]
+    assert (resolved["robot"], resolved["obstacle"]) == ("walker", "door@45")
+
+
+def test_the_trace_of_a_driven_fleet_breaks_no_rule(
+    tmp_path: Path, environment: dict[str, str]
+) -> None:
+    from safenav.audit import check_trace
+
+    run(BUILDING, tmp_path, environment)
+    assert check_trace(tmp_path / "building.jsonl").findings == ()
+
+
+def test_the_fleet_goes_one_region_at_a_time_and_never_where_a_door_is_closed(
+    tmp_path: Path, environment: dict[str, str]
+) -> None:
+    probe = """
+class Watched(Fleet):
+    def drive(self, name, x, y):
+        assert (x, y) not in self.closed or name == "walker", "only the walker may push"
+        last = next((way for way in reversed(self.driven) if way[0] == name), None)
+        if last is not None:
+            assert abs(last[1] - x) + abs(last[2] - y) == 0.5, "a step is one region"
+        super().drive(name, x, y)
+
+Fleet = Watched
+if __name__"""
+    told = run(BUILDING.replace("if __name__", probe, 1), tmp_path, environment)
+    assert "Ended" in told
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("program", PROGRAMS, ids=["shortest", "building", "synthesis"])
+def test_type_checkers_accept_the_programs(program: str, tmp_path: Path) -> None:
+    from mypy import api
+
+    (tmp_path / "program.py").write_text(program, encoding="utf-8")
+    cache = str(tmp_path / "types")
+    report, errors, status = api.run(
+        ["--strict", "--config-file=", f"--cache-dir={cache}", str(tmp_path / "program.py")]
+    )
+    mine = [line for line in report.splitlines() if "program.py" in line]
+    assert mine == [], report + errors
+    assert status in (0, 1), errors  # 1: stubs that the reader of the page need not have
+
+
+def test_importing_safenav_loads_nothing_else(environment: dict[str, str]) -> None:
+    program = (
+        "import sys, safenav; print([m for m in sys.modules if m.startswith('safenav.')]);"
+        "print(set(safenav.__all__) <= set(dir(safenav)))"
+    )
+    assert run(program, ROOT, environment) == "[]\nTrue\n"
+
+
+def test_the_public_names_are_those_of_their_modules() -> None:
+    from safenav.runtime.environment import World
+    from safenav.runtime.mission import Mission
+    from safenav.scenario.loader import load_scenario
+    from safenav.synthesis.slugs import Synthesizer
+
+    assert safenav.Mission is Mission
+    assert safenav.World is World
+    assert safenav.Synthesizer is Synthesizer
+    assert safenav.load_scenario is load_scenario
+    with pytest.raises(AttributeError, match="has no attribute 'Misson'"):
+        _ = safenav.Misson
