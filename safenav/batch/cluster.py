@@ -83,6 +83,8 @@ class DaskCluster:
         return []
 
     def close(self) -> None:
+        if self._client.status == "closed":
+            return
         with contextlib.suppress(Exception):  # the cluster may be gone: nothing is left to stop
             self._client.cancel(list(self._sent), force=True)
             self._client.run(remote.leave, self._batch)

@@ -137,18 +137,22 @@ def command(
         found = find_cases(paths)
         _tell_passed_over(found)
         progress = ProgressLine()
-        state = traces = failures = None
-        if out is not None:
+        conditions = Conditions(time_limit, verify)
+        traces = None if out is None else out / ".running-traces"
+        if dask is not None:
+            backend = _cluster(dask, conditions, traces)
+        else:
+            backend = _pool(jobs, conditions, traces, started)
+        stack.callback(backend.close)
+        state = failures = None
+        if out is not None and traces is not None:
             state = stack.enter_context(StateFile(out, resume=resume))
             # Only what a batch has written there before is removed.
             failures = FailureFolder(out, keep=resume or not state.existed)
-            traces = _empty(out / ".running-traces", stack)
-        conditions = Conditions(time_limit, verify)
+            _make_empty(traces, stack)
         report = run_batch(
             found.cases,
-            _cluster(dask, conditions, traces)
-            if dask is not None
-            else _pool(jobs, conditions, traces, started),
+            backend,
             state=state,
             retries=retry_limit,
             fail_fast=fail_fast,
@@ -205,12 +209,11 @@ def _cluster(address: str, conditions: Conditions, traces: Path | None) -> Backe
     return DaskCluster(address, conditions, traces)
 
 
-def _empty(folder: Path, stack: ExitStack) -> Path:
-    """An empty folder, until the stack is closed."""
+def _make_empty(folder: Path, stack: ExitStack) -> None:
+    """Make it an empty folder, until the stack is closed."""
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir()
     stack.callback(shutil.rmtree, folder, ignore_errors=True)
-    return folder
 
 
 def _tell_passed_over(found: Found) -> None:

@@ -117,8 +117,10 @@ def test_an_interrupted_batch_stops_its_work_on_the_cluster(
 def test_an_address_where_nothing_answers_is_bad_input(write: Write, slugs: SlugsLog) -> None:
     del slugs
     write("a.yaml")
-    done = safenav("a.yaml", "--dask", "tcp://127.0.0.1:9")
+    safenav("a.yaml", "--out", "out")
+    done = safenav("a.yaml", "--dask", "tcp://127.0.0.1:9", "--out", "out")
     assert done.returncode == 2
+    assert len(Path("out/state.jsonl").read_text().splitlines()) == 1  # still there
     assert "no Dask cluster answers at tcp://127.0.0.1:9" in done.stderr
     assert "Traceback" not in done.stderr
 
