@@ -1,4 +1,4 @@
-"""The examples of docs/scenario.md load."""
+"""The examples of docs/scenario.md and docs/maps.md load."""
 
 from __future__ import annotations
 
@@ -8,11 +8,21 @@ from pathlib import Path
 import pytest
 import yaml
 
+from safenav.errors import InputError
 from safenav.scenario.loader import load_scenario_text
 
-TEXT = (Path(__file__).parents[2] / "docs" / "scenario.md").read_text(encoding="utf-8")
-EXAMPLES: list[str] = re.findall(r"^```yaml\n(.*?)^```", TEXT, re.MULTILINE | re.DOTALL)
-WHOLE, *FRAGMENTS = EXAMPLES
+ROOT = Path(__file__).parents[2]
+
+
+def examples(name: str) -> list[str]:
+    text = (ROOT / "docs" / name).read_text(encoding="utf-8")
+    return re.findall(r"^```yaml\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+
+
+WHOLE, *FRAGMENTS = examples("scenario.md")
+MAPS = examples("maps.md")
+FILES = {"floor.png": "rooms.png", "office.yaml": "office.yaml", "arena.map": "rooms.map"}
+"""What the files that docs/maps.md names are here."""
 
 
 def test_the_first_example_is_a_whole_scenario() -> None:
@@ -27,3 +37,18 @@ def test_fragments_fit_into_the_whole_scenario(fragment: str) -> None:
         assert load_scenario_text(yaml.safe_dump(whole)).robots[0].model.name == "rover"
     else:
         assert load_scenario_text(yaml.safe_dump(whole)).map.cols == 13
+
+
+@pytest.mark.parametrize("fragment", MAPS, ids=["image", "ros", "movingai"])
+def test_maps_of_every_form_load_as_documented(fragment: str) -> None:
+    for name, file in FILES.items():
+        fragment = fragment.replace(name, str(ROOT / "tests" / "maps" / file))
+    text = f"safenav: 1\n{fragment}"
+    robots = "robots: {ann: {model: quadcopter, start: %d, objective: {hold: %d}}}\n"
+    for start in range(1000):  # wherever it is free
+        try:
+            assert load_scenario_text(text + robots % (start, start)).map.free
+            return
+        except InputError as error:
+            assert "is a wall" in str(error), error
+    raise AssertionError("no region is free")

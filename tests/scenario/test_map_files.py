@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from safenav.errors import Diagnostic, InputError
+from safenav.scenario import map_reader
 from safenav.scenario.loader import load_scenario_text
 from safenav.world import Frame, RegionMap
 from safenav.world.image_map import read_image
@@ -297,3 +298,29 @@ def test_any_text_gives_a_movingai_map_or_says_what_is_wrong(text: str) -> None:
     else:
         assert rows
         assert len({len(row) for row in rows}) == 1
+
+
+FILES = [
+    "rooms.png",
+    "office.pgm",
+    "office.yaml",
+    "rooms.map",
+    "missing",
+    ".",
+    "broken/letters.pgm",
+]
+VALUES = st.sampled_from(
+    [*FILES, "[1, 2]", "[1, .nan, x]", "{}", "null", "true", "-1", "0", "0.3", "7", "13", "1e9"]
+)
+KEYS = st.sampled_from([*map_reader.KEYS, "imag"])
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.dictionaries(KEYS, VALUES, max_size=5))
+def test_any_keys_of_a_map_give_a_map_or_an_input_error(written: dict[str, str]) -> None:
+    try:
+        found = load(", ".join(f"{key}: {value}" for key, value in written.items()))
+    except InputError as error:
+        assert all(diagnostic.found for diagnostic in error.diagnostics)
+    else:
+        assert found.is_free(14)
