@@ -110,7 +110,10 @@ class DaskCluster:
     def _failed(self, case: Case, future: Any, error: Exception) -> Result:
         """A case for which the cluster brought no result."""
         if future.status in ("cancelled", "lost"):
-            raise SafenavError(f"the Dask cluster at {self._address} is gone: {error}")
+            raise SafenavError(
+                f"the Dask cluster at {self._address} is gone: {error}\n"
+                "    with --out the results so far are kept; --resume goes on"
+            ) from error
         kind = type(error).__name__
         if kind == "KilledWorker":
             reason = f"the Dask workers that ran it died, one after the other: {error}"

@@ -36,7 +36,8 @@ class Cluster:
         self.pids: list[int] = told["pids"]
 
     def close(self) -> None:
-        self._process.communicate("", timeout=60)
+        if self._process.returncode is None:
+            self._process.communicate("", timeout=60)
 
 
 @pytest.fixture
@@ -141,3 +142,20 @@ def test_without_the_extra_it_says_what_to_install(write: Write, slugs: SlugsLog
     )
     assert done.returncode == 2
     assert "pip install 'safenav[dask]'" in done.stderr
+
+
+def test_a_cluster_that_goes_away_ends_the_batch_with_its_results_kept(
+    write: Write, cluster: Cluster, slugs: SlugsLog
+) -> None:
+    write("a.yaml")
+    write("b.yaml", "sleeper")
+    state = Path("out/state.jsonl")
+    with started("a.yaml", "b.yaml", "--dask", cluster.address, "--out", "out") as batch:
+        wait_until(batch, lambda: len(slugs.pids) == 2 and "a.yaml" in state.read_text())
+        cluster.close()
+        _, errors = batch.communicate(timeout=120)
+    assert batch.returncode == 4
+    assert f"the Dask cluster at {cluster.address} is gone" in errors
+    assert "--resume" in errors
+    assert slugs.all_gone()
+    assert len(state.read_text().splitlines()) == 1
