@@ -141,23 +141,27 @@ class Mission:
             plural = "round" if rounds == 1 else "rounds"
             self._end(Outcome.COMPLETED, f"every robot has met its objective for {rounds} {plural}")
         elif state.tick >= self.scenario.limits.ticks:
-            self._end(Outcome.TICK_LIMIT, f"not completed after {state.tick} ticks")
+            unmet = self._turns.monitors.unmet_fairness()
+            said = [f"not completed after {state.tick} ticks", *unmet]
+            self._end(Outcome.TICK_LIMIT, "; ".join(said))
 
     def _take_turn(self, robot: Robot) -> None:
         try:
             impasse = self._turns.take(robot)
-        except LostError:
+        except LostError as lost:
+            rules = f" ({lost})" if lost.rules else ""
             self._end(
                 Outcome.ASSUMPTION_VIOLATED,
-                f"the others did what {robot.name} assumed they never do, and from there it has "
-                "no strategy",
+                f"the others did what {robot.name} assumed they never do{rules}, and from there "
+                "it has no strategy",
             )
             return
         self._end_if_stuck(impasse)
 
     def _end_if_stuck(self, impasse: Impasse | None) -> None:
         if impasse is not None:
-            explanation = explain_impasse(impasse, self.state)
+            said = [explain_impasse(impasse, self.state), *self._turns.monitors.unmet_fairness()]
+            explanation = "; ".join(said)
             self._end(Outcome.OPERATOR_NEEDED, explanation, impasse.cause.value)
 
     def _completed(self) -> bool:

@@ -6,7 +6,7 @@ The order of what happens here is the order of lines in a trace (docs/trace.md).
 from __future__ import annotations
 
 import random
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from safenav.runtime.controllers import Controllers
 from safenav.runtime.coordination import Impasse, Resynthesis
@@ -19,6 +19,7 @@ from safenav.runtime.events import (
     Moved,
     Violated,
 )
+from safenav.runtime.monitor import Monitors
 from safenav.runtime.navigation import Planner, Proposal
 from safenav.runtime.state import TeamState, Transit
 from safenav.runtime.traffic import Traffic
@@ -31,7 +32,12 @@ from safenav.world.mobility import Pose
 
 
 class LostError(Exception):
-    """A robot's assumptions were broken and it has no strategy from where it is."""
+    """A robot's assumptions were broken and it has no strategy from where it is. ``rules``:
+    what the others were assumed to do."""
+
+    def __init__(self, rules: Sequence[str]) -> None:
+        self.rules = tuple(dict.fromkeys(rules))
+        super().__init__("; ".join(self.rules))
 
 
 class Turns:
@@ -50,6 +56,7 @@ class Turns:
         self._controllers = controllers
         self._coordination = coordination
         self._traffic = traffic
+        self.monitors = Monitors(state)
         self._looked: tuple[Task, Mapping[str, Knowledge]] | None = None
         self._told: dict[tuple[str, str], Knowledge] = {}
         seed = state.scenario.seed
@@ -66,15 +73,17 @@ class Turns:
             return self._travel(robot, transit)
         planner = state.planners[name]
         observed = self._observe(robot, planner)
+        broken = self.monitors.broken_assumptions(robot, planner, observed)
         proposal = planner.propose(observed)
         lost = proposal is None
         if proposal is None:
-            if planner.node is not None:
-                self._report_broken_assumption(robot, observed)
+            if planner.node is not None and not broken:
+                self._report_no_answer(robot, observed)
             proposal = Proposal(state.poses[name], None)
         violation = self._check(robot, proposal)
         if violation is not None:
             proposal = self._backtrack(robot, planner, observed, proposal, violation)
+        self.monitors.check_guarantees(robot, planner, observed, proposal)
         ticks = self._duration(robot, proposal.pose)
         before = planner.values()
         planner.follow(proposal)
@@ -88,7 +97,7 @@ class Turns:
         if impasse is None and violation is not None:
             impasse = self._coordination.on_violation(violation)
         if impasse is None and lost and self._coordination.resynthesize():
-            raise LostError(name)
+            raise LostError([constraint.origin.rule for constraint in broken])
         return impasse
 
     def _travel(self, robot: Robot, transit: Transit) -> Impasse | None:
@@ -202,7 +211,9 @@ class Turns:
                 return impasse
         return None
 
-    def _report_broken_assumption(self, robot: Robot, observed: Mapping[str, int]) -> None:
+    def _report_no_answer(self, robot: Robot, observed: Mapping[str, int]) -> None:
+        """The strategy knows no answer, and no single assumption says why: what was observed
+        cannot be said in its inputs."""
         where = ", ".join(f"{name} = {value}" for name, value in observed.items())
         name = f"how the others move (now {where})"
         self._state.emit(AssumptionViolated(self._state.tick, robot.name, name))

@@ -1,0 +1,139 @@
+"""Monitors: every assumption and guarantee of every robot, checked at every step of a run.
+
+A specification's formulas are evaluated on what the robot was about to do and on what it
+observes, apart from the strategy that chose it. A violated assumption is the others' doing: it
+is told, and the run goes on as safely as it can. A violated guarantee is a defect, caught before
+the robot moves. Fairness can never be seen to fail in a finite run; what has not held for long
+is said at its end.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import lru_cache
+
+from safenav.errors import ExitCode, SafenavError
+from safenav.formula import evaluate, parse
+from safenav.runtime.events import AssumptionViolated
+from safenav.runtime.navigation import Planner, Proposal
+from safenav.runtime.state import TeamState
+from safenav.scenario.model import Robot
+from safenav.spec.specification import Constraint, Owner, Section, Specification
+
+PATIENCE = 25
+"""Ticks without a fairness assumption that are worth a word at the end of a run."""
+
+Values = Mapping[str, int]
+
+_parse = lru_cache(maxsize=1 << 13)(parse)
+
+
+class GuaranteeError(SafenavError):
+    """A strategy was about to break a guarantee of its specification."""
+
+    exit_code = ExitCode.INTERNAL
+
+
+@dataclass
+class _Watched:
+    """One robot's specification in execution. ``met``: when each fairness assumption last
+    held; ``good``: steps that were found to break nothing."""
+
+    spec: Specification
+    met: dict[Constraint, int]
+    good: set[tuple[int, int | None, tuple[int, ...]]] = field(default_factory=set)
+
+
+class Monitors:
+    """Watches a team."""
+
+    def __init__(self, state: TeamState) -> None:
+        self._state = state
+        self._watched: dict[str, _Watched] = {}
+
+    def broken_assumptions(
+        self, robot: Robot, planner: Planner, observed: Values
+    ) -> list[Constraint]:
+        """Tell what the others did against a robot's assumptions since its last step.
+
+        Nothing is known, and nothing told, of a robot that has left its automaton.
+        """
+        watched = self._of(robot, planner)
+        if planner.node is None or not self._complete(watched.spec, observed):
+            return []
+        before = planner.values()
+        broken = list(_violated(watched.spec, Section.ENV_TRANS, before, observed))
+        for rule in dict.fromkeys(str(constraint.origin) for constraint in broken):
+            self._state.emit(AssumptionViolated(self._state.tick, robot.name, rule))
+        return broken
+
+    def check_guarantees(
+        self, robot: Robot, planner: Planner, observed: Values, proposal: Proposal
+    ) -> None:
+        """Check a step before it is taken, and take note of the fairness that it met.
+
+        Raises GuaranteeError.
+        """
+        watched = self._of(robot, planner)
+        if planner.node is None or not self._complete(watched.spec, observed):
+            return
+        before = planner.values()
+        after = {**before, **observed}
+        if proposal.node is not None:
+            after |= planner.strategy.values(proposal.node)
+            step = (planner.node, proposal.node, tuple(observed.values()))
+            if step not in watched.good:
+                self._check(robot, watched.spec, before, after)
+                watched.good.add(step)
+        for constraint in watched.met:
+            if evaluate(_parse(constraint.formula), before, after):
+                watched.met[constraint] = self._state.tick
+
+    def unmet_fairness(self) -> list[str]:
+        """The fairness assumptions that have not held for long, one sentence each."""
+        found: dict[str, int] = {}
+        for name, watched in self._watched.items():
+            for constraint, since in watched.met.items():
+                ticks = self._state.tick - since
+                if ticks >= PATIENCE:
+                    rule = f"{name} assumes that {constraint.origin.rule}"
+                    found[rule] = max(ticks, found.get(rule, 0))
+        return [f"{rule}, which has not held for {ticks} ticks" for rule, ticks in found.items()]
+
+    def _of(self, robot: Robot, planner: Planner) -> _Watched:
+        """The robot's watch; a new one when it was synthesized anew."""
+        watched = self._watched.get(robot.name)
+        spec = planner.strategy.specification
+        if watched is None or watched.spec is not spec:
+            fairness = spec.section(Section.ENV_LIVENESS)
+            watched = _Watched(spec, dict.fromkeys(fairness, self._state.tick))
+            self._watched[robot.name] = watched
+            if planner.node is not None:
+                values = planner.values()
+                for section in (Section.ENV_INIT, Section.SYS_INIT):
+                    for constraint in _violated(spec, section, values, values):
+                        raise self._defect(robot, constraint)
+        return watched
+
+    def _check(self, robot: Robot, spec: Specification, before: Values, after: Values) -> None:
+        for constraint in _violated(spec, Section.SYS_TRANS, before, after):
+            raise self._defect(robot, constraint)
+
+    def _defect(self, robot: Robot, constraint: Constraint) -> GuaranteeError:
+        return GuaranteeError(
+            f"{robot.name} was about to break a guarantee at tick {self._state.tick}: "
+            f"{constraint.origin} [{constraint.formula}]; it did not move"
+        )
+
+    def _complete(self, spec: Specification, observed: Values) -> bool:
+        """Whether all inputs of the specification were observed."""
+        return all(variable.name in observed for variable in spec.owned(Owner.INPUT))
+
+
+def _violated(
+    spec: Specification, section: Section, before: Values, after: Values
+) -> Iterator[Constraint]:
+    for constraint in spec.section(section):
+        if not evaluate(_parse(constraint.formula), before, after):
+            yield constraint
