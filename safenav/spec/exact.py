@@ -74,9 +74,9 @@ def fairness(task: Task, world: RegionMap) -> Iterator[Constraint]:
 def out_of_my_way(task: Task, world: RegionMap) -> Iterator[Constraint]:
     """Each side is free infinitely often: of all others at once, for they could take turns."""
     dangers = [other for other in task.observed if other.danger]
+    names = " or ".join(other.name for other in dangers)
+    rule = f"{names} is infinitely often out of its way, on each side"
     for heading in headings(world) if dangers else ():
-        names = " or ".join(other.name for other in dangers)
-        rule = f"{names} is infinitely often not on its {heading.label} side"
         taken = " | ".join(on_side(other.variable, heading, world) for other in dangers)
         yield Constraint(Section.ENV_LIVENESS, f"!({taken})", Origin(task.item, rule, SOURCE))
 

@@ -1,0 +1,62 @@
+"""Robots that see only so far: runs with beliefs, judged by the audit of their traces."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from runtime import teams
+from runtime.played import Runner
+
+CASE_STUDY_3 = Path(__file__).parents[2] / "scenarios" / "case_study_3.yaml"
+ENDINGS = ("completed", "operator_needed", "unrealizable", "tick_limit")
+
+
+def test_case_study_3_with_a_digit_that_sees_four_regions(run: Runner) -> None:
+    """The paper's own belief tracking: nothing depends on where the quadcopter is, so the
+    robots do what they do without it."""
+    text = CASE_STUDY_3.read_text()
+    usual = run(text)
+    told = "digit: {model: digit, vision: 4, tracks: [quad], tracking: belief,"
+    trace = run(text.replace("digit: {model: digit,", told))
+    assert trace.outcome["outcome"] == "completed"
+    kinds = ("violation", "request", "push", "resolved", "pop")
+    assert trace.order(*kinds) == usual.order(*kinds)
+    beliefs = trace.all("belief", robot="digit", of="quad")
+    assert any(b["seen"] for b in beliefs) and not all(b["seen"] for b in beliefs)
+    assert not usual.all("belief")
+
+
+def test_two_on_one_floor_that_see_four_regions(run: Runner) -> None:
+    text = CASE_STUDY_3.read_text()
+    text = text[: text.index("obstacles:")] + "until: {rounds: 2}\nlimits: {ticks: 500}\n"
+    seeing = "vision: 4, tracking: belief, objective: {visit:"
+    text = text.replace("model: quadcopter,", "model: digit, heading: west,")
+    text = text.replace("objective: {patrol:", seeing)
+    trace = run(text)
+    assert trace.outcome["outcome"] == "completed"
+    assert {b["robot"] for b in trace.all("belief", seen=False)} == {"quad", "digit"}
+    assert all(s["seconds"] < 2 for s in trace.all("synthesis"))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [2, 4, 8, 11, 13, 14, 17, 20, 21, 23, 26, 29])
+def test_random_teams_with_beliefs_pass_the_audit(
+    run: Runner, seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The audit knows when somebody collides and when a belief misses the truth. Teams of two
+    or three whose targets can be reached."""
+    monkeypatch.setattr(teams, "MODELS", ("rover", "digit", "drone"))
+    text = _with_beliefs(teams.team_scenario(seed), radius=1 + seed % 4)
+    trace = run(text)
+    assert trace.outcome["outcome"] in ENDINGS
+
+
+def _with_beliefs(text: str, radius: int) -> str:
+    told, count = re.subn(
+        r"(  r\d+: \{model: \w+, )", rf"\1vision: {radius}, tracking: belief, ", text
+    )
+    assert count >= 2
+    return told
