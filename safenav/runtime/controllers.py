@@ -211,7 +211,8 @@ class Controllers:
                 continue
             danger = state.scenario.conflict(robot, other)
             where = state.next_pose(other).region
-            if danger and parked and not assignable and is_parked(assignments[other.name], where):
+            still = parked and not assignable and other.name not in state.transits
+            if danger and still and is_parked(assignments[other.name], where):
                 blocked.append(Known(where, f"robots.{other.name}", f"{other.name} waits here"))
             elif danger or other.name in robot.tracks:
                 targets = targets_of(assignments[other.name].objective)

@@ -99,9 +99,8 @@ class Resynthesis:
         changes = {}
         for name, place in refuge.places:
             current = state.tasks.current[name]
-            aside = Assignment.of(holding(current.objective, place), pending)
-            aside.progress.keep_memory(current.progress)
-            changes[name] = aside
+            aside = holding(current.objective, place)
+            changes[name] = Assignment.meanwhile(aside, current, pending)
         attempt = self._controllers.attempt(changes, strict=())
         if attempt.failed:
             return False
@@ -115,7 +114,7 @@ class Resynthesis:
         """Those who stood aside go back to what they did, once their frame is on top."""
         frame.done = True
         self._pop_done()
-        waiting_or_helping = [n for n, a in self._state.tasks.current.items() if a.avoid]
+        waiting_or_helping = [n for n, a in self._state.tasks.current.items() if a.temporary]
         attempt = self._controllers.attempt({}, strict=waiting_or_helping)
         if attempt.failed:
             self._controllers.announce(attempt, Reason.YIELD, attempt.answers)
@@ -234,8 +233,7 @@ class Resynthesis:
         places = frozenset(obstacle.resolution_regions(state.scenario.map))
         waiting = state.tasks.current[requester.name]
         for region in self._waiting_places(requester, helper, places):
-            wait = Assignment.of(holding(waiting.objective, region), pending)
-            wait.progress.keep_memory(waiting.progress)
+            wait = Assignment.meanwhile(holding(waiting.objective, region), waiting, pending)
             if serving:
                 yield {requester.name: wait}
                 continue
@@ -244,8 +242,8 @@ class Resynthesis:
             careful = any(b.robot is helper and b.distance is not None for b in reachable)
             avoid = pending if careful else self._stuck_behind(requester)
             for own in (*targets_of(current.objective), None):
-                help_ = Assignment.of(helping(current.objective, places, own), avoid)
-                help_.progress.keep_memory(current.progress)
+                task = helping(current.objective, places, own)
+                help_ = Assignment.meanwhile(task, current, avoid)
                 yield {requester.name: wait, helper.name: help_}
 
     def _waiting_places(self, requester: Robot, helper: Robot, places: Target) -> Iterator[Region]:
@@ -299,7 +297,7 @@ class Resynthesis:
     ) -> Impasse | None:
         """Resynthesize whoever is affected by what is known now. If a helper cannot do its
         part any more, ask the next bidder for it."""
-        waiting_or_helping = [n for n, a in self._state.tasks.current.items() if a.avoid]
+        waiting_or_helping = [n for n, a in self._state.tasks.current.items() if a.temporary]
         attempt = self._controllers.attempt({}, strict=waiting_or_helping)
         if not attempt.failed:
             self._controllers.install(attempt, reason)

@@ -9,12 +9,13 @@ is the coordination layer's work.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Iterator, Mapping
 from itertools import islice
 
 from safenav.runtime.coordination import Cause, Impasse, Resynthesis
 from safenav.runtime.events import Event, GoalReached
-from safenav.runtime.refuge import Deadlock, known_regions, refuges
+from safenav.runtime.refuge import Deadlock, Places, Refuge, known_regions, refuges
 from safenav.runtime.state import TeamState
 from safenav.runtime.tasks import Assignment, Frame
 from safenav.runtime.traffic import Traffic
@@ -29,6 +30,9 @@ beyond the longest step that another one may be taking."""
 TRIES = 12
 """Ways out of one deadlock for which a synthesis is tried."""
 
+ATTEMPTS = 20
+"""Times that others give way to one robot before it must have got somewhere."""
+
 
 class Watch:
     """Notices who gets nowhere, from the positions alone."""
@@ -38,7 +42,8 @@ class Watch:
         self._traffic = traffic
         self._coordination = coordination
         self._unsolved = 0
-        self._attempts = 0
+        self._tried: dict[str, Counter[Places]] = {}
+        self._favoured: Counter[str] = Counter()
         self._goals: dict[str, int] = {}
         self._idle: dict[str, int] = {}
         self._fruitless: dict[str, int] = {}
@@ -52,10 +57,10 @@ class Watch:
     def __call__(self, event: Event) -> None:
         """Hear of goals: whoever meets one gets somewhere."""
         if isinstance(event, GoalReached):
-            self._fruitless[event.robot] = 0
             self._goals[event.robot] = self._goals.get(event.robot, 0) + 1
-            if not self._state.tasks.current[event.robot].avoid:
-                self._attempts = 0
+            if not self._state.tasks.current[event.robot].temporary:
+                self._fruitless[event.robot] = 0
+                self._tried.pop(event.robot, None)
 
     def tick(self) -> Impasse | None:
         """Look at the team after a tick: end what has served its purpose, and if somebody
@@ -73,28 +78,45 @@ class Watch:
                 if impasse is not None:
                     return impasse
         deadlock = self.find()
-        if deadlock is None:
-            self._unsolved = 0
-            return None
-        return self._solve(deadlock)
-
-    def _solve(self, deadlock: Deadlock) -> Impasse | None:
-        names = (deadlock.stuck, *deadlock.ring)
-        limit = 4 * len(self._state.scenario.robots) ** 2
-        if self._attempts < limit:
-            for refuge in islice(refuges(deadlock, self._state), TRIES):
-                if self._coordination.give_way(refuge):
-                    self._attempts += 1
-                    self._unsolved = 0
-                    frame = self._state.tasks.frames[-1]
-                    frame.goals_before = self._goals.get(frame.requester, 0)
-                    for name in names:
-                        self._idle[name] = 0
-                    return None
-        self._unsolved += 1
-        if self._unsolved > self._patience or self._attempts >= limit:
-            return Impasse(Cause.DEADLOCK, None, names)
+        if deadlock is not None:
+            if self._solve(deadlock):
+                return None
+            self._unsolved += 1
+            names = (deadlock.stuck, *deadlock.ring)
+            return Impasse(Cause.DEADLOCK, None, names) if self._unsolved > self._patience else None
+        self._unsolved = 0
+        for starving in self._starving():
+            if self._solve(starving, only=starving.stuck):
+                break
         return None
+
+    def _solve(self, deadlock: Deadlock, only: str | None = None) -> bool:
+        """Let somebody give way (to ``only`` if that is given); whether anybody can."""
+        possible = [
+            refuge
+            for refuge in islice(refuges(deadlock, self._state), TRIES)
+            if self._ways_tried(refuge).total() < ATTEMPTS and only in (None, refuge.stuck)
+        ]
+        # What has been tried already for a robot that has got nowhere since comes last; and
+        # those to whom others gave way less often come first, lest one be served for ever.
+        for refuge in sorted(possible, key=self._reluctance):
+            if self._coordination.give_way(refuge):
+                self._ways_tried(refuge)[refuge.places] += 1
+                self._favoured[refuge.stuck] += 1
+                self._unsolved = 0
+                frame = self._state.tasks.frames[-1]
+                frame.goals_before = self._goals.get(frame.requester, 0)
+                for name in (deadlock.stuck, *deadlock.ring):
+                    self._idle[name] = 0
+                self._fruitless[refuge.stuck] = 0
+                return True
+        return False
+
+    def _reluctance(self, refuge: Refuge) -> tuple[int, int]:
+        return self._ways_tried(refuge)[refuge.places], self._favoured[refuge.stuck]
+
+    def _ways_tried(self, refuge: Refuge) -> Counter[Places]:
+        return self._tried.setdefault(refuge.stuck, Counter())
 
     def _used(self, frame: Frame) -> bool:
         """Whether the way that was made has been used: the robot that it was made for has met
@@ -127,18 +149,22 @@ class Watch:
             ring = self._closed(name, waits_for, blockers)
             if ring:
                 return Deadlock(name, ring)
-        for robot in self._state.scenario.robots:
-            name = robot.name
-            if self._fruitless.get(name, 0) > self._bound and self._awaited(robot):
-                self._fruitless[name] = 0
-                others = tuple(
-                    other.name
-                    for other in self._state.scenario.robots
-                    if other is not robot and self._state.scenario.conflict(robot, other)
-                )
-                if others:
-                    return Deadlock(name, others)
         return None
+
+    def _starving(self) -> Iterator[Deadlock]:
+        """The robots that have met no goal for far longer than the map explains."""
+        state = self._state
+        for robot in state.scenario.robots:
+            name = robot.name
+            if self._fruitless.get(name, 0) <= self._bound or state.tasks.current[name].temporary:
+                continue
+            ring = tuple(
+                other.name
+                for other in state.scenario.robots
+                if other is not robot and state.scenario.conflict(robot, other)
+            )
+            if ring:
+                yield Deadlock(name, ring)
 
     def _closed(
         self, name: str, waits_for: tuple[str, ...], blockers: Mapping[str, tuple[str, ...]]

@@ -142,7 +142,7 @@ class Mission:
             self._end(Outcome.COMPLETED, f"every robot has met its objective for {rounds} {plural}")
         elif state.tick >= self.scenario.limits.ticks:
             unmet = self._turns.monitors.unmet_fairness()
-            said = [f"not completed after {state.tick} ticks", *unmet]
+            said = [self._what_is_left(), *unmet]
             self._end(Outcome.TICK_LIMIT, "; ".join(said))
 
     def _take_turn(self, robot: Robot) -> None:
@@ -163,6 +163,21 @@ class Mission:
             said = [explain_impasse(impasse, self.state), *self._turns.monitors.unmet_fairness()]
             explanation = "; ".join(said)
             self._end(Outcome.OPERATOR_NEEDED, explanation, impasse.cause.value)
+
+    def _what_is_left(self) -> str:
+        """What keeps the run from being completed now."""
+        tasks, wanted = self.state.tasks, self.scenario.until.rounds
+        left = [
+            f"{name} has done {assignment.progress.rounds} of {wanted} rounds"
+            for name, assignment in tasks.current.items()
+            if not assignment.temporary and assignment.progress.rounds < wanted
+        ]
+        left += [
+            f"{frame.requester} waits for {frame.helper}"
+            + (f" to resolve {frame.obstacle.name}" if frame.obstacle else " to make way")
+            for frame in tasks.frames
+        ]
+        return f"not completed after {self.state.tick} ticks: {'; '.join(left)}"
 
     def _completed(self) -> bool:
         tasks, wanted = self.state.tasks, self.scenario.until.rounds

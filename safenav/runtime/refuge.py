@@ -17,6 +17,10 @@ DEPTH = 3
 """Robots that may have to give way together (the one behind first)."""
 
 
+Places = tuple[tuple[str, Region], ...]
+"""Who goes where, the one that must go first first."""
+
+
 @dataclass(frozen=True)
 class Deadlock:
     """``stuck`` cannot get on; ``ring`` are the robots that it waits for, nearest first."""
@@ -30,7 +34,7 @@ class Refuge:
     """Where each robot that gives way goes, so that ``stuck`` has a way; ``cost`` in steps."""
 
     stuck: str
-    places: tuple[tuple[str, Region], ...]
+    places: Places
     cost: int
 
 
@@ -76,7 +80,7 @@ def _give_way(
     awaited: frozenset[Region],
     state: TeamState,
     depth: int,
-) -> tuple[tuple[tuple[str, Region], ...], int] | None:
+) -> tuple[Places, int] | None:
     """Where ``name`` must go so that ``robot`` reaches what it awaits, and the cost. If its way
     is barred, those behind it go first. None if there is no such place."""
     mover = state.scenario.robot(name)
@@ -95,7 +99,7 @@ def _give_way(
             return ((name, place),), reach[place]
     if depth == 1:
         return None
-    best: tuple[tuple[tuple[str, Region], ...], int] | None = None
+    best: tuple[Places, int] | None = None
     for behind in fixed:
         if behind == name:
             continue

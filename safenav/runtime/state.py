@@ -54,7 +54,7 @@ class TeamState:
         return cls(
             scenario,
             {robot.name: robot.start for robot in scenario.robots},
-            TaskStack({r.name: Assignment.of(r.objective) for r in scenario.robots}),
+            TaskStack({r.name: Assignment.own(r.objective) for r in scenario.robots}),
             Characterization(world),
             tuple(listeners),
         )

@@ -52,6 +52,7 @@ class Steering(Resynthesis):
             objective=helping(current.objective, frozenset({place}), None),
             signal=Signal(place, wait=False),
             specified=current.specified or current.objective,
+            temporary=True,
         )
         yield {requester.name: wait, helper.name: go}
 
@@ -62,6 +63,7 @@ class Steering(Resynthesis):
             objective=holding(current.objective, place),
             signal=Signal(place, wait=True),
             specified=current.specified or current.objective,
+            temporary=True,
         )
 
     def _nearest(self, obstacle: Obstacle, helper: Robot) -> Region | None:

@@ -19,7 +19,8 @@ from safenav.world.map import Region
 
 @dataclass(frozen=True)
 class Assignment:
-    """What one robot is doing now.
+    """What one robot is doing now: its own objective, or (``temporary``) something else for a
+    while: it waits, helps, or gives way.
 
     ``avoid`` names obstacles that were found and not resolved when a robot began to wait or to
     help: as long as they are pending it plans around them, since walking into one would only
@@ -32,11 +33,21 @@ class Assignment:
     avoid: frozenset[str] = frozenset()
     signal: Signal | None = None
     specified: Objective | None = None
+    temporary: bool = False
 
     @classmethod
-    def of(cls, objective: Objective, avoid: Iterable[str] = ()) -> Assignment:
-        """A new assignment, nothing of it done yet."""
-        return cls(objective, Progress(objective), frozenset(avoid))
+    def own(cls, objective: Objective) -> Assignment:
+        """A robot's own objective, nothing of it done yet."""
+        return cls(objective, Progress(objective))
+
+    @classmethod
+    def meanwhile(
+        cls, objective: Objective, former: Assignment, avoid: Iterable[str]
+    ) -> Assignment:
+        """What a robot does for a while in place of its ``former`` assignment."""
+        progress = Progress(objective)
+        progress.keep_memory(former.progress)
+        return cls(objective, progress, frozenset(avoid), temporary=True)
 
 
 @dataclass

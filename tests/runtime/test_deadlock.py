@@ -1,0 +1,164 @@
+"""Robots that wait for each other: each case ends well, and does not with resolution off."""
+
+from __future__ import annotations
+
+import pytest
+
+from runtime.played import Runner
+
+ROVER = "catalogue: {robots: {rover: {mobility: free, layer: ground, capabilities: [push]}}}"
+
+CASES = {
+    "corridor swap": f"""
+        safenav: 1
+        map:
+          grid: |
+            ###########
+            #..#####..#
+            #.........#
+            #..#####..#
+            ###########
+        {ROVER}
+        robots:
+          a: {{model: rover, start: [2, 1], objective: {{visit: [[2, 9], [2, 1]]}}}}
+          b: {{model: rover, start: [2, 9], objective: {{visit: [[2, 1], [2, 9]]}}}}
+        until: {{rounds: 2}}
+        limits: {{ticks: 200}}
+        """,
+    "parked in a doorway": f"""
+        safenav: 1
+        map:
+          grid: |
+            #########
+            #...#...#
+            #.......#
+            #...#...#
+            #########
+        {ROVER}
+        robots:
+          parked: {{model: rover, start: [2, 4], objective: {{hold: [2, 4]}}}}
+          mover: {{model: rover, start: [2, 1], objective: {{visit: [[2, 7], [2, 1]]}}}}
+        until: {{rounds: 1}}
+        limits: {{ticks: 120}}
+        """,
+    "three in a T junction": f"""
+        safenav: 1
+        map:
+          grid: |
+            #########
+            #.......#
+            ####.####
+            ####.####
+            #########
+        {ROVER}
+        robots:
+          west: {{model: rover, start: [1, 1], objective: {{visit: [[1, 7], [1, 1]]}}}}
+          east: {{model: rover, start: [1, 7], objective: {{visit: [[3, 4], [1, 7]]}}}}
+          south: {{model: rover, start: [3, 4], objective: {{visit: [[1, 1], [3, 4]]}}}}
+        until: {{rounds: 1}}
+        limits: {{ticks: 300}}
+        """,
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_somebody_gives_way(run: Runner, name: str) -> None:
+    trace = run(CASES[name])
+    assert trace.outcome["outcome"] == "completed", trace.outcome["explanation"]
+    yields = trace.all("push", reason="yield")
+    assert yields
+    assert all(push["obstacle"] is None for push in yields)
+    assert len(trace.all("pop", reason="yield")) == len(yields)
+    assert {s["reason"] for s in trace.all("synthesis", robot=yields[0]["helper"])} >= {"yield"}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_nobody_does_with_resolution_off(run: Runner, name: str) -> None:
+    trace = run(CASES[name].rstrip() + "\n        deadlock: off\n")
+    assert trace.outcome["outcome"] == "tick_limit"
+    assert trace.all("push", reason="yield") == []
+
+
+def test_requester_waits_where_it_does_not_block_its_helper(run: Runner) -> None:
+    # The only way to the lever is past the region from which the walker has met the debris.
+    trace = run(
+        """
+        safenav: 1
+        map:
+          grid: |
+            ########
+            #......#
+            #.####.#
+            #......#
+            ########
+        catalogue:
+          robots:
+            walker: {mobility: free, layer: ground, capabilities: []}
+            digger: {mobility: free, layer: ground, capabilities: [clear]}
+          obstacles:
+            debris: {action: clear, resolve_at: self}
+        robots:
+          walker: {model: walker, start: [1, 2], objective: {visit: [[1, 6], [1, 2]]}}
+          digger: {model: digger, start: [1, 1], objective: {visit: [[1, 1], [1, 2]]}}
+        obstacles: [{type: debris, region: [1, 4]}]
+        until: {rounds: 1}
+        limits: {ticks: 120}
+        """
+    )
+    assert trace.one("resolved")["robot"] == "digger"
+    assert trace.outcome["outcome"] == "completed"
+
+
+def test_robots_that_cannot_back_out_need_an_operator(run: Runner) -> None:
+    # Both start inside the corridor, face to face: neither can turn on the spot.
+    trace = run(
+        """
+        safenav: 1
+        map:
+          grid: |
+            ###########
+            #..#####..#
+            #.........#
+            #..#####..#
+            ###########
+        robots:
+          a: {model: digit, start: [2, 4], heading: east, objective: {visit: [[2, 9], [2, 1]]}}
+          b: {model: digit, start: [2, 6], heading: west, objective: {visit: [[2, 1], [2, 9]]}}
+        limits: {ticks: 100}
+        """
+    )
+    assert trace.outcome["outcome"] == "operator_needed"
+    assert trace.outcome["cause"] == "deadlock"
+    assert "make way" in trace.outcome["explanation"]
+
+
+def test_corridor_is_used_in_one_direction_at_a_time(run: Runner) -> None:
+    # Robots with heading mobility could not back out of it.
+    trace = run(
+        """
+        safenav: 1
+        map:
+          grid: |
+            #############
+            #...#####...#
+            #...........#
+            #...#####...#
+            #############
+        robots:
+          a: {model: digit, start: [2, 1], heading: east, objective: {visit: [[1, 11], [1, 1]]}}
+          b: {model: digit, start: [3, 11], heading: west, objective: {visit: [[3, 1], [3, 11]]}}
+        until: {rounds: 2}
+        limits: {ticks: 300}
+        """
+    )
+    assert trace.outcome["outcome"] == "completed", trace.outcome["explanation"]
+    corridor = set(range(2 * 13 + 4, 2 * 13 + 9))
+    inside: dict[str, int] = {}
+    for move in trace.all("move"):
+        inside[move["robot"]] = move["to"]
+        both = [region for region in inside.values() if region in corridor]
+        if len(both) == 2:  # one behind the other, never head-on
+            headings = {
+                m["heading"] for m in trace.all("move", tick=move["tick"]) if m["to"] in corridor
+            }
+            assert len(headings) == 1
