@@ -48,12 +48,20 @@ std::size_t append_character(std::string_view text, std::string &out) {
   return length == 0 ? 1 : length;
 }
 
-int character_column(std::string_view line, std::size_t bytes) {
-  int column = 1;
+// Characters as shown in the first `bytes` of `text`.
+std::size_t shown_width(std::string_view text, std::size_t bytes) {
+  std::size_t width = 0;
   std::string ignored;
-  for (std::size_t i = 0; i < bytes && i < line.size(); ++column)
-    i += append_character(line.substr(i), ignored);
-  return column;
+  for (std::size_t i = 0; i < bytes && i < text.size(); ++width)
+    i += append_character(text.substr(i), ignored);
+  return width;
+}
+
+// The column as an editor counts it, for lines of any length: continuation
+// bytes of UTF-8 do not count.
+std::size_t character_column(std::string_view before) {
+  const auto starts = [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; };
+  return 1 + static_cast<std::size_t>(std::count_if(before.begin(), before.end(), starts));
 }
 
 } // namespace
@@ -106,7 +114,7 @@ void Diagnostics::print_one(std::ostream &out, const Diagnostic &diagnostic) con
 
   out << source_.file();
   if (has_line)
-    out << ':' << place.line << ':' << character_column(line, at);
+    out << ':' << place.line << ':' << character_column(line.substr(0, at));
   out << ": " << (diagnostic.severity == Severity::Error ? "error: " : "warning: ") << diagnostic.message
       << '\n';
   if (has_line) {
@@ -126,8 +134,7 @@ void Diagnostics::print_one(std::ostream &out, const Diagnostic &diagnostic) con
     if (carets.empty())
       carets = "^"; // just behind the last character
     const std::string number = std::to_string(place.line);
-    const std::size_t indent =
-        (from > 0 ? 3u : 0u) + static_cast<std::size_t>(character_column(line.substr(from), at - from) - 1);
+    const std::size_t indent = (from > 0 ? 3u : 0u) + shown_width(line.substr(from), at - from);
     out << "  " << number << " | " << shown << '\n';
     out << "  " << std::string(number.size(), ' ') << " | " << std::string(indent, ' ') << carets << '\n';
   }

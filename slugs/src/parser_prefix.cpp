@@ -160,7 +160,12 @@ private:
     const Symbol *symbol = scope_.find(lexeme.text);
     if (!symbol) {
       const bool infix = lexeme.text.find_first_of("()<>=+|&^!~\\") != std::string_view::npos;
-      scope_.report_undeclared(lexeme.text, lexeme.place, infix ? mixed_hint : "", diagnostics_);
+      const bool constant = lexeme.text == "TRUE" || lexeme.text == "FALSE";
+      scope_.report_undeclared(lexeme.text, lexeme.place,
+                               constant ? "in prefix notation the constants are 1 and 0"
+                               : infix  ? mixed_hint
+                                        : "",
+                               diagnostics_);
     } else if (symbol->integer) {
       diagnostics_.error(lexeme.place, "found integer '" + printable(lexeme.text) + "' in a prefix line",
                          "prefix lines use its bits only; write the line infix to compare integers");
