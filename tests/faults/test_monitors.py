@@ -1,0 +1,150 @@
+"""The monitors of a run: broken assumptions are told and survived, wrong strategies stopped."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from safenav.errors import ExitCode
+from safenav.runtime.events import AssumptionViolated, Ended, Event, Moved
+from safenav.runtime.mission import Mission
+from safenav.runtime.monitor import PATIENCE, GuaranteeError
+from safenav.scenario.loader import load_scenario_text
+from safenav.scenario.model import Outcome, Scenario
+from safenav.spec.specification import Specification
+from safenav.synthesis.outcome import SynthesisResult
+from safenav.synthesis.slugs import Listener, Synthesizer
+from safenav.synthesis.strategy import Strategy
+from safenav.world.mobility import Pose
+
+
+@pytest.fixture(autouse=True)
+def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SAFENAV_CACHE", str(tmp_path / "cache"))
+
+
+ROVERS = "catalogue: {robots: {r: {mobility: free, layer: ground, capabilities: []}}}\n"
+
+HALL = (
+    ROVERS
+    + """
+safenav: 1
+map: {grid: ["#######", "#.....#", "#.....#", "#.....#", "#######"]}
+robots:
+  walker: {model: r, start: 8, tracking: exact, objective: {visit: [12, 8]}}
+  other: {model: r, start: 26, tracking: exact, objective: {visit: [22, 26]}}
+until: {rounds: 2}
+"""
+)
+
+
+def _mission(text: str, synthesizer: Synthesizer | None = None) -> tuple[Mission, list[Event]]:
+    events: list[Event] = []
+    scenario: Scenario = load_scenario_text(text)
+    return Mission(scenario, synthesizer, listeners=[events.append]), events
+
+
+def test_a_robot_that_is_carried_away_breaks_what_others_assume_and_they_go_on() -> None:
+    mission, events = _mission(HALL)
+    mission.start()
+    mission.step()
+    mission.state.poses["other"] = Pose(22)  # from 26 or beside it: no single step
+    while mission.result is None:
+        mission.step()
+    (broken, *_) = [e for e in events if isinstance(e, AssumptionViolated)]
+    assert (broken.tick, broken.robot) == (2, "walker")
+    assert "robots.other.mobility: stay, or step to a neighbouring region" in broken.name
+    assert mission.result.outcome is Outcome.COMPLETED
+
+
+def test_nothing_is_told_of_a_run_in_which_everybody_keeps_the_rules() -> None:
+    mission, events = _mission(HALL)
+    assert mission.run().outcome is Outcome.COMPLETED
+    assert not [e for e in events if isinstance(e, AssumptionViolated)]
+
+
+CORNER = (
+    ROVERS
+    + """
+safenav: 1
+map: {grid: ["########", "####...#", "#......#", "####...#", "########"]}
+robots:
+  walker: {model: r, start: 20, tracking: exact, objective: {patrol: [17, 22]}}
+  other: {model: r, start: 14, tracking: exact, objective: {visit: [30, 14]}}
+until: {rounds: 9}
+"""
+)
+
+
+def test_where_no_strategy_is_left_the_run_ends_with_the_broken_assumption() -> None:
+    """A patrol must leave 17 at once; then somebody is put before its only exit."""
+    mission, events = _mission(CORNER)
+    mission.start()
+    while mission.state.poses["walker"].region != 17:
+        mission.step()
+        assert mission.result is None
+    mission.state.poses["other"] = Pose(18)
+    mission.step()
+    result = mission.result
+    assert result is not None
+    assert result.outcome is Outcome.ASSUMPTION_VIOLATED
+    assert "step to a neighbouring region" in result.explanation
+    assert mission.state.poses["walker"] == Pose(17)
+    assert isinstance(events[-1], Ended)
+
+
+class _BlindToWalls(Synthesizer):
+    """Answers as if there were no wall at 10, and claims that it is the answer."""
+
+    def synthesize_all(
+        self,
+        specs: Sequence[Specification],
+        strategy: bool = True,
+        progress: Listener | None = None,
+    ) -> list[SynthesisResult]:
+        wrong = [spec.without(c for c in spec.constraints if c.regions == (10,)) for spec in specs]
+        results = super().synthesize_all(wrong, strategy, progress)
+        return [
+            replace(result, strategy=Strategy.parse(result.strategy_json or b"", spec))
+            for spec, result in zip(specs, results, strict=True)
+        ]
+
+
+def test_a_strategy_through_a_wall_is_stopped_before_the_wall() -> None:
+    text = """
+safenav: 1
+map: {grid: ["#######", "#..#..#", "#.....#", "#######"]}
+robots: {walker: {model: r, start: 8, objective: {visit: [12, 8]}}}
+"""
+    mission, events = _mission(ROVERS + text, _BlindToWalls(verify=False))
+    with pytest.raises(GuaranteeError) as caught:
+        mission.run()
+    assert caught.value.exit_code is ExitCode.INTERNAL
+    assert "walker" in str(caught.value)
+    assert "walls are never entered" in str(caught.value)
+    assert [e.to for e in events if isinstance(e, Moved)] == [9]
+    assert isinstance(events[-1], Ended)
+    assert events[-1].outcome == "error"
+
+
+def test_fairness_that_did_not_hold_for_long_is_told_at_the_end() -> None:
+    """Nobody tells the guard to make way, so the walker waits for it until the limit."""
+    text = """
+safenav: 1
+map: {grid: ["#########", "#.......#", "#########"]}
+deadlock: false
+robots:
+  walker: {model: r, start: 10, objective: {visit: [16, 10]}}
+  guard: {model: r, start: 13, objective: {hold: 13}}
+limits: {ticks: 40}
+"""
+    mission, events = _mission(ROVERS + text)
+    result = mission.run()
+    assert result.outcome is Outcome.TICK_LIMIT
+    assert "walker assumes that" in result.explanation
+    waited = int(result.explanation.split("not held for ")[1].split()[0])
+    assert PATIENCE <= waited <= 40
+    assert not [e for e in events if isinstance(e, AssumptionViolated)]
