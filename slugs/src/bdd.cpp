@@ -43,7 +43,7 @@ BddStore::BddStore(std::uint32_t bits, const std::vector<std::uint32_t> &order, 
   marks_.resize(first_size / 32);
   cache_.resize(first_size);
   nodes_[0] = {0, 0, 0, 2 * bits};
-  collect_at_ = 1 << 16;
+  plan_collection();
 }
 
 std::size_t BddStore::bucket(Var v, Edge low, Edge high) const {
@@ -136,6 +136,9 @@ void BddStore::mark(Edge f) {
   }
 }
 
+// Dead nodes cost memory and cache misses, collections cost time and results.
+void BddStore::plan_collection() { collect_at_ = std::max<std::size_t>(1 << 16, 3 * live_); }
+
 void BddStore::clear_marks() { marks_.clear_to_zero(); }
 
 void BddStore::collect() {
@@ -169,7 +172,8 @@ void BddStore::collect() {
     }
   }
   ++collections_;
-  collect_at_ = std::max<std::size_t>(1 << 16, 2 * live_);
+  collected_ = live_;
+  plan_collection();
 }
 
 Bdd BddStore::variable(Var v) {

@@ -37,6 +37,14 @@ constexpr Var next_var(std::uint32_t bit) { return 2 * bit + 1; }
 
 class BddStore;
 
+// What sifting did, so that it can be undone: each pair that moved, and from
+// which position, in the order of the moves.
+struct SiftedPair {
+  std::uint32_t bit;
+  std::uint32_t from;
+};
+using SiftingLog = std::vector<SiftedPair>;
+
 // A handle: what it names survives collections.
 class Bdd {
 public:
@@ -113,7 +121,9 @@ public:
   Var var_of(Edge f) const { return nodes_[f >> 1].var; }
   Edge low_of(Edge f) const { return nodes_[f >> 1].low ^ (f & 1); }
   Edge high_of(Edge f) const { return nodes_[f >> 1].high ^ (f & 1); }
-  Edge node(Var v, Edge low, Edge high); // the function "if v then high else low"; v above both
+  Edge node(Var v, Edge low, Edge high);        // the function "if v then high else low"; v above both
+  Edge branch_edge(Var v, Edge low, Edge high); // the same, wherever v is
+  void make_room() { before_operation(); }      // collects if it is time to
   std::uint32_t level_of(Var v) const { return level_of_var_[v]; }
   Var var_at(std::uint32_t level) const { return var_at_level_[level]; }
 
@@ -127,11 +137,18 @@ public:
   void allow_collection(bool allowed) { collection_allowed_ = allowed; }
   // Moves each pair to its best position, largest first (Rudell 1993).  Stops
   // moving a pair when the diagrams exceed `growth` times their best size.
-  // After a LimitReached out of here nothing but destruction is safe.
-  void sift(double growth = 1.2);
+  // Appends to the log.  After a LimitReached out of here or undo() nothing but
+  // destruction is safe.
+  void sift(SiftingLog &log, double growth = 1.2);
+  // The reverse moves: every order on the way has been there before.
+  void undo(const SiftingLog &log);
+  // Forgets results, so that what an operation costs does not depend on the past.
+  void clear_cache() { cache_.clear_to_zero(); }
+  std::uint64_t work() const { return work_; } // steps of operations so far
 
   std::uint32_t bits() const { return static_cast<std::uint32_t>(level_of_var_.size() / 2); }
-  std::size_t live_nodes() const { return live_; } // as of the last collection plus all made since
+  std::size_t live_nodes() const { return live_; }           // as of the last collection plus all made since
+  std::size_t collected_nodes() const { return collected_; } // that survived the last collection
   std::size_t peak_nodes() const { return peak_; }
   std::uint64_t collections() const { return collections_; }
   std::uint64_t reorderings() const { return reorderings_; }
@@ -176,8 +193,10 @@ private:
   void grow_buckets();
   void resize_cache();
   void before_operation();
+  void plan_collection();
   void tick();
   void order_changed();
+  void after_sifting();
   std::size_t bucket(Var v, Edge low, Edge high) const;
 
   CacheEntry &cache_slot(std::uint32_t f, std::uint32_t g, std::uint32_t h);
@@ -207,11 +226,12 @@ private:
   std::uint32_t free_list_ = 0; // 0 if empty
   std::size_t live_ = 0;
   std::size_t peak_ = 0;
+  std::size_t collected_ = 0;
   std::size_t collect_at_ = 0;
   bool collection_allowed_ = true;
   std::uint64_t collections_ = 0;
   std::uint64_t reorderings_ = 0;
-  std::uint32_t ticks_ = 0;
+  std::uint64_t work_ = 0;
   std::vector<std::uint32_t> level_of_var_; // the constant's pseudo-variable is last, below all
   std::vector<Var> var_at_level_;
   std::vector<QuantifiedSet> sets_;

@@ -26,7 +26,7 @@ inline bool BddStore::cached(Operation op, Edge f, Edge g, Edge h, Edge &result)
     result = entry.result;
     return true;
   }
-  if ((++ticks_ & 0x3FFF) == 0)
+  if ((++work_ & 0x3FFF) == 0)
     tick();
   return false;
 }
@@ -260,6 +260,13 @@ Edge BddStore::cofactor_edge(Edge f, Var v, bool value) {
   // As "restrict" with one literal as the care set, whose cache it shares.
   const Edge literal = make(v, bdd_false, bdd_true);
   return simplify_(f, value ? literal : literal ^ 1);
+}
+
+Edge BddStore::branch_edge(Var v, Edge low, Edge high) {
+  const std::uint32_t l = level_of_var_[v];
+  if (l < level(low) && l < level(high))
+    return make(v, low, high);
+  return choice_(make(v, bdd_false, bdd_true), high, low);
 }
 
 Bdd BddStore::conjunction(const Bdd &f, const Bdd &g) {

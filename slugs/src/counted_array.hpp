@@ -49,6 +49,11 @@ template <typename T> class CountedArray {
 public:
   explicit CountedArray(MemoryAccount &account) : account_(account) {}
   ~CountedArray() { release(); }
+  CountedArray(CountedArray &&other) noexcept
+      : account_(other.account_), data_(other.data_), size_(other.size_) {
+    other.data_ = nullptr;
+    other.size_ = 0;
+  }
   CountedArray(const CountedArray &) = delete;
   CountedArray &operator=(const CountedArray &) = delete;
 

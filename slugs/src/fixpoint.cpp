@@ -35,13 +35,14 @@ Fixpoint::Fixpoint(Game &game, bool robotics_init, bool bias_for_action, Statist
 }
 
 void Fixpoint::close_under_safety() {
+  const auto step = [this] { return z_ & game_.controllable(game_.store.to_next(z_)); };
   for (;;) {
     ++statistics_.safety_iterations;
-    const Bdd next = z_ & game_.controllable(game_.store.to_next(z_));
+    const Bdd next = step();
     if (next == z_)
       return;
     z_ = next;
-    between_steps();
+    between_steps(step);
   }
 }
 
@@ -83,14 +84,17 @@ Bdd Fixpoint::wait(const Bdd &open, const Bdd &start, std::size_t i, std::uint64
     moves = open & x & failing;
     failing = store.constant(true);
   }
+  const auto step = [&] {
+    const Bdd kept = store.exists_both(game_.sys_trans, failing & store.to_next(x), game_.next_outputs);
+    return x & !store.exists_both(moves, !kept, game_.next_inputs);
+  };
   for (;;) {
     ++iterations;
-    const Bdd kept = store.exists_both(game_.sys_trans, failing & store.to_next(x), game_.next_outputs);
-    const Bdd next = x & !store.exists_both(moves, !kept, game_.next_inputs);
+    const Bdd next = step();
     if (next == x)
       return x;
     x = next;
-    between_steps();
+    between_steps(step);
   }
 }
 
@@ -101,7 +105,9 @@ Bdd Fixpoint::reach_goal(std::size_t j) {
   // What the environment may do that the system cannot answer by coming closer.
   Bdd open = game_.env_trans & z_;
   const auto answer = [&](const Bdd &targets) {
-    open &= !store.exists_both(game_.sys_trans, targets, game_.next_outputs);
+    const auto step = [&] { return open & !store.exists_both(game_.sys_trans, targets, game_.next_outputs); };
+    open = step();
+    between_steps(step);
   };
   answer(game_.guarantees[j] & store.to_next(z_));
   Bdd y = store.constant(false);
@@ -111,20 +117,21 @@ Bdd Fixpoint::reach_goal(std::size_t j) {
     Bdd larger = y;
     if (bias_for_action_) {
       for (;;) {
-        round.steps.push_back(larger);
+        round.steps.emplace_back(store, larger);
         const Bdd next = larger | (z_ & !store.exists(open, game_.next_inputs));
         if (next == larger)
           break;
         answer(store.to_next(next));
         larger = next;
-        between_steps();
       }
     }
-    round.closer = larger;
     for (std::size_t i = 0; i < game_.assumptions.size(); ++i) {
-      const Bdd start = before.empty() ? z_ : z_ & before[std::min(k, before.size() - 1)].waiting[i];
-      round.waiting.push_back(wait(open, start, i, statistics_.x_iterations[j]));
-      larger |= round.waiting.back();
+      Bdd start = z_;
+      if (!before.empty())
+        start &= before[std::min(k, before.size() - 1)].waiting[i].thaw(store);
+      const Bdd waiting = wait(open, start, i, statistics_.x_iterations[j]);
+      round.waiting.emplace_back(store, waiting);
+      larger |= waiting;
     }
     const bool done = larger == y;
     progress_[j].push_back(std::move(round));
@@ -132,7 +139,6 @@ Bdd Fixpoint::reach_goal(std::size_t j) {
       return y;
     answer(store.to_next(larger));
     y = larger;
-    between_steps();
   }
 }
 

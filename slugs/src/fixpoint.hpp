@@ -2,6 +2,7 @@
 
 #pragma once
 
+#include "frozen_bdd.hpp"
 #include "game.hpp"
 #include "statistics.hpp"
 
@@ -10,15 +11,15 @@
 
 namespace slugs {
 
-// One round of the middle fixpoint (Y) for a goal.  From `waiting[i]` the system
-// reaches the goal, or a state of `closer`, or stays while assumption i fails.
-// With a bias for action `steps` are the ever larger sets of states that a
-// least fixpoint without assumptions comes closer to, the last one being
-// `closer`; otherwise it is empty.
+// One round of the middle fixpoint (Y) for a goal.  The states to come closer to
+// are all of waiting in earlier rounds.  From waiting[i] the system reaches the
+// goal, or comes closer, or stays in waiting[i] while assumption i fails.  With a
+// bias for action there are first `steps`, the ever larger sets of states that a
+// least fixpoint without assumptions comes closer to; the last one is what
+// waiting builds on.
 struct Round {
-  std::vector<Bdd> steps;
-  Bdd closer;
-  std::vector<Bdd> waiting;
+  std::vector<FrozenBdd> steps;
+  std::vector<FrozenBdd> waiting;
 };
 
 using GoalProgress = std::vector<Round>;
@@ -27,8 +28,9 @@ class Fixpoint {
 public:
   Fixpoint(Game &game, bool robotics_init, bool bias_for_action, Statistics &statistics);
 
-  // Called between steps, where diagrams may be reordered.
-  std::function<void()> between_steps = [] {};
+  // Called between steps, where diagrams may be reordered, with a step such as
+  // those to come.
+  std::function<void(const std::function<void()> &)> between_steps;
 
   // Computes until done, or until some initial position is known to be lost.
   // Returns whether the system wins.

@@ -55,16 +55,21 @@ private:
 } // namespace
 
 Bdd positional_strategy(Game &game, const Bdd &winning, const GoalProgress &progress, std::size_t j) {
+  BddStore &store = game.store;
   Steps steps(game, winning, j);
+  Bdd closer = store.constant(false);
   for (const Round &round : progress) {
-    for (const Bdd &closer : round.steps) {
+    for (const FrozenBdd &step : round.steps) {
+      closer = step.thaw(store);
       steps.come_closer(closer);
       steps.take();
     }
-    steps.come_closer(round.closer);
+    steps.come_closer(closer);
     for (std::size_t i = 0; i < round.waiting.size() && !steps.done(); ++i) {
-      steps.wait(i, round.waiting[i]);
+      const Bdd waiting = round.waiting[i].thaw(store);
+      steps.wait(i, waiting);
       steps.take();
+      closer |= waiting;
     }
     if (steps.done())
       break;

@@ -19,7 +19,7 @@ public:
   Sifting(BddStore &store, double growth)
       : s_(store), growth_(growth), references_(store.account_), nodes_of_(store.level_of_var_.size()) {}
 
-  void run() {
+  void run(SiftingLog &log) {
     prepare();
     std::vector<std::uint32_t> bits(s_.bits());
     for (std::uint32_t b = 0; b < bits.size(); ++b)
@@ -33,7 +33,22 @@ public:
       if (weight[b] == 0)
         break;
       s_.tick();
+      const std::uint32_t from = s_.level_of_var_[current_var(b)] / 2;
       place(b);
+      if (s_.level_of_var_[current_var(b)] / 2 != from)
+        log.push_back({b, from});
+    }
+  }
+
+  void undo(const SiftingLog &log) {
+    prepare();
+    for (std::size_t i = log.size(); i-- > 0;) {
+      s_.tick();
+      std::uint32_t at = s_.level_of_var_[current_var(log[i].bit)] / 2;
+      for (; at < log[i].from; ++at)
+        exchange_pairs(at);
+      for (; at > log[i].from; --at)
+        exchange_pairs(at - 1);
     }
   }
 
@@ -185,14 +200,26 @@ private:
   std::vector<std::uint32_t> moved_;
 };
 
-void BddStore::sift(double growth) {
+void BddStore::sift(SiftingLog &log, double growth) {
   if (!account_.has_room(nodes_.size() * sizeof(std::uint32_t)))
     return;
-  Sifting(*this, growth).run();
+  Sifting(*this, growth).run(log);
+  after_sifting();
+  ++reorderings_;
+}
+
+void BddStore::undo(const SiftingLog &log) {
+  if (!account_.has_room(nodes_.size() * sizeof(std::uint32_t)))
+    return;
+  Sifting(*this, 1.0).undo(log);
+  after_sifting();
+}
+
+void BddStore::after_sifting() {
   cache_.clear_to_zero();
   order_changed();
-  collect_at_ = std::max<std::size_t>(1 << 16, 2 * live_);
-  ++reorderings_;
+  collected_ = live_;
+  plan_collection();
 }
 
 } // namespace slugs

@@ -66,24 +66,43 @@ struct Solver::Implementation {
 
   // One pass moves each pair once, with all others where they happened to be;
   // later passes often gain more than the first.
-  void sift() {
+  SiftingLog sift() {
     constexpr int most_passes = 6;
+    SiftingLog log;
     for (int pass = 0; pass < most_passes; ++pass) {
       game->store.collect();
       const std::size_t before = game->store.live_nodes();
-      game->store.sift();
+      game->store.sift(log);
       if (game->store.live_nodes() > before - before / 10)
         break;
     }
-    sift_at = std::max<std::size_t>(4 * game->store.live_nodes(), 1 << 14);
+    return log;
   }
-  void sift_if_grown() {
+
+  // Small diagrams are not the aim, cheap steps are, and sometimes the former
+  // makes the latter dearer: then the former order is restored.
+  void sift_if_grown(const std::function<void()> &step) {
     BddStore &store = game->store;
-    if (store.live_nodes() < sift_at)
+    if (store.collected_nodes() < sift_at)
       return;
     store.collect();
-    if (store.live_nodes() >= sift_at)
-      sift();
+    const auto cost = [&] {
+      store.clear_cache();
+      const std::uint64_t before = store.work();
+      step();
+      return store.work() - before;
+    };
+    const std::uint64_t old_cost = cost();
+    const SiftingLog log = sift();
+    const std::uint64_t new_cost = cost();
+    if (new_cost > old_cost)
+      store.undo(log);
+    // Where sifting gains little, more sifting gains nothing.
+    plan_sifting(new_cost < old_cost - old_cost / 5 ? 4 : 16);
+  }
+  void plan_sifting(std::size_t growth) {
+    game->store.collect();
+    sift_at = std::max<std::size_t>(growth * game->store.live_nodes(), 1 << 14);
   }
 
   void solve();
@@ -95,21 +114,20 @@ void Solver::Implementation::solve() {
         options.start_order.empty() ? force_order(specification) : options.start_order;
     game.emplace(specification, order, budget);
     sift_at = 1 << 16;
-    game->build([this] { sift_if_grown(); });
-    game->store.collect();
-    sift_at = std::max<std::size_t>(4 * game->store.live_nodes(), 1 << 14);
+    game->build([this] { sift_if_grown([] {}); });
+    plan_sifting(4);
   });
   timed(Phase::Reach, [&] {
-    const Bdd reachable = reachable_states(*game, [this] { sift_if_grown(); });
+    const Bdd reachable = reachable_states(*game, [this] { sift_if_grown([] {}); });
     statistics.reachable_states = game->store.count(reachable, game->current_vars());
     game->restrict_to(reachable);
     game->store.collect();
-    if (game->store.live_nodes() > (1 << 10))
-      sift();
+    sift();
+    plan_sifting(8);
   });
   timed(Phase::Solve, [&] {
     fixpoint.emplace(*game, options.robotics_init, options.bias_for_action, statistics);
-    fixpoint->between_steps = [this] { sift_if_grown(); };
+    fixpoint->between_steps = [this](const std::function<void()> &step) { sift_if_grown(step); };
     verdict = fixpoint->solve() ? Verdict::Realizable : Verdict::Unrealizable;
     if (verdict == Verdict::Realizable) {
       const Bdd stuck = fixpoint->winning() & !game->store.exists(game->env_trans, game->next_inputs);

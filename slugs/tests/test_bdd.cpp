@@ -194,8 +194,13 @@ void functions_survive_collection_and_sifting() {
       if (random() % 10 == 0)
         load.store().collect();
       if (random() % 20 == 0) {
-        load.store().sift(random() % 2 ? 1.0 : 2.0);
+        SiftingLog log;
+        load.store().sift(log, random() % 2 ? 1.0 : 2.0);
         load.store().assert_consistent();
+        if (random() % 2) {
+          load.store().undo(log);
+          load.store().assert_consistent();
+        }
       }
     }
     load.check_all();
@@ -217,7 +222,15 @@ void sifting_finds_a_linear_order() {
     sum |= store.variable(current_var(i)) & store.variable(current_var(n + i));
   EXPECT(store.size(sum) > (1u << n));
   const double before = store.count(sum, std::vector<Var>(4 * n));
-  store.sift();
+  SiftingLog log;
+  const std::size_t size_before = store.size(sum);
+  store.sift(log);
+  store.undo(log);
+  store.assert_consistent();
+  EXPECT_EQ(store.size(sum), size_before);
+  for (std::uint32_t i = 0; i < 2 * n; ++i)
+    EXPECT_EQ(store.level_of(current_var(i)), 2 * i);
+  store.sift(log);
   store.assert_consistent();
   EXPECT_EQ(store.size(sum), std::size_t{2 * n});
   EXPECT_EQ(store.count(sum, std::vector<Var>(4 * n)), before);
@@ -246,7 +259,8 @@ void large_diagrams_stay_consistent() {
   }
   const double before = store.count(pool.back(), std::vector<Var>(2 * n));
   EXPECT(store.peak_nodes() > 5000);
-  store.sift();
+  SiftingLog log;
+  store.sift(log);
   store.assert_consistent();
   EXPECT_EQ(store.count(pool.back(), std::vector<Var>(2 * n)), before);
   pool.clear();
