@@ -1,0 +1,131 @@
+"""The safenav command as a process that things happen to, and slugs binaries that fail."""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import os
+import resource
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from safenav.audit import check_trace
+from safenav.synthesis.binary import find_binary
+
+MAIN = "from safenav.cli import main; main()"
+ROOT = Path(__file__).parents[2]
+CASE_STUDY = ROOT / "scenarios" / "case_study_1.yaml"
+
+_PR_CAPBSET_DROP = 24
+_CAP_DAC_OVERRIDE = 1
+_CAP_DAC_READ_SEARCH = 2
+
+Done = subprocess.CompletedProcess[str]
+
+
+class Process:
+    """Runs ``safenav ARGUMENTS...`` in a directory and with a cache of its own."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.cache = folder / "cache"
+        self.environment = {
+            **os.environ,
+            "SAFENAV_CACHE": str(self.cache),
+            "NO_COLOR": "1",
+            "PYTHONPATH": os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")]),
+        }
+
+    def command(self, *arguments: object) -> list[str]:
+        return [sys.executable, "-c", MAIN, *map(str, arguments)]
+
+    def start(self, *arguments: object, **variables: str) -> subprocess.Popen[str]:
+        return subprocess.Popen(
+            self.command(*arguments),
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            text=True,
+            cwd=self.folder,
+            env={**self.environment, **variables},
+        )
+
+    def __call__(
+        self,
+        *arguments: object,
+        limit: Callable[[], None] | None = None,
+        seconds: float = 120,
+        **variables: str,
+    ) -> Done:
+        """Run to the end. Whatever happens, nobody ever sees a traceback."""
+        done = subprocess.run(
+            self.command(*arguments),
+            capture_output=True,
+            text=True,
+            timeout=seconds,
+            cwd=self.folder,
+            env={**self.environment, **variables},
+            preexec_fn=limit,
+            check=False,
+        )
+        assert "Traceback" not in done.stderr
+        return done
+
+
+@pytest.fixture
+def safenav(tmp_path: Path) -> Process:
+    return Process(tmp_path)
+
+
+Script = Callable[[str], str]
+
+
+@pytest.fixture
+def slugs_that(tmp_path: Path) -> Script:
+    """Makes a program that is the real slugs but for one answer in mid-run, which ``body`` gives
+    ($SLUGS is the real one, "$@" what it is asked)."""
+
+    def make(body: str) -> str:
+        path, count = tmp_path / "slugs that fails", tmp_path / "count"
+        path.write_text(
+            f"""#!/bin/sh
+SLUGS="{find_binary().path}"
+if [ "$1" = --version ]; then exec "$SLUGS" --version; fi
+echo asked >> "{count}"
+if [ "$(wc -l < "{count}")" -lt 3 ] || ! mkdir "{count}.failed" 2>/dev/null; then
+    exec "$SLUGS" "$@"
+fi
+{body}
+"""
+        )
+        path.chmod(0o755)
+        return str(path)
+
+    return make
+
+
+def records(trace: Path) -> list[dict[str, Any]]:
+    """The lines of a trace, every one of them whole; the audit must find nothing."""
+    assert check_trace(trace).findings == ()
+    return [json.loads(line) for line in trace.read_text(encoding="utf-8").splitlines()]
+
+
+def small_files() -> None:
+    """No file of the process may grow beyond 4 kB: what a full disk looks like."""
+    resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
+
+
+def little_memory() -> None:
+    resource.setrlimit(resource.RLIMIT_AS, (1 << 30, 1 << 30))
+
+
+def no_privileges() -> None:
+    """Also for root, what is read-only is read-only."""
+    if os.geteuid() == 0:
+        library = ctypes.CDLL(None)
+        for capability in (_CAP_DAC_OVERRIDE, _CAP_DAC_READ_SEARCH):
+            library.prctl(_PR_CAPBSET_DROP, capability, 0, 0, 0)

@@ -1,0 +1,239 @@
+"""Things that go wrong around safenav, one test each: nothing lost, nothing executed, no
+traceback."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import time
+from pathlib import Path
+from random import Random
+
+import pytest
+
+from faults.conftest import (
+    CASE_STUDY,
+    Process,
+    Script,
+    little_memory,
+    no_privileges,
+    records,
+    small_files,
+)
+
+ENDLESS = """\
+safenav: 1
+map: {grid: ["########", "#......#", "#......#", "########"]}
+robots:
+  quad: {model: quadcopter, start: 9, objective: {visit: [14, 17]}}
+  digit: {model: digit, start: 22, heading: west, objective: {visit: [10, 20]}}
+until: {rounds: 1000000}
+limits: {ticks: 100000000}
+"""
+
+
+def test_slugs_killed_mid_run(safenav: Process, slugs_that: Script) -> None:
+    done = safenav("run", CASE_STUDY, "--trace", "t.jsonl", SAFENAV_SLUGS=slugs_that("kill -9 $$"))
+    assert done.returncode == 4
+    assert "SIGKILL" in done.stderr
+    trace = records(safenav.folder / "t.jsonl")
+    assert trace[-1]["outcome"] == "error"
+    assert any(record["type"] == "move" for record in trace)
+
+
+def test_wrong_strategy(safenav: Process, slugs_that: Script) -> None:
+    # The lowest bit of every region is turned: the robot would walk somewhere else.
+    turn = 's/"state": \\[0/"state": [2/; s/"state": \\[1/"state": [0/; s/\\[2/[1/'
+    wrong = slugs_that(f'"$SLUGS" "$@" | sed \'{turn}\'')
+    done = safenav("run", CASE_STUDY, "--trace", "t.jsonl", SAFENAV_SLUGS=wrong)
+    assert done.returncode == 4
+    assert "gave a wrong answer" in done.stderr
+    assert records(safenav.folder / "t.jsonl")[-1]["outcome"] == "error"
+    # What was wrong is not kept: the next run, with the real slugs, asks again.
+    assert safenav("run", CASE_STUDY).returncode == 0
+
+
+def test_truncated_json(safenav: Process, slugs_that: Script) -> None:
+    cut = slugs_that('"$SLUGS" "$@" | head -c 100')
+    done = safenav("run", CASE_STUDY, "--trace", "t.jsonl", SAFENAV_SLUGS=cut)
+    assert done.returncode == 4
+    assert "not JSON" in done.stderr
+    assert records(safenav.folder / "t.jsonl")[-1]["outcome"] == "error"
+
+
+def test_disk_full(safenav: Process) -> None:
+    # The trace: told at once, and what was written is whole lines but for the last one.
+    done = safenav("run", CASE_STUDY, "--trace", "t.jsonl", limit=small_files)
+    assert done.returncode == 2
+    assert "cannot write the trace t.jsonl" in done.stderr
+    *whole, _ = (safenav.folder / "t.jsonl").read_text(encoding="utf-8").split("\n")
+    assert json.loads(whole[0])["type"] == "header"
+    assert all(json.loads(line) for line in whole)
+    # The files of a synthesis: whole or not there.
+    done = safenav("synth", CASE_STUDY, "-o", "out", limit=small_files)
+    assert done.returncode == 2
+    assert "cannot write to out" in done.stderr
+    assert [file.name for file in (safenav.folder / "out").glob("*.tmp")] == []
+    for file in (safenav.folder / "out").glob("*.json"):
+        assert json.loads(file.read_text())["nodes"]
+    # The cache: the run does without.
+    assert safenav("run", CASE_STUDY, limit=small_files).returncode == 0
+
+
+def test_read_only_cache(safenav: Process) -> None:
+    safenav.cache.mkdir()
+    safenav.cache.chmod(0o555)
+    for _ in range(2):
+        done = safenav("run", CASE_STUDY, "--trace", "t.jsonl", limit=no_privileges)
+        assert done.returncode == 0
+        assert done.stderr.count("cache") >= 1
+    assert not any(r["cached"] for r in records(safenav.folder / "t.jsonl") if "cached" in r)
+    assert list(safenav.cache.iterdir()) == []
+
+
+def test_two_processes_share_a_cache(safenav: Process) -> None:
+    both = [safenav.start("run", CASE_STUDY, "--trace", f"{k}.jsonl") for k in range(2)]
+    for process in both:
+        _, said = process.communicate(timeout=120)
+        assert (process.returncode, said) == (0, "")
+    moves = [
+        [(r["robot"], r["to"]) for r in records(safenav.folder / f"{k}.jsonl") if "to" in r]
+        for k in range(2)
+    ]
+    assert moves[0] == moves[1]
+    assert [f for f in safenav.cache.rglob("*") if f.name.endswith(".tmp")] == []
+    assert safenav("run", CASE_STUDY, "--trace", "again.jsonl").returncode == 0
+    syntheses = [r for r in records(safenav.folder / "again.jsonl") if r["type"] == "synthesis"]
+    assert all(r["cached"] for r in syntheses)
+
+
+def test_corrupted_cache(safenav: Process) -> None:
+    def cached(name: str) -> list[bool]:
+        assert safenav("run", CASE_STUDY, "--trace", name).returncode == 0
+        return [r["cached"] for r in records(safenav.folder / name) if r["type"] == "synthesis"]
+
+    assert not any(cached("first.jsonl"))
+    source = Random(1)
+    for file in filter(Path.is_file, safenav.cache.rglob("*")):
+        data = bytearray(file.read_bytes())
+        data[source.randrange(len(data))] ^= 1 << source.randrange(8)
+        file.write_bytes(data)
+    assert not any(cached("damaged.jsonl"))
+    assert all(cached("mended.jsonl"))
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=lambda s: s.name)
+def test_signals_at_random_moments(safenav: Process, number: signal.Signals) -> None:
+    (safenav.folder / "endless.yaml").write_text(ENDLESS)
+    source = Random(number)
+    for attempt in range(6):
+        trace = safenav.folder / f"{attempt}.jsonl"
+        process = safenav.start("run", "endless.yaml", "--no-map", "--trace", trace)
+        _wait_for(trace, process)
+        time.sleep(source.uniform(0, 0.4))
+        process.send_signal(number)
+        _, said = process.communicate(timeout=30)
+        assert process.returncode == 130, said
+        assert "Traceback" not in said
+        assert records(trace)[-1]["outcome"] == "interrupted"
+
+
+def _wait_for(trace: Path, process: subprocess.Popen[str]) -> None:
+    """Until the run has begun: before that there is nothing to lose."""
+    deadline = time.monotonic() + 60
+    while not (trace.exists() and trace.stat().st_size):
+        assert process.poll() is None
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+
+
+def test_yaml_bomb(safenav: Process) -> None:
+    layers = ["a0: &a0 [x, x, x, x, x, x, x, x, x, x]"]
+    layers += [f"a{k}: &a{k} [{', '.join([f'*a{k - 1}'] * 10)}]" for k in range(1, 12)]
+    (safenav.folder / "bomb.yaml").write_text("\n".join(["safenav: 1", *layers]))
+    for command in ("run", "check", "synth"):
+        done = safenav(command, "bomb.yaml", limit=little_memory, seconds=30)
+        assert done.returncode == 2
+        assert "bomb.yaml:" in done.stderr
+
+
+def test_map_of_ten_thousand_by_ten_thousand(safenav: Process) -> None:
+    folder = safenav.folder
+    (folder / "huge.map").write_text(
+        "type octile\nheight 10000\nwidth 10000\nmap\n" + "." * 10_000 + "\n"
+    )
+    (folder / "huge.pgm").write_bytes(b"P5\n10000 10000\n255\n" + b"\xff" * 100)
+    for number, shown in enumerate(
+        (
+            "movingai: huge.map",
+            "image: huge.pgm, rows: 10000, cols: 10000",
+            "grid: [" + ", ".join(['"' + "." * 2000 + '"'] * 2000) + "]",
+        )
+    ):
+        file = folder / f"huge{number}.yaml"
+        robots = "robots: {q: {model: quadcopter, start: 1, objective: {hold: 1}}}\n"
+        file.write_text(f"safenav: 1\nmap: {{{shown}}}\n{robots}")
+        done = safenav("check", file.name, limit=little_memory, seconds=60)
+        assert done.returncode == 2, shown[:60]
+        assert f"{file.name}:" in done.stderr or "huge." in done.stderr
+
+
+def test_path_names_with_spaces_and_unicode(safenav: Process) -> None:
+    folder = safenav.folder / "mein Gebäude 建物" / "it's 'here'"
+    folder.mkdir(parents=True)
+    scenario, trace = folder / "сценарий 1.yaml", folder / "след ü.jsonl"
+    scenario.write_text(CASE_STUDY.read_text(encoding="utf-8"), encoding="utf-8")
+    cache = str(folder / "ca che")
+    for _ in range(2):
+        done = safenav("run", scenario, "--trace", trace, SAFENAV_CACHE=cache)
+        assert (done.returncode, done.stderr) == (0, "")
+    assert records(trace)[-1]["outcome"] == "completed"
+    assert safenav("check-trace", trace).returncode == 0
+    assert safenav("synth", scenario, "-o", folder / "out put").returncode == 0
+    assert (folder / "out put" / "digit.json").exists()
+    assert safenav("replay", trace, "-o", folder / "page ü.html").returncode == 0
+    assert (folder / "page ü.html").stat().st_size > 1000
+
+
+def test_scenarios_and_options_that_would_write_elsewhere(safenav: Process) -> None:
+    text = CASE_STUDY.read_text(encoding="utf-8")
+    for name in ("../../evil", "/tmp/evil", "a/b", "..", "nul\\0"):
+        file = safenav.folder / "names.yaml"
+        file.write_text(text.replace("  digit:", f'  "{name}":'))
+        done = safenav("synth", "names.yaml", "-o", "out")
+        assert done.returncode == 2
+        assert "cannot name a robot" in done.stderr or "names.yaml:" in done.stderr
+    assert not (safenav.folder / "out").exists()
+    locked = safenav.folder / "locked"
+    locked.mkdir()
+    locked.chmod(0o555)
+    a_file = safenav.folder / "file"
+    a_file.write_text("kept")
+    for place in (locked / "out", a_file, a_file / "below", "/proc/nowhere"):
+        done = safenav("synth", CASE_STUDY, "-o", place, limit=no_privileges)
+        assert done.returncode == 2, place
+        assert f"cannot write to {place}" in done.stderr
+        done = safenav("run", CASE_STUDY, "--trace", Path(place) / "t", limit=no_privileges)
+        assert done.returncode == 2, place
+        assert "cannot write the trace" in done.stderr
+    assert a_file.read_text() == "kept"
+    assert list(locked.iterdir()) == []
+
+
+def test_hostile_yaml_tags(safenav: Process) -> None:
+    tags = (
+        '!!python/object/apply:os.system ["touch pwned"]',
+        '!!python/object/new:subprocess.Popen [["touch", "pwned"]]',
+        "!!python/name:os.system",
+        '!!python/module:antigravity ""',
+        '!!map {? !!python/object/apply:os.system ["touch pwned"] : 1}',
+    )
+    text = CASE_STUDY.read_text(encoding="utf-8")
+    for tag in tags:
+        for file_text in (tag, text.replace("safenav: 1", f"safenav: {tag}"), text + f"x: {tag}"):
+            (safenav.folder / "tags.yaml").write_text(file_text)
+            done = safenav("run", "tags.yaml")
+            assert done.returncode == 2
+            assert "tags.yaml:" in done.stderr
+    assert not (safenav.folder / "pwned").exists()
