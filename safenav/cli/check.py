@@ -12,20 +12,24 @@ from safenav.errors import ExitCode
 EPILOG = """\b
 Examples:
   safenav check scenarios/case_study_1.yaml
-  safenav check scenarios/hello.yaml --json
+  safenav check scenarios/hello.yaml --strict --json
 \b
 Exit codes:
-  0  valid, and every robot is realizable   1  some robot is unrealizable
+  0  valid, and every robot is realizable   1  some robot is unrealizable (--strict: or warned)
   2  bad input   3  time or memory limit   4  synthesizer failure
 """
 
 
 @click.command(epilog=EPILOG)
 @click.argument("scenario", type=click.Path(path_type=Path))
+@click.option("--strict", is_flag=True, help="Warnings count as unrealizable.")
 @click.option("--json", "as_json", is_flag=True, help="Print the verdicts as JSON.")
-def command(scenario: Path, as_json: bool) -> int:
+def command(scenario: Path, strict: bool, as_json: bool) -> int:
     """Validate SCENARIO, compile each robot's specification and ask whether it is realizable.
-    Nothing is run."""
+    Nothing is run. A robot that can win by breaking what it assumes of the others is told as a
+    warning."""
+    from safenav.explain.vacuity import vacuous_wins
+    from safenav.report.vacuity import vacuity_data, vacuity_lines
     from safenav.report.waiting import WaitingLine
     from safenav.runtime.controllers import first_answers
     from safenav.runtime.explanation import explain_unrealizable
@@ -35,14 +39,21 @@ def command(scenario: Path, as_json: bool) -> int:
     from safenav.spec.robot import assumption_names
 
     plan = load_scenario(scenario)
-    answers = first_answers(plan, default_synthesizer(plan), WaitingLine())
+    synthesizer = default_synthesizer(plan)
+    answers = first_answers(plan, synthesizer, WaitingLine())
     verdicts = []
+    warnings: list[str] = []
     for name, answer in answers.items():
         why = (
             None
             if answer.realizable
             else explain_unrealizable(answer.task.robot, answer.task, plan.map)
         )
+        strategy = answer.result.strategy
+        vacuous = vacuous_wins(strategy, synthesizer) if answer.realizable and strategy else ()
+        for vacuity in vacuous:
+            assert strategy is not None
+            warnings += vacuity_lines(name, vacuity, strategy)
         verdicts.append(
             {
                 "robot": name,
@@ -50,6 +61,7 @@ def command(scenario: Path, as_json: bool) -> int:
                 "verdict": answer.result.verdict.value,
                 "assumptions": assumption_names(answer.task, plan.map),
                 "explanation": why,
+                "warnings": [vacuity_data(v, strategy) for v in vacuous if strategy],
             }
         )
     if as_json:
@@ -63,5 +75,8 @@ def command(scenario: Path, as_json: bool) -> int:
                 click.echo(f"    assumes: {assumption}")
             if not good:
                 click.echo(f"    {verdict['explanation']}")
-    good = all(answer.realizable for answer in answers.values())
+        for line in warnings:
+            word = "" if line.startswith(" ") else click.style("warning: ", fg="yellow", bold=True)
+            click.echo(f"{word}{line}", err=True)
+    good = all(answer.realizable for answer in answers.values()) and not (strict and warnings)
     return ExitCode.OK if good else ExitCode.NEGATIVE

@@ -14,6 +14,7 @@ from safenav.errors import ExitCode, UsageError
 if TYPE_CHECKING:
     from safenav.runtime.controllers import Answer
     from safenav.scenario.model import Scenario
+    from safenav.synthesis.slugs import Synthesizer
 
 EPILOG = """\b
 Examples:
@@ -27,7 +28,7 @@ Files written for each robot R into DIR:
   R.graphml          the automaton for networkx, Gephi, yEd
 \b
 Exit codes:
-  0  all realizable   1  some robot is unrealizable   2  bad input
+  0  all realizable   1  some robot is unrealizable (--strict: or warned)   2  bad input
   3  time or memory limit   4  synthesizer failure
 """
 
@@ -39,7 +40,10 @@ Exit codes:
     "-o", "--output", type=click.Path(path_type=Path), help="Directory to write files into."
 )
 @click.option("--verify/--no-verify", default=True, help="Check each strategy independently.")
-def command(scenario: Path, robot: str | None, output: Path | None, verify: bool) -> int:
+@click.option("--strict", is_flag=True, help="Warnings count as unrealizable.")
+def command(
+    scenario: Path, robot: str | None, output: Path | None, verify: bool, strict: bool
+) -> int:
     """Synthesize the controllers for the start of SCENARIO and print their size."""
     from safenav.report.waiting import WaitingLine
     from safenav.runtime.controllers import first_answers
@@ -62,7 +66,9 @@ def command(scenario: Path, robot: str | None, output: Path | None, verify: bool
     _print_statistics(answers, plan)
     if output is not None:
         click.echo(f"\nwritten to {output}")
-    return _explain_failures(answers, plan)
+    warned = _warn(answers, synthesizer)
+    status = _explain_failures(answers, plan)
+    return ExitCode.NEGATIVE if strict and warned else status
 
 
 def _print_statistics(answers: dict[str, Answer], plan: Scenario) -> None:
@@ -92,6 +98,25 @@ def _print_statistics(answers: dict[str, Answer], plan: Scenario) -> None:
     for name, answer in answers.items():
         for assumption in assumption_names(answer.task, plan.map):
             click.echo(f"{name} assumes: {assumption}")
+
+
+def _warn(answers: dict[str, Answer], synthesizer: Synthesizer) -> bool:
+    """Tell who wins by breaking its own assumptions; whether there was anything to tell."""
+    from safenav.explain.vacuity import vacuous_wins
+    from safenav.report.vacuity import vacuity_lines
+
+    warned = False
+    for name, answer in answers.items():
+        strategy = answer.result.strategy
+        if strategy is None or not answer.realizable:
+            continue
+        for vacuity in vacuous_wins(strategy, synthesizer):
+            warned = True
+            first, *rest = vacuity_lines(name, vacuity, strategy)
+            click.echo(f"{click.style('warning:', fg='yellow', bold=True)} {first}", err=True)
+            for line in rest:
+                click.echo(line, err=True)
+    return warned
 
 
 def _explain_failures(answers: dict[str, Answer], plan: Scenario) -> int:

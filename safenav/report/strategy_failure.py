@@ -49,10 +49,11 @@ def _steps(nodes: Sequence[int], strategy: Strategy) -> Iterator[str]:
             if place == half:
                 yield f"  ... {len(nodes) - 2 * half} more"
             continue
-        yield f"  {node}: {_words(node, strategy)}"
+        yield f"  {node}: {node_words(node, strategy)}"
 
 
-def _words(node: int, strategy: Strategy) -> str:
+def node_words(node: int, strategy: Strategy) -> str:
+    """The values at a node."""
     values = strategy.values(node)
     words = (in_words(strategy, values, owner) for owner in (Owner.OUTPUT, Owner.INPUT))
     return " ".join(filter(None, words)) or "(no variables)"

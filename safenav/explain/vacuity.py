@@ -1,0 +1,145 @@
+"""Vacuity: does a robot win because it breaks what it assumes of the others?
+
+A strategy may bring the environment where it has no move left, or where it cannot meet a
+fairness assumption any more. From there on the robot owes nothing: it has won, and may do
+nothing at all. Such a win is worth a warning. (Klein, Pnueli: Revisiting synthesis of GR(1)
+specifications, HVC 2010, and Maoz, Ringert: On well-separation of GR(1) specifications, FSE
+2016, who look at the specification; here it is first of all the strategy that is used.)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from safenav.spec.specification import Constraint, Origin, Section, Specification
+from safenav.synthesis.automaton import Automaton
+from safenav.synthesis.cycles import cyclic_parts
+from safenav.synthesis.outcome import Verdict
+from safenav.synthesis.slugs import Synthesizer
+from safenav.synthesis.strategy import Strategy
+
+
+class Way(StrEnum):
+    """How assumptions fail through the robot; the value says it in words."""
+
+    NO_BEGINNING = "no beginning satisfies the assumptions, so that nothing is promised"
+    DEAD_END = "the others can be brought where the assumptions leave them no move"
+    UNFAIR = "the others can be brought where they cannot meet this assumption any more"
+    FORCED = "the robot could make the others break an assumption from the start on"
+
+
+@dataclass(frozen=True)
+class Vacuity:
+    """One way in which a robot could win without doing anything.
+
+    ``path``: nodes of its strategy, the shortest way to where it happens (empty if the
+    strategy does not do it: FORCED). ``nodes``: how many of its nodes are so. ``origins``: the
+    assumptions that fail.
+    """
+
+    way: Way
+    path: tuple[int, ...] = ()
+    nodes: int = 0
+    origins: tuple[Origin, ...] = ()
+
+
+def vacuous_wins(strategy: Strategy, synthesizer: Synthesizer) -> tuple[Vacuity, ...]:
+    """All that there is to warn of in a realizable robot: what its strategy does, else what
+    another strategy could do."""
+    found = vacuities(strategy)
+    if found:
+        return found
+    forced = can_force(strategy.specification, synthesizer)
+    return () if forced is None else (forced,)
+
+
+def vacuities(strategy: Strategy) -> tuple[Vacuity, ...]:
+    """How a strategy wins without keeping its goals, if it does: shortest ways first.
+
+    The robot's moves are fixed by the strategy, so the others play alone on its automaton: a
+    node from which no path of theirs meets all assumptions again and again is won vacuously.
+    """
+    spec = strategy.specification
+    starts = strategy.initial()
+    if not starts:
+        return (Vacuity(Way.NO_BEGINNING, origins=_origins(spec, Section.ENV_INIT)),)
+    automaton = Automaton(spec, strategy, starts)
+    found = []
+    stuck = [node for node in automaton.nodes if not strategy.transitions[node]]
+    if stuck:
+        steps = _origins(spec, Section.ENV_TRANS)
+        found.append(Vacuity(Way.DEAD_END, automaton.path(stuck[0]), len(stuck), steps))
+    parts = cyclic_parts(automaton.edges)
+    fair = automaton.clauses(Section.ENV_LIVENESS)
+    lacking = _lacking(automaton, parts, len(fair))
+    good = {node for node, part in parts.items() if not lacking[part]}
+    hopeless = _cut_off(automaton, good | set(stuck))
+    if hopeless:
+        first = next(node for node in automaton.nodes if node in hopeless)
+        within = _ahead(automaton, first)
+        ahead = [lacking[part] for node, part in parts.items() if node in within]
+        never = [k for k in range(len(fair)) if all(k in missing for missing in ahead)]
+        failing = dict.fromkeys(fair[k].constraint.origin for k in never or range(len(fair)))
+        path = automaton.path(first)
+        found.append(Vacuity(Way.UNFAIR, path, len(hopeless), tuple(failing)))
+    return tuple(sorted(found, key=lambda vacuity: len(vacuity.path)))
+
+
+def can_force(spec: Specification, synthesizer: Synthesizer) -> Vacuity | None:
+    """Whether the robot could break the assumptions from the start on, whatever the others do:
+    it could then even meet a goal that is false."""
+    assumed = [s for s in (Section.ENV_TRANS, Section.ENV_LIVENESS) if spec.section(s)]
+    if not assumed:
+        return None
+    kept = [c for c in spec.constraints if c.section is not Section.SYS_LIVENESS]
+    never = Constraint(Section.SYS_LIVENESS, "FALSE", Origin("", "never"))
+    hopeless = Specification(spec.robot, spec.title, spec.variables, (*kept, never))
+    if synthesizer.synthesize(hopeless, strategy=False).verdict is not Verdict.REALIZABLE:
+        return None
+    return Vacuity(Way.FORCED, origins=_origins(spec, *assumed))
+
+
+def _origins(spec: Specification, *sections: Section) -> tuple[Origin, ...]:
+    found = (c.origin for section in sections for c in spec.section(section))
+    return tuple(dict.fromkeys(found))
+
+
+def _lacking(automaton: Automaton, parts: dict[int, int], count: int) -> dict[int, set[int]]:
+    """For each strongly connected part the assumptions that no transition within it meets."""
+    lacking = {part: set(range(count)) for part in set(parts.values())}
+    formulas = [clause.formula for clause in automaton.clauses(Section.ENV_LIVENESS)]
+    for k, unmet in enumerate(automaton.violated(formulas)):
+        missing = set(unmet)
+        for index, (source, target) in enumerate(automaton.edges):
+            part = parts.get(source)
+            if index not in missing and part is not None and part == parts.get(target):
+                lacking[part].discard(k)
+    return lacking
+
+
+def _cut_off(automaton: Automaton, good: set[int]) -> set[int]:
+    """The nodes from which none of the good ones can be reached."""
+    before: dict[int, list[int]] = {}
+    for source, target in automaton.edges:
+        before.setdefault(target, []).append(source)
+    seen = set(good)
+    stack = list(good)
+    while stack:
+        for node in before.get(stack.pop(), ()):
+            if node not in seen:
+                seen.add(node)
+                stack.append(node)
+    return set(automaton.nodes) - seen
+
+
+def _ahead(automaton: Automaton, start: int) -> set[int]:
+    """The nodes that can be reached from one of them."""
+    seen = {start}
+    stack = [start]
+    while stack:
+        for node in automaton.strategy.transitions[stack.pop()]:
+            if node not in seen:
+                seen.add(node)
+                stack.append(node)
+    return seen

@@ -1,0 +1,165 @@
+"""Wins that are none: the environment driven into a dead end, or out of its fairness."""
+
+from __future__ import annotations
+
+import json
+from itertools import pairwise
+from pathlib import Path
+
+import networkx
+import pytest
+
+from explain.conftest import Invoke
+from safenav.cli import check, synth
+from safenav.explain.vacuity import Way, can_force, vacuities, vacuous_wins
+from safenav.formula import evaluate, parse
+from safenav.runtime.controllers import first_answers
+from safenav.runtime.mission import default_synthesizer
+from safenav.scenario.loader import load_scenario, load_scenario_text
+from safenav.spec.specification import Section
+from safenav.synthesis.reader import read_specification
+from safenav.synthesis.slugs import Synthesizer
+from safenav.synthesis.strategy import Strategy
+
+SCENARIOS = Path(__file__).parents[2] / "scenarios"
+
+ALLEY = """\
+safenav: 1
+map: {{grid: ["########", "####...#", "#......#", "####...#", "########"]}}
+robots:
+  hunter: {{model: r, start: 17, tracking: {tracking}, objective: {{visit: [17, 22]}}}}
+  other: {{model: r, start: 14, objective: {{visit: [30, 14]}}}}
+catalogue: {{robots: {{r: {{mobility: free, layer: ground, capabilities: []}}}}}}
+"""
+
+
+def _strategy(text: str) -> Strategy:
+    strategy = Synthesizer(verify=True).synthesize(read_specification(text)).strategy
+    assert strategy is not None
+    return strategy
+
+
+def test_an_environment_without_a_move_is_a_dead_end() -> None:
+    strategy = _strategy(
+        "[INPUT]\nask\n[OUTPUT]\nshut\n[ENV_INIT]\n!ask\n[SYS_INIT]\n!shut\n"
+        "[ENV_TRANS]\n# visitors: come only while it is open\nshut -> ask' & !ask'\n"
+        "[SYS_LIVENESS]\nask & !ask\n"
+    )
+    (found,) = vacuities(strategy)
+    assert found.way is Way.DEAD_END
+    assert strategy.transitions[found.path[-1]] == []
+    assert found.path[0] in strategy.initial()
+    assert "come only while it is open" in found.origins[0].rule
+
+
+@pytest.mark.parametrize(
+    ("goal", "way"), [("ask & !ask", Way.UNFAIR), ("!shut", Way.FORCED)], ids=["used", "possible"]
+)
+def test_an_assumption_that_the_robot_can_break(goal: str, way: Way) -> None:
+    strategy = _strategy(
+        "[INPUT]\nask\n[OUTPUT]\nshut\n[ENV_INIT]\n!ask\n[SYS_INIT]\n!shut\n"
+        "[ENV_TRANS]\nshut -> !ask'\n"
+        f"[ENV_LIVENESS]\n# visitors: ask again and again\nask\n[SYS_LIVENESS]\n{goal}\n"
+    )
+    (found,) = vacuous_wins(strategy, Synthesizer())
+    assert found.way is way
+    assert any("ask again and again" in origin.rule for origin in found.origins)
+
+
+def test_no_beginning_is_no_promise() -> None:
+    spec = read_specification("[INPUT]\na\n[OUTPUT]\nb\n[ENV_INIT]\na & !a\n")
+    result = Synthesizer().synthesize(spec)
+    assert result.strategy is not None
+    (found,) = vacuities(result.strategy)
+    assert found.way is Way.NO_BEGINNING
+
+
+def test_waiting_for_others_is_no_vacuous_win() -> None:
+    strategy = _strategy(
+        "[INPUT]\nbusy\n[OUTPUT]\nat:0...3\n[SYS_INIT]\nat = 0\n"
+        "[SYS_TRANS]\nbusy' -> at' = at\nat' <= at + 1 & at <= at' + 1\n"
+        "[ENV_LIVENESS]\n!busy'\n[SYS_LIVENESS]\nat = 3\nat = 0\n"
+    )
+    assert vacuous_wins(strategy, Synthesizer()) == ()
+
+
+def test_the_shipped_scenarios_are_won_in_earnest() -> None:
+    for file in sorted(SCENARIOS.glob("case_study_*.yaml")):
+        scenario = load_scenario(file)
+        synthesizer = default_synthesizer(scenario)
+        for answer in first_answers(scenario, synthesizer).values():
+            assert answer.result.strategy is not None
+            assert vacuous_wins(answer.result.strategy, synthesizer) == ()
+
+
+def test_what_is_beside_it_now_cannot_be_driven_anywhere() -> None:
+    """``nearby`` is well separated: whatever the robot does, the others may be out of its way
+    in the next step, as far as its specification knows."""
+    scenario = load_scenario_text(ALLEY.format(tracking="nearby"))
+    synthesizer = default_synthesizer(scenario)
+    for answer in first_answers(scenario, synthesizer).values():
+        strategy = answer.result.strategy
+        assert strategy is not None
+        assert vacuities(strategy) == ()
+        assert can_force(strategy.specification, synthesizer) is None
+
+
+def _fair_nodes(strategy: Strategy) -> set[int]:
+    """The nodes from which the others can meet all assumptions for ever, worked out anew."""
+    fair = [parse(c.formula) for c in strategy.specification.section(Section.ENV_LIVENESS)]
+    graph = networkx.DiGraph(
+        (a, b) for a, targets in enumerate(strategy.transitions) for b in targets
+    )
+    good: set[int] = set()
+    for part in networkx.strongly_connected_components(graph):
+        inside = [(strategy.values(a), strategy.values(b)) for a, b in graph.subgraph(part).edges]
+        if inside and all(any(evaluate(f, a, b) for a, b in inside) for f in fair):
+            good |= part
+    return {n for n in graph if n in good or networkx.descendants(graph, n) & good}
+
+
+@pytest.mark.parametrize("tracking", ["nearby", "exact", "belief"])
+def test_what_is_told_is_what_the_automaton_does(tracking: str) -> None:
+    scenario = load_scenario_text(ALLEY.format(tracking=tracking))
+    answer = first_answers(scenario, default_synthesizer(scenario), names=["hunter"])["hunter"]
+    strategy = answer.result.strategy
+    assert strategy is not None
+    hopeless = set(range(len(strategy.states))) - _fair_nodes(strategy)
+    found = vacuities(strategy)
+    assert bool(found) == bool(hopeless)
+    for vacuity in found:
+        assert vacuity.nodes == len(hopeless)
+        assert vacuity.path[0] in strategy.initial()
+        assert all(b in strategy.transitions[a] for a, b in pairwise(vacuity.path))
+        assert [node in hopeless for node in vacuity.path].index(True) == len(vacuity.path) - 1
+
+
+TRAP = """\
+safenav: 1
+map: {grid: ["#####", "#...#", "#####"]}
+robots:
+  rover: {model: quadcopter, start: 6, objective: {visit: [8, 6]}}
+"""
+
+
+def test_commands_warn_and_strict_commands_refuse(tmp_path: Path, invoke: Invoke) -> None:
+    file = tmp_path / "alley.yaml"
+    file.write_text(ALLEY.format(tracking="exact"))
+    strategy = first_answers(load_scenario(file), Synthesizer(), names=["hunter"])["hunter"]
+    assert strategy.result.strategy is not None
+    warned = bool(vacuous_wins(strategy.result.strategy, Synthesizer()))
+    for command in (check.command, synth.command):
+        mild, strict = invoke(command, file), invoke(command, file, "--strict")
+        assert mild.status == 0
+        assert strict.status == int(warned)
+        assert ("warning" in mild.error) == warned
+    robots = json.loads(invoke(check.command, file, "--json").output)["robots"]
+    assert any(robot["warnings"] for robot in robots) == warned
+
+
+def test_without_others_there_is_nothing_to_warn_of(tmp_path: Path, invoke: Invoke) -> None:
+    file = tmp_path / "alone.yaml"
+    file.write_text(TRAP)
+    for command in (check.command, synth.command):
+        answer = invoke(command, file, "--strict")
+        assert (answer.status, answer.error) == (0, "")
