@@ -8,8 +8,8 @@ from pathlib import Path
 from random import Random
 
 import pytest
-from oracle import inputs_first, random_specification, to_structuredslugs
 
+from oracle import inputs_first, random_specification, to_structuredslugs
 from safenav.errors import InputError
 from safenav.formula import evaluate, parse, to_text
 from safenav.spec.specification import Owner, Section, Specification, Variable

@@ -15,9 +15,9 @@ from itertools import pairwise, product
 from random import Random
 from typing import Any
 
-import oracle
 import pytest
 
+import oracle
 from safenav.formula import evaluate, parse
 from safenav.spec.specification import Owner, Section, Specification
 from safenav.synthesis.binary import Binary
