@@ -35,8 +35,9 @@ from safenav.world.partition import rooms
 from safenav.world.visibility import Regions, as_mask, members
 
 SOURCE = "design, section 4, beliefs"
-MOST_CELLS = 12
-"""Cells of an automatic partition: with more rooms than that the smallest are joined."""
+MOST_CELLS = 6
+"""Cells of an automatic partition: with more rooms than that the smallest are joined (figures in
+docs/beliefs.md)."""
 MOST_BELIEFS = 4000
 """Beliefs that a specification may tell apart."""
 
