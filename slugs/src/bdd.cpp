@@ -177,8 +177,7 @@ void BddStore::collect() {
 }
 
 Bdd BddStore::variable(Var v) {
-  before_operation();
-  return wrap(make(v, bdd_false, bdd_true));
+  return run([&] { return make(v, bdd_false, bdd_true); });
 }
 
 Edge BddStore::node(Var v, Edge low, Edge high) { return make(v, low, high); }

@@ -184,7 +184,19 @@ private:
   static constexpr std::uint32_t max_nodes = 1u << 28;
   static constexpr unsigned operation_shift = 29;
 
-  Bdd wrap(Edge edge) { return Bdd(*this, edge); }
+  // Runs an operation on handles.  Where memory is short, garbage is swept and
+  // the operation repeated before it is given up.
+  template <typename Operation> Bdd run(Operation operation) {
+    before_operation();
+    try {
+      return Bdd(*this, operation());
+    } catch (const LimitReached &limit) {
+      if (limit.kind != LimitKind::Memory || !collection_allowed_)
+        throw;
+      collect();
+      return Bdd(*this, operation());
+    }
+  }
   std::uint32_t level(Edge f) const { return level_of_var_[nodes_[f >> 1].var]; }
 
   Edge make(Var v, Edge low, Edge high);

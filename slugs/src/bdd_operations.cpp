@@ -270,45 +270,37 @@ Edge BddStore::branch_edge(Var v, Edge low, Edge high) {
 }
 
 Bdd BddStore::conjunction(const Bdd &f, const Bdd &g) {
-  before_operation();
-  return wrap(and_(f.edge(), g.edge()));
+  return run([&] { return and_(f.edge(), g.edge()); });
 }
 
 Bdd BddStore::exclusive(const Bdd &f, const Bdd &g) {
-  before_operation();
-  return wrap(xor_(f.edge(), g.edge()));
+  return run([&] { return xor_(f.edge(), g.edge()); });
 }
 
 Bdd BddStore::choice(const Bdd &f, const Bdd &g, const Bdd &h) {
-  before_operation();
-  return wrap(choice_(f.edge(), g.edge(), h.edge()));
+  return run([&] { return choice_(f.edge(), g.edge(), h.edge()); });
 }
 
 Bdd BddStore::exists(const Bdd &f, VarSet set) {
-  before_operation();
-  return sets_[set].empty ? f : wrap(exists_(f.edge(), set));
+  return sets_[set].empty ? f : run([&] { return exists_(f.edge(), set); });
 }
 
 Bdd BddStore::forall(const Bdd &f, VarSet set) { return !exists(!f, set); }
 
 Bdd BddStore::exists_both(const Bdd &f, const Bdd &g, VarSet set) {
-  before_operation();
-  return wrap(sets_[set].empty ? and_(f.edge(), g.edge()) : exists_both_(f.edge(), g.edge(), set));
+  return sets_[set].empty ? conjunction(f, g) : run([&] { return exists_both_(f.edge(), g.edge(), set); });
 }
 
 Bdd BddStore::to_next(const Bdd &f) {
-  before_operation();
-  return wrap(shift_(f.edge(), ToNext));
+  return run([&] { return shift_(f.edge(), ToNext); });
 }
 
 Bdd BddStore::to_current(const Bdd &f) {
-  before_operation();
-  return wrap(shift_(f.edge(), ToCurrent));
+  return run([&] { return shift_(f.edge(), ToCurrent); });
 }
 
 Bdd BddStore::simplify(const Bdd &f, const Bdd &care) {
-  before_operation();
-  return wrap(simplify_(f.edge(), care.edge()));
+  return run([&] { return simplify_(f.edge(), care.edge()); });
 }
 
 bool BddStore::evaluate(Edge f, const std::vector<bool> &value_of_var) const {

@@ -81,13 +81,19 @@ private:
   // Between nodes: limits, and memory that only speeds things up.
   void pause() {
     game_.store.account().budget().check();
-    if (game_.store.live_nodes() > collect_at_ || remembered_numbers_ > (1u << 22)) {
+    if (game_.store.live_nodes() > collect_at_ || !room_to_remember()) {
       remembered_.clear();
       ranks_.forget();
       remembered_numbers_ = 0;
       cofactor_.forget();
       game_.store.collect();
     }
+  }
+
+  bool room_to_remember() {
+    constexpr std::size_t most = 1u << 22;
+    return remembered_numbers_ < most &&
+           game_.store.account().has_room(2 * remembered_numbers_ * sizeof(std::uint64_t));
   }
 
   const std::vector<std::uint64_t> &successors(const Word *state, std::uint32_t rank) {

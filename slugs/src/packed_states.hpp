@@ -38,7 +38,7 @@ class PackedStates {
 public:
   explicit PackedStates(std::size_t words) : words_(words) {}
   std::size_t size() const { return data_.size() / words_; }
-  bool empty() const { return data_.empty(); }
+  std::size_t bytes() const { return data_.size() * sizeof(Word); }
   void clear() { data_.clear(); }
   void push_back(const Word *state) { data_.insert(data_.end(), state, state + words_); }
   const Word *operator[](std::size_t i) const { return data_.data() + i * words_; }

@@ -32,7 +32,6 @@ public:
     for (const std::uint32_t b : bits) {
       if (weight[b] == 0)
         break;
-      s_.tick();
       const std::uint32_t from = s_.level_of_var_[current_var(b)] / 2;
       place(b);
       if (s_.level_of_var_[current_var(b)] / 2 != from)
@@ -43,7 +42,6 @@ public:
   void undo(const SiftingLog &log) {
     prepare();
     for (std::size_t i = log.size(); i-- > 0;) {
-      s_.tick();
       std::uint32_t at = s_.level_of_var_[current_var(log[i].bit)] / 2;
       for (; at < log[i].from; ++at)
         exchange_pairs(at);
@@ -101,6 +99,7 @@ private:
 
   // Positions p and p + 1: a a' b b' becomes b b' a a'.
   void exchange_pairs(std::uint32_t p) {
+    s_.tick();
     exchange(2 * p + 1);
     exchange(2 * p);
     exchange(2 * p + 2);

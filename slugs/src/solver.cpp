@@ -11,6 +11,7 @@
 #include "reach.hpp"
 
 #include <algorithm>
+#include <new>
 #include <optional>
 
 namespace slugs {
@@ -47,6 +48,9 @@ struct Solver::Implementation {
     try {
       budget.check();
       work();
+    } catch (const std::bad_alloc &) {
+      account();
+      MemoryAccount::refuse();
     } catch (...) {
       account();
       throw;

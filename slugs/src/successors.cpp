@@ -63,7 +63,7 @@ bool Successors::enumerate(Edge f, std::size_t k) {
     return true;
   if (k == by_level_.size()) {
     if ((found_.size() & 0x3FF) == 0x3FF)
-      game_.store.account().budget().check();
+      check_limits();
     found_.push_back(valuation_.data());
     return found_.size() <= limit_;
   }
@@ -78,6 +78,15 @@ bool Successors::enumerate(Edge f, std::size_t k) {
   const bool complete = enumerate(branches ? game_.store.high_of(f) : f, k + 1);
   reset_bit(valuation_.data(), bit);
   return complete;
+}
+
+// A state may have more successors than memory can hold.
+void Successors::check_limits() const {
+  MemoryAccount &account = game_.store.account();
+  account.budget().check();
+  constexpr std::size_t copies = 4; // while sorting, and as numbers
+  if (!account.has_room(copies * found_.bytes()))
+    MemoryAccount::refuse();
 }
 
 Edge Successors::least_outputs(Edge f) {

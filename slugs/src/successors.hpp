@@ -25,6 +25,7 @@ public:
 
 private:
   bool enumerate(Edge f, std::size_t k);
+  void check_limits() const;
 
   Game &game_;
   std::vector<Var> by_level_;          // next variables
