@@ -48,6 +48,7 @@ def read_robots(
     reader = _RobotReader(regions, catalogue, objectives, names, findings, reachable)
     found = [reader.read(key, item) for key, item in team.entries]
     reader.check_starts()
+    reader.check_timing()
     return tuple(robot for robot in found if robot is not None)
 
 
@@ -68,6 +69,7 @@ class _RobotReader:
         self._names = names
         self._findings = findings
         self._standing: list[tuple[Robot, Node | None]] = []
+        self._tracking: dict[str, Node | None] = {}
 
     def read(self, key: Scalar, node: Node) -> Robot | None:
         before = len(self._findings)
@@ -85,8 +87,12 @@ class _RobotReader:
         tracking = read.choice(item.get("tracking"), what, Tracking, self._findings)
         if start is not None and model is not None:
             # Whatever its objective is, it stands there.
-            there = Robot(key.text, model, Pose(start), Hold(frozenset({start})), avoids)
+            target = Hold(frozenset({start}))
+            there = Robot(
+                key.text, model, Pose(start), target, avoids, tracks, tracking or Tracking.NEARBY
+            )
             self._standing.append((there, item.get("start")))
+            self._tracking[key.text] = item.get("tracking")
         mobility = model.mobility if model else None
         objective = self._objectives.read(item.get("objective"), name, mobility)
         if model is None or start is None or objective is None:
@@ -170,6 +176,27 @@ class _RobotReader:
                     region = second.start.region
                     found = f"'start' of {second.name}: {first.name} starts in region {region}, too"
                     self._findings.add(node, found, _why_apart(first, second))
+
+    def check_timing(self) -> None:
+        """Report robots that keep track of others step by step where steps take several ticks:
+        what their specification assumes of the others would not be true."""
+        team = [robot for robot, _ in self._standing]
+        for robot in team:
+            if robot.tracking is Tracking.NEARBY:
+                continue
+            seen = [
+                other
+                for other in team
+                if other is robot or other.name in robot.tracks or conflict(robot, other)
+            ]
+            slow = [other.name for other in seen if other.model.timing.most > 1]
+            if slow:
+                found = (
+                    f"'tracking' of {clipped(robot.name)}: {robot.tracking.value} counts on steps "
+                    f"of one tick, and those of {clipped(slow[0])} take several"
+                )
+                hint = "'tracking: nearby' is right for any timing"
+                self._findings.add(self._tracking[robot.name], found, hint)
 
 
 def _why_apart(one: Robot, other: Robot) -> str:
