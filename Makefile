@@ -18,6 +18,7 @@ run: install ## install everything, build slugs/, run case study 1
 
 test: install lint slugs-test ## lint, types, C++ tests, Python tests
 	$(BIN)/pytest
+	$(BIN)/safenav batch scenarios --jobs $(JOBS) --junit build/scenarios.xml
 
 install: $(VENV)/.installed
 
@@ -60,6 +61,8 @@ front: ## rebuild the replay page's bundle (needs Node)
 bench: install slugs ## measure (never part of the tests)
 	$(BIN)/python benchmarks/slugs.py --suite corpus
 	$(BIN)/python benchmarks/case_studies.py
+	$(BIN)/python benchmarks/teams.py
+	$(BIN)/python benchmarks/batch.py
 	$(BIN)/python benchmarks/replay.py
 
 clean: ## remove what was built, not the virtual environment

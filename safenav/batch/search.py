@@ -22,8 +22,8 @@ from safenav.scenario.document import DocumentError, Mapping, read_document
 from safenav.scenario.findings import Findings
 from safenav.scenario.source import read_source
 
-LEFT_OUT = "invalid"
-"""Folders of this name are not searched."""
+LEFT_OUT = ("invalid", "unrealizable")
+"""Folders of these names are not searched: what is in there is broken on purpose."""
 
 _SUFFIXES = (".yaml", ".yml")
 _SCENARIO = re.compile(r"^safenav\s*:", re.MULTILINE)
@@ -78,7 +78,7 @@ class _Search:
             raise UsageError(
                 f"no scenario found: {named}\n"
                 f"    folders and patterns take the scenarios in *.yaml and *.yml files; folders "
-                f"named '{LEFT_OUT}' and matrix files must be named themselves"
+                f"named {' or '.join(LEFT_OUT)} and matrix files must be named themselves"
             )
 
     def _named_file(self, path: Path) -> None:
@@ -161,7 +161,7 @@ def _files_below(folder: Path) -> list[Path]:
         if entry.name.startswith("."):
             continue
         if entry.is_dir():
-            if entry.name != LEFT_OUT and not entry.is_symlink():
+            if entry.name not in LEFT_OUT and not entry.is_symlink():
                 found += _files_below(entry)
         elif entry.suffix in _SUFFIXES:
             found.append(entry)
