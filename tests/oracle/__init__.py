@@ -1,7 +1,7 @@
 """A brute-force GR(1) solver on explicit states: the judge of slugs/ in tests, never fast.
 
 `build_game` evaluates a specification on every transition, `solve` runs the textbook fixpoint,
-`extract` gives the strategy that the compatibility rules of DESIGN section 9 fix to the byte,
+`extract` gives the one strategy that compatibility with SLUGS fixes to the byte,
 `check_strategy` and `check_counterstrategy` model check any automaton.  `solve_parity` decides
 the same games in another way and judges the judge.
 """

@@ -1,6 +1,6 @@
 """Explicit strategies and counterstrategies: nodes, their JSON text, and back.
 
-The text is byte for byte the form that DESIGN section 9 shows in the corpus.
+The text is byte for byte what SLUGS prints, as far as published outputs show it.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The explicit strategy as DESIGN section 9 "Compatibility" fixes it, node for node.
+"""The explicit strategy that SLUGS prints, node for node.
 
 For (state, input, goal): the transition set recorded first that covers the state and input, and
 among its outputs the lexicographically smallest.  Breadth first from all initial states.

@@ -2,8 +2,8 @@
 
 The random source chooses among spellings that mean the same: order and repetition of sections,
 operator aliases, spaces, superfluous parentheses, memory buffers, prefix lines in infix files.
-Parentheses are otherwise the fewest that the precedence table of DESIGN section 9 needs, so that
-a reader with another table gets another game.
+Parentheses are otherwise the fewest that the precedence of the operators needs (high to low:
+unary, &, |, ^, ->, <->), so that a reader with another table gets another game.
 """
 
 from __future__ import annotations

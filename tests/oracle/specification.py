@@ -20,7 +20,7 @@ class Variable:
 
     @property
     def bits(self) -> tuple[str, ...]:
-        """Names of its bits, least significant first (DESIGN: `x@0.min.max`, `x@1`, ...)."""
+        """Names of its bits, least significant first (`x@0.min.max`, `x@1`, ...)."""
         if self.range is None:
             return (self.name,)
         low, high = self.range
