@@ -1,8 +1,8 @@
 """Formulas as truth tables: one bit of a Python integer for each transition.
 
 A state is a number whose most significant bit is the first declared variable, so that numeric
-order is the lexicographic order in which strategies list states.  Bit `s << bits | t` of a table says whether
-the formula holds on the transition from s to t.
+order is the lexicographic order in which strategies list states.  Bit `s << bits | t` of a table
+says whether the formula holds on the transition from s to t.
 """
 
 from __future__ import annotations
