@@ -169,13 +169,13 @@ def _files_below(folder: Path) -> list[Path]:
 
 
 def _files_matching(pattern: str) -> list[Path]:
-    wanted = LEFT_OUT in PurePath(pattern).parts
+    wanted = not set(LEFT_OUT).isdisjoint(PurePath(pattern).parts)
     found: list[Path] = []
     for match in sorted(glob.glob(pattern, recursive=True)):  # noqa: PTH207 (may be absolute)
         path = Path(match)
         if path.is_dir():
             continue
-        if path.suffix in _SUFFIXES and (wanted or LEFT_OUT not in path.parent.parts):
+        if path.suffix in _SUFFIXES and (wanted or set(LEFT_OUT).isdisjoint(path.parent.parts)):
             found.append(path)
     return found
 
