@@ -19,10 +19,10 @@ from safenav.audit.records import (
 from safenav.audit.rule import Finding, Rule
 from safenav.audit.situation import RESYNTHESIS, Situation
 
-_CAUSES: dict[SynthesisReason, type[Resolved | Blocked | Request]] = {
-    SynthesisReason.REQUEST: Request,
-    SynthesisReason.RESOLVED: Resolved,
-    SynthesisReason.BLOCKED: Blocked,
+_CAUSES: dict[SynthesisReason, tuple[type[Resolved | Blocked | Request | Assumption], ...]] = {
+    SynthesisReason.REQUEST: (Request,),
+    SynthesisReason.RESOLVED: (Resolved,),
+    SynthesisReason.BLOCKED: (Blocked, Assumption),
 }
 _FOR_WHAT_IS_IN_FORCE = (SynthesisReason.RESOLVED, SynthesisReason.BLOCKED)
 """Reasons that leave no choice of the objective; a request tries several before its push."""
@@ -55,8 +55,8 @@ class SynthesisRule(Rule):
     def turn(self, now: Situation) -> Iterator[Finding]:
         turn = now.turn
         for record in turn.all(Synthesis):
-            cause = _CAUSES.get(record.reason)
-            if cause is not None and turn.first(cause) is None and not turn.torn:
+            causes = _CAUSES.get(record.reason)
+            if causes and not any(map(turn.first, causes)) and not turn.torn:
                 problem = f"a synthesis for the reason {record.reason}, of which nothing is told"
                 yield self.broken_by(record, record.robot, problem)
         if turn.final or turn.robot is None or now.header.coordination != RESYNTHESIS:

@@ -9,7 +9,7 @@ is said at its end.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 
@@ -55,18 +55,17 @@ class Monitors:
     def broken_assumptions(
         self, robot: Robot, planner: Planner, observed: Values
     ) -> list[Constraint]:
-        """Tell what the others did against a robot's assumptions since its last step.
-
-        Nothing is known, and nothing told, of a robot that has left its automaton.
-        """
+        """What the others did against a robot's assumptions since its last step; nothing is
+        known of a robot that has left its automaton."""
         watched = self._of(robot, planner)
         if planner.node is None or not self._complete(watched.spec, observed):
             return []
-        before = planner.values()
-        broken = list(_violated(watched.spec, Section.ENV_TRANS, before, observed))
+        return list(_violated(watched.spec, Section.ENV_TRANS, planner.values(), observed))
+
+    def tell(self, robot: Robot, broken: Sequence[Constraint]) -> None:
+        """Put broken assumptions into the trace, each rule once."""
         for rule in dict.fromkeys(str(constraint.origin) for constraint in broken):
             self._state.emit(AssumptionViolated(self._state.tick, robot.name, rule))
-        return broken
 
     def check_guarantees(
         self, robot: Robot, planner: Planner, observed: Values, proposal: Proposal

@@ -76,9 +76,8 @@ class Turns:
         broken = self.monitors.broken_assumptions(robot, planner, observed)
         proposal = planner.propose(observed)
         lost = proposal is None
+        silent = lost and planner.node is not None and not broken
         if proposal is None:
-            if planner.node is not None and not broken:
-                self._report_no_answer(robot, observed)
             proposal = Proposal(state.poses[name], None)
         violation = self._check(robot, proposal)
         if violation is not None:
@@ -92,8 +91,12 @@ class Turns:
             planner.before = before
             self._traffic.note(robot)
             self._tell_move(robot, state.poses[name], proposal.pose)
+            self.monitors.tell(robot, broken)
             return self._act(robot)
         impasse = self._arrive(robot, proposal.pose, before)
+        self.monitors.tell(robot, broken)
+        if silent:
+            self._report_no_answer(robot, observed)
         if impasse is None and violation is not None:
             impasse = self._coordination.on_violation(violation)
         if impasse is None and lost and self._coordination.resynthesize():

@@ -68,10 +68,12 @@ def load_with_catalogue(path: Path, *, reachable: bool = True) -> tuple[Scenario
     return _load(text, str(path), None, reachable)
 
 
-def load_scenario_text(text: str, file: str = "<text>", change: Change | None = None) -> Scenario:
+def load_scenario_text(
+    text: str, file: str = "<text>", change: Change | None = None, *, reachable: bool = True
+) -> Scenario:
     """The scenario in a text. ``file`` is named in messages and as the scenario's source; a
     catalogue file is looked for beside it. Raises InputError."""
-    return _load(text, file, change)[0]
+    return _load(text, file, change, reachable)[0]
 
 
 def _load(

@@ -8,10 +8,12 @@ from pathlib import Path
 
 import pytest
 
+from safenav.audit import check_trace
 from safenav.errors import ExitCode
 from safenav.runtime.events import AssumptionViolated, Ended, Event, Moved
 from safenav.runtime.mission import Mission
 from safenav.runtime.monitor import PATIENCE, GuaranteeError
+from safenav.runtime.trace import TraceWriter
 from safenav.scenario.loader import load_scenario_text
 from safenav.scenario.model import Outcome, Scenario
 from safenav.spec.specification import Specification
@@ -58,6 +60,20 @@ def test_a_robot_that_is_carried_away_breaks_what_others_assume_and_they_go_on()
     assert (broken.tick, broken.robot) == (2, "walker")
     assert "robots.other.mobility: stay, or step to a neighbouring region" in broken.name
     assert mission.result.outcome is Outcome.COMPLETED
+
+
+def test_the_trace_of_it_blames_only_the_robot_that_jumped(tmp_path: Path) -> None:
+    mission, _ = _mission(HALL)
+    path = tmp_path / "trace.jsonl"
+    with TraceWriter(path) as trace:
+        mission.state.listeners += (trace,)
+        mission.start()
+        mission.step()
+        mission.state.poses["other"] = Pose(22)
+        while mission.result is None:
+            mission.step()
+    found = {(finding.rule, finding.robot) for finding in check_trace(path).findings}
+    assert found == {("continuity", "other"), ("mobility", "other")}
 
 
 def test_nothing_is_told_of_a_run_in_which_everybody_keeps_the_rules() -> None:
