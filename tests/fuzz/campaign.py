@@ -1,0 +1,23 @@
+"""How long the fuzzing goes on: a bounded campaign among the tests, or one as long as wanted.
+
+``SAFENAV_FUZZ=5000`` tries 5000 examples of each property, other ones each time, instead of a
+few that are always the same.
+"""
+
+from __future__ import annotations
+
+import os
+
+from hypothesis import HealthCheck, settings
+
+
+def campaign(bounded: int) -> settings:
+    """Settings for a property that tries ``bounded`` examples in a bounded campaign."""
+    wanted = os.environ.get("SAFENAV_FUZZ")
+    return settings(
+        max_examples=int(wanted) if wanted else bounded,
+        derandomize=not wanted,
+        deadline=None,
+        print_blob=True,
+        suppress_health_check=list(HealthCheck),
+    )

@@ -1,0 +1,118 @@
+"""Whole missions on random scenarios: typed endings, clean audits, no broken assumption.
+
+The robots' guarantees are each other's assumptions, so in a simulation no monitor may ever
+find anything; what the trace says is checked by rules that know nothing of the runtime.
+"""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import yaml
+from hypothesis import event, given
+
+from fuzz.campaign import campaign
+from fuzz.scenarios import scenarios
+from safenav.audit import check_trace
+from safenav.errors import InputError, UsageError
+from safenav.explain.explanation import Explanation
+from safenav.report.explanation import explanation_data, explanation_lines
+from safenav.runtime.controllers import first_answers
+from safenav.runtime.events import AssumptionViolated, Event
+from safenav.runtime.explanation import explain_team
+from safenav.runtime.mission import Mission, default_synthesizer
+from safenav.runtime.trace import TraceWriter
+from safenav.scenario.loader import load_scenario_text
+from safenav.scenario.model import Outcome, Scenario
+from safenav.spec.robot import compile_task
+from safenav.spec.specification import Specification
+from safenav.synthesis.cache import Cache
+from safenav.synthesis.outcome import Verdict
+from safenav.synthesis.slugs import Synthesizer
+
+
+def play(data: dict[str, Any]) -> tuple[Scenario, list[Event], Outcome] | None:
+    """Run a scenario and audit its trace; None if it is not valid."""
+    text = yaml.safe_dump(data, sort_keys=False)
+    try:
+        scenario = load_scenario_text(text, "fuzzed.yaml")
+    except InputError as error:
+        assert all(diagnostic.found for diagnostic in error.diagnostics)
+        return None
+    events: list[Event] = []
+    with tempfile.TemporaryDirectory() as folder:
+        trace = Path(folder) / "trace.jsonl"
+        with TraceWriter(trace) as writer:
+            mission = Mission(scenario, quiet(scenario), listeners=[events.append, writer])
+            result = mission.run()
+        audit = check_trace(trace)
+    assert audit.findings == (), f"{text}\n" + "\n".join(map(str, audit.findings))
+    return scenario, events, result.outcome
+
+
+def quiet(scenario: Scenario) -> Synthesizer:
+    """The synthesizer of a run, one synthesis at a time and nothing remembered."""
+    usual = default_synthesizer(scenario)
+    return Synthesizer(
+        usual.binary, seconds=usual.seconds, cache=Cache.off(), verify=True, at_once=1
+    )
+
+
+@campaign(60)
+@given(scenarios())
+def test_every_mission_ends_well(data: dict[str, Any]) -> None:
+    try:
+        played = play(data)
+    except UsageError as error:
+        assert "partition of fewer cells" in str(error)
+        return
+    if played is None:
+        event("invalid")
+        return
+    scenario, events, outcome = played
+    event(outcome.value)
+    text = yaml.safe_dump(data, sort_keys=False)
+    broken = [e for e in events if isinstance(e, AssumptionViolated)]
+    assert not broken, f"{text}\n{broken}"
+    assert outcome is not Outcome.ASSUMPTION_VIOLATED
+    assert scenario.robots
+
+
+@campaign(25)
+@given(scenarios(robots=2))
+def test_every_failure_is_explained_by_what_is_true(data: dict[str, Any]) -> None:
+    """Also with targets out of reach: the core fails and every member of it is needed, and
+    what is offered as a repair repairs."""
+    try:
+        scenario = load_scenario_text(
+            yaml.safe_dump(data, sort_keys=False), "fuzzed.yaml", reachable=False
+        )
+        found = explain_team(scenario, quiet(scenario))
+    except (InputError, UsageError):
+        return
+    for explanation in found:
+        event(explanation.cause.value)
+        judge_explanation(explanation, scenario)
+
+
+def judge_explanation(found: Explanation, scenario: Scenario) -> None:
+    ask = quiet(scenario)
+
+    def realizable(spec: Specification) -> bool:
+        return ask.synthesize(spec, strategy=False).verdict is Verdict.REALIZABLE
+
+    whole = compile_task(found.task, scenario.map)
+    assert found.core.minimal
+    assert not realizable(found.core.specification(whole))
+    for member in found.core.members:
+        assert realizable(found.core.specification(whole, [member])), member.origin
+    for repair in found.repairs:
+        if repair.scenario is not None:
+            answers = first_answers(repair.scenario, ask, names=[found.robot])
+            assert answers[found.robot].realizable, repair.change
+    assert found.witness is not None
+    assert found.cause.value in json.dumps(explanation_data(found, scenario))
+    assert len(list(explanation_lines(found, scenario))) > 5
