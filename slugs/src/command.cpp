@@ -96,6 +96,7 @@ ExitStatus solve(const Options &options, const Budget &budget) {
   SolverOptions solver_options;
   solver_options.robotics_init = options.robotics_init;
   solver_options.bias_for_action = options.bias_for_action;
+  solver_options.verdict_only = !options.explicit_strategy;
   Solver solver(specification, solver_options, budget);
   const char *word = "unknown";
   try {

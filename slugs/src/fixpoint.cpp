@@ -23,9 +23,9 @@
 
 namespace slugs {
 
-Fixpoint::Fixpoint(Game &game, bool robotics_init, bool bias_for_action, Statistics &statistics)
-    : game_(game), robotics_init_(robotics_init), bias_for_action_(bias_for_action), statistics_(statistics),
-      z_(game.states), progress_(game.guarantees.size()) {
+Fixpoint::Fixpoint(Game &game, bool robotics_init, Steps order, Statistics &statistics)
+    : game_(game), robotics_init_(robotics_init), order_(order), statistics_(statistics), z_(game.states),
+      progress_(game.guarantees.size()) {
   for (const Bdd &assumption : game.assumptions) {
     const std::vector<Var> support = game.store.support(assumption);
     decided_by_input_.push_back(std::none_of(support.begin(), support.end(), [&](Var v) {
@@ -115,9 +115,11 @@ Bdd Fixpoint::reach_goal(std::size_t j) {
     ++statistics_.y_iterations[j];
     Round round;
     Bdd larger = y;
-    if (bias_for_action_) {
+    if (order_ != Steps::Plain) {
+      // Steps that rely on no assumption are far cheaper than waiting.
       for (;;) {
-        round.steps.emplace_back(store, larger);
+        if (order_ == Steps::BiasForAction)
+          round.steps.emplace_back(store, larger);
         const Bdd next = larger | (z_ & !store.exists(open, game_.next_inputs));
         if (next == larger)
           break;
@@ -133,10 +135,11 @@ Bdd Fixpoint::reach_goal(std::size_t j) {
       round.waiting.emplace_back(store, waiting);
       larger |= waiting;
     }
-    const bool done = larger == y;
+    // Y cannot outgrow Z.
+    const bool done = larger == y || larger == z_;
     progress_[j].push_back(std::move(round));
     if (done)
-      return y;
+      return larger;
     answer(store.to_next(larger));
     y = larger;
   }

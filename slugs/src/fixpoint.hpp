@@ -24,9 +24,17 @@ struct Round {
 
 using GoalProgress = std::vector<Round>;
 
+// In which order the states to come closer to are found.  The winning states do
+// not depend on it, the strategy does.
+enum class Steps {
+  Plain,         // upstream's order
+  BiasForAction, // upstream's order with --biasForAction
+  Fewest,        // the fastest to compute; no strategy can be made of it
+};
+
 class Fixpoint {
 public:
-  Fixpoint(Game &game, bool robotics_init, bool bias_for_action, Statistics &statistics);
+  Fixpoint(Game &game, bool robotics_init, Steps order, Statistics &statistics);
 
   // Called between steps, where diagrams may be reordered, with a step such as
   // those to come.
@@ -49,7 +57,7 @@ private:
 
   Game &game_;
   bool robotics_init_;
-  bool bias_for_action_;
+  Steps order_;
   Statistics &statistics_;
   std::vector<bool> decided_by_input_; // by assumption: it does not depend on next outputs
   Bdd z_;

@@ -16,9 +16,9 @@ namespace slugs {
 
 namespace {
 
-class Steps {
+class FirstServed {
 public:
-  Steps(Game &game, const Bdd &winning, std::size_t j)
+  FirstServed(Game &game, const Bdd &winning, std::size_t j)
       : game_(game), chosen_(game.store.constant(false)), open_(game.env_trans & winning),
         targets_(game.guarantees[j] & game.store.to_next(winning)), closer_(game.store.constant(false)),
         waited_(game.assumptions.size(), game.store.constant(false)) {}
@@ -56,7 +56,7 @@ private:
 
 Bdd positional_strategy(Game &game, const Bdd &winning, const GoalProgress &progress, std::size_t j) {
   BddStore &store = game.store;
-  Steps steps(game, winning, j);
+  FirstServed steps(game, winning, j);
   Bdd closer = store.constant(false);
   for (const Round &round : progress) {
     for (const FrozenBdd &step : round.steps) {

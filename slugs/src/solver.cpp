@@ -130,7 +130,10 @@ void Solver::Implementation::solve() {
     plan_sifting(8);
   });
   timed(Phase::Solve, [&] {
-    fixpoint.emplace(*game, options.robotics_init, options.bias_for_action, statistics);
+    const Steps steps = options.verdict_only      ? Steps::Fewest
+                        : options.bias_for_action ? Steps::BiasForAction
+                                                  : Steps::Plain;
+    fixpoint.emplace(*game, options.robotics_init, steps, statistics);
     fixpoint->between_steps = [this](const std::function<void()> &step) { sift_if_grown(step); };
     verdict = fixpoint->solve() ? Verdict::Realizable : Verdict::Unrealizable;
     if (verdict == Verdict::Realizable) {
@@ -156,6 +159,8 @@ void Solver::strategy(StrategySink &sink) {
   Implementation &it = *implementation_;
   if (verdict() != Verdict::Realizable)
     throw std::logic_error("a strategy of an unrealizable specification");
+  if (it.options.verdict_only)
+    throw std::logic_error("a strategy after solving for the verdict only");
   it.timed(Phase::Strategy, [&] { extract_strategy(*it.game, *it.fixpoint, sink, it.statistics); });
 }
 

@@ -23,6 +23,10 @@ enum class Verdict { Realizable, Unrealizable };
 struct SolverOptions {
   bool robotics_init = false;   // --sysInitRoboticsSemantics
   bool bias_for_action = false; // --biasForAction
+  // Only the verdict is wanted, perhaps a counterstrategy: strategy() must not
+  // be called.  Faster, because the fixpoint need not follow the order of steps
+  // that fixes a strategy.
+  bool verdict_only = false;
   // Variables from the top, as indices into Specification::variables; empty:
   // the solver chooses.  Changes speed and nothing else; for tests.
   std::vector<std::uint32_t> start_order;
@@ -36,7 +40,7 @@ public:
   Solver &operator=(const Solver &) = delete;
 
   Verdict verdict();                        // solves at the first call
-  void strategy(StrategySink &sink);        // only if realizable
+  void strategy(StrategySink &sink);        // only if realizable and not verdict_only
   void counterstrategy(StrategySink &sink); // only if unrealizable
   const Statistics &statistics() const;     // valid at any time, also after LimitReached
   std::string progress() const;             // one line: how far it got

@@ -172,6 +172,31 @@ void a_bias_for_action_changes_choices_not_verdicts() {
   EXPECT(different > 0);
 }
 
+void a_verdict_alone_is_the_same_verdict() {
+  for (unsigned seed = 200; seed < 500; ++seed) {
+    const Specification specification = RandomGame(seed).make();
+    SolverOptions quick;
+    quick.verdict_only = true;
+    Solver solver(specification, quick, {});
+    const Result full = solve(specification, {});
+    EXPECT(solver.verdict() == full.verdict);
+    std::ostringstream out;
+    JsonStrategy sink(specification, out);
+    if (full.verdict == Verdict::Unrealizable) {
+      solver.counterstrategy(sink);
+      EXPECT_EQ(out.str(), full.json);
+      continue;
+    }
+    bool refused = false;
+    try {
+      solver.strategy(sink);
+    } catch (const std::logic_error &) {
+      refused = true;
+    }
+    EXPECT(refused);
+  }
+}
+
 void a_win_because_the_environment_is_stuck_is_told() {
   const std::string head = "[INPUT]\na\n[OUTPUT]\nb\n[ENV_INIT]\n! a\n[SYS_LIVENESS]\nb\n";
   const Result stuck = solve(read(head + "[ENV_TRANS]\n& a' ! a'\n"), {});
@@ -320,6 +345,7 @@ int main() {
   return expect::run([] {
     bytes_do_not_depend_on_the_order_of_variables();
     a_bias_for_action_changes_choices_not_verdicts();
+    a_verdict_alone_is_the_same_verdict();
     a_win_because_the_environment_is_stuck_is_told();
     both_forms_show_the_same_automaton();
     statistics_describe_the_run();
