@@ -65,7 +65,7 @@ def own_cache(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SAFENAV_CACHE", "off")
 
 
-@campaign(60)
+@campaign(150)
 @given(damaged(), st.sampled_from([check.command, run.command, explain.command]))
 def test_every_command_answers_or_says_what_is_wrong(data: dict[str, Any], command: Any) -> None:
     with tempfile.TemporaryDirectory() as folder:

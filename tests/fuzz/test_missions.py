@@ -61,7 +61,7 @@ def quiet(scenario: Scenario) -> Synthesizer:
     )
 
 
-@campaign(60)
+@campaign(250)
 @given(scenarios())
 def test_every_mission_ends_well(data: dict[str, Any]) -> None:
     try:
@@ -81,7 +81,7 @@ def test_every_mission_ends_well(data: dict[str, Any]) -> None:
     assert scenario.robots
 
 
-@campaign(25)
+@campaign(40)
 @given(scenarios(robots=2))
 def test_every_failure_is_explained_by_what_is_true(data: dict[str, Any]) -> None:
     """Also with targets out of reach: the core fails and every member of it is needed, and
