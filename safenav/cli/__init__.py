@@ -18,6 +18,7 @@ COMMANDS = {
     "run": "Run a scenario and tell its story.",
     "synth": "Synthesize the controllers and write them to files.",
     "check": "Validate a scenario and say whether each robot is realizable.",
+    "explain": "Say why a robot is unrealizable, and what would help.",
     "verify": "Check a strategy file against its specification.",
     "batch": "Run many scenarios and compare them with what they expect.",
     "check-trace": "Check a trace independently of what wrote it.",
