@@ -116,6 +116,8 @@ public:
 
   // Without handles, for extraction: results live until the next operation
   // that can collect.
+  Edge and_edge(Edge f, Edge g) { return and_(f, g); }
+  Edge or_edge(Edge f, Edge g) { return or_(f, g); }
   Edge cofactor_edge(Edge f, Var v, bool value);
   bool is_terminal(Edge f) const { return f <= 1; }
   Var var_of(Edge f) const { return nodes_[f >> 1].var; }

@@ -25,12 +25,13 @@ class Extraction {
 public:
   Extraction(Game &game, const Fixpoint &fixpoint, StrategySink &sink, Statistics &statistics)
       : game_(game), sink_(sink), statistics_(statistics),
-        nodes_(words_for(game.store.bits()), game.store.account()), functions_(prepare(game, fixpoint)),
-        cofactor_(game.store, functions_), successors_(game), ranks_(game.store, cofactor_, game.guarantees),
-        print_order_(game.specification.print_order()) {}
+        nodes_(words_for(game.store.bits()), game.store.account()), strategies_(game, fixpoint),
+        cofactor_(game.store, game.guarantees), successors_(game),
+        ranks_(game.store, cofactor_, game.guarantees), print_order_(game.specification.print_order()) {}
 
   void run(const Bdd &winning) {
     game_.store.allow_collection(false);
+    strategies_.prepare_cofactors();
     collect_at_ = 2 * game_.store.live_nodes() + (1u << 18);
     std::vector<Word> valuation(words_for(game_.store.bits()));
     meet_initial((winning & game_.env_init & game_.sys_init).edge(), 0, valuation);
@@ -54,15 +55,6 @@ public:
   }
 
 private:
-  // The positional strategies, then the guarantees.
-  static std::vector<Bdd> prepare(Game &game, const Fixpoint &fixpoint) {
-    std::vector<Bdd> functions;
-    for (std::size_t j = 0; j < game.guarantees.size(); ++j)
-      functions.push_back(positional_strategy(game, fixpoint.winning(), fixpoint.progress()[j], j));
-    functions.insert(functions.end(), game.guarantees.begin(), game.guarantees.end());
-    return functions;
-  }
-
   // Variable by variable as declared, 0 before 1.
   void meet_initial(Edge f, std::uint32_t bit, std::vector<Word> &valuation) {
     if (f == bdd_false)
@@ -86,6 +78,7 @@ private:
       ranks_.forget();
       remembered_numbers_ = 0;
       cofactor_.forget();
+      strategies_.forget();
       game_.store.collect();
     }
   }
@@ -97,7 +90,7 @@ private:
   }
 
   const std::vector<std::uint64_t> &successors(const Word *state, std::uint32_t rank) {
-    const Edge f = cofactor_(functions_[rank].edge(), state);
+    const Edge f = strategies_.transitions(state, rank);
     const Ranks::Step step = ranks_.from(state, rank);
     const auto [place, fresh] = remembered_.try_emplace(Key{f, step.rank, step.signature});
     std::vector<std::uint64_t> &list = place->second;
@@ -128,7 +121,7 @@ private:
   StrategySink &sink_;
   Statistics &statistics_;
   NodeTable nodes_;
-  std::vector<Bdd> functions_;
+  PositionalStrategies strategies_;
   StateCofactor cofactor_;
   Successors successors_;
   Ranks ranks_;

@@ -7,74 +7,106 @@
 // and serves those pairs of state and input that no earlier step has served.
 // What `closer` had before and what `waiting_i` had a round ago has been served,
 // so only what is new in them is looked at.
+//
+// The union of all steps is a relation over both copies of all variables, and
+// can be far larger than its factors: who is served, what SYS_TRANS allows,
+// where the step may lead.  So the factors are kept, and multiplied only after
+// each has been cofactored by a state, when they are small.
 
 #include "positional.hpp"
 
-#include <vector>
-
 namespace slugs {
 
-namespace {
+PositionalStrategies::PositionalStrategies(Game &game, const Fixpoint &fixpoint)
+    : game_(game), open_(game.env_trans & fixpoint.winning()) {
+  for (std::size_t j = 0; j < game.guarantees.size(); ++j)
+    goals_.push_back(steps_towards(fixpoint.winning(), fixpoint.progress()[j], j));
+}
 
-class FirstServed {
-public:
-  FirstServed(Game &game, const Bdd &winning, std::size_t j)
-      : game_(game), chosen_(game.store.constant(false)), open_(game.env_trans & winning),
-        targets_(game.guarantees[j] & game.store.to_next(winning)), closer_(game.store.constant(false)),
-        waited_(game.assumptions.size(), game.store.constant(false)) {}
-
-  bool done() const { return open_.is_false(); }
-  const Bdd &chosen() const { return chosen_; }
-
-  void come_closer(const Bdd &closer) {
-    targets_ |= game_.store.to_next(closer & !closer_);
-    closer_ = closer;
-  }
-  void wait(std::size_t i, const Bdd &waiting) {
-    targets_ |= (!game_.assumptions[i]) & game_.store.to_next(waiting & !waited_[i]);
-    waited_[i] = waiting;
-  }
-  void take() {
-    if (targets_.is_false())
-      return;
-    const Bdd served = open_ & game_.store.exists_both(game_.sys_trans, targets_, game_.next_outputs);
-    chosen_ |= game_.sys_trans & targets_ & served;
-    open_ &= !served;
-    targets_ = game_.store.constant(false);
-  }
-
-private:
-  Game &game_;
-  Bdd chosen_;
-  Bdd open_;
-  Bdd targets_;
-  Bdd closer_;
-  std::vector<Bdd> waited_;
-};
-
-} // namespace
-
-Bdd positional_strategy(Game &game, const Bdd &winning, const GoalProgress &progress, std::size_t j) {
-  BddStore &store = game.store;
-  FirstServed steps(game, winning, j);
+PositionalStrategies::Goal PositionalStrategies::steps_towards(const Bdd &winning,
+                                                               const GoalProgress &progress, std::size_t j) {
+  BddStore &store = game_.store;
+  Goal goal;
+  Bdd open = open_;
+  Bdd targets = game_.guarantees[j] & store.to_next(winning);
   Bdd closer = store.constant(false);
+  std::vector<Bdd> waited(game_.assumptions.size(), closer);
+  const auto come_closer = [&](const Bdd &larger) {
+    targets |= store.to_next(larger & !closer);
+    closer = larger;
+  };
+  const auto take = [&] {
+    if (targets.is_false())
+      return;
+    const Bdd served = open & store.exists_both(game_.sys_trans, targets, game_.next_outputs);
+    if (!served.is_false())
+      add_step(goal, served, targets);
+    open &= !served;
+    targets = store.constant(false);
+  };
+  Bdd reached = closer;
   for (const Round &round : progress) {
     for (const FrozenBdd &step : round.steps) {
-      closer = step.thaw(store);
-      steps.come_closer(closer);
-      steps.take();
+      reached |= step.thaw(store);
+      come_closer(reached);
+      take();
     }
-    steps.come_closer(closer);
-    for (std::size_t i = 0; i < round.waiting.size() && !steps.done(); ++i) {
+    come_closer(reached);
+    for (std::size_t i = 0; i < round.waiting.size() && !open.is_false(); ++i) {
       const Bdd waiting = round.waiting[i].thaw(store);
-      steps.wait(i, waiting);
-      steps.take();
-      closer |= waiting;
+      targets |= (!game_.assumptions[i]) & store.to_next(waiting & !waited[i]);
+      waited[i] = waiting;
+      take();
+      reached |= waiting;
     }
-    if (steps.done())
+    if (open.is_false())
       break;
   }
-  return steps.chosen();
+  return goal;
+}
+
+void PositionalStrategies::add_step(Goal &goal, const Bdd &served, const Bdd &targets) {
+  const std::size_t step = goal.targets.size();
+  goal.targets.push_back(targets);
+  for (std::size_t b = 0; step >> b; ++b) {
+    if (b == goal.bits.size())
+      goal.bits.push_back(game_.store.constant(false));
+    if ((step >> b) & 1)
+      goal.bits[b] |= served;
+  }
+}
+
+void PositionalStrategies::prepare_cofactors() {
+  std::vector<Bdd> functions{open_, game_.sys_trans};
+  for (const Goal &goal : goals_) {
+    functions.insert(functions.end(), goal.bits.begin(), goal.bits.end());
+    functions.insert(functions.end(), goal.targets.begin(), goal.targets.end());
+  }
+  cofactor_ = std::make_unique<StateCofactor>(game_.store, functions);
+}
+
+void PositionalStrategies::forget() { cofactor_->forget(); }
+
+Edge PositionalStrategies::transitions(const Word *state, std::size_t j) {
+  const Goal &goal = goals_[j];
+  return collect_steps(goal, state, (*cofactor_)(open_.edge(), state), goal.bits.size(), 0);
+}
+
+// Splits the inputs by the digits of their step, from the highest one.
+Edge PositionalStrategies::collect_steps(const Goal &goal, const Word *state, Edge inputs, std::size_t bits,
+                                         std::size_t step) {
+  BddStore &store = game_.store;
+  if (inputs == bdd_false)
+    return bdd_false;
+  if (bits == 0) {
+    const Edge answers = store.and_edge(inputs, (*cofactor_)(game_.sys_trans.edge(), state));
+    return store.and_edge(answers, (*cofactor_)(goal.targets[step].edge(), state));
+  }
+  const std::size_t b = bits - 1;
+  const Edge digit = (*cofactor_)(goal.bits[b].edge(), state);
+  const Edge with = collect_steps(goal, state, store.and_edge(inputs, digit), b, step | std::size_t{1} << b);
+  const Edge without = collect_steps(goal, state, store.and_edge(inputs, digit ^ 1), b, step);
+  return store.or_edge(with, without);
 }
 
 } // namespace slugs
