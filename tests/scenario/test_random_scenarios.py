@@ -150,7 +150,7 @@ deadlock: on
 partition: {tiles: [2, 3]}
 expect: {outcome: completed, resolved: [door@9], helpers: {door@9: bob}, ticks: 99}
 catalogue:
-  robots: {rover: {mobility: heading, layer: rail, vision: 3, capabilities: [sense], timing: 2}}
+  robots: {rover: {mobility: heading, layer: rail, vision: 3, capabilities: [sense], timing: 1}}
   obstacles: {debris: {action: clear, resolve_at: [7, dock], blocks: [rail, digit]}}
 """
 

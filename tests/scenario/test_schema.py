@@ -64,6 +64,7 @@ WELL_SHAPED = {
     "regions_in_walls": True,
     "regions_outside_map": False,  # one region is negative
     "robots_that_avoid_each_other": True,
+    "tracking_of_slow_robots": True,
     "two_robots_on_one_region": True,
     "unknown_keys": False,
     "unknown_models_and_types": True,
