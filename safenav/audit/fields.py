@@ -63,6 +63,9 @@ class Fields:
             return value
         return self._wrong(key, "a number", 0.0)
 
+    def number_or_null(self, key: str) -> float | None:
+        return None if self._get(key) is None else self.number(key)
+
     def flag(self, key: str) -> bool:
         value = self._get(key)
         return value if isinstance(value, bool) else self._wrong(key, "true or false", False)

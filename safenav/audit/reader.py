@@ -188,6 +188,7 @@ def _robot(name: str, fields: Fields) -> RobotHeader:
         heading=fields.heading_or_null("heading"),
         objective=fields.objective("objective"),
         conflicts=frozenset(fields.texts("conflicts")) if fields.has("conflicts") else None,
+        vision=fields.number_or_null("vision") if fields.has("vision") else None,
     )
 
 

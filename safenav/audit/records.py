@@ -83,6 +83,8 @@ class RobotHeader:
     objective: Objective
     conflicts: frozenset[str] | None = None
     """Those it must not share a region with; None: those of its layer."""
+    vision: float | None = None
+    """How far it sees, in regions; None: without limit, or the trace does not say."""
 
 
 @dataclass(frozen=True)
