@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Generic, TypeVar
 
+from safenav.report.replay_wording import listed
 from safenav.scenario.objective import Objective
 from safenav.world.map import Heading, Region, RegionMap
 
@@ -49,6 +50,7 @@ class EventKind(StrEnum):
     SYNTHESIS = "synthesis"
     VIOLATION = "violation"
     REQUEST = "request"
+    YIELD = "yield"
     PUSH = "push"
     RESOLVED = "resolved"
     BLOCKED = "blocked"
@@ -73,7 +75,9 @@ class Event:
 
 @dataclass(frozen=True)
 class Track:
-    """One robot and where it was: ``regions[t]`` and ``headings[t]`` after tick t."""
+    """One robot and where it was: ``regions[t]`` and ``headings[t]`` after tick t. ``vision``
+    is how far it sees in regions, None without a limit; ``steps`` are those that took it more
+    than one tick, in order."""
 
     name: str
     model: str
@@ -81,6 +85,39 @@ class Track:
     capabilities: tuple[str, ...]
     regions: tuple[Region, ...]
     headings: tuple[Heading | None, ...]
+    vision: float | None = None
+    steps: tuple[LongStep, ...] = ()
+
+    def transit(self, tick: int) -> tuple[Region, float] | None:
+        """Where the robot is on its way to after ``tick``, and which part of it is behind it;
+        None if it stands in one region."""
+        i = bisect_right(self.steps, tick, key=lambda step: step.first) - 1
+        if i < 0 or tick > self.steps[i].last:
+            return None
+        return self.steps[i].toward, self.steps[i].part(tick)
+
+
+@dataclass(frozen=True)
+class LongStep:
+    """A step that takes several ticks: after ``first`` to ``last`` the robot is between its
+    region and ``toward``, and takes up both; it arrives in the tick after."""
+
+    first: int
+    last: int
+    toward: Region
+
+    def part(self, tick: int) -> float:
+        """The part of the way that is done after a tick."""
+        return (tick - self.first + 1) / (self.last - self.first + 2)
+
+
+@dataclass(frozen=True)
+class Belief:
+    """What a robot knows of another one: ``seen`` in the only one of ``regions``, or believed
+    to be in any of them."""
+
+    seen: bool
+    regions: frozenset[Region]
 
 
 @dataclass(frozen=True)
@@ -99,20 +136,27 @@ class Hidden:
 class Frame:
     """One entry of the objective stack: who waits for what, and who helps.
 
-    Without an obstacle a robot was asked to make way.
+    Without an obstacle the ``yielding`` robots give way to the requester.
     """
 
     obstacle: str | None
     requester: str | None
     helper: str | None
+    yielding: tuple[str, ...] = ()
 
     @property
     def about(self) -> str:
-        return self.obstacle or "making way"
+        """``door@47``, or ``east and digit give way to west``"""
+        if self.obstacle is not None:
+            return self.obstacle
+        verb = "gives" if len(self.yielding) == 1 else "give"
+        return f"{listed(self.yielding)} {verb} way to {self.requester or 'the others'}"
 
     @property
     def roles(self) -> str:
         """``quad waits, digit helps``"""
+        if self.obstacle is None:
+            return f"{self.requester} goes first" if self.requester is not None else ""
         told = [(self.requester, "waits"), (self.helper, "helps")]
         return ", ".join(f"{name} {what}" for name, what in told if name is not None)
 
@@ -170,6 +214,8 @@ class Placed:
     heading: float | None
     objective: Objective | None
     trail: tuple[Region, ...] = ()
+    taken: tuple[Region, ...] = ()
+    """The two regions that it takes up while a step takes several ticks; else none."""
 
 
 @dataclass(frozen=True)
@@ -201,6 +247,8 @@ class Replay:
     events: tuple[Event, ...]
     ending: Ending | None
     version: str = ""
+    beliefs: Mapping[tuple[str, str], Changes[Belief | None]] = field(default_factory=dict)
+    """What a robot (first name) knows of another one (second), None while nothing was told."""
     _by_tick: dict[int, list[Event]] = field(default_factory=dict, repr=False, compare=False)
 
     def happened(self, tick: int) -> tuple[Event, ...]:
@@ -209,6 +257,13 @@ class Replay:
             for event in self.events:
                 self._by_tick.setdefault(event.tick, []).append(event)
         return tuple(self._by_tick.get(tick, ()))
+
+    def track(self, name: str) -> Track:
+        """The robot of that name. Raises KeyError without one."""
+        for track in self.robots:
+            if track.name == name:
+                return track
+        raise KeyError(name)
 
     def scene(self, tick: int, fraction: float = 0.0, trail: int = 24) -> Scene:
         """The moment after ``tick``, or on the way from there to the next one.
@@ -226,12 +281,12 @@ class Replay:
         return Scene(self.name, moment, self.map, robots, obstacles, stack, events)
 
     def _placed(self, track: Track, tick: int, fraction: float, trail: int) -> Placed:
-        row, col = self.map.position(track.regions[tick])
+        row, col = self._place(track, tick)
         heading = track.headings[tick]
         degrees = None if heading is None else heading * 90.0
-        place = (float(row), float(col))
+        place = (row, col)
         if fraction and tick < self.last:
-            to_row, to_col = self.map.position(track.regions[tick + 1])
+            to_row, to_col = self._place(track, tick + 1)
             place = (row + (to_row - row) * fraction, col + (to_col - col) * fraction)
             after = track.headings[tick + 1]
             if degrees is not None and after is not None:
@@ -239,4 +294,17 @@ class Replay:
                 degrees += turn * min(1.0, 2.0 * fraction)  # turned before half the way
         objective = self.objectives[track.name].at(tick)
         way = track.regions[max(0, tick - trail) : tick + 1]
-        return Placed(track.name, track.model, track.layer, *place, degrees, objective, tuple(way))
+        transit = track.transit(tick)
+        taken = () if transit is None else (track.regions[tick], transit[0])
+        return Placed(
+            track.name, track.model, track.layer, *place, degrees, objective, tuple(way), taken
+        )
+
+    def _place(self, track: Track, tick: int) -> tuple[float, float]:
+        """(row, col) after a tick, between two regions while a step takes several ticks."""
+        row, col = self.map.position(track.regions[tick])
+        transit = track.transit(tick)
+        if transit is None:
+            return float(row), float(col)
+        to_row, to_col = self.map.position(transit[0])
+        return row + (to_row - row) * transit[1], col + (to_col - col) * transit[1]

@@ -8,6 +8,7 @@ was cut off is shown up to its last complete tick.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -15,12 +16,14 @@ from safenav.audit import records
 from safenav.audit.reader import read_trace
 from safenav.errors import Diagnostic, InputError
 from safenav.report.replay import (
+    Belief,
     Changes,
     Ending,
     Event,
     EventKind,
     Frame,
     Hidden,
+    LongStep,
     Progress,
     Replay,
     Status,
@@ -31,6 +34,8 @@ from safenav.report.replay_wording import (
     event_text,
     holding_text,
     objective_of,
+    yielded_text,
+    yielding_text,
 )
 from safenav.scenario.objective import Hold, Objective
 from safenav.world.map import Heading, Region, RegionMap
@@ -79,6 +84,8 @@ class _Telling:
     frames: list[Frame] = field(default_factory=list)
     stack: list[tuple[int, tuple[Frame, ...]]] = field(default_factory=list)
     events: list[Event] = field(default_factory=list)
+    beliefs: dict[tuple[str, str], list[tuple[int, Belief | None]]] = field(default_factory=dict)
+    bound: dict[str, list[Region | None]] = field(default_factory=dict)
     violation: records.Violation | None = None
     ending: Ending | None = None
 
@@ -93,7 +100,10 @@ class _Telling:
             start = _on_map(world, robot.start)
             heading = _HEADINGS[robot.heading] if robot.heading is not None else None
             can = tuple(sorted(robot.capabilities))
-            tracks[name] = Track(name, robot.model, robot.layer, can, (start,), (heading,))
+            if robot.vision is not None and robot.vision < 1:
+                raise _ContradictionError(f"{name} does not even see the next region")
+            place = ((start,), (heading,))
+            tracks[name] = Track(name, robot.model, robot.layer, can, *place, robot.vision)
         for name, obstacle in header.obstacles.items():
             hidden[name] = Hidden(
                 name,
@@ -125,8 +135,7 @@ class _Telling:
                 self._event(line, EventKind.VIOLATION, line.robot, line.proposed, line.obstacle)
             case records.Backtrack():
                 if self.violation is not None:
-                    text = backtrack_text(self.violation, line)
-                    self.events[-1] = replace(self.events[-1], text=text)
+                    self._reword(backtrack_text(self.violation, line))
             case records.Request():
                 if line.helper is not None:
                     self._status(line.obstacle, line.tick, Status.REQUESTED)
@@ -140,15 +149,11 @@ class _Telling:
                 self._status(line.obstacle, line.tick, Status.BLOCKED)
                 self._about(line, EventKind.BLOCKED, None, line.obstacle)
             case records.Push():
-                # A helper that is replaced is pushed anew at the depth of the one before.
-                del self.frames[max(0, line.depth - 1) :]
-                self.frames.append(Frame(line.obstacle, line.requester, line.helper))
-                self._objectives(line)
-                self._about(line, EventKind.PUSH, line.requester, line.obstacle)
+                self._push(line)
             case records.Pop():
-                del self.frames[max(0, line.depth) :]
-                self._objectives(line)
-                self._about(line, EventKind.POP, line.requester, line.obstacle)
+                self._pop(line)
+            case records.Belief():
+                self._believe(line)
             case records.Goal():
                 self._goal(line)
             case records.Synthesis():
@@ -173,13 +178,59 @@ class _Telling:
             raise _ContradictionError(f"{expected}, not of tick {line.tick}")
         regions.append(_on_map(self.map, line.to))
         headings.append(_HEADINGS[line.heading] if line.heading is not None else None)
+        toward = None if line.toward is None else _on_map(self.map, line.toward)
+        self.bound.setdefault(line.robot, [None]).append(toward)
+
+    def _push(self, line: records.Push) -> None:
+        # A helper that is replaced is pushed anew at the depth of the one before.
+        del self.frames[max(0, line.depth - 1) :]
+        giving_way = line.obstacle is None
+        yielding = self._yielding(line) if giving_way else ()
+        self.frames.append(Frame(line.obstacle, line.requester, line.helper, yielding))
+        self._objectives(line)
+        kind = EventKind.YIELD if giving_way else EventKind.PUSH
+        self._about(line, kind, line.requester, line.obstacle)
+        if giving_way:
+            self._reword(yielding_text(line, self.frames[-1].about, yielding))
+
+    def _pop(self, line: records.Pop) -> None:
+        dropped = self.frames[max(0, line.depth) :]
+        del self.frames[max(0, line.depth) :]
+        self._objectives(line)
+        self._about(line, EventKind.POP, line.requester, line.obstacle)
+        if line.obstacle is None and dropped:
+            self._reword(yielded_text(line, dropped[0].yielding))
+
+    def _reword(self, text: str) -> None:
+        """Tell the last event with what only the lines before it know."""
+        self.events[-1] = replace(self.events[-1], text=text)
+
+    def _yielding(self, line: records.Push) -> tuple[str, ...]:
+        """Who gives way: the helper, and the others whose objective it changes."""
+        now = {name: objective_of(told) for name, told in line.objectives.items()}
+        return tuple(
+            name
+            for name in self.tracks
+            if name == line.helper
+            or (name != line.requester and name in now and now[name] != self._objective(name))
+        )
+
+    def _objective(self, name: str) -> Objective | None:
+        return self.objectives[name][-1][1]
+
+    def _believe(self, line: records.Belief) -> None:
+        self._known(line.robot)
+        self._known(line.of)
+        regions = frozenset(_on_map(self.map, region) for region in line.regions)
+        told = self.beliefs.setdefault((line.robot, line.of), [])
+        told.append((line.tick, Belief(line.seen, regions)))
 
     def _objectives(self, line: records.Push | records.Pop) -> None:
         self.stack.append((line.tick, tuple(self.frames)))
         for name, told in line.objectives.items():
             self._known(name)
             objective = objective_of(told)
-            if objective != self.objectives[name][-1][1]:
+            if objective != self._objective(name):
                 self.objectives[name].append((line.tick, objective))
                 self.progress[name].append((line.tick, Progress()))
 
@@ -187,14 +238,14 @@ class _Telling:
         self._known(line.robot)
         told = self.progress[line.robot]
         before = told[-1][1] if told else Progress()
-        holding = isinstance(self.objectives[line.robot][-1][1], Hold)
+        holding = isinstance(self._objective(line.robot), Hold)
         rounds = 0 if holding else line.round  # ticks on the spot are no rounds to show
         told.append((line.tick, Progress(rounds, _on_map(self.map, line.region))))
         if not holding:
             self._event(line, EventKind.GOAL, line.robot, line.region)
         elif before.reached != line.region:  # holding on is no news
             self._event(line, EventKind.GOAL, line.robot, line.region)
-            self.events[-1] = replace(self.events[-1], text=holding_text(line))
+            self._reword(holding_text(line))
 
     def _status(self, obstacle: str, tick: int, status: Status) -> None:
         if obstacle not in self.hidden:
@@ -232,6 +283,7 @@ class _Telling:
                 track,
                 regions=tuple(self.regions[name][: last + 1]),
                 headings=tuple(self.headings[name][: last + 1]),
+                steps=_long_steps(self.bound.get(name, [])[: last + 1]),
             )
             for name, track in self.tracks.items()
         )
@@ -248,7 +300,22 @@ class _Telling:
             events=tuple(replace(e, tick=min(e.tick, last)) for e in self.events),
             ending=self.ending,
             version=self.header.safenav,
+            beliefs={pair: Changes.of(None, told) for pair, told in self.beliefs.items()},
         )
+
+
+def _long_steps(bound: Sequence[Region | None]) -> tuple[LongStep, ...]:
+    """The runs of ticks in which a robot is bound for the same region."""
+    steps: list[LongStep] = []
+    for tick, toward in enumerate(bound):
+        if toward is None:
+            continue
+        before = steps[-1] if steps else None
+        if before is not None and before.last == tick - 1 and before.toward == toward:
+            steps[-1] = replace(before, last=tick)
+        else:
+            steps.append(LongStep(tick, tick, toward))
+    return tuple(steps)
 
 
 def _on_map(world: RegionMap, region: Region) -> Region:

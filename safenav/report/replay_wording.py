@@ -6,7 +6,7 @@ One sentence a line; the page, the pictures and the terminal replay all use thes
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import singledispatch
 
 from safenav.audit import records
@@ -120,6 +120,23 @@ def _(line: records.Push) -> str:
     ]
     text = f"objectives pushed, depth {line.depth}"
     return text + (f" ({'; '.join(tasks)})" if tasks else "")
+
+
+def yielding_text(line: records.Push, about: str, yielding: Iterable[str]) -> str:
+    """A push by which robots give way; ``about`` says who to whom."""
+    tasks = [
+        f"{name}: {objective_words(objective_of(line.objectives[name]))}"
+        for name in yielding
+        if name in line.objectives
+    ]
+    return about + (f" ({'; '.join(tasks)})" if tasks else "")
+
+
+def yielded_text(line: records.Pop, yielding: Sequence[str]) -> str:
+    """The pop after robots have given way."""
+    verb = "has" if len(yielding) == 1 else "have"
+    done = f"{listed(yielding)} {verb} given way to {line.requester or 'the others'}"
+    return f"{done}: {event_text(line)}"
 
 
 @event_text.register

@@ -138,7 +138,7 @@ def test_unknown_lines_and_fields_are_passed_over(tmp_path: Path) -> None:
     expected = read_replay(made_traces.write(lines, tmp_path / "plain.jsonl"))
     for line in lines:
         line["mood"] = "good"
-    lines.insert(5, {"type": "belief", "tick": 1, "robot": "quad", "regions": [1, 2]})
+    lines.insert(5, {"type": "mood", "tick": 1, "robot": "quad", "regions": [1, 2]})
     assert read_replay(made_traces.write(lines, tmp_path / "more.jsonl")) == expected
 
 

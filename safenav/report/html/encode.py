@@ -8,10 +8,13 @@ from __future__ import annotations
 
 from typing import Any
 
+from safenav.report.html.region_sets import RegionSets
 from safenav.report.picture_glyphs import EVENT_MARKS, NOSE, STATUS_MARKS, looks
-from safenav.report.replay import Changes, Replay, Track
+from safenav.report.replay import Belief, Changes, Frame, Replay, Track
+from safenav.report.replay_shading import Sight, viewers
 from safenav.report.replay_wording import objective_words, seconds_words
 from safenav.scenario.objective import Objective, targets_of
+from safenav.world.visibility import members
 
 
 def encoded(replay: Replay, source: str) -> dict[str, Any]:
@@ -19,6 +22,8 @@ def encoded(replay: Replay, source: str) -> dict[str, Any]:
     ending = replay.ending
     index = {track.name: i for i, track in enumerate(replay.robots)}
     style = looks([track.name for track in replay.robots])
+    sets = RegionSets()
+    watched = {viewer: _view(replay, viewer, index, sets) for viewer in viewers(replay)}
     return {
         "name": replay.name,
         "source": source,
@@ -28,7 +33,7 @@ def encoded(replay: Replay, source: str) -> dict[str, Any]:
         "grid": replay.map.grid_rows(),
         "last": replay.last,
         "robots": [
-            {**_robot(replay, track), "look": vars(look)}
+            {**_robot(replay, track), "look": vars(look), "view": watched.get(track.name)}
             for track, look in zip(replay.robots, style, strict=True)
         ],
         "obstacles": [
@@ -42,9 +47,8 @@ def encoded(replay: Replay, source: str) -> dict[str, Any]:
             }
             for hidden in replay.hidden
         ],
-        "stack": _changes(
-            replay.stack, lambda frames: [[[f.about, f.requester, f.helper] for f in frames]]
-        ),
+        "stack": _changes(replay.stack, lambda frames: [[_frame(frame) for frame in frames]]),
+        "sets": sets.texts,
         "events": [
             [
                 event.tick,
@@ -83,12 +87,46 @@ def _robot(replay: Replay, track: Track) -> dict[str, Any]:
         "layer": track.layer,
         "can": track.capabilities,
         "path": track.regions,
+        "steps": [[step.first, step.last, step.toward] for step in track.steps],
         "headings": "".join(facing) if len(facing) == len(track.regions) else None,
         "tasks": _changes(replay.objectives[track.name], _task),
         "progress": _changes(
             progress, lambda p: [p.rounds, -1 if p.reached is None else p.reached]
         ),
     }
+
+
+def _view(replay: Replay, viewer: str, index: dict[str, int], sets: RegionSets) -> dict[str, Any]:
+    """What a robot sees and believes, each set of regions by its place in ``sets``."""
+    sight = Sight(replay)
+    masks = [sight.mask(viewer, tick) for tick in range(replay.last + 1)]
+    places = [None if mask is None else sets.index(members(mask)) for mask in masks]
+    seen = [
+        [tick, place]
+        for tick, place in enumerate(places)
+        if place is not None and (tick == 0 or place != places[tick - 1])
+    ]
+    told = {other: c for (robot, other), c in replay.beliefs.items() if robot == viewer}
+    return {
+        "vision": replay.track(viewer).vision,
+        "sight": seen,
+        "beliefs": [
+            [index[other], _changes(changes, lambda belief: _belief(belief, sets))]
+            for other, changes in told.items()
+        ],
+    }
+
+
+def _belief(belief: Belief | None, sets: RegionSets) -> list[Any]:
+    if belief is None:
+        return [0, -1]
+    return [int(belief.seen), sets.index(sorted(belief.regions))]
+
+
+def _frame(frame: Frame) -> list[Any]:
+    kind = "yield" if frame.obstacle is None else "request"
+    helpers = [*frame.yielding] or [name for name in [frame.helper] if name is not None]
+    return [kind, frame.about, frame.roles, frame.requester, helpers]
 
 
 def _task(objective: Objective | None) -> list[Any]:

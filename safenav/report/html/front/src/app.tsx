@@ -8,11 +8,13 @@ import { MapView } from "./map";
 import { Legend, Obstacles, Robots, Stack } from "./panels";
 import type { Player } from "./player";
 import { eventsAfter, type EventKind, type Run } from "./run";
-import { applyTheme, nextTheme, storedTheme, type Shown } from "./settings";
+import { applyTheme, EVERYONE, nextTheme, storedTheme, type Shown } from "./settings";
+import { viewersOf } from "./shading";
 
 const TOLD: ReadonlySet<EventKind> = new Set([
   "violation",
   "request",
+  "yield",
   "resolved",
   "blocked",
   "assumption",
@@ -27,6 +29,9 @@ export function App({ run, player }: { run: Run; player: Player }) {
     trails: true,
     targets: true,
     hidden: true,
+    sight: true,
+    beliefs: true,
+    viewer: run.robots.findIndex((robot) => robot.view !== null),
   });
   const help = useRef<HTMLDialogElement>(null);
   const openHelp = (): void => help.current!.showModal();
@@ -56,7 +61,7 @@ export function App({ run, player }: { run: Run; player: Player }) {
           <MapView run={run} player={player} tick={tick} shown={shown} />
           <Story run={run} tick={tick} playing={player.playing} />
           <div class="below">
-            <Choices shown={shown} onChange={setShown} />
+            <Choices run={run} shown={shown} onChange={setShown} />
             <Legend run={run} />
           </div>
         </section>
@@ -104,18 +109,31 @@ function Story({ run, tick, playing }: { run: Run; tick: number; playing: boolea
   );
 }
 
-const CHOICES: [key: keyof Shown, words: string][] = [
+type Switch = Exclude<keyof Shown, "viewer">;
+
+const CHOICES: [key: Switch, words: string][] = [
   ["numbers", "region numbers"],
   ["trails", "trails"],
   ["targets", "targets"],
   ["hidden", "hidden obstacles"],
 ];
 
-function Choices({ shown, onChange }: { shown: Shown; onChange(shown: Shown): void }) {
+interface ChoicesProps {
+  run: Run;
+  shown: Shown;
+  onChange(shown: Shown): void;
+}
+
+function Choices({ run, shown, onChange }: ChoicesProps) {
+  const viewers = viewersOf(run);
+  const offered = CHOICES.concat(
+    viewers.some((robot) => robot.view!.sight.length > 0) ? [["sight", "sight"]] : [],
+    viewers.some((robot) => robot.view!.beliefs.length > 0) ? [["beliefs", "beliefs"]] : [],
+  );
   return (
     <fieldset class="choices">
       <legend>Show</legend>
-      {CHOICES.map(([key, words]) => (
+      {offered.map(([key, words]) => (
         <label key={key}>
           <input
             type="checkbox"
@@ -125,6 +143,21 @@ function Choices({ shown, onChange }: { shown: Shown; onChange(shown: Shown): vo
           {words}
         </label>
       ))}
+      {viewers.length > 0 && (
+        <label class="viewer">
+          of
+          <select
+            aria-label="Whose sight and beliefs"
+            value={String(shown.viewer)}
+            onChange={(event) => onChange({ ...shown, viewer: Number(event.currentTarget.value) })}
+          >
+            {viewers.map((robot) => (
+              <option value={String(run.robots.indexOf(robot))}>{robot.name}</option>
+            ))}
+            {viewers.length > 1 && <option value={String(EVERYONE)}>everyone</option>}
+          </select>
+        </label>
+      )}
     </fieldset>
   );
 }

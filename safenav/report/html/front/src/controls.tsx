@@ -119,6 +119,7 @@ const WEIGHT: EventKind[] = [
   "blocked",
   "resolved",
   "request",
+  "yield",
   "push",
   "pop",
   "synthesis",

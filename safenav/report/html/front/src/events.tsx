@@ -7,7 +7,7 @@ import type { Player } from "./player";
 import type { EventKind, Run, RunEvent } from "./run";
 
 const GROUPS: [name: string, kinds: EventKind[]][] = [
-  ["coordination", ["violation", "request", "push", "pop", "resolved", "blocked", "assumption", "outcome"]],
+  ["coordination", ["violation", "request", "yield", "push", "pop", "resolved", "blocked", "assumption", "outcome"]],
   ["synthesis", ["synthesis"]],
   ["goals", ["goal"]],
 ];

@@ -1,15 +1,16 @@
 /**
  * The map, in drawings over one another so that a browser repaints only what changes: the floor
- * (never), trails (every frame), what is known (at ticks), robots (every frame). What moves in
- * every frame is moved by hand and not through the component tree. Shading of what robots see or
- * believe has its place above the floor once traces tell it.
+ * (never), shading of what robots see and believe (at ticks), trails (every frame), what is known
+ * (at ticks), robots (every frame). What moves in every frame is moved by hand and not through
+ * the component tree.
  */
 
 import { memo } from "preact/compat";
 import { useLayoutEffect, useRef } from "preact/hooks";
 import type { Player } from "./player";
-import { at, eventsAt, label, poseAt, separate, type Pose, type Robot, type Run } from "./run";
+import { at, eventsAt, label, poseAt, separate, transitAt, type Pose, type Robot, type Run } from "./run";
 import { calm, type Shown } from "./settings";
+import { shadesAt, Shading, viewersOf } from "./shading";
 
 const CELL = 40;
 /** From the nose of a robot to the sign in the next region. */
@@ -36,7 +37,8 @@ export function MapView({ run, player, tick, shown }: MapProps) {
     const col = Math.floor(((event.clientX - frame.left) / scale - 2) / CELL);
     const row = Math.floor(((event.clientY - frame.top) / scale - 2) / CELL);
     const inside = row >= 0 && col >= 0 && row < run.rows && col < run.cols;
-    readout.current!.textContent = inside ? describeRegion(run, row * run.cols + col, player.tick) : "";
+    const region = row * run.cols + col;
+    readout.current!.textContent = inside ? describeRegion(run, region, player.tick, shown) : "";
   };
   const ratio = `${width + 4} / ${height + 4}`;
   return (
@@ -52,6 +54,11 @@ export function MapView({ run, player, tick, shown }: MapProps) {
         <svg viewBox={box} class="floor">
           <Floor run={run} numbers={shown.numbers} />
         </svg>
+        {viewersOf(run).length > 0 && (
+          <svg viewBox={box} class="shading">
+            <Shading run={run} tick={tick} shown={shown} cell={CELL} />
+          </svg>
+        )}
         <svg viewBox={box} class="trails">
           {shown.trails && <Trails run={run} player={player} />}
         </svg>
@@ -73,14 +80,16 @@ function describeMap(run: Run, tick: number): string {
   return `Map of ${run.rows} by ${run.cols} regions at tick ${tick}. ${robots.join(", ")}. ${obstacles.join(", ")}`;
 }
 
-function describeRegion(run: Run, region: number, tick: number): string {
+function describeRegion(run: Run, region: number, tick: number, shown: Shown): string {
   const parts = [`region ${label(run, region)}`];
   if (isWall(run, region)) parts.push("wall");
   for (const robot of run.robots) {
     if (robot.path[tick] === region) parts.push(robot.name);
+    if (transitAt(robot, tick)?.[0] === region) parts.push(`${robot.name} is on its way here`);
     if (at(robot.tasks, tick)[2].includes(region)) parts.push(`target of ${robot.name}`);
   }
   for (const o of run.obstacles) if (o.region === region) parts.push(`${o.name}, ${at(o.status, tick)[1]}`);
+  parts.push(...shadesAt(run, region, tick, shown));
   return parts.join(" · ");
 }
 
@@ -147,10 +156,38 @@ const Knowledge = memo(({ run, tick, shown }: { run: Run; tick: number; shown: S
         </g>
       );
     })}
+    <Taken run={run} tick={tick} />
     {shown.targets && <Targets run={run} tick={tick} />}
     <Violations run={run} tick={tick} />
   </>
 ));
+
+/** Around both regions that a robot takes up while a step takes it several ticks. */
+function Taken({ run, tick }: { run: Run; tick: number }) {
+  return (
+    <>
+      {run.robots.map((robot) => {
+        const transit = transitAt(robot, tick);
+        if (transit === null) return null;
+        const regions = [robot.path[tick]!, transit[0]];
+        const cols = regions.map((region) => region % run.cols);
+        const rows = regions.map((region) => Math.floor(region / run.cols));
+        return (
+          <rect
+            class="taken"
+            data-robot={robot.name}
+            style={{ "--colour": robot.look.colour }}
+            x={Math.min(...cols) * CELL + 2.5}
+            y={Math.min(...rows) * CELL + 2.5}
+            width={(Math.abs(cols[0]! - cols[1]!) + 1) * CELL - 5}
+            height={(Math.abs(rows[0]! - rows[1]!) + 1) * CELL - 5}
+            rx={8}
+          />
+        );
+      })}
+    </>
+  );
+}
 
 /** A small copy of the robot's shape in a corner of each region that it is to reach. */
 function Targets({ run, tick }: { run: Run; tick: number }) {

@@ -3,8 +3,9 @@
 import { memo } from "preact/compat";
 import { EventSign, RobotSign, StatusSign } from "./icons";
 import { ARROW } from "./map";
-import { at, label, type EventKind, type Frame, type Run, type Status } from "./run";
+import { at, label, transitAt, type EventKind, type Frame, type Run, type Status } from "./run";
 import { narrow } from "./settings";
+import { Hatch, knowledgeOf, viewersOf } from "./shading";
 
 interface PanelProps {
   run: Run;
@@ -24,6 +25,8 @@ export function Robots({ run, tick }: PanelProps) {
           const [, rounds, reached] = at(robot.progress, tick);
           const facing = robot.headings ? `, facing ${DIRECTIONS[robot.headings[tick]!]}` : "";
           const role = roleOf(robot.name, frames);
+          const transit = transitAt(robot, tick);
+          const onItsWay = transit ? `, on its way to ${label(run, transit[0])}` : "";
           return (
             <li key={robot.name}>
               <RobotSign robot={robot} size={32} />
@@ -41,8 +44,12 @@ export function Robots({ run, tick }: PanelProps) {
                 </p>
                 <p class="quiet">
                   at {label(run, robot.path[tick]!)}
+                  {onItsWay}
                   {facing}
                 </p>
+                {knowledgeOf(run, robot, tick).map((words) => (
+                  <p class="quiet knowledge-of">{words}</p>
+                ))}
               </div>
             </li>
           );
@@ -55,9 +62,10 @@ export function Robots({ run, tick }: PanelProps) {
 /** What a robot does for the topmost frame that names it. */
 function roleOf(name: string, frames: readonly Frame[]): [kind: string, words: string] | null {
   for (let i = frames.length - 1; i >= 0; i--) {
-    const [about, requester, helper] = frames[i]!;
-    if (helper === name) return ["helps", `helps: ${about}`];
-    if (requester === name) return ["waits", `waits: ${about}`];
+    const [kind, about, , requester, helpers] = frames[i]!;
+    const yields = kind === "yield";
+    if (helpers.includes(name)) return ["helps", yields ? `gives way to ${requester}` : `helps: ${about}`];
+    if (requester === name) return yields ? ["first", "goes first"] : ["waits", `waits: ${about}`];
   }
   return null;
 }
@@ -72,14 +80,10 @@ export function Stack({ run, tick }: PanelProps) {
       {frames.length === 0 && <p class="quiet">Empty: every robot follows its own objective.</p>}
       <ol reversed>
         {frames
-          .map(([about, requester, helper], i) => (
-            <li key={i}>
+          .map(([kind, about, roles], i) => (
+            <li key={i} data-kind={kind}>
               <b>{about}</b>
-              <span class="quiet">
-                {requester && `${requester} waits`}
-                {requester && helper && ", "}
-                {helper && `${helper} helps`}
-              </span>
+              <span class="quiet">{roles}</span>
             </li>
           ))
           .reverse()}
@@ -113,6 +117,7 @@ export function Obstacles({ run, tick }: PanelProps) {
 
 const EVENTS: [kind: EventKind, meaning: string][] = [
   ["synthesis", "synthesis"],
+  ["yield", "giving way"],
   ["push", "objectives pushed"],
   ["pop", "objectives restored"],
   ["goal", "goal reached"],
@@ -166,6 +171,7 @@ export const Legend = memo(({ run }: { run: Run }) => {
             where it faces
           </li>
         )}
+        <ShadingLegend run={run} />
         <li>
           <svg width="26" height="18" viewBox="14 -9 24 18" aria-hidden="true">
             <path class="violation-arrow" d={ARROW} />
@@ -188,3 +194,53 @@ export const Legend = memo(({ run }: { run: Run }) => {
     </details>
   );
 });
+
+/** Only what this run has: robots in transit, sight, beliefs. */
+function ShadingLegend({ run }: { run: Run }) {
+  const moving = run.robots.find((robot) => robot.steps.length > 0);
+  const seeing = viewersOf(run).find((robot) => robot.view!.sight.length > 0);
+  const believing = viewersOf(run).find((robot) => robot.view!.beliefs.length > 0);
+  const of = believing?.view!.beliefs[0]![0] ?? 0;
+  const sought = { "--colour": run.robots[of]?.look.colour };
+  return (
+    <>
+      {moving && (
+        <li>
+          <svg width="34" height="18" aria-hidden="true">
+            <rect class="taken" style={{ "--colour": moving.look.colour }} x="1.5" y="1.5" width="31" height="15" rx="4" />
+          </svg>
+          on its way, takes up both regions
+        </li>
+      )}
+      {seeing && (
+        <li>
+          <svg width="18" height="18" aria-hidden="true" class="sight" style={{ "--colour": seeing.look.colour }}>
+            <path class="area" d="M1 1h16v16h-16z" />
+            <path class="border" d="M1 1h16v16h-16z" />
+          </svg>
+          what {viewersOf(run).length > 1 ? "the robot of that colour" : seeing.name} sees
+        </li>
+      )}
+      {believing && (
+        <li>
+          <svg width="18" height="18" aria-hidden="true" class="belief" style={sought}>
+            <defs>
+              <Hatch run={run} of={of} id="hatch-legend" />
+            </defs>
+            <path d="M1 1h16v16h-16z" fill="url(#hatch-legend)" />
+            <path class="border" d="M1 1h16v16h-16z" />
+          </svg>
+          where the robot of that colour may be, by the last look
+        </li>
+      )}
+      {believing && (
+        <li>
+          <svg width="18" height="18" aria-hidden="true" class="belief seen" style={sought}>
+            <path class="border" d="M2 2h14v14h-14z" />
+          </svg>
+          where it was seen
+        </li>
+      )}
+    </>
+  );
+}

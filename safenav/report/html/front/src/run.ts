@@ -10,6 +10,7 @@ export type EventKind =
   | "synthesis"
   | "violation"
   | "request"
+  | "yield"
   | "push"
   | "resolved"
   | "blocked"
@@ -42,12 +43,25 @@ export interface Robot {
   can: string[];
   /** Region after each tick. */
   path: number[];
+  /** Steps of several ticks: after ticks `first` to `last` it is between its region and `toward`. */
+  steps: [first: number, last: number, toward: number][];
   /** One of N E S W for each tick, or null for a robot without a heading. */
   headings: string | null;
   look: Look;
   tasks: Task[];
   progress: Progress[];
+  view: View | null;
 }
+
+/** What a robot sees (if its vision has a radius) and believes; sets by their place in `Run.sets`. */
+export interface View {
+  vision: number | null;
+  sight: [tick: number, set: number][];
+  beliefs: [of: number, told: Told[]][];
+}
+
+/** [from tick, 1 if it sees the other, the set of regions where that may be or -1 for unknown] */
+export type Told = [tick: number, seen: number, set: number];
 
 export interface Obstacle {
   name: string;
@@ -58,8 +72,14 @@ export interface Obstacle {
   status: [tick: number, status: Status][];
 }
 
-/** [obstacle or what else it is about, requester or null, helper or null] */
-export type Frame = [about: string, requester: string | null, helper: string | null];
+/** Helpers: who resolves the obstacle, or who gives way. */
+export type Frame = [
+  kind: "request" | "yield",
+  about: string,
+  roles: string,
+  requester: string | null,
+  helpers: string[],
+];
 
 /** [tick, kind, text, index of the robot or -1, region or -1] */
 export type RunEvent = [tick: number, kind: EventKind, text: string, robot: number, region: number];
@@ -83,6 +103,8 @@ export interface Run {
   robots: Robot[];
   obstacles: Obstacle[];
   stack: [tick: number, frames: Frame[]][];
+  /** Sets of regions, as `sets.ts` reads them. */
+  sets: string[];
   events: RunEvent[];
   ending: Ending | null;
   nose: string;
@@ -112,15 +134,32 @@ export interface Pose {
   heading: number | null;
 }
 
+/** Where a robot is bound for after a tick, and which part of that way it has made. */
+export function transitAt(robot: Robot, tick: number): [toward: number, part: number] | null {
+  if (robot.steps.length === 0) return null;
+  const [first, last, toward] = at(robot.steps, tick);
+  return tick < first || tick > last ? null : [toward, (tick - first + 1) / (last - first + 2)];
+}
+
+/** Column and row after a tick, between two regions while a step takes several ticks. */
+function placeAt(run: Run, robot: Robot, tick: number): [x: number, y: number] {
+  const region = robot.path[tick]!;
+  const x = region % run.cols;
+  const y = Math.floor(region / run.cols);
+  const transit = transitAt(robot, tick);
+  if (transit === null) return [x, y];
+  const [toward, part] = transit;
+  return [x + ((toward % run.cols) - x) * part, y + (Math.floor(toward / run.cols) - y) * part];
+}
+
 /** Where a robot is at a moment between ticks. */
 export function poseAt(run: Run, robot: Robot, time: number): Pose {
   const tick = Math.min(Math.floor(time), run.last);
   const part = time - tick;
-  const from = robot.path[tick]!;
-  const to = robot.path[Math.min(tick + 1, run.last)]!;
-  const x = (from % run.cols) + ((to % run.cols) - (from % run.cols)) * part;
-  const fromRow = Math.floor(from / run.cols);
-  const y = fromRow + (Math.floor(to / run.cols) - fromRow) * part;
+  const [fromX, fromY] = placeAt(run, robot, tick);
+  const [toX, toY] = placeAt(run, robot, Math.min(tick + 1, run.last));
+  const x = fromX + (toX - fromX) * part;
+  const y = fromY + (toY - fromY) * part;
   if (robot.headings === null) return { x, y, heading: null };
   const before = "NESW".indexOf(robot.headings[tick]!) * 90;
   const after = "NESW".indexOf(robot.headings[Math.min(tick + 1, run.last)]!) * 90;

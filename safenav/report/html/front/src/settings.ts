@@ -7,7 +7,13 @@ export interface Shown {
   trails: boolean;
   targets: boolean;
   hidden: boolean;
+  sight: boolean;
+  beliefs: boolean;
+  /** Whose sight and beliefs: the index of a robot, or `EVERYONE`. */
+  viewer: number;
 }
+
+export const EVERYONE = -1;
 
 const KEY = "safenav-replay-theme";
 

@@ -1,0 +1,132 @@
+/** What robots see and believe, as shading of the floor: the same as in picture_shading.py. */
+
+import { memo } from "preact/compat";
+import { at, label, type Robot, type Run, type Told } from "./run";
+import { holds, runsOf, shapeOf, sizeOf } from "./sets";
+import { EVERYONE, type Shown } from "./settings";
+
+/** Hatches of robots that are looked for run in different directions. */
+const ANGLES = [45, -45, 15, -75, 75, -15];
+/** Distance of the lines. */
+const PITCH = 6.5;
+
+/** The robots of which there is something to shade. */
+export function viewersOf(run: Run): Robot[] {
+  return run.robots.filter((robot) => robot.view !== null);
+}
+
+export function Hatch({ run, of, id }: { run: Run; of: number; id: string }) {
+  const angle = ANGLES[of % ANGLES.length]!;
+  return (
+    <pattern
+      id={id}
+      width={PITCH}
+      height={PITCH}
+      patternUnits="userSpaceOnUse"
+      patternTransform={`rotate(${angle})`}
+    >
+      <rect class="hatch" width={1.7} height={PITCH} style={{ "--colour": run.robots[of]!.look.colour }} />
+    </pattern>
+  );
+}
+
+interface ShadingProps {
+  run: Run;
+  tick: number;
+  shown: Shown;
+  cell: number;
+}
+
+export const Shading = memo(({ run, tick, shown, cell }: ShadingProps) => {
+  const viewers = viewersOf(run).filter((robot) => watched(run, robot, shown));
+  return (
+    <>
+      <defs>
+        {run.robots.map((_, i) => (
+          <Hatch run={run} of={i} id={`hatch-${i}`} />
+        ))}
+      </defs>
+      {shown.sight && viewers.map((robot) => <Sight run={run} robot={robot} tick={tick} cell={cell} />)}
+      {shown.beliefs &&
+        viewers.flatMap((robot) =>
+          robot.view!.beliefs.map(([of, told]) => (
+            <Believed run={run} robot={robot} of={of} told={at(told, tick)} cell={cell} />
+          )),
+        )}
+    </>
+  );
+});
+
+function watched(run: Run, robot: Robot, shown: Shown): boolean {
+  return shown.viewer === EVERYONE || run.robots[shown.viewer] === robot;
+}
+
+function Sight({ run, robot, tick, cell }: { run: Run; robot: Robot; tick: number; cell: number }) {
+  if (robot.view!.sight.length === 0) return null;
+  const { area, border } = shapeOf(run, at(robot.view!.sight, tick)[1], cell);
+  return (
+    <g class="sight" data-viewer={robot.name} style={{ "--colour": robot.look.colour }}>
+      <path class="area" d={area} />
+      <path class="border" d={border} />
+    </g>
+  );
+}
+
+interface BelievedProps {
+  run: Run;
+  robot: Robot;
+  of: number;
+  told: Told;
+  cell: number;
+}
+
+function Believed({ run, robot, of, told, cell }: BelievedProps) {
+  const [tick, seen, set] = told;
+  if (set < 0 || tick < 0) return null;
+  const { area, border } = shapeOf(run, set, cell);
+  const other = run.robots[of]!;
+  return (
+    <g
+      class={seen ? "belief seen" : "belief"}
+      data-viewer={robot.name}
+      data-of={other.name}
+      style={{ "--colour": other.look.colour }}
+    >
+      {!seen && <path d={area} fill={`url(#hatch-${of})`} />}
+      <path class="border" d={border} />
+    </g>
+  );
+}
+
+/** What a robot knows of the others since it last looked, at the beginning of its turn. */
+export function knowledgeOf(run: Run, robot: Robot, tick: number): string[] {
+  return (robot.view?.beliefs ?? []).flatMap(([of, told]) => {
+    const [, seen, set] = at(told, tick);
+    if (set < 0) return [];
+    const name = run.robots[of]!.name;
+    const count = sizeOf(run, set);
+    const first = runsOf(run, set)[0]?.[0] ?? 0;
+    const where = count === 1 ? label(run, first) : `one of ${count} regions`;
+    return [`last look: ${seen ? "saw" : "believes"} ${name} ${seen ? "at" : "in"} ${where}`];
+  });
+}
+
+/** What is to be said of a region in the shading that is shown. */
+export function shadesAt(run: Run, region: number, tick: number, shown: Shown): string[] {
+  return viewersOf(run)
+    .filter((robot) => watched(run, robot, shown))
+    .flatMap((robot) => {
+      const { sight, beliefs } = robot.view!;
+      const told: string[] = [];
+      if (shown.sight && sight.length > 0 && holds(run, at(sight, tick)[1], region)) {
+        told.push(`in sight of ${robot.name}`);
+      }
+      for (const [of, changes] of shown.beliefs ? beliefs : []) {
+        const [, seen, set] = at(changes, tick);
+        if (set < 0 || !holds(run, set, region)) continue;
+        const name = run.robots[of]!.name;
+        told.push(seen ? `${robot.name} saw ${name} here` : `${robot.name} believes ${name} may be here`);
+      }
+      return told;
+    });
+}
