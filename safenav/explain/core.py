@@ -7,7 +7,7 @@ strategy even less.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import replace
 
 from safenav.explain.explanation import (
@@ -27,6 +27,9 @@ from safenav.spec.task import Task
 from safenav.synthesis.outcome import Verdict
 from safenav.world.map import Heading, Region, RegionMap
 
+MOST_AT_ONCE = 64
+"""Members that are tried one by one, several at a time, before any search."""
+
 
 def find_core(
     spec: Specification, task: Task, world: RegionMap, found: Diagnosis, ask: Questions
@@ -37,28 +40,61 @@ def find_core(
     is then not known to be minimal.
     """
     before = ask.asked
-    unknown = False
+    search = _Search(spec, ask)
+    members = search.first_failing(_choices(_members(spec, task, world), task, world, found))
+    walls = [m for m in members if _is_wall(m)]
+    rest = search.minimal([m for m in members if not _is_wall(m)], walls)
+    walls = search.minimal(walls, rest)
+    walls = search.minimal([part for m in walls for part in _split(m)], rest)
+    core = [*rest, *walls]
+    alone = ask.verdict(cooperative(search.with_only(core))) is Verdict.UNREALIZABLE
+    fairness = dict.fromkeys(c.origin for c in spec.section(Section.ENV_LIVENESS))
+    return Core(tuple(core), alone, tuple(fairness), not search.unknown, ask.asked - before)
 
-    def fails(members: Sequence[Member]) -> bool:
-        nonlocal unknown
-        verdict = ask.verdict(with_guarantees(spec, (c for m in members for c in m.constraints)))
-        unknown = unknown or verdict not in (Verdict.REALIZABLE, Verdict.UNREALIZABLE)
+
+class _Search:
+    """Questions about subsets of one specification's guarantees. ``unknown``: whether one of
+    them could not be answered within the limits."""
+
+    def __init__(self, spec: Specification, ask: Questions) -> None:
+        self._spec = spec
+        self._ask = ask
+        self.unknown = False
+
+    def with_only(self, members: Iterable[Member]) -> Specification:
+        return with_guarantees(self._spec, (c for m in members for c in m.constraints))
+
+    def fails(self, members: Iterable[Member]) -> bool:
+        """Whether these guarantees are proven to be unrealizable."""
+        verdict = self._ask.verdict(self.with_only(members))
+        self.unknown = self.unknown or verdict not in (Verdict.REALIZABLE, Verdict.UNREALIZABLE)
         return verdict is Verdict.UNREALIZABLE
 
-    every = _members(spec, task, world)
+    def first_failing(self, choices: Sequence[list[Member]]) -> list[Member]:
+        """The first choice that fails; the last one is everything."""
+        return next((few for few in choices[:-1] if self.fails(few)), choices[-1])
+
+    def minimal(self, members: list[Member], background: list[Member]) -> list[Member]:
+        """What of ``members`` is needed to fail together with ``background``."""
+        without = [[*background, *members[:k], *members[k + 1 :]] for k in range(len(members))]
+        if len(members) <= MOST_AT_ONCE:
+            self._ask.prepare([self.with_only(some) for some in without])
+            if not any(map(self.fails, without)):
+                return members
+        return minimal_subset(members, lambda some: self.fails([*background, *some]))
+
+
+def _choices(
+    every: list[Member], task: Task, world: RegionMap, found: Diagnosis
+) -> list[list[Member]]:
+    """Guarantees that probably fail already, fewest first; the last choice is all of them."""
     choices = []
     if found.cause is Cause.NO_WAY:
         dividing = _dividing(task, world, found.lost)
         choices.append([part for m in every for part in _split(m) if _within(part, dividing)])
     beside = {world.step(region, heading) for region in found.confined for heading in Heading}
     choices.append([m for m in every if not _is_wall(m) or beside.intersection(m.regions)])
-    members = next((few for few in choices if fails(few)), every)
-    core = minimal_subset(members, fails)
-    core = minimal_subset([part for m in core for part in _split(m)], fails)
-    reduced = with_guarantees(spec, (c for m in core for c in m.constraints))
-    alone = ask.verdict(cooperative(reduced)) is Verdict.UNREALIZABLE
-    fairness = dict.fromkeys(c.origin for c in spec.section(Section.ENV_LIVENESS))
-    return Core(tuple(core), alone, tuple(fairness), not unknown, ask.asked - before)
+    return [*choices, every]
 
 
 def _members(spec: Specification, task: Task, world: RegionMap) -> list[Member]:

@@ -48,8 +48,9 @@ def explain(scenario: Scenario, task: Task, synthesizer: Synthesizer, judge: Jud
                 Cause.PARKED_ROBOT,
                 replace(found, cause=Cause.PARKED_ROBOT, culprits=holding),
             )
-    problem = Problem(scenario, task, cause, found)
-    repairs = find_repairs(problem, judge, REPAIR_SECONDS)
+    deadline = time.monotonic() + REPAIR_SECONDS
+    problem = Problem(scenario, task, cause, found, deadline)
+    repairs = find_repairs(problem, judge)
     if cause in (Cause.CORNERED, Cause.KEPT_AWAY):
         repairs += tuple(helpful_assumptions(spec, task, world, ask))
     seconds = time.monotonic() - begun

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 from safenav.spec.specification import Constraint, Owner, Section, Specification
@@ -22,6 +23,14 @@ class Questions:
         self._synthesizer = synthesizer
         self._known: dict[str, Verdict] = {}
         self.asked = 0
+
+    def prepare(self, specs: Sequence[Specification]) -> None:
+        """Ask about several specifications at once, on all processors."""
+        texts = {spec.to_structuredslugs(): spec for spec in specs}
+        open_ = {text: spec for text, spec in texts.items() if text not in self._known}
+        results = self._synthesizer.synthesize_all(list(open_.values()), strategy=False)
+        self.asked += len(open_)
+        self._known.update(zip(open_, (result.verdict for result in results), strict=True))
 
     def verdict(self, spec: Specification) -> Verdict:
         """The verdict, or the limit that was reached."""

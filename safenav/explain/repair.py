@@ -6,6 +6,7 @@ each that is offered was put to the synthesizer. Nothing is offered unasked.
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -18,7 +19,7 @@ from safenav.scenario.objective import Hold, Ltl, Objective, Patrol, Visit, targ
 from safenav.spec.objective import NO_MEMORY
 from safenav.spec.task import Task
 from safenav.world.map import Heading, Region
-from safenav.world.mobility import Mobility, Pose
+from safenav.world.mobility import Mobility, Pose, distances
 
 Judge = Callable[[Scenario], bool]
 """Whether the robot in question has a strategy at the start of a scenario."""
@@ -27,6 +28,8 @@ OFFERED = 2
 """Repairs of one kind that are enough."""
 TRIED = 8
 """Candidates of one kind that are put to the synthesizer at most."""
+LOOKED_AT = 40
+"""Regions that are looked at as another start."""
 
 K = RepairKind
 _FIRST: dict[Cause, tuple[RepairKind, ...]] = {
@@ -52,22 +55,27 @@ class Problem:
     task: Task
     cause: Cause
     diagnosis: Diagnosis
+    deadline: float = math.inf
+
+    @property
+    def late(self) -> bool:
+        """Whether it is time to be content with what was found (by the monotonic clock)."""
+        return time.monotonic() > self.deadline
 
     @property
     def robot(self) -> Robot:
         return self.scenario.robot(self.task.robot.name)
 
 
-def find_repairs(problem: Problem, judge: Judge, seconds: float) -> tuple[Repair, ...]:
-    """Repairs that work, those of the likeliest kind first, found within some seconds."""
-    end = time.monotonic() + seconds
+def find_repairs(problem: Problem, judge: Judge) -> tuple[Repair, ...]:
+    """Repairs that work, those of the likeliest kind first, found before the deadline."""
     found: list[Repair] = []
     for kind in _FIRST[problem.cause]:
         if kind is K.REMOVE_WALLS and any(repair.kind is K.OPEN_WALL for repair in found):
             continue
         good = 0
         for tried, candidate in enumerate(_candidates(kind, problem)):
-            if good == OFFERED or tried == TRIED or time.monotonic() > end:
+            if good == OFFERED or tried == TRIED or problem.late:
                 break
             if candidate.scenario is not None and judge(candidate.scenario):
                 found.append(candidate)
@@ -114,9 +122,13 @@ def _starts(problem: Problem) -> Iterator[Repair]:
     """Another start, nearest first, from which the robot could do it alone."""
     scenario, robot = problem.scenario, problem.robot
     taken = {other.start.region for other in scenario.robots if other is not robot}
-    for region in _nearest(robot.start.region, scenario):
-        if region == robot.start.region or region in taken:
+    within = _rooms_with_all_targets(problem)
+    near = [r for r in _nearest(robot.start.region, scenario) if r in within and r not in taken]
+    for region in near[:LOOKED_AT]:
+        if region == robot.start.region:
             continue
+        if problem.late:
+            return
         headings: tuple[Heading | None, ...] = (None,)
         if robot.start.heading is not None:
             headings = (robot.start.heading, *Heading)
@@ -173,7 +185,9 @@ def _other_starts(problem: Problem) -> Iterator[Repair]:
     for name in names:
         other = scenario.robot(name)
         taken = {r.start.region for r in scenario.robots if r is not other}
-        for region in _nearest(other.start.region, scenario):
+        for region in _nearest(other.start.region, scenario)[:LOOKED_AT]:
+            if problem.late:
+                return
             if region == other.start.region or region in taken:
                 continue
             moved = replace(other, start=replace(other.start, region=region))
@@ -225,6 +239,19 @@ def _hopeful(robot: Robot, problem: Problem, blocked: frozenset[Region] | None =
     world = problem.scenario.map
     solo = play(robot.model.mobility, robot.start, robot.objective, NO_MEMORY, world, blocked)
     return solo.winnable
+
+
+def _rooms_with_all_targets(problem: Problem) -> set[Region]:
+    """The regions from which somebody who can turn gets to every target."""
+    world, targets = problem.scenario.map, problem.task.targets
+    if not targets:
+        return set(world.free)
+    found: set[Region] = set()
+    for region in targets[0]:
+        room = distances(Mobility.FREE, Pose(region), world)
+        if all(any(r in room for r in target) for target in targets):
+            found.update(room)
+    return found
 
 
 def _nearest(region: Region, scenario: Scenario) -> list[Region]:

@@ -1,0 +1,105 @@
+"""How long explanations take: the fast path (graph search) and everything.
+
+    python benchmarks/explain.py [--repeat 3]
+
+All shipped unrealizable scenarios, and two rooms without a door from 7 x 13 to 50 x 50. Nothing
+is cached. Bars: the fast path under 200 ms, a whole explanation under 5 s. CPU seconds count the
+synthesizer's, too.
+"""
+
+from __future__ import annotations
+
+import argparse
+import resource
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+sys.path[:0] = [str(ROOT)]
+
+from safenav.explain.sentence import explain_unrealizable  # noqa: E402
+from safenav.report.table import table  # noqa: E402
+from safenav.runtime.controllers import first_answers  # noqa: E402
+from safenav.runtime.explanation import explain_team  # noqa: E402
+from safenav.scenario.loader import load_scenario, load_scenario_text  # noqa: E402
+from safenav.scenario.model import Scenario  # noqa: E402
+from safenav.synthesis.cache import Cache  # noqa: E402
+from safenav.synthesis.slugs import Synthesizer  # noqa: E402
+
+SIZES = ((7, 13), (12, 20), (20, 30), (50, 50))
+
+
+def main() -> None:
+    """Measure and print one line a scenario."""
+    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    options.add_argument("--repeat", type=int, default=3)
+    repeat = options.parse_args().repeat
+    headings = ("scenario", "cause", "core", "queries", "repairs", "fast ms", "all s", "CPU s")
+    rows = []
+    for name, scenario in _scenarios():
+        ask = Synthesizer(cache=Cache.off())
+        (failed,) = [a for a in first_answers(scenario, ask).values() if not a.realizable]
+        task = failed.task
+
+        def fast(task=task, scenario=scenario) -> str:  # type: ignore[no-untyped-def]
+            return explain_unrealizable(task.robot, task, scenario.map)
+
+        fast_wall = min(_timed(fast)[0] for _ in range(repeat))
+        (found,) = explain_team(scenario, ask)
+        figures = [_timed(lambda s=scenario, a=ask: explain_team(s, a)) for _ in range(repeat)]
+        wall, cpu = min(w for w, _ in figures), min(c for _, c in figures)
+        rows.append(
+            (
+                name,
+                found.cause.value,
+                len(found.core.members),
+                found.core.queries,
+                len(found.repairs),
+                round(fast_wall * 1000, 1),
+                round(wall, 2),
+                round(cpu, 2),
+            )
+        )
+    print("\n".join(table(headings, rows)))
+
+
+def _scenarios() -> Iterator[tuple[str, Scenario]]:
+    for file in sorted((ROOT / "scenarios" / "unrealizable").glob("*.yaml")):
+        yield file.stem, load_scenario(file, reachable=False)
+    for rows, cols in SIZES:
+        yield f"rooms {rows} x {cols}", _two_rooms(rows, cols)
+
+
+def _two_rooms(rows: int, cols: int) -> Scenario:
+    half = cols // 2
+    inside = "#" + "." * (half - 1) + "#" + "." * (cols - half - 2) + "#"
+    grid = ["#" * cols, *[inside] * (rows - 2), "#" * cols]
+    start, target = cols + 1, (rows - 1) * cols - 2
+    lines = "\n".join(f"    {line}" for line in grid)
+    text = f"""
+safenav: 1
+map:
+  grid: |
+{lines}
+robots:
+  digit: {{model: digit, start: {start}, heading: east, objective: {{patrol: [{target}, {start}]}}}}
+"""
+    return load_scenario_text(text, reachable=False)
+
+
+def _timed(work: Callable[[], object]) -> tuple[float, float]:
+    """Wall and CPU seconds, those of ended children included."""
+    wall, cpu = time.perf_counter(), _cpu()
+    work()
+    return time.perf_counter() - wall, _cpu() - cpu
+
+
+def _cpu() -> float:
+    uses = (resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+    return sum(use.ru_utime + use.ru_stime for use in uses)
+
+
+if __name__ == "__main__":
+    main()
