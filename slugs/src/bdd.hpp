@@ -135,8 +135,6 @@ public:
   std::size_t size(const Bdd &f);                           // nodes, without the constant
 
   void collect();
-  // While forbidden, edges without handles stay valid until collect().
-  void allow_collection(bool allowed) { collection_allowed_ = allowed; }
   // Moves each pair to its best position, largest first (Rudell 1993).  Stops
   // moving a pair when the diagrams exceed `growth` times their best size.
   // Appends to the log.  After a LimitReached out of here or undo() nothing but
@@ -162,6 +160,7 @@ public:
 private:
   friend class Bdd;
   friend class Sifting;
+  friend class CollectionPause;
 
   struct Node {
     Edge low;
@@ -250,6 +249,18 @@ private:
   std::vector<Var> var_at_level_;
   std::vector<QuantifiedSet> sets_;
   Bdd *handles_ = nullptr;
+};
+
+// While it lives, edges without handles stay valid until collect() is called.
+class CollectionPause {
+public:
+  explicit CollectionPause(BddStore &store) : store_(store) { store.collection_allowed_ = false; }
+  ~CollectionPause() { store_.collection_allowed_ = true; }
+  CollectionPause(const CollectionPause &) = delete;
+  CollectionPause &operator=(const CollectionPause &) = delete;
+
+private:
+  BddStore &store_;
 };
 
 inline Bdd Bdd::operator&(const Bdd &other) const { return store_->conjunction(*this, other); }

@@ -25,7 +25,7 @@ public:
 
   void run() {
     BddStore &store = game_.store;
-    store.allow_collection(false);
+    const CollectionPause no_collection(store);
     const std::size_t collect_at = 2 * store.live_nodes() + (1u << 18);
     meet_initial();
     sink_.begin();
@@ -48,7 +48,6 @@ public:
       statistics_.strategy_edges += list_.size();
     }
     sink_.end();
-    store.allow_collection(true);
   }
 
 private:

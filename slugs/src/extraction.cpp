@@ -30,7 +30,7 @@ public:
         ranks_(game.store, cofactor_, game.guarantees), print_order_(game.specification.print_order()) {}
 
   void run(const Bdd &winning) {
-    game_.store.allow_collection(false);
+    const CollectionPause no_collection(game_.store);
     strategies_.prepare_cofactors();
     collect_at_ = 2 * game_.store.live_nodes() + (1u << 18);
     std::vector<Word> valuation(words_for(game_.store.bits()));
@@ -40,7 +40,7 @@ public:
     std::vector<Word> state(valuation.size());
     for (std::size_t id = 0; id < nodes_.size(); ++id) {
       if ((id & 0x3FF) == 0)
-        pause();
+        make_room();
       state.assign(nodes_.state(id), nodes_.state(id) + state.size());
       const std::uint32_t rank = nodes_.rank(id);
       const std::vector<std::uint64_t> &list = successors(state.data(), rank);
@@ -51,7 +51,6 @@ public:
       statistics_.strategy_edges += list.size();
     }
     sink_.end();
-    game_.store.allow_collection(true);
   }
 
 private:
@@ -71,7 +70,7 @@ private:
   }
 
   // Between nodes: limits, and memory that only speeds things up.
-  void pause() {
+  void make_room() {
     game_.store.account().budget().check();
     if (game_.store.live_nodes() > collect_at_ || !room_to_remember()) {
       remembered_.clear();

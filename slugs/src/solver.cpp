@@ -84,11 +84,16 @@ struct Solver::Implementation {
   }
 
   // Small diagrams are not the aim, cheap steps are, and sometimes the former
-  // makes the latter dearer: then the former order is restored.
+  // makes the latter dearer: then the former order is restored.  `step` is work
+  // such as that to come, if there is any to compare by.
   void sift_if_grown(const std::function<void()> &step) {
     BddStore &store = game->store;
     if (store.collected_nodes() < sift_at)
       return;
+    if (!step) {
+      sift();
+      return plan_sifting(4);
+    }
     store.collect();
     const auto cost = [&] {
       store.clear_cache();
@@ -113,16 +118,19 @@ struct Solver::Implementation {
 };
 
 void Solver::Implementation::solve() {
+  // Left over if a limit ended an earlier attempt; handles go before their store.
+  fixpoint.reset();
+  game.reset();
   timed(Phase::Build, [&] {
     const std::vector<std::uint32_t> order =
         options.start_order.empty() ? force_order(specification) : options.start_order;
     game.emplace(specification, order, budget);
     sift_at = 1 << 16;
-    game->build([this] { sift_if_grown([] {}); });
+    game->build([this] { sift_if_grown(nullptr); });
     plan_sifting(4);
   });
   timed(Phase::Reach, [&] {
-    const Bdd reachable = reachable_states(*game, [this] { sift_if_grown([] {}); });
+    const Bdd reachable = reachable_states(*game, [this] { sift_if_grown(nullptr); });
     statistics.reachable_states = game->store.count(reachable, game->current_vars());
     game->restrict_to(reachable);
     game->store.collect();

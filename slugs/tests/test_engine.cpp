@@ -10,6 +10,7 @@
 #include "expect.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <numeric>
 #include <random>
 #include <sstream>
@@ -291,6 +292,45 @@ void limits_end_a_run_wherever_it_is() {
   EXPECT(solver.statistics().seconds[0] > 0);
 }
 
+void a_run_can_start_again_after_an_interrupt() {
+  const Specification specification = read(robot);
+  const Result wanted = solve(specification, {});
+  std::atomic<bool> interrupted{false};
+  Budget budget;
+  budget.interrupted = &interrupted;
+  class Interrupting : public StrategySink {
+  public:
+    explicit Interrupting(std::atomic<bool> &flag) : flag_(flag) {}
+    void begin() override { flag_ = true; }
+    void node(std::uint64_t, std::uint32_t, const std::vector<bool> &,
+              const std::vector<std::uint64_t> &) override {}
+    void end() override {}
+
+  private:
+    std::atomic<bool> &flag_;
+  };
+  Solver solver(specification, {}, budget);
+  const auto stops = [&](auto work) {
+    try {
+      work();
+    } catch (const LimitReached &limit) {
+      return limit.kind == LimitKind::Interrupt;
+    }
+    return false;
+  };
+  interrupted = true;
+  EXPECT(stops([&] { solver.verdict(); }));
+  interrupted = false;
+  EXPECT(solver.verdict() == wanted.verdict);
+  Interrupting interrupting(interrupted);
+  EXPECT(stops([&] { solver.strategy(interrupting); }));
+  interrupted = false;
+  std::ostringstream out;
+  JsonStrategy sink(specification, out);
+  solver.strategy(sink);
+  EXPECT_EQ(out.str(), wanted.json);
+}
+
 // 2^40 initial states and as many successors of each.
 void strategies_larger_than_memory_reach_the_limit() {
   std::string text = "[INPUT]\n";
@@ -350,6 +390,7 @@ int main() {
     both_forms_show_the_same_automaton();
     statistics_describe_the_run();
     limits_end_a_run_wherever_it_is();
+    a_run_can_start_again_after_an_interrupt();
     strategies_larger_than_memory_reach_the_limit();
     two_solvers_live_side_by_side();
     a_specification_without_variables_has_one_state();
