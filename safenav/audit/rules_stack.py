@@ -37,6 +37,8 @@ class PushRule(Rule):
 
     def _tasks(self, record: Push, request: Request, now: Situation) -> Iterator[tuple[str, str]]:
         for robot, objective in record.objectives.items():
+            if robot in (record.helper, record.requester) and _both_formulas(robot, record, now):
+                continue  # raw formulas keep their safety and get another goal: not judged
             if robot == record.helper:
                 where = set(request.regions)
                 if not any(target <= where for target in objective.targets):
@@ -46,6 +48,10 @@ class PushRule(Rule):
                     yield robot, f"{robot} waits for {record.obstacle}, but gets {objective}"
             elif objective != now.objectives[robot]:
                 yield robot, f"{robot} has no part in this, but gets {objective}"
+
+
+def _both_formulas(robot: str, record: Push, now: Situation) -> bool:
+    return record.objectives[robot].kind == now.objectives[robot].kind == "ltl"
 
 
 class PopRule(Rule):

@@ -135,7 +135,7 @@ class Controllers:
             if before is None or before.assignment is not planner.assignment:
                 fresh.append(name)
             else:
-                planner.begun = before.begun
+                planner.begun, planner.before = before.begun, before.before
         for name in fresh:
             if name not in self._state.transits:
                 self.begin(name)

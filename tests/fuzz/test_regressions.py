@@ -1,0 +1,84 @@
+"""What the campaigns found, shrunk, each with its story."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import yaml
+
+from fuzz.test_missions import play
+from safenav.scenario.model import Outcome
+
+CATALOGUE = """
+catalogue:
+  robots:
+    rover: {mobility: free, layer: ground, capabilities: [push]}
+    cart: {mobility: free, layer: ground, capabilities: [], timing: {least: 1, most: 2}}
+"""
+
+
+def _play(text: str) -> Outcome:
+    data: dict[str, Any] = yaml.safe_load(text + CATALOGUE)
+    played = play(data)  # audits the trace
+    assert played is not None
+    return played[2]
+
+
+def test_a_robot_that_is_resynthesized_on_its_way_arrives_with_its_past() -> None:
+    """While the cart was between two regions, a door that another robot had met joined the
+    known obstacles, and the cart got a new strategy. Where it arrived, its new planner knew no
+    values from before the step, and the goal of its formulas could not be judged: KeyError."""
+    outcome = _play(
+        """
+safenav: 1
+map: {grid: ["######", "#....#", "#....#", "######"]}
+robots:
+  r0: {model: cart, start: 7, objective: {ltl: {liveness: ["region = 7"]}}}
+  r1: {model: quadcopter, start: 10, objective: {patrol: [7, 8]}}
+  r2: {model: quadcopter, start: 8, objective: {patrol: [7, 8]}}
+obstacles: [{type: door, region: 9}]
+until: {rounds: 1}
+limits: {ticks: 60}
+seed: 3
+deadlock: off
+"""
+    )
+    assert outcome is not Outcome.INTERRUPTED
+
+
+def test_a_helper_with_formulas_keeps_formulas() -> None:
+    """A robot with an ``ltl`` objective helps by another goal in formulas. The audit looked for
+    a target among the resolution regions, of which an ``ltl`` objective has none."""
+    assert (
+        _play(
+            """
+safenav: 1
+map: {grid: ["#####", "#...#", "#...#", "#####"]}
+robots:
+  r0: {model: rover, start: 6, objective: {ltl: {liveness: ["region = 6"]}}}
+  r1: {model: rover, start: 7, objective: {patrol: [6, 8]}}
+  r2: {model: quadcopter, start: 8, objective: {patrol: [6, 7]}}
+obstacles: [{type: door, region: 11}]
+until: {rounds: 1}
+limits: {ticks: 60}
+deadlock: off
+"""
+        )
+        in Outcome
+    )
+
+
+def test_a_requester_with_formulas_waits_by_formulas() -> None:
+    outcome = _play(
+        """
+safenav: 1
+map: {grid: ["#######", "#.....#", "#######"]}
+robots:
+  asker: {model: quadcopter, start: 8, objective: {ltl: {liveness: ["region = 12"]}}}
+  opener: {model: rover, start: 11, objective: {visit: [11]}}
+obstacles: [{type: door, region: 10}]
+until: {rounds: 1}
+limits: {ticks: 60}
+"""
+    )
+    assert outcome is Outcome.COMPLETED
