@@ -17,13 +17,14 @@ if TYPE_CHECKING:
 
 EPILOG = """\b
 TICK is a number, 'last', or the kind of an event (violation, request, push,
-resolved, blocked, pop, goal): the first tick in which there is one.
+yield, resolved, blocked, pop, goal): the first tick in which there is one.
 \b
 Examples:
   safenav replay door.jsonl                      # writes door.html
   safenav replay door.jsonl --svg request -o figure.svg
   safenav replay door.jsonl --png last --width 1600
   safenav replay door.jsonl --gif --ticks 5-20
+  safenav replay door.jsonl --svg 8 --sight digit
   safenav replay door.jsonl --terminal --speed 8
 \b
 Exit codes:
@@ -47,6 +48,9 @@ Exit codes:
     show_default=True,
     help="Ticks a second (GIF, terminal).",
 )
+@click.option(
+    "--sight", metavar="ROBOT", help="Shade what this robot sees and believes (SVG, PNG, GIF)."
+)
 @click.option("--legend/--no-legend", default=True, help="Explain the marks (SVG, PNG).")
 @click.option("--hidden/--no-hidden", default=True, help="Show what nobody knows yet (SVG, PNG).")
 def command(
@@ -59,6 +63,7 @@ def command(
     width: int | None,
     ticks: str | None,
     speed: float,
+    sight: str | None,
     legend: bool,
     hidden: bool,
 ) -> int:
@@ -67,17 +72,22 @@ def command(
     from safenav.report.picture import Options, svg_of
     from safenav.report.picture_file import write_bytes
     from safenav.report.replay_reading import read_replay
+    from safenav.report.replay_shading import shading_of
 
     if sum((svg is not None, png is not None, gif, terminal)) > 1:
         raise UsageError("choose one of --svg, --png, --gif and --terminal")
     replay = read_replay(trace)
+    if sight is not None:
+        _check_viewer(replay, sight)
     if terminal:
         return _show(replay, _ticks(replay, ticks), speed)
     if gif:
-        return _film(replay, output or trace.with_suffix(".gif"), ticks, speed, width)
+        return _film(replay, output or trace.with_suffix(".gif"), ticks, speed, width, sight)
     if svg is not None or png is not None:
         tick = _tick(replay, svg if svg is not None else png or "")
-        picture = svg_of(replay.scene(tick), Options(legend=legend, hidden=hidden))
+        shading = None if sight is None else shading_of(replay, sight, tick)
+        options = Options(legend=legend, hidden=hidden, shading=shading)
+        picture = svg_of(replay.scene(tick), options)
         content = picture.encode()
         if png is not None:
             from safenav.report.picture_raster import png_of
@@ -109,6 +119,18 @@ def _tick(replay: Replay, written: str) -> int:
     )
 
 
+def _check_viewer(replay: Replay, robot: str) -> None:
+    from safenav.report.replay_shading import viewers
+
+    names = [track.name for track in replay.robots]
+    if robot not in names:
+        raise UsageError(f"there is no robot {robot!r}; the run has {', '.join(names)}")
+    if robot not in viewers(replay):
+        raise UsageError(
+            f"nothing to shade: {robot} has no limit of vision, and no beliefs"
+        )
+
+
 def _ticks(replay: Replay, written: str | None) -> range:
     if written is None:
         return range(replay.last + 1)
@@ -130,13 +152,20 @@ def _show(replay: Replay, ticks: range, speed: float) -> int:
     return ExitCode.OK
 
 
-def _film(replay: Replay, path: Path, ticks: str | None, speed: float, width: int | None) -> int:
+def _film(
+    replay: Replay,
+    path: Path,
+    ticks: str | None,
+    speed: float,
+    width: int | None,
+    sight: str | None,
+) -> int:
     from safenav.report.picture_file import write_whole
     from safenav.report.picture_raster import Film, write_gif
 
     shown = _ticks(replay, ticks)
     steps = max(1, min(3, round(12 / speed)))
-    film = Film(shown.start, shown.stop - 1, speed, steps, width or 720)
+    film = Film(shown.start, shown.stop - 1, speed, steps, width or 720, sight)
     with click.progressbar(length=film.frames, label="drawing", file=sys.stderr) as bar:
         write_whole(path, lambda part: write_gif(replay, part, film, lambda _: bar.update(1)))
     return ExitCode.OK

@@ -15,10 +15,12 @@ from safenav.report.picture_glyphs import (
     looks,
     separated,
 )
-from safenav.report.picture_legend import key_row, legend_of
+from safenav.report.picture_legend import Row, key_row, legend_of
+from safenav.report.picture_shading import draw_shading, draw_taken, shading_rows, taken_row
 from safenav.report.picture_svg import SvgWriter, number
 from safenav.report.picture_text import wrapped
 from safenav.report.replay import EventKind, Hidden, Placed, Scene, Status
+from safenav.report.replay_shading import Shading
 from safenav.scenario.objective import targets_of
 from safenav.world.map import Region, RegionMap
 
@@ -41,12 +43,14 @@ class Options:
 
     ``numbers``: None puts region numbers where they can be read. ``caption``: some lines below
     the map instead of a legend, always of the same height (for the frames of a film).
+    ``shading``: what a robot sees and believes.
     """
 
     legend: bool = True
     numbers: bool | None = None
     hidden: bool = True
     caption: str | None = None
+    shading: Shading | None = None
 
 
 def svg_of(scene: Scene, options: Options | None = None) -> str:
@@ -54,7 +58,7 @@ def svg_of(scene: Scene, options: Options | None = None) -> str:
     options = options or Options()
     cell = cell_size(scene.map)
     width, height = scene.map.cols * cell, scene.map.rows * cell
-    legend = legend_of(scene, options.hidden) if options.legend else None
+    legend = legend_of(scene, options.hidden, _more(scene, options)) if options.legend else None
     across, beside = legend.arranged(width, height) if legend else (0.0, False)
     inner = width + across if beside else max(width, across, NARROWEST)
     title = wrapped(scene.title, 17, inner, bold=True)
@@ -83,6 +87,17 @@ def svg_of(scene: Scene, options: Options | None = None) -> str:
     return page.document(inner + 2 * MARGIN, below + MARGIN, scene.title, _described(scene))
 
 
+def _more(scene: Scene, options: Options) -> list[Row]:
+    """Marks that only some scenes have, for the legend."""
+    names = [robot.name for robot in scene.robots]
+    style = looks(names)
+    taken = taken_row(scene.robots, style)
+    rows = [taken] if taken is not None else []
+    if options.shading is not None:
+        rows += shading_rows(options.shading, dict(zip(names, style, strict=True)))
+    return rows
+
+
 def cell_size(world: RegionMap) -> float:
     """Side of one region: 48 for the maps of a paper, less for large ones."""
     return max(14.0, min(48.0, 1150.0 / max(world.cols, world.rows * 1.4)))
@@ -107,13 +122,19 @@ class _Drawing:
     options: Options
 
     def draw(self) -> None:
+        names = [r.name for r in self.scene.robots]
+        style = looks(names)
         self._floor()
-        style = looks([r.name for r in self.scene.robots])
+        if self.options.shading is not None:
+            by_name = dict(zip(names, style, strict=True))
+            draw_shading(self.page, self.options.shading, self.scene.map, self.cell, by_name)
+        self._numbers()
         for i, robot in enumerate(self.scene.robots):
             self._trail(robot, style[i], i - (len(style) - 1) / 2)
         for obstacle, status in self.scene.obstacles:
             if status is not Status.HIDDEN or self.options.hidden:
                 self._obstacle(obstacle, status)
+        draw_taken(self.page, self.scene.robots, self.scene.map, self.cell, style)
         self._targets(style)
         self._violations()
         shifts = separated([(r.row, r.col) for r in self.scene.robots])
@@ -150,7 +171,9 @@ class _Drawing:
                     )
                 col = end + 1
         self.page.path("".join(walls), fill=WALL, stroke=WALL, stroke_width=0.5)
-        numbers = self.options.numbers
+
+    def _numbers(self) -> None:
+        world, cell, numbers = self.scene.map, self.cell, self.options.numbers
         if cell >= 26 if numbers is None else numbers:
             self.page.open_group(font_size=number(cell * 0.17), fill="#8A919C")
             for region in world.free:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from safenav.report.picture_glyphs import NOSE, STATUS_MARKS, Look, looks
@@ -108,8 +108,8 @@ class Legend:
                 below += block.height
 
 
-def legend_of(scene: Scene, hidden: bool) -> Legend:
-    """All that the picture of this scene needs explained."""
+def legend_of(scene: Scene, hidden: bool, more: Sequence[Row] = ()) -> Legend:
+    """All that the picture of this scene needs explained, and ``more`` marks."""
     style = looks([robot.name for robot in scene.robots])
     blocks = [_robots(scene, style)] if scene.robots else []
     obstacles = _obstacles(scene, hidden)
@@ -119,9 +119,9 @@ def legend_of(scene: Scene, hidden: bool) -> Legend:
         blocks.append(_stack(scene.stack))
     told = [event for event in scene.happened if event.kind not in _QUIET]
     if told:
-        rows = tuple(Row(None, _lines(event.text, 12, WIDTH)) for event in told[:6])
+        rows = tuple(Row(None, lines_of(event.text, 12, WIDTH)) for event in told[:6])
         blocks.append(Block("At this tick", rows))
-    blocks.append(_marks(scene, style))
+    blocks.append(_marks(scene, style, more))
     return Legend(tuple(blocks))
 
 
@@ -158,19 +158,20 @@ def key_row(scene: Scene) -> KeyRow:
     return KeyRow(tuple(zip(bodies, names, strict=True)))
 
 
-def _lines(
+def lines_of(
     text: str, size: float, width: float = WIDTH - ICON, bold: bool = False, colour: str = INK
 ) -> tuple[tuple[str, float, bool, str], ...]:
+    """A text as the lines of a row."""
     return tuple((line, size, bold, colour) for line in wrapped(text, size, width, bold))
 
 
 def _robots(scene: Scene, style: tuple[Look, ...]) -> Block:
     rows = []
     for robot, look in zip(scene.robots, style, strict=True):
-        lines = _lines(robot.name, 13, bold=True)
+        lines = lines_of(robot.name, 13, bold=True)
         model = f"{robot.model}, {robot.layer}" if robot.layer else robot.model
-        lines += _lines(model, 12, colour=MUTED)
-        lines += _lines(objective_words(robot.objective), 12)
+        lines += lines_of(model, 12, colour=MUTED)
+        lines += lines_of(objective_words(robot.objective), 12)
         rows.append(Row(_body(look), lines))
     return Block("Robots and objectives", tuple(rows))
 
@@ -189,8 +190,8 @@ def _obstacles(scene: Scene, hidden: bool) -> Block:
     for obstacle, status in scene.obstacles:
         if status is Status.HIDDEN and not hidden:
             continue
-        lines = _lines(obstacle.name, 13, bold=True)
-        lines += _lines(f"{status.meaning}; needs: {obstacle.action}", 12, colour=MUTED)
+        lines = lines_of(obstacle.name, 13, bold=True)
+        lines += lines_of(f"{status.meaning}; needs: {obstacle.action}", 12, colour=MUTED)
         rows.append(Row(_status(status), lines))
     return Block("Obstacles", tuple(rows))
 
@@ -207,13 +208,13 @@ def _stack(stack: tuple[Frame, ...]) -> Block:
     rows = []
     for depth, frame in reversed(list(enumerate(stack, start=1))):
         words = f"{depth}. {frame.about}"
-        lines = _lines(words, 12, WIDTH, bold=True)
-        lines += _lines(frame.roles, 12, WIDTH)
+        lines = lines_of(words, 12, WIDTH, bold=True)
+        lines += lines_of(frame.roles, 12, WIDTH)
         rows.append(Row(None, lines))
     return Block("Objective stack, top first", tuple(rows))
 
 
-def _marks(scene: Scene, style: tuple[Look, ...]) -> Block:
+def _marks(scene: Scene, style: tuple[Look, ...], more: Sequence[Row]) -> Block:
     def wall(page: SvgWriter, x: float, y: float) -> None:
         page.rect(x - 8, y - 8, 16, 16, fill="#3B4048")
 
@@ -236,13 +237,13 @@ def _marks(scene: Scene, style: tuple[Look, ...]) -> Block:
         arrow = f"M{x - 9:.0f},{y:.0f}h17m-5,-4.5l5,4.5l-5,4.5"
         page.path(arrow, stroke=colour, stroke_width=2.6, fill="none")
 
-    rows = [Row(wall, _lines("wall", 12))]
+    rows = [Row(wall, lines_of("wall", 12))]
     if style:
-        rows.append(Row(target, _lines("target of the robot with this shape and colour", 12)))
+        rows.append(Row(target, lines_of("target of the robot with this shape and colour", 12)))
     if any(len(robot.trail) > 1 for robot in scene.robots):
-        rows.append(Row(trail, _lines("the way a robot came, newest part strongest", 12)))
+        rows.append(Row(trail, lines_of("the way a robot came, newest part strongest", 12)))
     if any(robot.heading is not None for robot in scene.robots):
-        rows.append(Row(nose, _lines("where a robot faces", 12)))
+        rows.append(Row(nose, lines_of("where a robot faces", 12)))
     if any(event.kind is EventKind.VIOLATION for event in scene.happened):
-        rows.append(Row(refused, _lines("step that was refused", 12)))
-    return Block("Marks", tuple(rows))
+        rows.append(Row(refused, lines_of("step that was refused", 12)))
+    return Block("Marks", (*rows, *more))

@@ -16,13 +16,20 @@ from safenav.errors import UsageError
 from safenav.report.picture import Options, svg_of
 from safenav.report.picture_text import FONTS
 from safenav.report.replay import EventKind, Replay
+from safenav.report.replay_shading import Shading, shading_of
 
 if TYPE_CHECKING:
     from PIL import Image
 
     from safenav.report.picture_palette import Palette
 
-_HALTS = {EventKind.VIOLATION, EventKind.REQUEST, EventKind.RESOLVED, EventKind.BLOCKED}
+_HALTS = {
+    EventKind.VIOLATION,
+    EventKind.REQUEST,
+    EventKind.YIELD,
+    EventKind.RESOLVED,
+    EventKind.BLOCKED,
+}
 _CAPTIONS = _HALTS | {EventKind.ASSUMPTION, EventKind.OUTCOME}
 
 
@@ -56,6 +63,8 @@ class Film:
     ticks_per_second: float = 4.0
     steps: int = 3
     width: int = 720
+    sight: str | None = None
+    """The robot whose sight and beliefs are shaded."""
 
     @property
     def ticks(self) -> range:
@@ -64,6 +73,9 @@ class Film:
     @property
     def frames(self) -> int:
         return (self.last - self.first) * self.steps + 1
+
+    def shading(self, replay: Replay, tick: int) -> Shading | None:
+        return None if self.sight is None else shading_of(replay, self.sight, tick)
 
 
 def write_gif(
@@ -111,7 +123,7 @@ def _frames(replay: Replay, film: Film) -> Iterator[tuple[str, int]]:
         halt = 2500 if tick == film.last else halt
         for part in range(film.steps if tick < film.last else 1):
             scene = replay.scene(tick, part / film.steps)
-            options = Options(legend=False, caption=caption)
+            options = Options(legend=False, caption=caption, shading=film.shading(replay, tick))
             yield svg_of(scene, options), step + (halt if part == 0 else 0)
 
 
@@ -123,8 +135,11 @@ def _palette(replay: Replay, film: Film) -> Palette:
     ticks = {film.first, film.last}
     ticks |= {e.tick for e in replay.events if e.kind in _HALTS and e.tick in film.ticks}
     chosen = sorted(ticks)[:: max(1, len(ticks) // 8)]
-    options = Options(legend=False, caption="-")
-    return Palette([_image(svg_of(replay.scene(tick), options), film.width) for tick in chosen])
+    images = []
+    for tick in chosen:
+        options = Options(legend=False, caption="-", shading=film.shading(replay, tick))
+        images.append(_image(svg_of(replay.scene(tick), options), film.width))
+    return Palette(images)
 
 
 def _image(svg: str, width: int) -> Image.Image:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from safenav.report.mapdraw import MapPicture, Marker, draw, letters
 from safenav.report.replay import Hidden, Placed, Scene, Status
+from safenav.report.replay_shading import Shading
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import Objective, describe, targets_of
 from safenav.world.map import Region, RegionMap
+from safenav.world.visibility import members, visible_from
 
 
 def scene_of(scenario: Scenario) -> Scene:
@@ -35,6 +37,14 @@ def scene_of(scenario: Scenario) -> Scene:
         for obstacle in scenario.obstacles
     )
     return Scene(scenario.name, "before the run", scenario.map, tuple(robots), obstacles)
+
+
+def sight_of(scenario: Scenario, robot: str) -> Shading:
+    """What a robot sees from its start, as long as no hidden obstacle is known."""
+    viewer = next(r for r in scenario.robots if r.name == robot)
+    view = visible_from(scenario.map, viewer.model.vision)
+    seen = frozenset(members(view.mask(viewer.start.region)))
+    return Shading(robot, viewer.model.vision, seen)
 
 
 def scenario_text(scenario: Scenario, width: int) -> list[str]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from safenav.report.replay import Belief, Replay, Status
+from safenav.report.replay_wording import regions_words
 from safenav.world.map import Region
 from safenav.world.visibility import Visibility, members, visible_from
 
@@ -47,6 +48,18 @@ def shading_of(replay: Replay, robot: str, tick: int) -> Shading:
     sight = Sight(replay).mask(robot, tick)
     seen = None if sight is None else frozenset(members(sight))
     return Shading(robot, track.vision, seen, beliefs)
+
+
+def shading_lines(shading: Shading) -> list[str]:
+    """The same in words: ``digit sees 14-16``, ``digit believes quad in 22-24``."""
+    lines = []
+    if shading.sight is not None:
+        lines.append(f"{shading.robot} sees {regions_words(shading.sight)}")
+    for other, belief in shading.beliefs:
+        verb = "saw" if belief.seen else "believes"
+        place = f"{'at' if belief.seen else 'in'} {regions_words(belief.regions)}"
+        lines.append(f"{shading.robot} {verb} {other} {place}")
+    return lines
 
 
 @dataclass

@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 
 import click
 
 from safenav.report.mapdraw import MapPicture, Marker, draw, letters
 from safenav.report.replay import EventKind, Replay, Status
+from safenav.report.replay_shading import shading_lines, shading_of, viewers
 from safenav.report.replay_wording import objective_words
 from safenav.scenario.objective import targets_of
 
@@ -20,6 +22,7 @@ _BEGIN, _FRAME, _REST, _END = "\x1b[?25l\x1b[2J", "\x1b[H", "\x1b[J", "\x1b[?25h
 _COLOURS = {
     EventKind.VIOLATION: "red",
     EventKind.REQUEST: "yellow",
+    EventKind.YIELD: "blue",
     EventKind.RESOLVED: "green",
     EventKind.BLOCKED: "magenta",
     EventKind.OUTCOME: "cyan",
@@ -56,6 +59,14 @@ def frame(replay: Replay, tick: int, recent: int = 6) -> list[str]:
         lines.append(
             f"{sign[track.name]} {track.name} at {at}: {objective_words(objectives[track.name])}"
         )
+        transit = track.transit(tick)
+        if transit is not None:
+            lines[-1] += f" (on its way to {replay.map.label(transit[0])})"
+    lines += [
+        line
+        for viewer in viewers(replay)
+        for line in shading_lines(replace(shading_of(replay, viewer, tick), sight=None))
+    ]
     for depth, held in reversed(list(enumerate(scene.stack, start=1))):
         lines.append(f"stack {depth}: {held.about} ({held.roles})")
     lines.append("")

@@ -185,6 +185,17 @@ def _counted(number: int, noun: str) -> str:
     return f"{number} {noun}" + ("" if number == 1 else "s")
 
 
+def regions_words(regions: Iterable[int]) -> str:
+    """Regions in short: ``22-24, 35``."""
+    runs: list[tuple[int, int]] = []
+    for region in sorted(regions):
+        if runs and region == runs[-1][1] + 1:
+            runs[-1] = (runs[-1][0], region)
+        else:
+            runs.append((region, region))
+    return ", ".join(str(a) if a == b else f"{a}-{b}" for a, b in runs)
+
+
 def listed(names: Iterable[str]) -> str:
     """``a``, ``a and b``, ``a, b and c``; ``nobody`` without any."""
     words = list(names)
