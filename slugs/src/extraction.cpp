@@ -32,7 +32,8 @@ public:
   void run(const Bdd &winning) {
     const CollectionPause no_collection(game_.store);
     strategies_.prepare_cofactors();
-    collect_at_ = 2 * game_.store.live_nodes() + (1u << 18);
+    game_.store.collect();
+    collect_at_ = game_.store.live_nodes() + (1u << 18);
     std::vector<Word> valuation(words_for(game_.store.bits()));
     meet_initial((winning & game_.env_init & game_.sys_init).edge(), 0, valuation);
     sink_.begin();
