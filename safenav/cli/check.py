@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from pathlib import Path
 
 import click
@@ -75,6 +76,7 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
                 click.echo(f"    assumes: {assumption}")
             if not good:
                 click.echo(f"    {verdict['explanation']}")
+                click.echo(f"    safenav explain {shlex.quote(str(scenario))} says what would help")
         for line in warnings:
             word = "" if line.startswith(" ") else click.style("warning: ", fg="yellow", bold=True)
             click.echo(f"{word}{line}", err=True)

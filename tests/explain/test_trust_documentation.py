@@ -1,0 +1,39 @@
+"""docs/trust.md: its tables are complete, and its commands do what it says."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+
+from explain.conftest import Invoke
+from safenav.cli import explain, synth, verify
+from safenav.explain.explanation import Cause
+from safenav.runtime.monitor import PATIENCE
+
+ROOT = Path(__file__).parents[2]
+TEXT = (ROOT / "docs" / "trust.md").read_text(encoding="utf-8")
+
+
+def test_every_cause_is_explained() -> None:
+    table = TEXT.split("| cause |")[1].split("\n\n")[0]
+    named = re.findall(r"`(\w+)`", table)
+    assert {cause.value for cause in Cause} <= set(named)
+
+
+def test_the_patience_of_the_monitors_is_the_one_told() -> None:
+    assert f"{PATIENCE} ticks or more" in TEXT
+
+
+def test_its_commands_work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, invoke: Invoke) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "scenarios").symlink_to(ROOT / "scenarios")
+    commands = {"explain": explain.command, "synth": synth.command, "verify": verify.command}
+    expected = {"explain": 1, "synth": 0, "verify": 0}
+    lines = re.findall(r"^    safenav (\w.*)$", TEXT, re.MULTILINE)
+    assert {line.split()[0] for line in lines} == set(commands)
+    for line in lines:
+        name, *arguments = shlex.split(line)
+        assert invoke(commands[name], *arguments).status == expected[name], line
