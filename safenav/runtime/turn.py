@@ -206,6 +206,12 @@ class Turns:
                 else sorted(watch_for(task, self._state.scenario.map).possible(known))
             )
             self._state.emit(Believed(self._state.tick, robot.name, other, seen, regions))
+        for (name, other), known in list(self._told.items()):
+            # Nobody looks for those who wait: where they do is known to the team.
+            where = self._state.poses[other].region
+            if name == robot.name and other not in knowledge and known != where:
+                self._told[name, other] = where
+                self._state.emit(Believed(self._state.tick, name, other, False, [where]))
 
     def _act(self, robot: Robot) -> Impasse | None:
         for obstacle, traversable in self._world.act(robot):

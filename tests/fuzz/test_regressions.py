@@ -13,6 +13,7 @@ CATALOGUE = """
 catalogue:
   robots:
     rover: {mobility: free, layer: ground, capabilities: [push]}
+    walker: {mobility: heading, layer: ground, capabilities: [clear]}
     cart: {mobility: free, layer: ground, capabilities: [], timing: {least: 1, most: 2}}
 """
 
@@ -82,3 +83,23 @@ limits: {ticks: 60}
 """
     )
     assert outcome is Outcome.COMPLETED
+
+
+def test_a_robot_that_waits_is_believed_where_it_waits() -> None:
+    """Once ``holder`` had come to its place, ``watcher`` was synthesized with it as an obstacle
+    and kept track of it no longer: the trace went on saying where it was last seen."""
+    _play(
+        """
+safenav: 1
+map: {grid: ["#######", "#.....#", "#.....#", "#######"]}
+robots:
+  holder: {model: quadcopter, start: 8, objective: {hold: 19}}
+  watcher: {model: quadcopter, start: 10, tracking: belief, vision: 2, objective: {visit: [8]}}
+  walker: {model: walker, start: 11, heading: north, objective: {visit: [8]}}
+obstacles:
+  - {type: door, region: 9}
+  - {type: uncertainty, region: 12, traversable: false}
+until: {rounds: 1}
+limits: {ticks: 60}
+"""
+    )
