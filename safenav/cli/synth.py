@@ -20,12 +20,14 @@ EPILOG = """\b
 Examples:
   safenav synth scenarios/case_study_1.yaml
   safenav synth scenarios/case_study_1.yaml --robot digit -o out
+  safenav synth scenarios/case_study_1.yaml -o out --plot
 \b
 Files written for each robot R into DIR:
   R.structuredslugs  the specification, with the origin of each constraint
   R.json             the strategy, as slugs prints it
   R.dot              the automaton for Graphviz
   R.graphml          the automaton for networkx, Gephi, yEd
+  R.svg              with --plot: the automaton, or a summary on the map if it is large
 \b
 Exit codes:
   0  all realizable   1  some robot is unrealizable (--strict: or warned)   2  bad input
@@ -39,10 +41,16 @@ Exit codes:
 @click.option(
     "-o", "--output", type=click.Path(path_type=Path), help="Directory to write files into."
 )
+@click.option("--plot", is_flag=True, help="Draw each strategy into DIR, too (R.svg).")
 @click.option("--verify/--no-verify", default=True, help="Check each strategy independently.")
 @click.option("--strict", is_flag=True, help="Warnings count as unrealizable.")
 def command(
-    scenario: Path, robot: str | None, output: Path | None, verify: bool, strict: bool
+    scenario: Path,
+    robot: str | None,
+    output: Path | None,
+    plot: bool,
+    verify: bool,
+    strict: bool,
 ) -> int:
     """Synthesize the controllers for the start of SCENARIO and print their size."""
     from safenav.report.waiting import WaitingLine
@@ -50,6 +58,8 @@ def command(
     from safenav.scenario.loader import load_scenario
     from safenav.synthesis.slugs import Synthesizer
 
+    if plot and output is None:
+        raise UsageError("--plot writes files: name a directory with -o")
     plan = load_scenario(scenario)
     names = [r.name for r in plan.robots]
     if robot is not None and robot not in names:
@@ -62,7 +72,7 @@ def command(
     answers = first_answers(plan, synthesizer, WaitingLine(), wanted)
     if output is not None:
         for answer in answers.values():
-            _write_all(answer, plan, output)
+            _write_all(answer, plan, output, plot)
     _print_statistics(answers, plan)
     if output is not None:
         click.echo(f"\nwritten to {output}")
@@ -132,17 +142,17 @@ def _explain_failures(answers: dict[str, Answer], plan: Scenario) -> int:
     return ExitCode.NEGATIVE if failed else ExitCode.OK
 
 
-def _write_all(answer: Answer, plan: Scenario, directory: Path) -> None:
+def _write_all(answer: Answer, plan: Scenario, directory: Path, plot: bool) -> None:
     name = answer.task.robot.name
     try:
         directory.mkdir(parents=True, exist_ok=True)
-        for suffix, data in _files(answer, plan):
+        for suffix, data in _files(answer, plan, plot):
             _write_whole(directory / f"{name}{suffix}", data)
     except OSError as error:
         raise UsageError(f"cannot write to {directory}: {error.strerror}") from error
 
 
-def _files(answer: Answer, plan: Scenario) -> Iterator[tuple[str, bytes]]:
+def _files(answer: Answer, plan: Scenario, plot: bool) -> Iterator[tuple[str, bytes]]:
     from safenav.spec.robot import compile_task
     from safenav.synthesis.export import to_dot, to_graphml
 
@@ -153,6 +163,10 @@ def _files(answer: Answer, plan: Scenario) -> Iterator[tuple[str, bytes]]:
         yield ".json", data
         yield ".dot", to_dot(strategy).encode()
         yield ".graphml", to_graphml(strategy).encode()
+        if plot:
+            from safenav.report.picture_automaton import svg_of_strategy
+
+            yield ".svg", svg_of_strategy(strategy, answer.task, plan.map).encode()
 
 
 def _write_whole(path: Path, data: bytes) -> None:

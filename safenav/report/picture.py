@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from safenav.report.picture_floor import INK, MUTED, cell_size, draw_floor, draw_numbers
 from safenav.report.picture_glyphs import (
     NOSE,
     STATUS_MARKS,
@@ -22,13 +23,9 @@ from safenav.report.picture_text import wrapped
 from safenav.report.replay import EventKind, Hidden, Placed, Scene, Status
 from safenav.report.replay_shading import Shading
 from safenav.scenario.objective import targets_of
-from safenav.world.map import Region, RegionMap
+from safenav.world.map import Region
 
 MARGIN = 16.0
-INK = "#1B1F24"
-MUTED = "#5C6470"
-WALL = "#3B4048"
-LINES = "#D5D9DF"
 NARROWEST = 260.0
 """Least width that leaves room for titles and captions."""
 
@@ -98,11 +95,6 @@ def _more(scene: Scene, options: Options) -> list[Row]:
     return rows
 
 
-def cell_size(world: RegionMap) -> float:
-    """Side of one region: 48 for the maps of a paper, less for large ones."""
-    return max(14.0, min(48.0, 1150.0 / max(world.cols, world.rows * 1.4)))
-
-
 def _described(scene: Scene) -> str:
     robots = ", ".join(
         f"{r.name} in region {scene.map.region(round(r.row), round(r.col))}" for r in scene.robots
@@ -124,11 +116,13 @@ class _Drawing:
     def draw(self) -> None:
         names = [r.name for r in self.scene.robots]
         style = looks(names)
-        self._floor()
+        draw_floor(self.page, self.scene.map, self.cell)
         if self.options.shading is not None:
             by_name = dict(zip(names, style, strict=True))
             draw_shading(self.page, self.options.shading, self.scene.map, self.cell, by_name)
-        self._numbers()
+        numbers = self.options.numbers
+        if self.cell >= 26 if numbers is None else numbers:
+            draw_numbers(self.page, self.scene.map, self.cell)
         for i, robot in enumerate(self.scene.robots):
             self._trail(robot, style[i], i - (len(style) - 1) / 2)
         for obstacle, status in self.scene.obstacles:
@@ -148,39 +142,6 @@ class _Drawing:
     def _centre(self, region: Region) -> tuple[float, float]:
         x, y = self._corner(region)
         return x + self.cell / 2, y + self.cell / 2
-
-    def _floor(self) -> None:
-        world, cell = self.scene.map, self.cell
-        width, height = world.cols * cell, world.rows * cell
-        self.page.rect(0, 0, width, height, fill="#FFFFFF", stroke=WALL, stroke_width=1)
-        lines = [f"M0,{number(r * cell)}H{number(width)}" for r in range(1, world.rows)]
-        lines += [f"M{number(c * cell)},0V{number(height)}" for c in range(1, world.cols)]
-        self.page.path("".join(lines), stroke=LINES, stroke_width=0.75, fill="none")
-        walls = []
-        for row in range(world.rows):
-            col = 0
-            while col < world.cols:
-                end = col
-                while end < world.cols and world.region(row, end) in world.walls:
-                    end += 1
-                if end > col:
-                    walls.append(
-                        f"M{number(col * cell)},{number(row * cell)}"
-                        f"h{number((end - col) * cell)}v{number(cell)}"
-                        f"h{number((col - end) * cell)}z"
-                    )
-                col = end + 1
-        self.page.path("".join(walls), fill=WALL, stroke=WALL, stroke_width=0.5)
-
-    def _numbers(self) -> None:
-        world, cell, numbers = self.scene.map, self.cell, self.options.numbers
-        if cell >= 26 if numbers is None else numbers:
-            self.page.open_group(font_size=number(cell * 0.17), fill="#8A919C")
-            for region in world.free:
-                x, y = self._corner(region)
-                place = {"x": x + cell * 0.07, "y": y + cell * 0.2}
-                self.page.element("text", str(region), **place)
-            self.page.close_group()
 
     def _obstacle(self, obstacle: Hidden, status: Status) -> None:
         mark, cell = STATUS_MARKS[status], self.cell
