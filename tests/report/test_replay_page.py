@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from report import made_traces
+from report import made_traces, team_trace
 from report.browser import Browser, Keys
 from safenav.report.html import page_of
 from safenav.report.replay import Replay
@@ -34,7 +34,7 @@ def pages(replays: dict[str, Replay], tmp_path_factory: pytest.TempPathFactory) 
     return written
 
 
-@pytest.mark.parametrize("name", ["door", "chain", "detour", "crowd"])
+@pytest.mark.parametrize("name", ["door", "chain", "detour", "meeting", "crowd"])
 def test_it_opens_from_disk_without_error_or_request(
     browser: Browser, pages: dict[str, Path], name: str
 ) -> None:
@@ -375,3 +375,62 @@ def test_a_run_that_ends_before_its_first_tick_can_be_seen(
     browser.press(Keys.SPACE)
     browser.press(Keys.ARROW_RIGHT)
     assert browser.tick == 0 and browser.errors() == []
+
+
+def test_the_page_hatches_beliefs_and_tints_sight(browser: Browser, pages: dict[str, Path]) -> None:
+    browser.open(pages["meeting"], "#tick=1")
+    (belief,) = browser.all(".shading .belief")
+    assert belief.get_attribute("data-viewer") == "fast"
+    assert belief.get_attribute("data-of") == "slow"
+    (area, _) = belief.find_elements("css selector", "path")
+    assert (area.get_attribute("d") or "").count("M") == len(team_trace.EAST)
+    assert [s.get_attribute("data-viewer") for s in browser.all(".shading .sight")] == ["fast"]
+    browser.press(Keys.END)
+    assert "seen" in (browser.one(".shading .belief").get_attribute("class") or "")
+
+
+def test_whose_view_is_shown_can_be_chosen(browser: Browser, pages: dict[str, Path]) -> None:
+    browser.open(pages["meeting"], "#tick=1")
+    chosen = browser.one(".viewer select")
+    for option in chosen.find_elements("css selector", "option"):
+        option.click()
+        expected = ["fast", "slow"] if option.text == "everyone" else [option.text]
+        for kind in ("sight", "belief"):
+            shown = [e.get_attribute("data-viewer") for e in browser.all(f".shading .{kind}")]
+            assert shown == expected
+    for label in browser.all(".choices label"):
+        kind = {"sight": "sight", "beliefs": "belief"}.get(label.text)
+        if kind is not None:
+            label.click()
+            assert not browser.all(f".shading .{kind}")
+    assert not browser.all(".shading path[class]")
+
+
+def test_a_run_without_views_offers_none(browser: Browser, pages: dict[str, Path]) -> None:
+    browser.open(pages["door"])
+    assert not browser.all(".viewer") and not browser.all(".shading")
+
+
+def test_a_robot_in_transit_is_drawn_between_both_regions(
+    browser: Browser, pages: dict[str, Path]
+) -> None:
+    browser.open(pages["meeting"], "#tick=1")
+    col, row = browser.centre("slow")
+    assert abs(col - 6.5) < 0.02 and abs(row - 2) < 0.02
+    (frame,) = browser.all('.taken[data-robot="slow"]')
+    assert frame.get_attribute("width") == "75"
+    assert "on its way to 24 [2, 6]" in browser.one(".robots").text
+    browser.press(Keys.ARROW_RIGHT)
+    assert not browser.all(".knowledge .taken")
+    assert abs(browser.centre("slow")[0] - 6) < 0.02
+
+
+def test_giving_way_is_in_the_stack_the_events_and_the_story(
+    browser: Browser, pages: dict[str, Path]
+) -> None:
+    browser.open(pages["meeting"])
+    browser.one('.event[data-kind="yield"]').click()
+    assert browser.tick == 3
+    assert browser.one(".stack li b").text == "slow gives way to fast"
+    assert "slow gives way to fast (slow: hold 15)" in browser.one(".story").text
+    assert [e.text for e in browser.all(".role")] == ["goes first", "gives way to fast"]

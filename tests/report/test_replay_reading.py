@@ -22,7 +22,7 @@ from safenav.world.map import Heading
 Line = dict[str, Any]
 
 
-@pytest.mark.parametrize("name", ["door", "chain", "detour", "crowd"])
+@pytest.mark.parametrize("name", ["door", "chain", "detour", "meeting", "crowd"])
 def test_made_traces_obey_the_rules_of_real_ones(traces: dict[str, Path], name: str) -> None:
     assert audit(read_trace(traces[name])).findings == ()
 
