@@ -36,14 +36,13 @@ const PackedStates &Successors::least(Edge f) {
   found_.clear();
   all_outputs_ = false;
   limit_ = few;
-  if (enumerate(f, 0)) {
+  if (enumerate(f)) {
     found_.keep_least_for_each(input_mask_);
     return found_;
   }
   found_.clear();
-  std::fill(valuation_.begin(), valuation_.end(), 0);
   limit_ = static_cast<std::size_t>(-1);
-  enumerate(least_outputs(f), 0);
+  enumerate(least_outputs(f));
   found_.sort();
   return found_;
 }
@@ -52,30 +51,76 @@ const PackedStates &Successors::all(Edge f) {
   found_.clear();
   all_outputs_ = true;
   limit_ = static_cast<std::size_t>(-1);
-  enumerate(f, 0);
+  enumerate(f);
   found_.sort();
   return found_;
 }
 
-// Appends what f allows of by_level_[k..]; false if there are too many.
-bool Successors::enumerate(Edge f, std::size_t k) {
+// Appends what f allows; false if there are too many.
+bool Successors::enumerate(Edge f) {
+  switch (valuation_.size()) {
+  case 1:
+    return follow<1>(f, 0, {});
+  case 2:
+    return follow<2>(f, 0, {});
+  default:
+    std::fill(valuation_.begin(), valuation_.end(), 0);
+    return follow_wide(f, 0);
+  }
+}
+
+bool Successors::keep(const Word *valuation) {
+  if ((found_.size() & 0x3FF) == 0x3FF)
+    check_limits();
+  found_.push_back(valuation);
+  return found_.size() <= limit_;
+}
+
+// What f allows of by_level_[k..].  This is where most of the time of a large
+// extraction goes: valuations of a word or two are handed on by value, and only
+// where both values are possible does it recur.
+template <std::size_t Words>
+bool Successors::follow(Edge f, std::size_t k, std::array<Word, Words> valuation) {
   if (f == bdd_false)
     return true;
-  if (k == by_level_.size()) {
-    if ((found_.size() & 0x3FF) == 0x3FF)
-      check_limits();
-    found_.push_back(valuation_.data());
-    return found_.size() <= limit_;
+  for (; k < by_level_.size(); ++k) {
+    const Var v = by_level_[k];
+    const std::uint32_t bit = v / 2;
+    if (f > 1 && game_.store.var_of(f) == v) {
+      const Edge low = game_.store.low_of(f), high = game_.store.high_of(f);
+      if (high == bdd_false) {
+        f = low;
+        continue;
+      }
+      if (low != bdd_false && !follow<Words>(low, k + 1, valuation))
+        return false;
+      f = high;
+    } else if (is_input_[bit] || all_outputs_) {
+      if (!follow<Words>(f, k + 1, valuation))
+        return false;
+    } else {
+      continue; // 0 is the least
+    }
+    set_bit(valuation.data(), bit);
   }
+  return keep(valuation.data());
+}
+
+// The same for any width, in place.
+bool Successors::follow_wide(Edge f, std::size_t k) {
+  if (f == bdd_false)
+    return true;
+  if (k == by_level_.size())
+    return keep(valuation_.data());
   const Var v = by_level_[k];
   const std::uint32_t bit = v / 2;
   const bool branches = f > 1 && game_.store.var_of(f) == v;
-  if (!enumerate(branches ? game_.store.low_of(f) : f, k + 1))
+  if (!follow_wide(branches ? game_.store.low_of(f) : f, k + 1))
     return false;
   if (!branches && !is_input_[bit] && !all_outputs_)
     return true; // 0 is the least
   set_bit(valuation_.data(), bit);
-  const bool complete = enumerate(branches ? game_.store.high_of(f) : f, k + 1);
+  const bool complete = follow_wide(branches ? game_.store.high_of(f) : f, k + 1);
   reset_bit(valuation_.data(), bit);
   return complete;
 }

@@ -6,6 +6,7 @@
 #include "game.hpp"
 #include "packed_states.hpp"
 
+#include <array>
 #include <vector>
 
 namespace slugs {
@@ -24,16 +25,19 @@ public:
   Edge least_outputs(Edge f);
 
 private:
-  bool enumerate(Edge f, std::size_t k);
+  bool enumerate(Edge f);
+  template <std::size_t Words> bool follow(Edge f, std::size_t k, std::array<Word, Words> valuation);
+  bool follow_wide(Edge f, std::size_t k);
+  bool keep(const Word *valuation);
   void check_limits() const;
 
   Game &game_;
   std::vector<Var> by_level_;          // next variables
-  std::vector<bool> is_input_;         // by bit
+  std::vector<char> is_input_;         // by bit
   std::vector<std::uint32_t> outputs_; // bits, as declared
   std::vector<VarSet> outputs_from_;   // the next copies of outputs_[k] and later ones
   std::vector<Word> input_mask_;
-  std::vector<Word> valuation_;
+  std::vector<Word> valuation_; // of follow_wide
   PackedStates found_;
   std::size_t limit_ = 0;
   bool all_outputs_ = false;
