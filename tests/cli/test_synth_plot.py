@@ -1,0 +1,71 @@
+"""``safenav synth --plot`` draws small automata whole and sums up large ones."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from xml.etree import ElementTree
+
+from cli.conftest import Command
+from safenav.report.picture_text import text_width
+
+SCENARIOS = Path(__file__).parents[2] / "scenarios"
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+def _texts(path: Path) -> list[str]:
+    return [element.text or "" for element in ElementTree.parse(path).iter(f"{SVG}text")]
+
+
+def test_a_small_automaton_is_drawn_state_by_state(safenav: Command, tmp_path: Path) -> None:
+    done = safenav("synth", SCENARIOS / "hello.yaml", "-o", "out", "--plot")
+    assert done.returncode == 0, done.stderr
+    nodes = json.loads((tmp_path / "out" / "rover.json").read_text())["nodes"]
+    texts = _texts(tmp_path / "out" / "rover.svg")
+    boxes = [text for text in texts if re.fullmatch(r"\d+ \[\d+, \d+\]", text)]
+    assert len(boxes) == len(nodes)
+    assert boxes[0] == "17 [2, 3]"
+    assert (
+        f"{len(nodes)} states, {sum(len(n['trans']) for n in nodes.values())} transitions" in texts
+    )
+    assert {"heads for 8", "heads for 26"} <= set(texts)
+
+
+def test_a_large_one_is_summed_up_on_the_map(safenav: Command, tmp_path: Path) -> None:
+    done = safenav("synth", SCENARIOS / "corridor_swap.yaml", "-o", "out", "--plot", "--robot", "a")
+    assert done.returncode == 0, done.stderr
+    nodes = json.loads((tmp_path / "out" / "a.json").read_text())["nodes"]
+    root = ElementTree.parse(tmp_path / "out" / "a.svg")
+    counts = [
+        int(element.text or "")
+        for group in root.findall(f"{SVG}g")
+        for element in group.findall(f"{SVG}text")
+        if element.get("font-weight") == "bold"
+    ]
+    assert sum(counts) == len(nodes)
+    words = " ".join(_texts(tmp_path / "out" / "a.svg"))
+    assert f"{len(nodes)} states" in words and "keeps track of b" in words
+    assert "assumes: b is infinitely often out of its way" in words
+
+
+def test_no_text_of_a_plot_leaves_the_page(safenav: Command, tmp_path: Path) -> None:
+    safenav("synth", SCENARIOS / "corridor_swap.yaml", "-o", "out", "--plot")
+    safenav("synth", SCENARIOS / "hello.yaml", "-o", "out", "--plot")
+    for path in (tmp_path / "out").glob("*.svg"):
+        root = ElementTree.parse(path).getroot()
+        for element in root.findall(f"{SVG}text"):
+            size, bold = float(element.attrib["font-size"]), "font-weight" in element.attrib
+            right = float(element.attrib["x"]) + text_width(element.text or "", size, bold)
+            assert right <= float(root.attrib["width"]), element.text
+
+
+def test_a_plot_needs_a_directory(safenav: Command) -> None:
+    done = safenav("synth", SCENARIOS / "hello.yaml", "--plot")
+    assert done.returncode == 2
+    assert "name a directory with -o" in done.stderr
+
+
+def test_without_the_option_nothing_is_drawn(safenav: Command, tmp_path: Path) -> None:
+    safenav("synth", SCENARIOS / "hello.yaml", "-o", "out")
+    assert not list((tmp_path / "out").glob("*.svg"))
