@@ -115,11 +115,13 @@ class CompletedRule(Rule):
         if isinstance(record, Resolved):
             self._goals.clear()
             self._held.clear()
-        elif isinstance(record, Goal):
-            self._goals.setdefault(record.robot, []).append(record)
-        elif isinstance(record, Move):
+        elif isinstance(record, Goal | Move):
             objective = now.objectives[record.robot]
-            if objective.kind == "hold" and record.to in objective.targets[0]:
+            if objective != now.header.robots[record.robot].objective:
+                return ()  # what it does while it waits or helps is no round of its own
+            if isinstance(record, Goal):
+                self._goals.setdefault(record.robot, []).append(record)
+            elif objective.kind == "hold" and record.to in objective.targets[0]:
                 self._held[record.robot] = self._held.get(record.robot, 0) + 1
         return ()
 
@@ -169,7 +171,8 @@ def _bounds(goals: list[Goal], objective: Objective) -> tuple[int, int | None]:
         return whole, max(whole, 1 + _covers(goals[1:], count)) if goals else 0
     by_last = sum(goal.goal == count - 1 for goal in goals)
     by_count = len(goals) // count
-    return min(by_last, by_count), max(by_last, by_count)
+    # One who makes way again and again may come back to the same target again and again.
+    return min(by_last, by_count, _covers(goals, count)), max(by_last, by_count)
 
 
 def _covers(goals: list[Goal], count: int) -> int:

@@ -103,3 +103,22 @@ until: {rounds: 1}
 limits: {ticks: 60}
 """
     )
+
+
+def test_who_makes_way_again_and_again_has_done_no_round() -> None:
+    """``patroller`` comes to its second target, makes way, and begins there anew, until the
+    limit. The audit took every goal line for progress, also those of what it did meanwhile, and
+    said that the run was completed."""
+    outcome = _play(
+        """
+safenav: 1
+map: {grid: ["######", "#....#", "#....#", "######"]}
+robots:
+  patroller:
+    {model: digit, start: 15, heading: north, tracking: exact, objective: {patrol: [10, 13]}}
+  visitor: {model: digit, start: 10, heading: north, objective: {visit: [9, 14]}}
+until: {rounds: 1}
+limits: {ticks: 60}
+"""
+    )
+    assert outcome in (Outcome.TICK_LIMIT, Outcome.COMPLETED)
