@@ -164,7 +164,6 @@ class RepairKind(StrEnum):
     MOBILITY = "mobility"
     OBJECTIVE = "objective"
     OTHER_START = "other_start"
-    OTHER_OBJECTIVE = "other_objective"
     AVOIDS = "avoids"
     TRACKING = "tracking"
     """Another model of the other robots, under which other assumptions can be made."""

@@ -122,9 +122,8 @@ def witness_lines(witness: Witness, found: Explanation, world: RegionMap) -> Ite
     if len(witness.moments) > _SHOWN:
         yield f"... {len(witness.moments) - _SHOWN} more moments"
     if witness.ending is Ending.STUCK:
-        pressure = dict(witness.pressure)
         last = witness.moments[-1]
-        happens = _inputs_words(tuple(pressure.items()), last.region, found, world)
+        happens = _inputs_words(witness.pressure, world)
         if happens:
             yield f"Then {happens}, and nothing is left:"
         else:
@@ -212,13 +211,11 @@ def _moment_words(moment: Moment, found: Explanation, world: RegionMap) -> str:
         return "it is somewhere"
     facing = "" if moment.heading is None else f", facing {moment.heading.label}"
     words = f"{found.robot} at {world.label(moment.region)}{facing}"
-    others = _inputs_words(moment.others, moment.region, found, world)
+    others = _inputs_words(moment.others, world)
     return f"{words}; {others}" if others else words
 
 
-def _inputs_words(
-    inputs: Sequence[tuple[str, int]], region: Region | None, found: Explanation, world: RegionMap
-) -> str:
+def _inputs_words(inputs: Sequence[tuple[str, int]], world: RegionMap) -> str:
     """What the robot observes; a side that is free is not worth a word."""
     sides = {busy(heading): heading for heading in Heading}
     words = []
@@ -232,7 +229,6 @@ def _inputs_words(
             words.append(f"{name.removeprefix('at_')} is {where}")
         else:
             words.append(f"{name} = {value}")
-    del region, found
     return ", ".join(words)
 
 
