@@ -2,7 +2,9 @@
 
 Measured in headless Chromium, from the page's own navigation and frame timestamps:
 
-    python benchmarks/replay.py [--ticks 1000] [--robots 6] [--seconds 5]
+    python benchmarks/replay.py [--ticks 1000] [--robots 6] [--seconds 5] [--vision 4]
+
+With a vision every robot also keeps track of all others by beliefs.
 
 Bars: a page of 1,000 ticks and 6 robots under 1 MB, open in under a second, 60 frames a second.
 Needs the packages of the tests (selenium) and Debian's chromium and chromium-driver.
@@ -21,7 +23,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
-from report import made_traces  # noqa: E402
+from report import made_traces, team_trace  # noqa: E402
 from report.browser import Browser  # noqa: E402
 from safenav.report.html import page_of  # noqa: E402
 from safenav.report.replay_reading import read_replay  # noqa: E402
@@ -48,9 +50,12 @@ def main() -> None:
     options.add_argument("--ticks", type=int, default=1000)
     options.add_argument("--robots", type=int, default=6)
     options.add_argument("--seconds", type=float, default=5.0)
+    options.add_argument("--vision", type=float)
     chosen = options.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         lines = made_traces.crowd(chosen.robots, chosen.ticks)
+        if chosen.vision is not None:
+            lines = team_trace.watched(lines, chosen.vision)
         trace = made_traces.write(lines, Path(folder) / "crowd.jsonl")
         page = Path(folder) / "crowd.html"
         before = time.process_time()

@@ -133,11 +133,17 @@ def _belief(
 
 
 def _area(regions: Iterable[Region], world: RegionMap, cell: float) -> str:
-    side = number(cell)
-    parts = []
-    for region in sorted(regions):
+    """One rectangle for each run of regions in a row: between two there could be a seam."""
+    inside = frozenset(regions)
+    parts, side = [], number(cell)
+    count = 0
+    for region in sorted(inside):
         row, col = world.position(region)
-        parts.append(f"M{number(col * cell)},{number(row * cell)}h{side}v{side}h-{side}z")
+        count += 1
+        if col == world.cols - 1 or region + 1 not in inside:
+            left, width = number((col + 1 - count) * cell), number(count * cell)
+            parts.append(f"M{left},{number(row * cell)}h{width}v{side}h-{width}z")
+            count = 0
     return "".join(parts)
 
 

@@ -8,6 +8,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from safenav.world.map import RegionMap
+from safenav.world.visibility import visible_from
+
 GRID = ["#########", "#...#...#", "#.......#", "#...#...#", "#########"]
 WEST = [10, 11, 12, 19, 20, 21, 28, 29, 30]
 EAST = [14, 15, 16, 23, 24, 25, 32, 33, 34]
@@ -68,6 +71,37 @@ def meeting() -> list[dict[str, Any]]:
             synthesis_seconds=0.1,
         ),
     ]
+
+
+def watched(lines: list[dict[str, Any]], vision: float, side: int = 5) -> list[dict[str, Any]]:
+    """Another trace as if its robots saw only so far, and kept track of all others by beliefs
+    about the square tiles of the map, ``side`` regions wide: the worst that a page can meet."""
+    scenario = lines[0]["scenario"]
+    world = RegionMap.from_grid(scenario["map"]["grid"])
+    robots = {name: {**robot, "vision": vision} for name, robot in scenario["robots"].items()}
+    tiles: dict[tuple[int, int], list[int]] = {}
+    for region in world.free:
+        row, col = world.position(region)
+        tiles.setdefault((row // side, col // side), []).append(region)
+    where = {name: robot["start"] for name, robot in robots.items()}
+    view, known = visible_from(world, vision), dict[tuple[str, str], tuple[bool, list[int]]]()
+    told = [{**lines[0], "scenario": {**scenario, "robots": robots}}]
+    for line in lines[1:]:
+        told.append(line)
+        if line["type"] != "move":
+            continue
+        robot = line["robot"]
+        where[robot] = line["to"]
+        for other in robots:
+            seen = other != robot and view.sees(where[robot], where[other])
+            row, col = world.position(where[other])
+            near = [(row // side + d, col // side + e) for d in (-1, 0, 1) for e in (-1, 0, 1)]
+            around = sorted(region for tile in near for region in tiles.get(tile, []))
+            belief = (seen, [where[other]] if seen else around)
+            if other != robot and known.get((robot, other)) != belief:
+                known[robot, other] = belief
+                told.append(_belief(line["tick"], robot, other, *belief))
+    return told
 
 
 def _header() -> dict[str, Any]:

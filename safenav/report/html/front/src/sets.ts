@@ -8,15 +8,20 @@ const BASE = 32;
 /** Runs of consecutive regions: where each begins, and how many there are. */
 type Runs = [start: number, count: number][];
 
-const known = new WeakMap<Run, Map<number, Runs>>();
+interface Shape {
+  area: string;
+  border: string;
+}
+
+const readSets = new Map<string, Runs>();
+const drawnSets = new Map<string, Shape>();
 
 /** The runs of a set; read when it is first asked for. */
 export function runsOf(run: Run, set: number): Runs {
-  const read = known.get(run) ?? new Map<number, Runs>();
-  known.set(run, read);
-  const found = read.get(set) ?? decoded(run.sets[set]!);
-  read.set(set, found);
-  return found;
+  const text = run.sets[set]!;
+  let runs = readSets.get(text);
+  if (runs === undefined) readSets.set(text, (runs = decoded(text)));
+  return runs;
 }
 
 function decoded(text: string): Runs {
@@ -51,16 +56,28 @@ export function sizeOf(run: Run, set: number): number {
 }
 
 /** The area of a set as path data, and the border around it (its inner edges left out). */
-export function shapeOf(run: Run, set: number, cell: number): { area: string; border: string } {
+export function shapeOf(run: Run, set: number, cell: number): Shape {
+  const text = run.sets[set]!;
+  let shape = drawnSets.get(text);
+  if (shape === undefined) drawnSets.set(text, (shape = drawn(run, set, cell)));
+  return shape;
+}
+
+function drawn(run: Run, set: number, cell: number): Shape {
   const regions = new Set<number>();
   for (const [start, count] of runsOf(run, set)) for (let i = 0; i < count; i++) regions.add(start + i);
   let area = "";
   let border = "";
+  let width = 0;
   for (const region of regions) {
     const col = region % run.cols;
     const x = col * cell;
     const y = Math.floor(region / run.cols) * cell;
-    area += `M${x} ${y}h${cell}v${cell}h${-cell}z`;
+    width += cell;
+    if (col === run.cols - 1 || !regions.has(region + 1)) {
+      area += `M${x + cell - width} ${y}h${width}v${cell}h${-width}z`;
+      width = 0;
+    }
     if (!regions.has(region - run.cols)) border += `M${x} ${y}h${cell}`;
     if (!regions.has(region + run.cols)) border += `M${x} ${y + cell}h${cell}`;
     if (col === 0 || !regions.has(region - 1)) border += `M${x} ${y}v${cell}`;
