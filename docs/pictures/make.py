@@ -1,4 +1,4 @@
-"""Makes the pictures of this folder: the case studies, run and replayed.
+"""Makes the pictures of this folder: scenarios run and replayed, strategies drawn.
 
     python docs/pictures/make.py
 
@@ -23,10 +23,11 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
 from report.browser import Browser  # noqa: E402
 from safenav.report.html import page_of  # noqa: E402
-from safenav.report.picture import svg_of  # noqa: E402
+from safenav.report.picture import Options, svg_of  # noqa: E402
 from safenav.report.picture_palette import Palette  # noqa: E402
 from safenav.report.replay import EventKind, Replay  # noqa: E402
 from safenav.report.replay_reading import read_replay  # noqa: E402
+from safenav.report.replay_shading import shading_of  # noqa: E402
 
 
 def main() -> None:
@@ -36,21 +37,16 @@ def main() -> None:
         with tempfile.TemporaryDirectory() as folder:
             for number in (1, 2, 3):
                 _case_study(browser, number, Path(folder))
+            _team(browser, Path(folder))
+            _strategies(Path(folder))
     finally:
         browser.driver.quit()
 
 
 def _case_study(browser: Browser, number: int, folder: Path) -> None:
     name = f"case_study_{number}"
-    trace = folder / f"{name}.jsonl"
-    program = "from safenav.cli import main; main()"
-    scenario = ROOT / "scenarios" / f"{name}.yaml"
-    command = [sys.executable, "-c", program, "run", str(scenario), "--trace", str(trace)]
-    subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
-    replay = read_replay(trace)
-    page = folder / f"{name}.html"
-    page.write_text(page_of(replay, trace.name))
-    request = _first_request(replay)
+    replay, page = _run(name, folder)
+    request = _first(replay, EventKind.REQUEST)
     for moment, tick in (("start", 0), ("request", request), ("end", replay.last)):
         _shoot(browser, page, tick, HERE / f"{name}_{moment}.png")
     if number == 3:
@@ -60,8 +56,44 @@ def _case_study(browser: Browser, number: int, folder: Path) -> None:
         (HERE / f"{name}.svg").write_text(svg_of(replay.scene(request)))
 
 
-def _first_request(replay: Replay) -> int:
-    return next(event.tick for event in replay.events if event.kind is EventKind.REQUEST)
+def _team(browser: Browser, folder: Path) -> None:
+    """Beliefs and sight, and a team in which some take two ticks a step and give way."""
+    replay, page = _run("case_study_3_beliefs", folder)
+    tick = _first(replay, EventKind.RESOLVED)
+    _shoot(browser, page, tick, HERE / "beliefs.png")
+    shading = shading_of(replay, "digit", tick)
+    (HERE / "beliefs.svg").write_text(svg_of(replay.scene(tick), Options(shading=shading)))
+    replay, page = _run("team_of_six", folder)
+    _shoot(browser, page, _first(replay, EventKind.YIELD), HERE / "giving_way.png")
+
+
+def _strategies(folder: Path) -> None:
+    """A strategy small enough to be drawn whole, and one that is not."""
+    for scenario, robot, name in (
+        ("case_study_1", "digit", "strategy.svg"),
+        ("team_of_six", "eagle", "strategy_summary.svg"),
+    ):
+        path = str(ROOT / "scenarios" / f"{scenario}.yaml")
+        _safenav("synth", path, "--robot", robot, "--plot", "-o", str(folder / scenario))
+        (HERE / name).write_bytes((folder / scenario / f"{robot}.svg").read_bytes())
+
+
+def _run(name: str, folder: Path) -> tuple[Replay, Path]:
+    """A shipped scenario's replay, and the page of it."""
+    trace, page = folder / f"{name}.jsonl", folder / f"{name}.html"
+    _safenav("run", str(ROOT / "scenarios" / f"{name}.yaml"), "--trace", str(trace))
+    replay = read_replay(trace)
+    page.write_text(page_of(replay, trace.name))
+    return replay, page
+
+
+def _safenav(*arguments: str) -> None:
+    command = [sys.executable, "-c", "from safenav.cli import main; main()", *arguments]
+    subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
+
+
+def _first(replay: Replay, kind: EventKind) -> int:
+    return next(event.tick for event in replay.events if event.kind is kind)
 
 
 def _shoot(
