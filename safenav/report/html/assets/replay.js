@@ -1,4 +1,4 @@
-/* sources a45875421ff9ffb1dc6e62f06e63bf0a5911e481ecf721afa958c546f2982278 */
+/* sources 9e8b9ba47776b26139c8d41d6cb207ae8ad581e93e44400092259c8c9d942e97 */
 /* Contains Preact:
 The MIT License (MIT)
 
