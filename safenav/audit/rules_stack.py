@@ -40,6 +40,8 @@ class PushRule(Rule):
             if robot in (record.helper, record.requester) and _both_formulas(robot, record, now):
                 continue  # raw formulas keep their safety and get another goal: not judged
             if robot == record.helper:
+                if objective == now.objectives[robot] and _serves_already(record, now):
+                    continue  # it goes on with that, or waits for what it asked for on the way
                 where = set(request.regions)
                 if not any(target <= where for target in objective.targets):
                     yield robot, f"{robot} is to resolve {record.obstacle}, but gets {objective}"
@@ -48,6 +50,12 @@ class PushRule(Rule):
                     yield robot, f"{robot} waits for {record.obstacle}, but gets {objective}"
             elif objective != now.objectives[robot]:
                 yield robot, f"{robot} has no part in this, but gets {objective}"
+
+
+def _serves_already(record: Push, now: Situation) -> bool:
+    """Whether the helper was asked for this obstacle before, by somebody else."""
+    asked = (record.obstacle, record.helper)
+    return any((frame.obstacle, frame.helper) == asked for frame in now.stack)
 
 
 def _both_formulas(robot: str, record: Push, now: Situation) -> bool:

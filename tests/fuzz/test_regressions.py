@@ -15,6 +15,7 @@ catalogue:
     rover: {mobility: free, layer: ground, capabilities: [push]}
     walker: {mobility: heading, layer: ground, capabilities: [clear]}
     cart: {mobility: free, layer: ground, capabilities: [], timing: {least: 1, most: 2}}
+  obstacles: {debris: {action: clear, resolve_at: neighbours, blocks: [ground]}}
 """
 
 
@@ -122,3 +123,22 @@ limits: {ticks: 60}
 """
     )
     assert outcome in (Outcome.TICK_LIMIT, Outcome.COMPLETED)
+
+
+def test_a_helper_that_is_asked_twice_may_be_waiting_itself() -> None:
+    """``clearer`` was asked for the debris, met a door on its way, and waited for help; then
+    somebody else met the debris. It was right to go on waiting; the audit wanted it to move."""
+    _play(
+        """
+safenav: 1
+map: {grid: ["#####", "#...#", "#...#", "#...#", "#...#", "#####"]}
+robots:
+  one: {model: rover, start: 17, objective: {visit: [6]}}
+  two: {model: rover, start: 16, objective: {visit: [7]}}
+  clearer: {model: walker, start: 18, heading: north, objective: {visit: [6]}}
+obstacles: [{type: door, region: 13}, {type: debris, region: 12}]
+until: {rounds: 1}
+limits: {ticks: 60}
+deadlock: off
+"""
+    )
