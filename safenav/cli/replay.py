@@ -76,6 +76,8 @@ def command(
 
     if sum((svg is not None, png is not None, gif, terminal)) > 1:
         raise UsageError("choose one of --svg, --png, --gif and --terminal")
+    if sight is not None and svg is None and png is None and not gif:
+        raise UsageError("--sight goes with --svg, --png or --gif; the page lets you choose")
     replay = read_replay(trace)
     if sight is not None:
         _check_viewer(replay, sight)
@@ -126,9 +128,7 @@ def _check_viewer(replay: Replay, robot: str) -> None:
     if robot not in names:
         raise UsageError(f"there is no robot {robot!r}; the run has {', '.join(names)}")
     if robot not in viewers(replay):
-        raise UsageError(
-            f"nothing to shade: {robot} has no limit of vision, and no beliefs"
-        )
+        raise UsageError(f"nothing to shade: {robot} has no limit of vision, and no beliefs")
 
 
 def _ticks(replay: Replay, written: str | None) -> range:

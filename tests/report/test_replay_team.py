@@ -215,6 +215,12 @@ def test_a_robot_that_cannot_be_shaded_is_refused(
     assert isinstance(result.exception, UsageError) and why in str(result.exception)
 
 
+def test_sight_is_for_pictures_only(traces: dict[str, Path]) -> None:
+    arguments = [str(traces["meeting"]), "--sight", "slow"]
+    result = CliRunner().invoke(replay_command, arguments, standalone_mode=False)
+    assert isinstance(result.exception, UsageError) and "--gif" in str(result.exception)
+
+
 def test_draw_shows_what_a_robot_sees_from_its_start(tmp_path: Path) -> None:
     out = tmp_path / "map.svg"
     scenario = str(SCENARIOS / "case_study_3_beliefs.yaml")
