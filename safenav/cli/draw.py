@@ -47,8 +47,8 @@ def command(
         for line in shading_lines(shading) if shading is not None else ():
             click.echo(f"\n  {line}")
         return ExitCode.OK
+    from safenav.report.outfile import write_bytes
     from safenav.report.picture import Options, svg_of
-    from safenav.report.picture_file import write_bytes
 
     form = output.suffix.lower()
     if form not in (".svg", ".png"):

@@ -69,8 +69,8 @@ def command(
 ) -> int:
     """Replay TRACE, which `safenav run --trace` wrote: as one HTML file that needs no network
     (the default), as a picture of one moment, as a film, or on the terminal."""
+    from safenav.report.outfile import write_bytes
     from safenav.report.picture import Options, svg_of
-    from safenav.report.picture_file import write_bytes
     from safenav.report.replay_reading import read_replay
     from safenav.report.replay_shading import shading_of
 
@@ -160,7 +160,7 @@ def _film(
     width: int | None,
     sight: str | None,
 ) -> int:
-    from safenav.report.picture_file import write_whole
+    from safenav.report.outfile import tell, write_whole
     from safenav.report.picture_raster import Film, write_gif
 
     shown = _ticks(replay, ticks)
@@ -168,4 +168,5 @@ def _film(
     film = Film(shown.start, shown.stop - 1, speed, steps, width or 720, sight)
     with click.progressbar(length=film.frames, label="drawing", file=sys.stderr) as bar:
         write_whole(path, lambda part: write_gif(replay, part, film, lambda _: bar.update(1)))
+    tell(path)
     return ExitCode.OK

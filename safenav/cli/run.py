@@ -93,7 +93,7 @@ def command(
 
 def _write_page(trace: Path, html: Path) -> None:
     from safenav.report.html import page_of
-    from safenav.report.picture_file import write_bytes
+    from safenav.report.outfile import write_bytes
     from safenav.report.replay_reading import read_replay
 
     write_bytes(html, page_of(read_replay(trace), trace.name).encode())

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -143,13 +143,15 @@ def _explain_failures(answers: dict[str, Answer], plan: Scenario) -> int:
 
 
 def _write_all(answer: Answer, plan: Scenario, directory: Path, plot: bool) -> None:
-    name = answer.task.robot.name
+    from safenav.report.outfile import write_whole
+
     try:
         directory.mkdir(parents=True, exist_ok=True)
-        for suffix, data in _files(answer, plan, plot):
-            _write_whole(directory / f"{name}{suffix}", data)
     except OSError as error:
         raise UsageError(f"cannot write to {directory}: {error.strerror}") from error
+    name = answer.task.robot.name
+    for suffix, data in _files(answer, plan, plot):
+        write_whole(directory / f"{name}{suffix}", partial(Path.write_bytes, data=data))
 
 
 def _files(answer: Answer, plan: Scenario, plot: bool) -> Iterator[tuple[str, bytes]]:
@@ -167,13 +169,3 @@ def _files(answer: Answer, plan: Scenario, plot: bool) -> Iterator[tuple[str, by
             from safenav.report.picture_automaton import svg_of_strategy
 
             yield ".svg", svg_of_strategy(strategy, answer.task, plan.map).encode()
-
-
-def _write_whole(path: Path, data: bytes) -> None:
-    """Write a file whole or not at all."""
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
-        temporary.write_bytes(data)
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
