@@ -8,7 +8,7 @@ JOBS   ?= 2
 SLUGS_BUILD := slugs/build
 
 .DEFAULT_GOAL := help
-.PHONY: help run test lint format slugs slugs-test front bench clean install
+.PHONY: help run test lint format slugs slugs-test fuzz front bench clean install
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -54,6 +54,18 @@ format: install ## reformat Python and C++
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 	$(BIN)/clang-format -i $$(git ls-files 'slugs/*.cpp' 'slugs/*.hpp')
+
+FUZZ ?= 5000
+FUZZ_SECONDS ?= 60
+
+fuzz: install slugs ## a long campaign: missions and explanations; with clang the readers, too
+	SAFENAV_FUZZ=$(FUZZ) $(BIN)/pytest tests/fuzz
+	@if command -v clang++ >/dev/null; then \
+	  $(CMAKE) -S slugs -B slugs/build-fuzz -DCMAKE_CXX_COMPILER=clang++ -DSLUGS_FUZZ=ON -DSLUGS_SANITIZE=ON && \
+	  $(CMAKE) --build slugs/build-fuzz --parallel $(JOBS) && \
+	  for target in slugsin structured strategy; do \
+	    ./slugs/build-fuzz/fuzz_$$target -max_total_time=$(FUZZ_SECONDS) || exit 1; done; \
+	else echo "no clang++: the readers' fuzzers run for some seconds in 'make test' only"; fi
 
 front: ## rebuild the replay page's bundle (needs Node)
 	cd safenav/report/html/front && npm ci && npm test
