@@ -23,7 +23,16 @@ import click
 from safenav.report.table import table
 
 ROOT = Path(__file__).resolve().parents[1]
-SCENARIOS = ("hello", "case_study_1", "case_study_2", "case_study_3")
+SCENARIOS = (
+    "hello",
+    "case_study_1",
+    "case_study_2",
+    "case_study_3",
+    "case_study_3_beliefs",
+    "two_digits",
+    "team_of_six",
+    "warehouse",
+)
 UPSTREAM_SECONDS = {"case_study_1": 552, "case_study_2": 671, "case_study_3": 379}
 """CPU seconds of all syntheses of a run with the authors' specifications and upstream SLUGS,
 on a machine of 2 cores like ours (docs/performance.md)."""
@@ -52,26 +61,37 @@ def main(repeat: int, json_file: Path | None) -> None:
         json_file.write_text(json.dumps(medians, indent=2) + "\n")
 
 
-HEADINGS = ("command", "wall s", "syntheses", "synthesis s", "authors' specs, upstream CPU s")
+HEADINGS = (
+    "command",
+    "wall s",
+    "syntheses",
+    "synthesis s",
+    "longest s",
+    "authors' specs, upstream CPU s",
+)
 
 
 def run_once(command: str, name: str) -> dict[str, float]:
     """One run with an empty cache: seconds of the process, number and seconds of syntheses."""
-    with tempfile.TemporaryDirectory() as cache:
-        environment = {**os.environ, "SAFENAV_CACHE": cache}
+    with tempfile.TemporaryDirectory() as folder:
+        environment = {**os.environ, "SAFENAV_CACHE": f"{folder}/cache"}
+        trace = Path(folder) / "trace.jsonl"
+        scenario = ROOT / "scenarios" / f"{name}.yaml"
         begun = time.perf_counter()
         done = subprocess.run(
-            [command, "run", str(ROOT / "scenarios" / f"{name}.yaml"), "--json"],
+            [command, "run", str(scenario), "--json", "--trace", str(trace)],
             check=True,
             capture_output=True,
             env=environment,
         )
         wall = time.perf_counter() - begun
+        lines = [json.loads(line) for line in trace.read_text().splitlines()]
     result = json.loads(done.stdout)
     return {
         "wall": wall,
         "syntheses": result["syntheses"],
         "synthesis": result["synthesis_seconds"],
+        "longest": max(line["seconds"] for line in lines if line["type"] == "synthesis"),
     }
 
 
@@ -82,6 +102,7 @@ def _row(name: str, figures: dict[str, float]) -> tuple[object, ...]:
         round(figures["wall"], 3),
         int(figures["syntheses"]) if "syntheses" in figures else None,
         round(figures["synthesis"], 3) if "synthesis" in figures else None,
+        round(figures["longest"], 3) if "longest" in figures else None,
         UPSTREAM_SECONDS.get(name),
     )
 
