@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from shlex import quote
 
 import click
 
@@ -44,8 +45,8 @@ def command(file: Path, template: str, force: bool) -> int:
         return ExitCode.OK
     write_template(template, file, force)
     click.echo(f"{file}: {TEMPLATES[template]}", err=True)
-    click.echo(f"    try it:     safenav run {file}", err=True)
+    click.echo(f"    try it:     safenav run {quote(str(file))}", err=True)
     schema = file.with_name("safenav.schema.json")
     if not schema.exists():
-        click.echo(f"    in editors: safenav schema -o {schema}", err=True)
+        click.echo(f"    in editors: safenav schema -o {quote(str(schema))}", err=True)
     return ExitCode.OK

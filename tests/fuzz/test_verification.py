@@ -52,7 +52,7 @@ def test_random_specifications_are_answered_with_proofs() -> None:
 
 
 @pytest.mark.slow
-@campaign(350)
+@campaign(400)
 @given(scenarios())
 def test_random_scenarios_are_answered_with_proofs(data: dict[str, Any]) -> None:
     try:
