@@ -167,7 +167,11 @@ class Turns:
                 obstacle.type.action,
             )
         )
-        options = planner.alternatives(state.poses[name], observed, refused)
+        here = state.poses[name]
+        options = planner.alternatives(here, observed, refused)
+        if robot.model.timing.most > 1:
+            # Help is asked for at the end of this turn, and not by a robot on its way elsewhere.
+            options = [option for option in options if option.pose == here]
         safe = next(p for p in options if self._check(robot, p) is None)
         state.emit(Backtracked(state.tick, name, safe.pose.region))
         return safe
