@@ -11,23 +11,21 @@ from __future__ import annotations
 
 import argparse
 import resource
-import sys
 import time
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 
+from safenav.explain.sentence import explain_unrealizable
+from safenav.report.table import table
+from safenav.runtime.controllers import first_answers
+from safenav.runtime.explanation import explain_team
+from safenav.scenario.loader import load_scenario, load_scenario_text
+from safenav.scenario.model import Scenario
+from safenav.synthesis.cache import Cache
+from safenav.synthesis.slugs import Synthesizer
+
 ROOT = Path(__file__).parents[1]
-sys.path[:0] = [str(ROOT)]
-
-from safenav.explain.sentence import explain_unrealizable  # noqa: E402
-from safenav.report.table import table  # noqa: E402
-from safenav.runtime.controllers import first_answers  # noqa: E402
-from safenav.runtime.explanation import explain_team  # noqa: E402
-from safenav.scenario.loader import load_scenario, load_scenario_text  # noqa: E402
-from safenav.scenario.model import Scenario  # noqa: E402
-from safenav.synthesis.cache import Cache  # noqa: E402
-from safenav.synthesis.slugs import Synthesizer  # noqa: E402
-
 SIZES = ((7, 13), (12, 20), (20, 30), (50, 50))
 
 
@@ -42,10 +40,7 @@ def main() -> None:
         ask = Synthesizer(cache=Cache.off())
         (failed,) = [a for a in first_answers(scenario, ask).values() if not a.realizable]
         task = failed.task
-
-        def fast(task=task, scenario=scenario) -> str:  # type: ignore[no-untyped-def]
-            return explain_unrealizable(task.robot, task, scenario.map)
-
+        fast = partial(explain_unrealizable, task.robot, task, scenario.map)
         fast_wall = min(_timed(fast)[0] for _ in range(repeat))
         (found,) = explain_team(scenario, ask)
         figures = [_timed(lambda s=scenario, a=ask: explain_team(s, a)) for _ in range(repeat)]

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 from safenav.report.replay import EventKind, Status
 
-BLACK = "#000000"
 ORANGE = "#E69F00"
 SKY = "#56B4E9"
 GREEN = "#009E73"
