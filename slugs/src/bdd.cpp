@@ -137,7 +137,7 @@ void BddStore::mark(Edge f) {
 }
 
 // Dead nodes cost memory and cache misses, collections cost time and results.
-void BddStore::plan_collection() { collect_at_ = std::max<std::size_t>(1 << 16, 3 * live_); }
+void BddStore::plan_collection() { collect_at_ = std::max<std::size_t>(1 << 18, 3 * live_); }
 
 void BddStore::clear_marks() { marks_.clear_to_zero(); }
 

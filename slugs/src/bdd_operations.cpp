@@ -37,11 +37,13 @@ inline void BddStore::remember(Operation op, Edge f, Edge g, Edge h, Edge result
 }
 
 void BddStore::resize_cache() {
-  // As many entries as nodes, up to a size where a larger cache gained nothing.
-  constexpr std::size_t largest = 1u << 21;
+  // As many entries as nodes while both fit a processor's caches, then a quarter:
+  // a larger table finds little more and costs a memory access for each look.
+  constexpr std::size_t near = 1u << 18, largest = 1u << 21;
+  const std::size_t wanted = std::min(std::max(std::min(nodes_.size(), near), nodes_.size() / 4), largest);
   const std::size_t old = cache_.size();
   std::size_t size = old;
-  while (size < nodes_.size() && size < largest)
+  while (size < wanted)
     size *= 2;
   if (size == old || !account_.has_room((size - old) * sizeof(CacheEntry)))
     return;

@@ -16,10 +16,14 @@
 // - Within a round only X changes.  So the environment's moves that the system
 //   can answer by coming closer are taken away once, and each step of X asks
 //   only whether the others can be answered by staying in X.
+// - Of these, a step looks only at the moves that could still be answered in the
+//   step before: the states of all others are out of X already.  They are few,
+//   so the dearer of the two products is one with a small diagram.
 
 #include "fixpoint.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace slugs {
 
@@ -34,16 +38,32 @@ Fixpoint::Fixpoint(Game &game, bool robotics_init, Steps order, Statistics &stat
   }
 }
 
-void Fixpoint::close_under_safety() {
-  const auto step = [this] { return z_ & game_.controllable(game_.store.to_next(z_)); };
+// The largest part of `start` in which the system can stay for as long as the
+// environment moves by `moves`, with transitions that are `allowed`:
+//
+//   nu X. start & forall x'. moves -> exists y'. SYS_TRANS & allowed & X'
+Bdd Fixpoint::stay(const Bdd &start, const Bdd &moves, const Bdd &allowed, std::uint64_t &iterations) {
+  BddStore &store = game_.store;
+  Bdd x = start;
+  Bdd answered = store.constant(true); // before the last step
   for (;;) {
-    ++statistics_.safety_iterations;
-    const Bdd next = step();
-    if (next == z_)
-      return;
-    z_ = next;
+    ++iterations;
+    const auto step = [&] {
+      const Bdd kept = store.exists_both(game_.sys_trans, allowed & store.to_next(x), game_.next_outputs);
+      const Bdd lost = x & store.exists_both(moves, answered & !kept, game_.next_inputs);
+      return std::pair(kept, lost);
+    };
+    const auto [kept, lost] = step();
+    if (lost.is_false())
+      return x;
     between_steps(step);
+    answered = kept;
+    x &= !lost;
   }
+}
+
+void Fixpoint::close_under_safety() {
+  z_ = stay(z_, game_.env_trans, game_.store.constant(true), statistics_.safety_iterations);
 }
 
 bool Fixpoint::solve() {
@@ -72,30 +92,13 @@ bool Fixpoint::solve() {
 Bdd Fixpoint::wait(const Bdd &open, const Bdd &start, std::size_t i, std::uint64_t &iterations) {
   BddStore &store = game_.store;
   const Bdd &assumption = game_.assumptions[i];
-  Bdd x = start;
-  Bdd moves = open;
-  Bdd failing = !assumption;
-  if (decided_by_input_[i]) {
-    // Where the environment can satisfy the assumption, waiting is lost at once.
-    ++iterations;
-    x &= !store.exists_both(open, assumption, game_.next_inputs);
-    if (assumption.is_true())
-      return x;
-    moves = open & x & failing;
-    failing = store.constant(true);
-  }
-  const auto step = [&] {
-    const Bdd kept = store.exists_both(game_.sys_trans, failing & store.to_next(x), game_.next_outputs);
-    return x & !store.exists_both(moves, !kept, game_.next_inputs);
-  };
-  for (;;) {
-    ++iterations;
-    const Bdd next = step();
-    if (next == x)
-      return x;
-    x = next;
-    between_steps(step);
-  }
+  if (!decided_by_input_[i])
+    return stay(start, open, !assumption, iterations);
+  // Where the environment can satisfy the assumption, waiting is lost at once.
+  const Bdd x = start & !store.exists_both(open, assumption, game_.next_inputs);
+  if (assumption.is_true())
+    return x;
+  return stay(x, open & x & !assumption, store.constant(true), iterations);
 }
 
 Bdd Fixpoint::reach_goal(std::size_t j) {
