@@ -20,8 +20,9 @@ public:
               Statistics &statistics)
       : game_(game), robotics_init_(robotics_init), sink_(sink), statistics_(statistics),
         nodes_(words_for(game.store.bits()), game.store.account()), initial_(fixpoint.initial()),
-        functions_(functions(game, fixpoint)), cofactor_(game.store, functions_), successors_(game),
-        ranks_(game.store, cofactor_, game.assumptions), print_order_(game.specification.print_order()) {}
+        functions_(functions(game, fixpoint)), cofactor_(game.store, functions_),
+        successors_(game, Successors::Answers::All), ranks_(game.store, cofactor_, game.assumptions),
+        print_order_(game.specification.print_order()) {}
 
   void run() {
     BddStore &store = game_.store;
@@ -35,6 +36,7 @@ public:
       store.account().budget().check();
       if (store.live_nodes() > collect_at) {
         cofactor_.forget();
+        successors_.forget();
         ranks_.forget();
         store.collect();
       }
@@ -116,7 +118,7 @@ private:
       answers = store.conjunction(Bdd(store, answers), Bdd(store, literal)).edge();
     }
     const Ranks::Step step = ranks_.from(state, rank);
-    const PackedStates &found = successors_.all(answers);
+    const PackedStates &found = successors_.of(answers);
     for (std::size_t k = 0; k < found.size(); ++k)
       list_.push_back(nodes_.intern(found[k], ranks_.advance(step, found[k])));
   }

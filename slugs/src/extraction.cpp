@@ -26,7 +26,7 @@ public:
   Extraction(Game &game, const Fixpoint &fixpoint, StrategySink &sink, Statistics &statistics)
       : game_(game), sink_(sink), statistics_(statistics),
         nodes_(words_for(game.store.bits()), game.store.account()), strategies_(game, fixpoint),
-        cofactor_(game.store, game.guarantees), successors_(game),
+        cofactor_(game.store, game.guarantees), successors_(game, Successors::Answers::Least),
         ranks_(game.store, cofactor_, game.guarantees), print_order_(game.specification.print_order()) {}
 
   void run(const Bdd &winning) {
@@ -78,6 +78,7 @@ private:
       ranks_.forget();
       remembered_numbers_ = 0;
       cofactor_.forget();
+      successors_.forget();
       strategies_.forget();
       game_.store.collect();
     }
@@ -95,7 +96,7 @@ private:
     const auto [place, fresh] = remembered_.try_emplace(Key{f, step.rank, step.signature});
     std::vector<std::uint64_t> &list = place->second;
     if (fresh) {
-      const PackedStates &found = successors_.least(f);
+      const PackedStates &found = successors_.of(f);
       list.reserve(found.size());
       for (std::size_t i = 0; i < found.size(); ++i)
         list.push_back(nodes_.intern(found[i], ranks_.advance(step, found[i])));

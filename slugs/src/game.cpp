@@ -1,4 +1,4 @@
-// From formulas to the relations of the game, and its controllable predecessor.
+// From formulas to the relations of the game, and one step forwards.
 
 #include "game.hpp"
 
@@ -109,11 +109,6 @@ void Game::build(const std::function<void()> &between_steps) {
 void Game::restrict_to(const Bdd &some) {
   states = some;
   env_trans &= some;
-}
-
-Bdd Game::controllable(const Bdd &transitions) {
-  const Bdd answered = store.exists_both(sys_trans, transitions, next_outputs);
-  return states & !store.exists_both(env_trans, !answered, next_inputs);
 }
 
 Bdd Game::image(const Bdd &from) {

@@ -38,10 +38,6 @@ struct Game {
   Bdd states; // where the environment relation holds any move: all, or the reachable ones
   void restrict_to(const Bdd &states);
 
-  // States of `states` from which, whatever the environment does, the system
-  // can take a transition of the set; the set need not respect SYS_TRANS.
-  Bdd controllable(const Bdd &transitions);
-
   // States from which one step of both players can lead.
   Bdd image(const Bdd &from);
 

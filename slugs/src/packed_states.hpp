@@ -41,14 +41,11 @@ public:
   std::size_t bytes() const { return data_.size() * sizeof(Word); }
   void clear() { data_.clear(); }
   void push_back(const Word *state) { data_.insert(data_.end(), state, state + words_); }
+  void assign(const Word *states, std::size_t count) { data_.assign(states, states + count * words_); }
   const Word *operator[](std::size_t i) const { return data_.data() + i * words_; }
   void sort(); // lexicographically
-  // Sorts, and of those that agree on the mask keeps the least.
-  void keep_least_for_each(const std::vector<Word> &mask);
 
 private:
-  void permute(const std::vector<std::size_t> &index);
-
   std::size_t words_;
   std::vector<Word> data_;
 };

@@ -1,7 +1,9 @@
-// Enumeration follows the paths of the diagram in whatever order its variables
-// are and sorts afterwards.  The diagram may hold many outputs for an input;
-// while they are few it is cheapest to find them all and drop all but the
-// least, otherwise the diagram is first reduced to the least outputs.
+// Lists are made bottom up, whatever the order of the variables: the list of a
+// node is made of those of its children, with the node's variable 0 in one and 1
+// in the other.  Two children under an input are merged; under an output, where
+// both know an answer to the same inputs, the lesser one is kept.  So a list
+// never has more entries than inputs, however many outputs the diagram allows.
+// Below, diagrams of different states share nodes, and nodes keep their lists.
 
 #include "successors.hpp"
 
@@ -9,140 +11,161 @@
 
 namespace slugs {
 
-Successors::Successors(Game &game)
-    : game_(game), input_mask_(words_for(game.store.bits())), valuation_(words_for(game.store.bits())),
-      found_(words_for(game.store.bits())) {
+Successors::Successors(Game &game, Answers answers)
+    : game_(game), words_(words_for(game.store.bits())), place_(2 * std::size_t{game.store.bits()}),
+      told_before_{0}, mask_(words_), lists_(game.store.account()), slots_(game.store.account()),
+      found_(words_) {
   const std::vector<Variable> &variables = game.specification.variables;
+  bool outputs_met = false;
   for (std::uint32_t bit = 0; bit < variables.size(); ++bit) {
     by_level_.push_back(next_var(bit));
-    is_input_.push_back(variables[bit].owner == Owner::Input);
-    if (is_input_.back())
-      set_bit(input_mask_.data(), bit);
-    else
-      outputs_.push_back(bit);
+    if (answers == Answers::All || variables[bit].owner == Owner::Input) {
+      set_bit(mask_.data(), bit);
+      sorted_ = sorted_ && !outputs_met;
+    } else {
+      outputs_met = true;
+    }
   }
   std::sort(by_level_.begin(), by_level_.end(),
             [&](Var a, Var b) { return game.store.level_of(a) < game.store.level_of(b); });
-  std::vector<Var> later;
-  outputs_from_.resize(outputs_.size());
-  for (std::size_t k = outputs_.size(); k-- > 0;) {
-    later.push_back(next_var(outputs_[k]));
-    outputs_from_[k] = game.store.make_set(later);
+  for (std::size_t k = 0; k < by_level_.size(); ++k) {
+    place_[by_level_[k]] = k;
+    told_before_.push_back(told_before_[k] + (get_bit(mask_.data(), by_level_[k] / 2) ? 1 : 0));
   }
+  lists_.resize(words_ << 10);
+  slots_.resize(1 << 10);
 }
 
-const PackedStates &Successors::least(Edge f) {
-  constexpr std::size_t few = 256;
-  found_.clear();
-  all_outputs_ = false;
-  limit_ = few;
-  if (enumerate(f)) {
-    found_.keep_least_for_each(input_mask_);
-    return found_;
-  }
-  found_.clear();
-  limit_ = static_cast<std::size_t>(-1);
-  enumerate(least_outputs(f));
-  found_.sort();
+void Successors::forget() {
+  slots_.clear_to_zero();
+  remembered_ = 0;
+  used_ = 1;
+}
+
+const PackedStates &Successors::of(Edge f) {
+  constexpr std::size_t most = 1u << 20;
+  if (used_ > most)
+    forget();
+  const List list = list_below(f, 0);
+  found_.assign(&lists_[list.start * words_], list.count);
+  if (!sorted_)
+    found_.sort();
   return found_;
 }
 
-const PackedStates &Successors::all(Edge f) {
-  found_.clear();
-  all_outputs_ = true;
-  limit_ = static_cast<std::size_t>(-1);
-  enumerate(f);
-  found_.sort();
-  return found_;
-}
-
-// Appends what f allows; false if there are too many.
-bool Successors::enumerate(Edge f) {
-  switch (valuation_.size()) {
-  case 1:
-    return follow<1>(f, 0, {});
-  case 2:
-    return follow<2>(f, 0, {});
-  default:
-    std::fill(valuation_.begin(), valuation_.end(), 0);
-    return follow_wide(f, 0);
+// What f allows of by_level_[k..]; f depends on no other variable.
+Successors::List Successors::list_below(Edge f, std::size_t k) {
+  if (f == bdd_false)
+    return {0, 0};
+  std::size_t at = f == bdd_true ? by_level_.size() : place_[game_.store.var_of(f)];
+  List list = f == bdd_true ? List{0, 1} : list_at(f, at);
+  // Both values of what f skips, unless it is an output: 0 is the least.
+  while (told_before_[at] != told_before_[k]) {
+    const std::uint32_t bit = by_level_[--at] / 2;
+    if (get_bit(mask_.data(), bit))
+      list = join(list, list, bit);
   }
+  return list;
 }
 
-bool Successors::keep(const Word *valuation) {
-  if ((found_.size() & 0x3FF) == 0x3FF)
-    check_limits();
-  found_.push_back(valuation);
-  return found_.size() <= limit_;
+Successors::List Successors::list_at(Edge f, std::size_t k) {
+  const Slot &slot = slots_[slot_of(f)];
+  if (slot.f)
+    return slot.list;
+  const List low = list_below(game_.store.low_of(f), k + 1);
+  const List high = list_below(game_.store.high_of(f), k + 1);
+  const List list = join(low, high, by_level_[k] / 2);
+  remember(f, list);
+  return list;
 }
 
-// What f allows of by_level_[k..].  This is where most of the time of a large
-// extraction goes: valuations of a word or two are handed on by value, and only
-// where both values are possible does it recur.
+// One list of both, with the bit set in `high`.
+Successors::List Successors::join(List low, List high, std::uint32_t bit) {
+  if (high.count == 0)
+    return low;
+  const std::size_t start = reserve(low.count + high.count);
+  const Word *from = lists_.data();
+  Word *to = lists_.data() + start * words_;
+  const auto merged = [&](auto width) {
+    constexpr std::size_t words = decltype(width)::value;
+    return merge<words>(from + low.start * words_, low.count, from + high.start * words_, high.count, bit,
+                        to);
+  };
+  const std::size_t count = words_ == 1   ? merged(std::integral_constant<std::size_t, 1>())
+                            : words_ == 2 ? merged(std::integral_constant<std::size_t, 2>())
+                                          : merged(std::integral_constant<std::size_t, 0>());
+  used_ = start + count;
+  return {start, count};
+}
+
+// The width is known to the compiler where it is small; 0 is any width.
 template <std::size_t Words>
-bool Successors::follow(Edge f, std::size_t k, std::array<Word, Words> valuation) {
-  if (f == bdd_false)
-    return true;
-  for (; k < by_level_.size(); ++k) {
-    const Var v = by_level_[k];
-    const std::uint32_t bit = v / 2;
-    if (f > 1 && game_.store.var_of(f) == v) {
-      const Edge low = game_.store.low_of(f), high = game_.store.high_of(f);
-      if (high == bdd_false) {
-        f = low;
-        continue;
+std::size_t Successors::merge(const Word *low, std::size_t lows, const Word *high, std::size_t highs,
+                              std::uint32_t bit, Word *result) const {
+  const std::size_t words = Words ? Words : words_;
+  const std::size_t place = bit / 64;
+  const Word one = word_bit(bit);
+  const Word *const low_end = low + lows * words, *const high_end = high + highs * words;
+  Word *to = result;
+  while (low != low_end || high != high_end) {
+    // Which is first by the mask, and if they agree there, by the rest.
+    int order = low == low_end ? 1 : high == high_end ? -1 : 0;
+    bool same = order == 0;
+    if (same) {
+      int rest = 0;
+      for (std::size_t w = 0; w < words && !order; ++w) {
+        const Word a = low[w], b = high[w] | (w == place ? one : 0);
+        const Word x = a & mask_[w], y = b & mask_[w];
+        order = x < y ? -1 : x > y ? 1 : 0;
+        if (!rest)
+          rest = a < b ? -1 : a > b ? 1 : 0;
       }
-      if (low != bdd_false && !follow<Words>(low, k + 1, valuation))
-        return false;
-      f = high;
-    } else if (is_input_[bit] || all_outputs_) {
-      if (!follow<Words>(f, k + 1, valuation))
-        return false;
-    } else {
-      continue; // 0 is the least
+      same = order == 0;
+      if (same)
+        order = rest;
     }
-    set_bit(valuation.data(), bit);
+    const Word *const from = order < 0 ? low : high;
+    for (std::size_t w = 0; w < words; ++w)
+      to[w] = from[w];
+    if (order >= 0)
+      to[place] |= one;
+    to += words;
+    if (order < 0 || same)
+      low += words;
+    if (order >= 0 || same)
+      high += words;
   }
-  return keep(valuation.data());
+  return static_cast<std::size_t>(to - result) / words;
 }
 
-// The same for any width, in place.
-bool Successors::follow_wide(Edge f, std::size_t k) {
-  if (f == bdd_false)
-    return true;
-  if (k == by_level_.size())
-    return keep(valuation_.data());
-  const Var v = by_level_[k];
-  const std::uint32_t bit = v / 2;
-  const bool branches = f > 1 && game_.store.var_of(f) == v;
-  if (!follow_wide(branches ? game_.store.low_of(f) : f, k + 1))
-    return false;
-  if (!branches && !is_input_[bit] && !all_outputs_)
-    return true; // 0 is the least
-  set_bit(valuation_.data(), bit);
-  const bool complete = follow_wide(branches ? game_.store.high_of(f) : f, k + 1);
-  reset_bit(valuation_.data(), bit);
-  return complete;
-}
-
-// A state may have more successors than memory can hold.
-void Successors::check_limits() const {
-  MemoryAccount &account = game_.store.account();
-  account.budget().check();
-  constexpr std::size_t copies = 4; // while sorting, and as numbers
-  if (!account.has_room(copies * found_.bytes()))
-    MemoryAccount::refuse();
-}
-
-Edge Successors::least_outputs(Edge f) {
-  BddStore &store = game_.store;
-  Bdd result(store, f);
-  for (std::size_t k = 0; k < outputs_.size(); ++k) {
-    const Bdd zero = !store.variable(next_var(outputs_[k]));
-    const Bdd with_zero = result & zero;
-    result = with_zero | (result & !store.exists(with_zero, outputs_from_[k]));
+// Room at the end of the lists: a state may have more successors than memory.
+std::size_t Successors::reserve(std::size_t count) {
+  const std::size_t needed = (used_ + count) * words_;
+  if (needed > lists_.size()) {
+    game_.store.account().budget().check();
+    lists_.resize(std::max(needed, 2 * lists_.size()));
   }
-  return result.edge();
+  return used_;
+}
+
+void Successors::remember(Edge f, List list) {
+  if (2 * ++remembered_ > slots_.size()) {
+    std::vector<Slot> old(slots_.data(), slots_.data() + slots_.size());
+    slots_.resize(2 * slots_.size());
+    slots_.clear_to_zero();
+    for (const Slot &slot : old)
+      if (slot.f)
+        slots_[slot_of(slot.f)] = slot;
+  }
+  slots_[slot_of(f)] = {f, list};
+}
+
+// Where f is, or would be.
+std::size_t Successors::slot_of(Edge f) const {
+  std::size_t slot = (f * 0x9E3779B97F4A7C15ull >> 32) & (slots_.size() - 1);
+  while (slots_[slot].f && slots_[slot].f != f)
+    slot = (slot + 1) & (slots_.size() - 1);
+  return slot;
 }
 
 } // namespace slugs

@@ -3,44 +3,57 @@
 
 #pragma once
 
+#include "counted_array.hpp"
 #include "game.hpp"
 #include "packed_states.hpp"
 
-#include <array>
 #include <vector>
 
 namespace slugs {
 
 class Successors {
 public:
-  explicit Successors(Game &game);
+  enum class Answers {
+    Least, // for each next input that f allows, with the lexicographically least output
+    All,   // everything that f allows
+  };
+  Successors(Game &game, Answers answers);
 
-  // Sorted lists; valid until the next call.
-  // For each next input that f allows, with the lexicographically least output.
-  const PackedStates &least(Edge f);
-  // Everything that f allows.
-  const PackedStates &all(Edge f);
-
-  // The least next output is chosen by diagrams: f & "no smaller one in f".
-  Edge least_outputs(Edge f);
+  // Sorted; valid until the next call.
+  const PackedStates &of(Edge f);
+  void forget(); // with a collection
 
 private:
-  bool enumerate(Edge f);
-  template <std::size_t Words> bool follow(Edge f, std::size_t k, std::array<Word, Words> valuation);
-  bool follow_wide(Edge f, std::size_t k);
-  bool keep(const Word *valuation);
-  void check_limits() const;
+  struct List { // of valuations in lists_, sorted by those bits that tell them apart
+    std::size_t start, count;
+  };
+  struct Slot {
+    Edge f; // 0 in an empty slot
+    List list;
+  };
+
+  List list_below(Edge f, std::size_t k);
+  List list_at(Edge f, std::size_t k);
+  List join(List low, List high, std::uint32_t bit);
+  template <std::size_t Words>
+  std::size_t merge(const Word *low, std::size_t lows, const Word *high, std::size_t highs, std::uint32_t bit,
+                    Word *result) const;
+  std::size_t reserve(std::size_t count);
+  void remember(Edge f, List list);
+  std::size_t slot_of(Edge f) const;
 
   Game &game_;
-  std::vector<Var> by_level_;          // next variables
-  std::vector<char> is_input_;         // by bit
-  std::vector<std::uint32_t> outputs_; // bits, as declared
-  std::vector<VarSet> outputs_from_;   // the next copies of outputs_[k] and later ones
-  std::vector<Word> input_mask_;
-  std::vector<Word> valuation_; // of follow_wide
+  std::size_t words_;
+  std::vector<Var> by_level_;              // next variables
+  std::vector<std::size_t> place_;         // of a variable in by_level_
+  std::vector<std::uint32_t> told_before_; // how many bits of the mask by_level_[..k) have
+  std::vector<Word> mask_;                 // the bits that tell valuations of a list apart
+  bool sorted_ = true;                     // sorted by the mask is sorted
+  CountedArray<Word> lists_;
+  std::size_t used_ = 1; // valuations; the first one is all 0
+  CountedArray<Slot> slots_;
+  std::size_t remembered_ = 0;
   PackedStates found_;
-  std::size_t limit_ = 0;
-  bool all_outputs_ = false;
 };
 
 } // namespace slugs
