@@ -136,8 +136,12 @@ void BddStore::mark(Edge f) {
   }
 }
 
-// Dead nodes cost memory and cache misses, collections cost time and results.
-void BddStore::plan_collection() { collect_at_ = std::max<std::size_t>(1 << 18, 3 * live_); }
+// Dead nodes cost memory and cache misses, collections cost time and results: a
+// short run stays small, a long one collects less often.
+void BddStore::plan_collection() {
+  const std::size_t least = collections_ < 8 ? 1 << 16 : 1 << 18;
+  collect_at_ = std::max(least, 3 * live_);
+}
 
 void BddStore::clear_marks() { marks_.clear_to_zero(); }
 

@@ -46,19 +46,21 @@ Bdd Fixpoint::stay(const Bdd &start, const Bdd &moves, const Bdd &allowed, std::
   BddStore &store = game_.store;
   Bdd x = start;
   Bdd answered = store.constant(true); // before the last step
+  const auto step = [&] {
+    const Bdd kept = store.exists_both(game_.sys_trans, allowed & store.to_next(x), game_.next_outputs);
+    const Bdd lost = x & store.exists_both(moves, answered & !kept, game_.next_inputs);
+    return std::pair(kept, lost);
+  };
   for (;;) {
     ++iterations;
-    const auto step = [&] {
-      const Bdd kept = store.exists_both(game_.sys_trans, allowed & store.to_next(x), game_.next_outputs);
-      const Bdd lost = x & store.exists_both(moves, answered & !kept, game_.next_inputs);
-      return std::pair(kept, lost);
-    };
-    const auto [kept, lost] = step();
-    if (lost.is_false())
-      return x;
-    between_steps(step);
-    answered = kept;
-    x &= !lost;
+    {
+      const auto [kept, lost] = step();
+      if (lost.is_false())
+        return x;
+      answered = kept;
+      x &= !lost;
+    }
+    between_steps(step, [&] { answered = store.constant(true); });
   }
 }
 
@@ -110,7 +112,7 @@ Bdd Fixpoint::reach_goal(std::size_t j) {
   const auto answer = [&](const Bdd &targets) {
     const auto step = [&] { return open & !store.exists_both(game_.sys_trans, targets, game_.next_outputs); };
     open = step();
-    between_steps(step);
+    between_steps(step, [] {});
   };
   answer(game_.guarantees[j] & store.to_next(z_));
   Bdd y = store.constant(false);

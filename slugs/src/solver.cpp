@@ -84,17 +84,15 @@ struct Solver::Implementation {
   }
 
   // Small diagrams are not the aim, cheap steps are, and sometimes the former
-  // makes the latter dearer: then the former order is restored.  `step` is work
-  // such as that to come, if there is any to compare by.
-  void sift_if_grown(const std::function<void()> &step) {
+  // makes the latter dearer: then the former order is restored.
+  void sift_if_grown(const Fixpoint::Work &step, const Fixpoint::Work &drop) {
     BddStore &store = game->store;
     if (store.collected_nodes() < sift_at)
       return;
-    if (!step) {
-      sift();
-      return plan_sifting(4);
-    }
+    drop();
     store.collect();
+    if (store.live_nodes() < sift_at)
+      return;
     const auto cost = [&] {
       store.clear_cache();
       const std::uint64_t before = store.work();
@@ -108,6 +106,13 @@ struct Solver::Implementation {
       store.undo(log);
     // Where sifting gains little, more sifting gains nothing.
     plan_sifting(new_cost < old_cost - old_cost / 5 ? 4 : 16);
+  }
+  // The same where there is no such work to compare by yet.
+  void sift_if_grown() {
+    if (game->store.collected_nodes() < sift_at)
+      return;
+    sift();
+    plan_sifting(4);
   }
   void plan_sifting(std::size_t growth) {
     game->store.collect();
@@ -126,11 +131,11 @@ void Solver::Implementation::solve() {
         options.start_order.empty() ? force_order(specification) : options.start_order;
     game.emplace(specification, order, budget);
     sift_at = 1 << 16;
-    game->build([this] { sift_if_grown(nullptr); });
+    game->build([this] { sift_if_grown(); });
     plan_sifting(4);
   });
   timed(Phase::Reach, [&] {
-    const Bdd reachable = reachable_states(*game, [this] { sift_if_grown(nullptr); });
+    const Bdd reachable = reachable_states(*game, [this] { sift_if_grown(); });
     statistics.reachable_states = game->store.count(reachable, game->current_vars());
     game->restrict_to(reachable);
     game->store.collect();
@@ -142,7 +147,9 @@ void Solver::Implementation::solve() {
                         : options.bias_for_action ? Steps::BiasForAction
                                                   : Steps::Plain;
     fixpoint.emplace(*game, options.robotics_init, steps, statistics);
-    fixpoint->between_steps = [this](const std::function<void()> &step) { sift_if_grown(step); };
+    fixpoint->between_steps = [this](const Fixpoint::Work &step, const Fixpoint::Work &drop) {
+      sift_if_grown(step, drop);
+    };
     verdict = fixpoint->solve() ? Verdict::Realizable : Verdict::Unrealizable;
     if (verdict == Verdict::Realizable) {
       const Bdd stuck = fixpoint->winning() & !game->store.exists(game->env_trans, game->next_inputs);

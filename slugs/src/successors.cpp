@@ -43,7 +43,7 @@ void Successors::forget() {
 }
 
 const PackedStates &Successors::of(Edge f) {
-  constexpr std::size_t most = 1u << 20;
+  constexpr std::size_t most = 1u << 16;
   if (used_ > most)
     forget();
   const List list = list_below(f, 0);
