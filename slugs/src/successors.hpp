@@ -19,9 +19,10 @@ public:
   };
   Successors(Game &game, Answers answers);
 
-  // Sorted; valid until the next call.
+  // Sorted; valid until the next call.  What is remembered of diagrams does not
+  // survive a collection: whoever uses this pauses them, and forgets with each.
   const PackedStates &of(Edge f);
-  void forget(); // with a collection
+  void forget();
 
 private:
   struct List { // of valuations in lists_, sorted by those bits that tell them apart

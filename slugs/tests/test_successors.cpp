@@ -105,6 +105,7 @@ void lists_are_those_of_all_valuations() {
       std::iota(order.begin(), order.end(), 0u);
       std::shuffle(order.begin(), order.end(), random);
       Game game(specification, order, {});
+      const CollectionPause no_collection(game.store);
       Successors least(game, Successors::Answers::Least), all(game, Successors::Answers::All);
       for (int k = 0; k < 12; ++k) {
         const RandomFunction g = make(game, random);
