@@ -38,21 +38,21 @@ class Case:
     """One run to make: a scenario with some of its settings replaced.
 
     ``name`` is unique within a batch and the same in the next one. ``text`` is the scenario
-    (None if the file could not be read: running the case says why).
+    (None if the file could not be read: running the case says why). ``references`` stands for
+    the content of the files that it names.
     """
 
     name: str
     file: str
     text: str | None = None
     settings: Settings = field(default_factory=dict)
+    references: str = ""
 
     @property
     def fingerprint(self) -> str:
-        """Same fingerprint, same work: what was done under it need not be done again.
-
-        Files that the scenario names (catalogues, maps) are not part of it.
-        """
-        made_of = [safenav.__version__, self.name, self.file, self.text, dict(self.settings)]
+        """Same fingerprint, same work: what was done under it need not be done again."""
+        version, settings = safenav.__version__, dict(self.settings)
+        made_of = [version, self.name, self.file, self.text, settings, self.references]
         return hashlib.sha256(json.dumps(made_of, sort_keys=True).encode()).hexdigest()[:16]
 
 

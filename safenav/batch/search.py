@@ -17,6 +17,7 @@ from typing import Any
 
 from safenav.batch.case import Case
 from safenav.batch.matrix import Matrix, Named, is_matrix, read_matrix
+from safenav.batch.references import References
 from safenav.errors import UsageError
 from safenav.scenario.document import DocumentError, Mapping, read_document
 from safenav.scenario.findings import Findings
@@ -54,6 +55,7 @@ class _Search:
     def __init__(self) -> None:
         self.found = Found()
         self._texts: dict[str, str | None] = {}
+        self._references = References()
         self._known: set[tuple[str, str]] = set()
         self._names: set[str] = set()
 
@@ -115,7 +117,10 @@ class _Search:
         if identity in self._known:
             return
         self._known.add(identity)
-        self.found.cases.append(Case(self._name(file, settings), file, self._text(path), settings))
+        text = self._text(path)
+        references = "" if text is None else self._references.of(path, text, settings)
+        name = self._name(file, settings)
+        self.found.cases.append(Case(name, file, text, settings, references))
 
     def _name(self, file: str, settings: dict[str, Any]) -> str:
         parts = [f"{path}={_clipped(value)}" for path, value in settings.items()]

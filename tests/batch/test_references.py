@@ -1,0 +1,97 @@
+"""A case is done for good only while the files that its scenario names stay as they are."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+from batch.made_scenarios import SlugsLog, Write
+from batch.running import safenav
+from safenav.batch.search import find_cases
+
+ROBOTS = "robots: {quick: {model: quadcopter, start: 6, objective: {patrol: [6, 8]}}}\n"
+ROS = "resolution: 0.5\norigin: [0, 0, 0]\noccupied_thresh: 0.65\nfree_thresh: 0.2\nnegate: 0\n"
+MAPS = {
+    "drawn": ("{grid: ['#####', '#...#', '#####']}", []),
+    "image": ("{image: floor.pgm, rows: 1, cols: 1}", ["floor.pgm"]),
+    "ros": ("{ros: maps/floor.yaml, resolution: 0.5}", ["maps/floor.yaml", "maps/floor.pgm"]),
+    "movingai": ("{movingai: arena.map}", ["arena.map"]),
+}
+
+
+@pytest.fixture
+def files(tmp_path: Path) -> Path:
+    (tmp_path / "maps").mkdir()
+    (tmp_path / "maps/floor.yaml").write_text(ROS + "image: floor.pgm\n")
+    for name in ("floor.pgm", "maps/floor.pgm", "arena.map", "own.yaml", "unrelated.png"):
+        (tmp_path / name).write_text("first")
+    return tmp_path
+
+
+def _case(folder: Path, form: str, catalogue: str = "") -> str:
+    scenario = folder / "scenario.yaml"
+    scenario.write_text(f"safenav: 1\nmap: {MAPS[form][0]}\n{catalogue}{ROBOTS}")
+    (case,) = find_cases([str(scenario)]).cases
+    return case.fingerprint
+
+
+@pytest.mark.parametrize("form", MAPS)
+@pytest.mark.parametrize("catalogue", ["", "catalogue: own.yaml\n"])
+def test_a_change_of_any_named_file_is_seen_and_of_no_other(
+    files: Path, form: str, catalogue: str
+) -> None:
+    before = _case(files, form, catalogue)
+    named = [*MAPS[form][1], *(["own.yaml"] if catalogue else [])]
+    for name in ("floor.pgm", "maps/floor.yaml", "maps/floor.pgm", "arena.map", "own.yaml"):
+        kept = (files / name).read_text()
+        (files / name).write_text(kept + "# changed")
+        assert (_case(files, form, catalogue) != before) == (name in named), name
+        (files / name).write_text(kept)
+    (files / "unrelated.png").write_text("changed")
+    assert _case(files, form, catalogue) == before
+
+
+def test_a_file_that_appears_is_a_change_and_a_pipe_is_not_waited_for(files: Path) -> None:
+    (files / "arena.map").unlink()
+    before = _case(files, "movingai")
+    (files / "arena.map").write_text("first")
+    assert _case(files, "movingai") != before
+    (files / "arena.map").unlink()
+    os.mkfifo(files / "arena.map")
+    assert _case(files, "movingai") == before
+
+
+def test_the_map_that_a_matrix_puts_in_place_counts(files: Path) -> None:
+    _case(files, "movingai")
+    (files / "other.map").write_text("first")
+    (files / "matrix.yaml").write_text(
+        "batch: 1\nscenarios: [scenario.yaml]\nmatrix: {map.movingai: [arena.map, other.map]}\n"
+    )
+
+    def prints() -> dict[str, str]:
+        cases = find_cases([str(files / "matrix.yaml")]).cases
+        return {case.settings["map.movingai"]: case.fingerprint for case in cases}
+
+    before = prints()
+    (files / "other.map").write_text("second")
+    after = prints()
+    assert after["arena.map"] == before["arena.map"]
+    assert after["other.map"] != before["other.map"]
+
+
+def test_resume_runs_a_scenario_again_whose_catalogue_changed(
+    write: Write, slugs: SlugsLog
+) -> None:
+    model = "robots: {digger: {mobility: free, layer: ground}}\n"
+    write("own.yaml", text=model)
+    text = "map: {grid: ['#####', '#...#', '#####']}\ncatalogue: own.yaml\n"
+    text += "robots: {r: {model: digger, start: 6, objective: {patrol: [6, 8]}}}\n"
+    write("a.yaml", text=f"safenav: 1\n{text}expect: {{outcome: unrealizable}}\n")
+    write("b.yaml")
+    words = ["a.yaml", "b.yaml", "--out", "out", "--resume"]
+    assert safenav(*words).returncode == 0
+    assert "(2 of them done before)" in safenav(*words).stdout
+    assert len(slugs.pids) == 2
+    write("own.yaml", text=model + "# another one\n")
+    assert "(1 of them done before)" in safenav(*words).stdout
+    assert len(slugs.pids) == 3
