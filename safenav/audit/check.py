@@ -15,6 +15,7 @@ from safenav.audit.records import (
     Backtrack,
     Belief,
     Blocked,
+    Discovered,
     Goal,
     Header,
     Move,
@@ -100,8 +101,8 @@ RULES: tuple[type[Rule], ...] = (
 """Every rule, in the order in which findings on one line are told."""
 
 NAMES_RULE = "names"
-"""Lines speak of robots and obstacles of the header only. Kept here, since lines that break it
-mean nothing to the other rules and are left out."""
+"""Lines speak of robots and obstacles of the header only, or of obstacles that were discovered
+before. Kept here, since lines that break it mean nothing to the other rules and are left out."""
 
 
 @dataclass(frozen=True)
@@ -209,6 +210,8 @@ def _stranger(record: Record, header: Header) -> str | None:
             robots, obstacle = list(record.robots), record.obstacle
         case Violation() | Resolved():
             robots, obstacle = [record.robot], record.obstacle
+        case Discovered():
+            robots = list(record.obstacle.blocks)
         case Outcome():
             robots = list(record.rounds)
         case Belief():
@@ -218,7 +221,8 @@ def _stranger(record: Record, header: Header) -> str | None:
     for robot in robots:
         if robot is not None and robot not in header.robots:
             return robot
-    return obstacle if obstacle is not None and obstacle not in header.obstacles else None
+    known = header.obstacles.get(obstacle) if obstacle is not None else None
+    return obstacle if known is None or known.line > record.line else None
 
 
 def _statistics(trace: Trace) -> Statistics:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from pathlib import Path
 
 from safenav.audit.fields import Fields
@@ -18,6 +19,7 @@ from safenav.audit.records import (
     Belief,
     Blocked,
     BlockReason,
+    Discovered,
     Ending,
     Goal,
     Header,
@@ -103,6 +105,8 @@ class _Reader:
             self._report(number, "the first line must be the header", "is this a safenav trace?")
         elif kind in _PARSERS:
             record = _PARSERS[kind](number, fields.integer("tick"), fields)
+            if isinstance(record, Discovered) and not problems:
+                self._announce(record.obstacle, problems)
             if not problems:
                 self._records.append(record)
         elif not problems:
@@ -131,6 +135,14 @@ class _Reader:
             return
         self._header = _header(number, fields)
 
+    def _announce(self, obstacle: ObstacleHeader, problems: list[str]) -> None:
+        assert self._header is not None, "nothing is read before it"
+        if obstacle.name in self._header.obstacles:
+            problems.append(f"{obstacle.name} is known already")
+            return
+        obstacles = {**self._header.obstacles, obstacle.name: obstacle}
+        self._header = replace(self._header, obstacles=obstacles)
+
     def _report(self, number: int, found: str, hint: str = "") -> None:
         self._diagnostics.append(Diagnostic(self._source, number, 1, found, hint))
 
@@ -141,7 +153,7 @@ def _header(number: int, fields: Fields) -> Header:
     until, limits = scenario.inner("until"), scenario.inner("limits")
     obstacles = {}
     for entry in scenario.inner_list("obstacles"):
-        obstacle = _obstacle(entry)
+        obstacle = _obstacle(number, entry)
         if obstacle.name in obstacles:
             fields.problems.append(f"two obstacles are named {obstacle.name}")
         obstacles[obstacle.name] = obstacle
@@ -160,6 +172,7 @@ def _header(number: int, fields: Fields) -> Header:
         coordination=scenario.text("coordination"),
         resolution=_pair(world, "resolution"),
         origin=_triple(world, "origin"),
+        external=scenario.has("world") and scenario.text("world") == "external",
     )
 
 
@@ -192,7 +205,7 @@ def _robot(name: str, fields: Fields) -> RobotHeader:
     )
 
 
-def _obstacle(fields: Fields) -> ObstacleHeader:
+def _obstacle(line: int, fields: Fields) -> ObstacleHeader:
     return ObstacleHeader(
         name=fields.text("name"),
         type=fields.text("type"),
@@ -201,7 +214,12 @@ def _obstacle(fields: Fields) -> ObstacleHeader:
         resolution_regions=fields.regions("resolution_regions"),
         blocks=frozenset(fields.texts("blocks")),
         traversable=fields.flag_or_null("traversable"),
+        line=line,
     )
+
+
+def _discovered(line: int, tick: int, fields: Fields) -> Discovered:
+    return Discovered(line, tick, _obstacle(line, fields.inner("obstacle")))
 
 
 def _synthesis(line: int, tick: int, fields: Fields) -> Synthesis:
@@ -359,6 +377,7 @@ _PARSERS: dict[str, Callable[[int, int, Fields], Record]] = {
     "request": _request,
     "push": _push,
     "pop": _pop,
+    "discovered": _discovered,
     "resolved": _resolved,
     "blocked": _blocked,
     "goal": _goal,

@@ -89,7 +89,8 @@ class RobotHeader:
 
 @dataclass(frozen=True)
 class ObstacleHeader:
-    """A hidden obstacle; ``blocks`` as written, ``traversable`` is the truth of this run."""
+    """A hidden obstacle; ``blocks`` as written, ``traversable`` is the truth of this run.
+    ``line`` is where it is announced: in the header, or where it was discovered."""
 
     name: str
     type: str
@@ -98,11 +99,14 @@ class ObstacleHeader:
     resolution_regions: tuple[Region, ...]
     blocks: frozenset[str]
     traversable: bool | None
+    line: int = 1
 
 
 @dataclass(frozen=True)
 class Header:
-    """The first line. ``robots`` are in the order of their turns; a limit that the header
+    """The first line. ``robots`` are in the order of their turns; ``obstacles`` include those
+    that were discovered later. ``external``: the world was not simulated, so that obstacles are
+    suspected only, nobody knows their truth, and actions may fail. A limit that the header
     does not give is None, and so are ``resolution`` (metres that a region measures along x and
     y) and ``origin`` (x, y and yaw of the south-western corner)."""
 
@@ -120,6 +124,7 @@ class Header:
     coordination: str
     resolution: tuple[float, float] | None = None
     origin: tuple[float, float, float] | None = None
+    external: bool = False
 
 
 @dataclass(frozen=True)
@@ -201,6 +206,11 @@ class Pop(Line):
 
 
 @dataclass(frozen=True)
+class Discovered(Line):
+    obstacle: ObstacleHeader
+
+
+@dataclass(frozen=True)
 class Resolved(Line):
     obstacle: str
     robot: str
@@ -260,6 +270,7 @@ Record = (
     | Request
     | Push
     | Pop
+    | Discovered
     | Resolved
     | Blocked
     | Goal

@@ -69,18 +69,19 @@ class MobilityRule(Rule):
 
 
 class UnresolvedObstacleRule(Rule):
-    """Nobody is in the region of an obstacle that blocks it and is not resolved (D 5.3)."""
+    """Nobody is in the region of an obstacle that blocks it and is not resolved (D 5.3). Of a
+    world that is not simulated the trace does not tell what is really there."""
 
     name = "unresolved-obstacle"
 
     def opening(self, now: Situation) -> Iterator[Finding]:
         for robot, region in now.region.items():
-            for problem in _entered(robot, region, now, Status.UNRESOLVED):
+            for problem in _unresolved(robot, region, now):
                 yield self.broken(0, robot, now.header.line, problem)
 
     def line(self, record: Record, now: Situation) -> Iterator[Finding]:
         if isinstance(record, Move):
-            for problem in _entered(record.robot, record.to, now, Status.UNRESOLVED):
+            for problem in _unresolved(record.robot, record.to, now):
                 yield self.broken_by(record, record.robot, problem)
 
 
@@ -193,6 +194,10 @@ class SwapRule(Rule):
                 problem = f"{other.robot} and {record.robot} change places, {places}"
                 yield self.broken_by(record, record.robot, problem)
         self._moves.append(record)
+
+
+def _unresolved(robot: str, region: int, now: Situation) -> Iterator[str]:
+    return iter(()) if now.header.external else _entered(robot, region, now, Status.UNRESOLVED)
 
 
 def _entered(robot: str, region: int, now: Situation, status: Status) -> Iterator[str]:

@@ -48,7 +48,8 @@ class ViolationRule(Rule):
             yield f"{obstacle.name} does not block {robot}"
         status = now.status[obstacle.name]
         if status is Status.RESOLVED:
-            yield f"{obstacle.name} was resolved before"
+            if not now.header.external:  # where doors fall shut again
+                yield f"{obstacle.name} was resolved before"
         elif status is not Status.UNRESOLVED:
             yield f"{obstacle.name} is known; {robot} should not have proposed to enter it"
 
@@ -81,8 +82,8 @@ class BacktrackRule(Rule):
 
 class ResolutionRule(Rule):
     """An obstacle is resolved once, by a robot that has its action and stands where that can
-    be performed; it reveals the truth of the header, and says rightly whether a request for it
-    was open (D 5.2 and 5.6, T)."""
+    be performed; it reveals the truth of the header, if the world is simulated, and says rightly
+    whether a request for it was open (D 5.2 and 5.6, T)."""
 
     name = "resolution"
 
@@ -100,10 +101,11 @@ class ResolutionRule(Rule):
             yield f"{robot} resolves {name} from {at}, but is at {now.show(now.region[robot])}"
         if record.at not in obstacle.resolution_regions:
             yield f"{name} cannot be resolved from {at}"
-        if now.status[name] in (Status.RESOLVED, Status.UNTRAVERSABLE):
+        again = now.status[name] is Status.RESOLVED and not now.header.external
+        if again or now.status[name] is Status.UNTRAVERSABLE:
             yield f"{name} was resolved before"
             return
-        if record.traversable is not obstacle.traversable:
+        if record.traversable is not obstacle.traversable and not now.header.external:
             found, truth = _truth(record.traversable), _truth(obstacle.traversable)
             yield f"{name} is {truth}, but {robot} finds it {found}"
         if record.requested is not now.is_requested(name):
@@ -114,14 +116,14 @@ class ResolutionRule(Rule):
 class MissedResolutionRule(Rule):
     """A robot that has the action and stands on a resolution region after its turn has resolved
     the obstacle, whether or not it was asked (D 5.2). Where two could be resolved and the first
-    ended the run, the second is not missed."""
+    ended the run, the second is not missed; where the world is not simulated, actions may fail."""
 
     name = "missed-resolution"
 
     def turn(self, now: Situation) -> Iterator[Finding]:
         turn = now.turn
         move = turn.first(Move)
-        if turn.robot is None or move is None or now.is_cut_short():
+        if turn.robot is None or move is None or now.is_cut_short() or now.header.external:
             return
         here = now.region[turn.robot]
         for obstacle in now.header.obstacles.values():

@@ -9,6 +9,7 @@ from safenav.audit.records import (
     Backtrack,
     Belief,
     Blocked,
+    Discovered,
     Ending,
     Goal,
     Move,
@@ -97,7 +98,13 @@ class OrderRule(Rule):
         self._phase = 0
 
     def line(self, record: Record, now: Situation) -> Iterator[Finding]:
-        if isinstance(record, Violation | Backtrack | Move) and now.starts_turn(record):
+        if isinstance(record, Discovered):  # within a turn, or before the first line of one
+            if record.tick not in (now.turn.tick, self._tick):
+                problem = (
+                    f"{record.obstacle.name} is discovered in tick {record.tick}, out of order"
+                )
+                yield self.broken_by(record, None, problem)
+        elif isinstance(record, Violation | Backtrack | Move) and now.starts_turn(record):
             yield from self._turn_begins(record, now)
         else:
             yield from self._turn_goes_on(record, now)

@@ -196,6 +196,9 @@ class Situation:
                 self.beliefs[record.robot, record.of] = record
             case Violation():
                 self.discovered.add(record.obstacle)
+                if self.header.external and self.status[record.obstacle] is Status.RESOLVED:
+                    # A door has fallen shut again.
+                    self.status[record.obstacle] = Status.UNRESOLVED
             case Resolved():
                 gone = record.traversable is not False
                 self.status[record.obstacle] = Status.RESOLVED if gone else Status.UNTRAVERSABLE

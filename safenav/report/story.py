@@ -15,6 +15,7 @@ from safenav.report.mapdraw import MapPicture, Marker, draw, letters
 from safenav.runtime.events import (
     AssumptionViolated,
     Blocked,
+    Discovered,
     Ended,
     Event,
     GoalReached,
@@ -27,7 +28,7 @@ from safenav.runtime.events import (
     Synthesized,
     Violated,
 )
-from safenav.scenario.model import Obstacle, Scenario
+from safenav.scenario.model import Scenario
 from safenav.scenario.objective import describe, targets_of
 from safenav.world.map import Heading, Region
 
@@ -54,7 +55,7 @@ class Story:
         self._poses: dict[str, tuple[Region, Heading | None]] = {
             r.name: (r.start.region, r.start.heading) for r in scenario.robots
         }
-        self._obstacles: Mapping[str, Obstacle] = {o.name: o for o in scenario.obstacles}
+        self._obstacles = {o.name: (o.region, o.type.action) for o in scenario.obstacles}
         self._closed: dict[Region, str] = {}
         self._barred: dict[Region, str] = {}
         self._syntheses: list[Synthesized] = []
@@ -75,6 +76,9 @@ class Story:
             case Moved():
                 facing = Heading[event.heading.upper()] if event.heading else None
                 self._poses[event.robot] = (event.to, facing)
+            case Discovered():
+                place = (event.obstacle["region"], event.obstacle["action"])
+                self._obstacles[event.obstacle["name"]] = place
             case Violated():
                 self._violated(event)
             case Requested():
@@ -137,12 +141,10 @@ class Story:
         self._map()
 
     def _resolved(self, event: Resolved) -> None:
-        obstacle = self._obstacles.get(event.obstacle)
-        if obstacle is not None:
-            self._closed.pop(obstacle.region, None)
+        region, action = self._obstacles[event.obstacle]
+        self._closed.pop(region, None)
         found = {True: ", it is traversable", False: ", it is not traversable", None: ""}
         unasked = "" if event.requested else " without being asked"
-        action = obstacle.type.action if obstacle is not None else "resolve"
         self._rounds.clear()  # they are counted from the last resolution on
         self._say(
             event.tick,
@@ -152,10 +154,9 @@ class Story:
         self._map()
 
     def _blocked(self, event: Blocked) -> None:
-        obstacle = self._obstacles.get(event.obstacle)
-        if obstacle is not None:
-            self._closed.pop(obstacle.region, None)
-            self._barred[obstacle.region] = event.obstacle
+        region, _ = self._obstacles[event.obstacle]
+        self._closed.pop(region, None)
+        self._barred[region] = event.obstacle
         robots = ", ".join(self._name(name) for name in event.robots)
         self._say(
             event.tick,

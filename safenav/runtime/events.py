@@ -94,6 +94,14 @@ class Moved(Event):
 
 
 @dataclass(frozen=True)
+class Discovered(Event):
+    """An obstacle that the scenario does not list; written as in the header."""
+
+    type: ClassVar[str] = "discovered"
+    obstacle: dict[str, Any]
+
+
+@dataclass(frozen=True)
 class Violated(Event):
     type: ClassVar[str] = "violation"
     robot: str

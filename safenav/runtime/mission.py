@@ -17,7 +17,7 @@ from safenav.errors import SafenavError
 from safenav.runtime.controllers import Controllers
 from safenav.runtime.coordination import Impasse, Resynthesis
 from safenav.runtime.deadlock import Watch
-from safenav.runtime.environment import SimulatedWorld, World, draw_truths
+from safenav.runtime.environment import SimulatedWorld, World
 from safenav.runtime.events import Ended, Header, Reason
 from safenav.runtime.explanation import explain_impasse, explain_unrealizable
 from safenav.runtime.state import TeamState, with_alternation
@@ -90,7 +90,7 @@ class Mission:
             while self.result is None:
                 self.step()
         except KeyboardInterrupt:
-            self._end(Outcome.INTERRUPTED, "interrupted by the user")
+            return self.give_up()
         except SafenavError as error:
             self._emit_end("error", str(error), None)
             raise
@@ -103,6 +103,14 @@ class Mission:
         self._stopping = True
         if self._controllers.asking:
             raise KeyboardInterrupt
+
+    def give_up(self, explanation: str = "interrupted by the user") -> RunResult:
+        """End a run that was started, with the outcome ``interrupted``: for programs that call
+        ``step`` and will not go on. A run that has ended stays as it is."""
+        if self.result is None:
+            self._end(Outcome.INTERRUPTED, explanation)
+        assert self.result is not None
+        return self.result
 
     def start(self) -> None:
         """Synthesize the first controllers; a robot without one ends the run here."""
@@ -185,10 +193,8 @@ class Mission:
             assignment.progress.rounds >= wanted for assignment in tasks.current.values()
         )
 
-    def _truths(self) -> dict[str, bool | None]:
-        if isinstance(self._world, SimulatedWorld):
-            return self._world.truths
-        return draw_truths(self.scenario)
+    def _truths(self) -> dict[str, bool | None] | None:
+        return self._world.truths if isinstance(self._world, SimulatedWorld) else None
 
     def _end(self, outcome: Outcome, explanation: str, cause: str | None = None) -> None:
         ended = self._emit_end(outcome.value, explanation, cause)

@@ -7,11 +7,11 @@ from dataclasses import dataclass, field, replace
 
 from safenav.runtime.beliefs import Beliefs
 from safenav.runtime.environment import Characterization, World
-from safenav.runtime.events import Event
+from safenav.runtime.events import Discovered, Event
 from safenav.runtime.navigation import Planner
 from safenav.runtime.tasks import Assignment, TaskStack
-from safenav.runtime.trace import Listener
-from safenav.scenario.model import Coordination, Robot, Scenario
+from safenav.runtime.trace import Listener, obstacle_record
+from safenav.scenario.model import Coordination, Obstacle, Robot, Scenario
 from safenav.scenario.objective import to_data
 from safenav.spec.assignable import own_objective
 from safenav.spec.others import Sightings
@@ -44,6 +44,7 @@ class TeamState:
     planners: dict[str, Planner] = field(default_factory=dict)
     transits: dict[str, Transit] = field(default_factory=dict)
     beliefs: Beliefs = field(default_factory=Beliefs)
+    introduced: set[str] = field(default_factory=set)
     tick: int = 0
 
     @classmethod
@@ -62,6 +63,13 @@ class TeamState:
     def emit(self, event: Event) -> None:
         for listener in self.listeners:
             listener(event)
+
+    def introduce(self, obstacle: Obstacle) -> None:
+        """Tell of an obstacle that was met, if the scenario does not list it."""
+        listed = {known.name for known in self.scenario.obstacles}
+        if obstacle.name not in listed | self.introduced:
+            self.introduced.add(obstacle.name)
+            self.emit(Discovered(self.tick, obstacle_record(obstacle, self.scenario)))
 
     def region(self, robot: Robot) -> Region:
         return self.poses[robot.name].region

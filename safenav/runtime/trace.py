@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import TracebackType
 from typing import IO, Any
@@ -17,10 +17,11 @@ from safenav.world.map import RegionMap
 Listener = Callable[[Event], None]
 
 
-def scenario_record(scenario: Scenario, truths: dict[str, bool | None]) -> dict[str, Any]:
+def scenario_record(scenario: Scenario, truths: Mapping[str, bool | None] | None) -> dict[str, Any]:
     """The scenario as it stands in a trace header, fully resolved.
 
-    ``truths`` maps an obstacle's name to what this run's seed made of ``traversable``.
+    ``truths`` maps an obstacle's name to what this run's seed made of ``traversable``; None
+    stands for a world that is not simulated, of which nobody knows any truth beforehand.
     """
     world = scenario.map
     robots = {
@@ -45,7 +46,11 @@ def scenario_record(scenario: Scenario, truths: dict[str, bool | None]) -> dict[
         "name": scenario.name,
         "map": _map_record(world),
         "robots": robots,
-        "obstacles": [_obstacle_record(o, scenario, truths[o.name]) for o in scenario.obstacles],
+        "world": "external" if truths is None else "simulated",
+        "obstacles": [
+            obstacle_record(o, scenario, None if truths is None else truths[o.name])
+            for o in scenario.obstacles
+        ],
         "until": {"rounds": scenario.until.rounds},
         "limits": {"ticks": scenario.limits.ticks},
         "seed": scenario.seed,
@@ -62,7 +67,10 @@ def _map_record(world: RegionMap) -> dict[str, Any]:
     return {**record, "resolution": list(world.frame.resolution), "origin": origin}
 
 
-def _obstacle_record(obstacle: Obstacle, scenario: Scenario, truth: bool | None) -> dict[str, Any]:
+def obstacle_record(
+    obstacle: Obstacle, scenario: Scenario, truth: bool | None = None
+) -> dict[str, Any]:
+    """An obstacle as it stands in a trace, ``truth`` being what resolving it will reveal."""
     return {
         "type": obstacle.type.name,
         "name": obstacle.name,

@@ -157,6 +157,7 @@ class Turns:
     ) -> Proposal:
         """Go back to the state before and take what is safe (paper, Section V-B)."""
         state, name, obstacle = self._state, robot.name, violation.obstacle
+        state.introduce(obstacle)
         state.emit(
             Violated(
                 state.tick,
@@ -219,6 +220,7 @@ class Turns:
 
     def _act(self, robot: Robot) -> Impasse | None:
         for obstacle, traversable in self._world.act(robot):
+            self._state.introduce(obstacle)
             impasse = self._coordination.on_resolved(robot, obstacle, traversable)
             if impasse is not None:
                 return impasse
