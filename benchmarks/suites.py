@@ -61,6 +61,8 @@ BARS = (
     Bar("generated/regions_12x12_adversary", "strategy", 2.0, 4.0, "61"),
     Bar("generated/regions_20x30_adversary", "strategy", None, 4.0, "61"),
     Bar("gr1/bunny_many_goals_8.slugsin", "strategy", 0.5, None, "26"),
+    # A huge strategy, 586,471 nodes: the bar is 100,000 nodes a second.
+    Bar("gr1/genbuf_10.slugsin", "strategy", 5.86, None, ""),
     Bar("gr1/genbuf_20.slugsin", "verdict", 1.0, None, "> 60"),
     Bar("gr1/synt15_10.slugsin", "verdict", 1.0, None, "26"),
     Bar("gr1/jcss12_4.slugsin", "verdict", 5.0, None, "> 60"),
