@@ -105,7 +105,8 @@ def test_patterns_speak_of_all_events_but_the_frame_of_a_run_and_what_every_tick
     kinds = {kind.type for kind in vars(events).values() if _is_event(kind)}
     patterns = {kind.value for kind in EventKind}
     assert patterns <= kinds
-    assert kinds - patterns <= {"header", "move", "belief", "outcome"}
+    # Of a simulated world all obstacles are listed: none is discovered.
+    assert kinds - patterns <= {"header", "move", "belief", "outcome", "discovered"}
 
 
 def _is_event(kind: object) -> bool:
