@@ -47,8 +47,8 @@ def _single_walls(world: RegionMap, task: Task, found: Diagnosis) -> list[Region
     """Walls beside a region within reach that have something else beside them, in the order of
     the way over them to the targets."""
     targets = found.lost or task.targets
-    from_start = _spread(world, {task.pose.region})
-    to_targets = [_spread(world, set(target)) for target in targets]
+    from_start = world.distances([task.pose.region])
+    to_targets = [world.distances(target) for target in targets]
     ranked = []
     for wall in world.walls:
         beside = world.neighbours(wall)
@@ -110,18 +110,6 @@ def _fewest_walls(world: RegionMap, task: Task, target: frozenset[Region]) -> li
             way.append(nearest)
         nearest = before[nearest]
     return sorted(way)
-
-
-def _spread(world: RegionMap, sources: set[Region]) -> dict[Region, int]:
-    depth = dict.fromkeys(sources, 0)
-    queue = deque(depth)
-    while queue:
-        region = queue.popleft()
-        for beside in world.neighbours(region):
-            if beside not in depth:
-                depth[beside] = depth[region] + 1
-                queue.append(beside)
-    return depth
 
 
 def _around(region: Region, world: RegionMap) -> list[Region]:

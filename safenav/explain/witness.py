@@ -135,7 +135,7 @@ class _Play:
         if region is None or not awaited:
             return 0
         if awaited not in self._fields:
-            self._fields[awaited] = _steps_to(awaited, self._world)
+            self._fields[awaited] = self._world.distances(awaited)
         far = self._world.size
         return self._fields[awaited].get(region, far)
 
@@ -209,16 +209,3 @@ def _pose_values(pose: Pose) -> dict[str, int]:
     if pose.heading is not None:
         found["heading"] = int(pose.heading)
     return found
-
-
-def _steps_to(target: Target, world: RegionMap) -> dict[Region, int]:
-    """Steps from each region to the nearest of the target, for somebody who can turn."""
-    depth = dict.fromkeys(target, 0)
-    queue = deque(depth)
-    while queue:
-        region = queue.popleft()
-        for beside in world.neighbours(region):
-            if beside not in depth:
-                depth[beside] = depth[region] + 1
-                queue.append(beside)
-    return depth

@@ -17,7 +17,7 @@ from itertools import islice
 from safenav.formula import evaluate
 from safenav.spec.specification import Owner, Section, Specification
 from safenav.synthesis.automaton import Automaton, Clause, clauses
-from safenav.synthesis.cycles import closed_walk, cyclic_parts
+from safenav.synthesis.cycles import fair_cycle
 from safenav.synthesis.strategy import Strategy
 from safenav.synthesis.verification import Failure, Fault
 
@@ -139,31 +139,13 @@ def _starvation(
     automaton: Automaton, assumption: Clause, unmet: Sequence[int]
 ) -> Iterator[Failure]:
     """A cycle of transitions that do not meet the assumption."""
-    edges = [automaton.edges[i] for i in unmet]
-    parts = cyclic_parts(edges)
-    if not parts:
-        return
-    one = next(iter(parts.values()))
-    inside = [(s, t) for s, t in edges if parts.get(s) == one == parts.get(t)]
-    cycle = closed_walk(inside, ())
-    yield automaton.failure(Fault.STARVED_ASSUMPTION, cycle[0], clause=assumption, cycle=cycle)
+    cycle = fair_cycle(automaton.edges, unmet, ())
+    if cycle is not None:
+        yield automaton.failure(Fault.STARVED_ASSUMPTION, cycle[0], clause=assumption, cycle=cycle)
 
 
 def _goals_met(automaton: Automaton, unmet: Sequence[Sequence[int]]) -> Iterator[Failure]:
     """A component in which each goal is met somewhere."""
-    edges = automaton.edges
-    parts = cyclic_parts(edges)
-    inside: dict[int, list[int]] = {}
-    for i, (source, target) in enumerate(edges):
-        part = parts.get(source)
-        if part is not None and part == parts.get(target):
-            inside.setdefault(part, []).append(i)
-    missing = [frozenset(indices) for indices in unmet]
-    for indices in inside.values():
-        witnesses = [next((i for i in indices if i not in wrong), None) for wrong in missing]
-        if None in witnesses:
-            continue
-        required = [edges[i] for i in witnesses if i is not None]
-        cycle = closed_walk([edges[i] for i in indices], required)
+    cycle = fair_cycle(automaton.edges, range(len(automaton.edges)), unmet)
+    if cycle is not None:
         yield automaton.failure(Fault.GOALS_MET, cycle[0], cycle=cycle)
-        return

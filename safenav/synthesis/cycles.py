@@ -46,6 +46,28 @@ def closed_walk(edges: Iterable[Edge], required: Sequence[Edge]) -> tuple[int, .
     return tuple(walk[:-1])
 
 
+def fair_cycle(
+    edges: Sequence[Edge], allowed: Sequence[int], unmet: Sequence[Sequence[int]]
+) -> tuple[int, ...] | None:
+    """A closed walk over the ``allowed`` edges (by index) on which each condition is met by
+    some edge; None if there is none. ``unmet`` are for each condition the edges that do not
+    meet it."""
+    parts = cyclic_parts(edges[i] for i in allowed)
+    inside: dict[int, list[int]] = {}
+    for i in allowed:
+        source, target = edges[i]
+        part = parts.get(source)
+        if part is not None and part == parts.get(target):
+            inside.setdefault(part, []).append(i)
+    missing = [frozenset(indices) for indices in unmet]
+    for indices in inside.values():
+        witnesses = [next((i for i in indices if i not in wrong), None) for wrong in missing]
+        if None not in witnesses:
+            required = [edges[i] for i in witnesses if i is not None]
+            return closed_walk([edges[i] for i in indices], required)
+    return None
+
+
 def shortest_path(successors: Successors, start: int, goals: Container[int]) -> list[int]:
     """Nodes from ``start`` to the nearest of ``goals``, both included. Raises ValueError."""
     parent = {start: start}

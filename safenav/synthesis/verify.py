@@ -20,7 +20,7 @@ from safenav.formula import evaluate
 from safenav.spec.specification import Constraint, Owner, Section, Specification
 from safenav.synthesis.automaton import Automaton, Clause
 from safenav.synthesis.counterstrategy import counterstrategy_failures, counterstrategy_starts
-from safenav.synthesis.cycles import closed_walk, cyclic_parts
+from safenav.synthesis.cycles import fair_cycle
 from safenav.synthesis.strategy import Strategy
 from safenav.synthesis.verification import Failure, Fault, Verification
 
@@ -140,24 +140,6 @@ def _starvation(
     automaton: Automaton, goal: Clause, missing: Sequence[int], unfair: Sequence[Sequence[int]]
 ) -> Iterator[Failure]:
     """A component of the transitions that miss the goal in which every assumption is met."""
-    if not missing:
-        return
-    edges = automaton.edges
-    parts = cyclic_parts(edges[i] for i in missing)
-    if not parts:
-        return
-    inside: dict[int, list[int]] = {}
-    for i in missing:
-        source, target = edges[i]
-        part = parts.get(source)
-        if part is not None and part == parts.get(target):
-            inside.setdefault(part, []).append(i)
-    unmet = [frozenset(indices) for indices in unfair]
-    for indices in inside.values():
-        witnesses = [next((i for i in indices if i not in wrong), None) for wrong in unmet]
-        if None in witnesses:
-            continue
-        required = [edges[i] for i in witnesses if i is not None]
-        cycle = closed_walk([edges[i] for i in indices], required)
+    cycle = fair_cycle(automaton.edges, missing, unfair)
+    if cycle is not None:
         yield automaton.failure(Fault.STARVED_GOAL, cycle[0], clause=goal, cycle=cycle)
-        return

@@ -6,6 +6,7 @@ Regions of an R x C map are numbered 0 .. R*C-1 in English reading order from th
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
@@ -123,6 +124,19 @@ class RegionMap:
         """The free 4-neighbours, in the order north, east, south, west."""
         steps = (self.step(region, heading) for heading in Heading)
         return tuple(r for r in steps if r is not None and r not in self.walls)
+
+    def distances(self, targets: Iterable[Region]) -> dict[Region, int]:
+        """Steps to the nearest of ``targets`` from every free region that is connected to one,
+        for somebody who can turn on the spot."""
+        depth = dict.fromkeys(targets, 0)
+        queue = deque(depth)
+        while queue:
+            region = queue.popleft()
+            for beside in self.neighbours(region):
+                if beside not in depth:
+                    depth[beside] = depth[region] + 1
+                    queue.append(beside)
+        return depth
 
     def grid_rows(self) -> list[str]:
         """The map as rows of ``#`` and ``.``, as in a scenario and in a trace header."""
