@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-import os
-import signal
 import subprocess
 import sys
-import threading
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -25,30 +21,16 @@ from safenav.spec.specification import (
 from safenav.synthesis.binary import Binary
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.outcome import Verdict
-from safenav.synthesis.slugs import Phase, Progress, Synthesizer
-
-Script = Callable[[str], Binary]
-Answering = Callable[..., Binary]
-
-UPSTREAM = 'if [ "$1" = --version ]; then echo "unknown parameter" >&2; exit 1; fi\n'
-NATIVE = 'if [ "$1" = --version ]; then echo "slugs 9.9.9"; exit 0; fi\n'
-
-
-def _impossible(spec: Specification) -> Specification:
-    wall = Constraint(Section.SYS_TRANS, "region' != 5", Origin("obstacles.wall", "no entry"))
-    return Specification(spec.robot, spec.title, spec.variables, (*spec.constraints, wall))
-
-
-def _ask(binary: Binary, spec: Specification, seconds: float | None = 20.0) -> Verdict:
-    return Synthesizer(binary, seconds=seconds, cache=Cache.off()).synthesize(spec).verdict
+from safenav.synthesis.slugs import Synthesizer
+from synthesis.asking import NATIVE, UPSTREAM, Answering, Script, ask, gone, impossible
 
 
 @pytest.mark.parametrize("status", [0, 1, 10])
 def test_a_foreign_binary_is_believed_by_its_result_line_not_its_status(
     answering: Answering, patrol: Specification, patrol_json: bytes, status: int
 ) -> None:
-    assert _ask(answering("realizable", patrol_json, status), patrol) is Verdict.REALIZABLE
-    assert _ask(answering("unrealizable", b"", status), patrol) is Verdict.UNREALIZABLE
+    assert ask(answering("realizable", patrol_json, status), patrol) is Verdict.REALIZABLE
+    assert ask(answering("unrealizable", b"", status), patrol) is Verdict.UNREALIZABLE
 
 
 def test_a_result_tells_everything_about_the_synthesis(
@@ -87,7 +69,7 @@ def test_a_foreign_binary_gets_a_file_and_only_options_that_it_knows(
         UPSTREAM + f'cat "$3" > "{tmp_path}/given"; echo "$@" > "{tmp_path}/arguments"\n'
         "echo 'RESULT: Specification is unrealizable.' >&2"
     )
-    assert _ask(binary, patrol) is Verdict.UNREALIZABLE
+    assert ask(binary, patrol) is Verdict.UNREALIZABLE
     assert (tmp_path / "given").read_text() == patrol.to_structuredslugs()
     *options, file = (tmp_path / "arguments").read_text().split()
     assert options == ["--explicitStrategy", "--jsonOutput"]
@@ -103,7 +85,7 @@ def test_our_binary_translates_for_a_foreign_one(
         UPSTREAM + f'cat "$3" > "{tmp_path}/given"; echo "$3" > "{tmp_path}/name"\n'
         "echo 'RESULT: Specification is unrealizable.' >&2"
     )
-    assert _ask(foreign, patrol) is Verdict.UNREALIZABLE
+    assert ask(foreign, patrol) is Verdict.UNREALIZABLE
     assert (tmp_path / "given").read_text() == patrol.to_structuredslugs().upper()
     assert (tmp_path / "name").read_text().strip().endswith(".slugsin")
 
@@ -114,7 +96,7 @@ def test_a_failed_translation_is_an_error(
     own = script(NATIVE + "echo 'translation is broken' >&2; exit 4")
     monkeypatch.setattr("safenav.synthesis.slugs.find_own_binary", lambda: own)
     with pytest.raises(SynthesizerError, match=r"does not translate(.|\n)*translation is broken"):
-        _ask(script(UPSTREAM), patrol)
+        ask(script(UPSTREAM), patrol)
 
 
 @pytest.mark.parametrize(
@@ -150,20 +132,7 @@ def test_a_binary_that_hangs_is_killed_with_its_children(
     assert result.verdict is Verdict.TIMEOUT
     assert result.detail == "working"
     assert 0.3 <= time.monotonic() - begun < 5
-    assert _gone(int((tmp_path / "child").read_text()))
-
-
-def _gone(pid: int) -> bool:
-    """Whether a process that is not our child has ended, waiting a moment for init."""
-    for _ in range(100):
-        try:
-            if Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] == "Z":
-                return True  # killed; its new parent has not looked yet
-            os.kill(pid, 0)
-        except (ProcessLookupError, FileNotFoundError):
-            return True
-        time.sleep(0.02)
-    return False
+    assert gone(int((tmp_path / "child").read_text()))
 
 
 def test_a_foreign_binary_is_held_to_its_memory(script: Script, patrol: Specification) -> None:
@@ -203,7 +172,7 @@ def test_a_broken_binary_is_an_error_with_its_last_words(
     script: Script, patrol: Specification, prefix: str, body: str, complaint: str
 ) -> None:
     with pytest.raises(SynthesizerError, match=complaint) as raised:
-        _ask(script(prefix + body), patrol)
+        ask(script(prefix + body), patrol)
     assert raised.value.exit_code is ExitCode.INTERNAL
     assert "robot 'carrier'" in str(raised.value)
 
@@ -214,7 +183,7 @@ def test_truncated_json_is_an_error(
     for prefix in (UPSTREAM, NATIVE):
         binary = answering("realizable", patrol_json[:200], prefix=prefix)
         with pytest.raises(SynthesizerError, match="not JSON"):
-            _ask(binary, patrol)
+            ask(binary, patrol)
 
 
 def test_our_binary_must_agree_with_itself(
@@ -222,7 +191,7 @@ def test_our_binary_must_agree_with_itself(
 ) -> None:
     binary = answering("realizable", patrol_json, status=10, prefix=NATIVE)
     with pytest.raises(SynthesizerError, match="said realizable, but ended with exit status 10"):
-        _ask(binary, patrol)
+        ask(binary, patrol)
 
 
 def test_a_rejected_specification_shows_the_complaint(
@@ -230,7 +199,7 @@ def test_a_rejected_specification_shows_the_complaint(
 ) -> None:
     binary = script(NATIVE + "echo '-:7:3: unexpected U' >&2; exit 2")
     with pytest.raises(SynthesizerError, match=r"rejects the specification(.|\n)*unexpected U"):
-        _ask(binary, patrol)
+        ask(binary, patrol)
 
 
 def test_a_binary_that_never_stops_printing_is_stopped(
@@ -238,7 +207,7 @@ def test_a_binary_that_never_stops_printing_is_stopped(
 ) -> None:
     monkeypatch.setattr("safenav.synthesis.process._MOST_OUTPUT", 1 << 20)
     with pytest.raises(SynthesizerError, match="more than 1 MiB"):
-        _ask(script(UPSTREAM + "exec yes"), patrol)
+        ask(script(UPSTREAM + "exec yes"), patrol)
 
 
 def test_a_file_that_is_no_program_is_an_error(tmp_path: Path, patrol: Specification) -> None:
@@ -246,139 +215,9 @@ def test_a_file_that_is_no_program_is_an_error(tmp_path: Path, patrol: Specifica
     path.write_bytes(b"\x7fELF but not really")
     path.chmod(0o755)
     with pytest.raises(SynthesizerError):
-        _ask(Binary(path), patrol)
+        ask(Binary(path), patrol)
     with pytest.raises(SynthesizerError):
-        _ask(Binary(tmp_path / "nothing"), patrol)
-
-
-def test_several_run_at_once_and_come_back_in_order(
-    script: Script, patrol: Specification, tmp_path: Path
-) -> None:
-    """Each of two waits for the other to have started, so they cannot run one by one."""
-    if (os.cpu_count() or 1) < 2:
-        pytest.skip("one processor: nothing runs at once")
-    binary = script(
-        NATIVE + f'cat > "{tmp_path}/in.$$"; cd "{tmp_path}"\n'
-        "while [ $(ls in.* | wc -l) -lt 2 ]; do sleep 0.01; done\n"
-        "if grep -q '!= 5' in.$$; then verdict=unrealizable; status=10; sleep 0.2\n"
-        "else verdict=realizable; status=0; fi\n"
-        'echo "RESULT: Specification is $verdict." >&2; exit $status'
-    )
-    synthesizer = Synthesizer(binary, seconds=20)
-    heard: list[Progress] = []
-    results = synthesizer.synthesize_all(
-        [_impossible(patrol), patrol], strategy=False, progress=heard.append
-    )
-    assert [r.verdict for r in results] == [Verdict.UNREALIZABLE, Verdict.REALIZABLE]
-    assert [p.phase for p in heard].count(Phase.STARTED) == 2
-    finished = [(p.index, p.result) for p in heard if p.phase is Phase.FINISHED]
-    assert finished == [(1, results[1]), (0, results[0])]
-
-
-def test_a_long_synthesis_reports_that_it_still_runs(
-    script: Script, patrol: Specification, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("safenav.synthesis.slugs._HEARTBEAT_SECONDS", 0.05)
-    heard: list[Progress] = []
-    binary = script(NATIVE + "sleep 0.4; echo 'RESULT: Specification is realizable.' >&2")
-    Synthesizer(binary).synthesize_all([patrol], strategy=False, progress=heard.append)
-    running = [p for p in heard if p.phase is Phase.RUNNING]
-    assert len(running) >= 2
-    assert running[0].robot == "carrier"
-    assert 0 < running[0].seconds < running[-1].seconds
-
-
-def test_one_failure_ends_all_the_others(
-    script: Script, patrol: Specification, tmp_path: Path
-) -> None:
-    binary = script(
-        NATIVE + f'cat > "{tmp_path}/in.$$"\n'
-        f"if grep -q '!= 5' \"{tmp_path}/in.$$\"; then kill -SEGV $$; fi; sleep 60"
-    )
-    begun = time.monotonic()
-    with pytest.raises(SynthesizerError, match="SIGSEGV"):
-        Synthesizer(binary).synthesize_all([_impossible(patrol), patrol, patrol, patrol])
-    assert time.monotonic() - begun < 10
-
-
-def test_a_listener_that_fails_ends_the_syntheses(script: Script, patrol: Specification) -> None:
-    def listener(progress: Progress) -> None:
-        raise RuntimeError(progress.phase)
-
-    begun = time.monotonic()
-    with pytest.raises(RuntimeError, match="started"):
-        Synthesizer(script(NATIVE + "sleep 60")).synthesize_all([patrol], progress=listener)
-    assert time.monotonic() - begun < 10
-
-
-_CALLER = """
-import sys
-from pathlib import Path
-from safenav.spec.specification import Specification
-from safenav.synthesis.slugs import Synthesizer
-try:
-    Synthesizer(Path(sys.argv[1]), seconds=60).synthesize_all([Specification("r", "r", (), ())] * 2)
-except KeyboardInterrupt:
-    print("interrupted")
-    sys.exit(130)
-"""
-
-
-@pytest.mark.parametrize(
-    ("sent", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 128 + signal.SIGTERM)]
-)
-def test_a_signal_ends_the_syntheses_before_the_caller_ends(
-    script: Script, tmp_path: Path, sent: signal.Signals, status: int
-) -> None:
-    binary = script(NATIVE + f'echo $$ >> "{tmp_path}/pids"; sleep 60; wait')
-    caller = subprocess.Popen(
-        [sys.executable, "-c", _CALLER, str(binary.path)], stdout=subprocess.PIPE, text=True
-    )
-    wanted = min(2, os.cpu_count() or 1)
-    pids: list[str] = []
-    for _ in range(1000):
-        time.sleep(0.02)
-        if (tmp_path / "pids").exists():
-            pids = (tmp_path / "pids").read_text().split()
-            if len(pids) >= wanted:
-                break
-    caller.send_signal(sent)
-    printed, _ = caller.communicate(timeout=20)
-    assert caller.returncode == status
-    assert printed == ("interrupted\n" if sent is signal.SIGINT else "")
-    assert pids and all(_gone(int(pid)) for pid in pids)
-
-
-def test_the_applications_own_handler_of_sigterm_is_kept(
-    script: Script, patrol: Specification
-) -> None:
-    class TerminatedError(Exception):
-        pass
-
-    def handler(*_: object) -> None:
-        raise TerminatedError
-
-    before = signal.signal(signal.SIGTERM, handler)
-    try:
-        timer = threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGTERM))
-        timer.start()
-        with pytest.raises(TerminatedError):
-            Synthesizer(script(NATIVE + "sleep 60")).synthesize(patrol)
-        timer.join()
-        assert signal.getsignal(signal.SIGTERM) is handler
-    finally:
-        signal.signal(signal.SIGTERM, before)
-
-
-def test_it_works_in_a_thread_of_the_application(
-    answering: Answering, patrol: Specification, patrol_json: bytes
-) -> None:
-    binary = answering("realizable", patrol_json)
-    found: list[Verdict] = []
-    thread = threading.Thread(target=lambda: found.append(_ask(binary, patrol)))
-    thread.start()
-    thread.join()
-    assert found == [Verdict.REALIZABLE]
+        ask(Binary(tmp_path / "nothing"), patrol)
 
 
 def test_a_specification_larger_than_a_pipe_is_given_whole(
@@ -403,7 +242,7 @@ def test_a_binary_that_does_not_read_its_input_may_still_answer(
     many = tuple(patrol.constraints) * 5000
     spec = Specification("r", "r", patrol.variables, many)
     binary = script(NATIVE + "echo 'RESULT: Specification is unrealizable.' >&2; exit 10")
-    assert _ask(binary, spec) is Verdict.UNREALIZABLE
+    assert ask(binary, spec) is Verdict.UNREALIZABLE
 
 
 @pytest.fixture
@@ -427,7 +266,7 @@ def test_upstreams_manners_give_the_same_answers(
 ) -> None:
     ours, theirs = (Synthesizer(b, cache=Cache.off(), verify=True) for b in (slugs, upstream))
     assert not theirs.binary.native
-    for spec in (patrol, _impossible(patrol)):
+    for spec in (patrol, impossible(patrol)):
         assert theirs.synthesize(spec, strategy=False).verdict is ours.synthesize(spec).verdict
         assert theirs.synthesize(spec).strategy_json == ours.synthesize(spec).strategy_json
 
@@ -436,13 +275,13 @@ def test_counterstrategies_come_from_our_binary(
     slugs: Binary, upstream: Binary, patrol: Specification, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for binary in (slugs, upstream):
-        result = Synthesizer(binary, verify=True).counterstrategy(_impossible(patrol))
+        result = Synthesizer(binary, verify=True).counterstrategy(impossible(patrol))
         assert (result.verdict, result.verified) == (Verdict.UNREALIZABLE, True)
         assert result.strategy is not None
     assert Synthesizer(slugs).counterstrategy(patrol).verdict is Verdict.REALIZABLE
     monkeypatch.setattr("safenav.synthesis.slugs.find_own_binary", lambda: None)
     with pytest.raises(SynthesizerError, match="no counterstrategies"):
-        Synthesizer(upstream).counterstrategy(_impossible(patrol))
+        Synthesizer(upstream).counterstrategy(impossible(patrol))
 
 
 def test_limits_of_the_real_binary_are_told_apart(slugs: Binary) -> None:
@@ -496,6 +335,6 @@ def test_the_real_binary_patrols(slugs: Binary, patrol: Specification) -> None:
 
 def test_the_real_binary_gives_the_verdict_alone(slugs: Binary, patrol: Specification) -> None:
     synthesizer = Synthesizer(slugs, cache=Cache.off())
-    results = synthesizer.synthesize_all([patrol, _impossible(patrol)], strategy=False)
+    results = synthesizer.synthesize_all([patrol, impossible(patrol)], strategy=False)
     assert [r.verdict for r in results] == [Verdict.REALIZABLE, Verdict.UNREALIZABLE]
     assert [r.strategy for r in results] == [None, None]

@@ -1,0 +1,150 @@
+"""Several syntheses at once, in threads, under signals: no process is left behind."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import pytest
+
+from safenav.errors import SynthesizerError
+from safenav.spec.specification import Specification
+from safenav.synthesis.outcome import Verdict
+from safenav.synthesis.slugs import Phase, Progress, Synthesizer
+from synthesis.asking import NATIVE, Answering, Script, ask, gone, impossible
+
+
+def test_several_run_at_once_and_come_back_in_order(
+    script: Script, patrol: Specification, tmp_path: Path
+) -> None:
+    """Each of two waits for the other to have started, so they cannot run one by one."""
+    if (os.cpu_count() or 1) < 2:
+        pytest.skip("one processor: nothing runs at once")
+    binary = script(
+        NATIVE + f'cat > "{tmp_path}/in.$$"; cd "{tmp_path}"\n'
+        "while [ $(ls in.* | wc -l) -lt 2 ]; do sleep 0.01; done\n"
+        "if grep -q '!= 5' in.$$; then verdict=unrealizable; status=10; sleep 0.2\n"
+        "else verdict=realizable; status=0; fi\n"
+        'echo "RESULT: Specification is $verdict." >&2; exit $status'
+    )
+    synthesizer = Synthesizer(binary, seconds=20)
+    heard: list[Progress] = []
+    results = synthesizer.synthesize_all(
+        [impossible(patrol), patrol], strategy=False, progress=heard.append
+    )
+    assert [r.verdict for r in results] == [Verdict.UNREALIZABLE, Verdict.REALIZABLE]
+    assert [p.phase for p in heard].count(Phase.STARTED) == 2
+    finished = [(p.index, p.result) for p in heard if p.phase is Phase.FINISHED]
+    assert finished == [(1, results[1]), (0, results[0])]
+
+
+def test_a_long_synthesis_reports_that_it_still_runs(
+    script: Script, patrol: Specification, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("safenav.synthesis.slugs._HEARTBEAT_SECONDS", 0.05)
+    heard: list[Progress] = []
+    binary = script(NATIVE + "sleep 0.4; echo 'RESULT: Specification is realizable.' >&2")
+    Synthesizer(binary).synthesize_all([patrol], strategy=False, progress=heard.append)
+    running = [p for p in heard if p.phase is Phase.RUNNING]
+    assert len(running) >= 2
+    assert running[0].robot == "carrier"
+    assert 0 < running[0].seconds < running[-1].seconds
+
+
+def test_one_failure_ends_all_the_others(
+    script: Script, patrol: Specification, tmp_path: Path
+) -> None:
+    binary = script(
+        NATIVE + f'cat > "{tmp_path}/in.$$"\n'
+        f"if grep -q '!= 5' \"{tmp_path}/in.$$\"; then kill -SEGV $$; fi; sleep 60"
+    )
+    begun = time.monotonic()
+    with pytest.raises(SynthesizerError, match="SIGSEGV"):
+        Synthesizer(binary).synthesize_all([impossible(patrol), patrol, patrol, patrol])
+    assert time.monotonic() - begun < 10
+
+
+def test_a_listener_that_fails_ends_the_syntheses(script: Script, patrol: Specification) -> None:
+    def listener(progress: Progress) -> None:
+        raise RuntimeError(progress.phase)
+
+    begun = time.monotonic()
+    with pytest.raises(RuntimeError, match="started"):
+        Synthesizer(script(NATIVE + "sleep 60")).synthesize_all([patrol], progress=listener)
+    assert time.monotonic() - begun < 10
+
+
+_CALLER = """
+import sys
+from pathlib import Path
+from safenav.errors import SynthesizerError
+from safenav.spec.specification import Specification
+from safenav.synthesis.slugs import Synthesizer
+try:
+    Synthesizer(Path(sys.argv[1]), seconds=60).synthesize_all([Specification("r", "r", (), ())] * 2)
+except KeyboardInterrupt:
+    print("interrupted")
+    sys.exit(130)
+"""
+
+
+@pytest.mark.parametrize(
+    ("sent", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 128 + signal.SIGTERM)]
+)
+def test_a_signal_ends_the_syntheses_before_the_caller_ends(
+    script: Script, tmp_path: Path, sent: signal.Signals, status: int
+) -> None:
+    binary = script(NATIVE + f'echo $$ >> "{tmp_path}/pids"; sleep 60; wait')
+    caller = subprocess.Popen(
+        [sys.executable, "-c", _CALLER, str(binary.path)], stdout=subprocess.PIPE, text=True
+    )
+    wanted = min(2, os.cpu_count() or 1)
+    pids: list[str] = []
+    for _ in range(1000):
+        time.sleep(0.02)
+        if (tmp_path / "pids").exists():
+            pids = (tmp_path / "pids").read_text().split()
+            if len(pids) >= wanted:
+                break
+    caller.send_signal(sent)
+    printed, _ = caller.communicate(timeout=20)
+    assert caller.returncode == status
+    assert printed == ("interrupted\n" if sent is signal.SIGINT else "")
+    assert pids and all(gone(int(pid)) for pid in pids)
+
+
+def test_the_applications_own_handler_of_sigterm_is_kept(
+    script: Script, patrol: Specification
+) -> None:
+    class TerminatedError(Exception):
+        pass
+
+    def handler(*_: object) -> None:
+        raise TerminatedError
+
+    before = signal.signal(signal.SIGTERM, handler)
+    try:
+        timer = threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGTERM))
+        timer.start()
+        with pytest.raises(TerminatedError):
+            Synthesizer(script(NATIVE + "sleep 60")).synthesize(patrol)
+        timer.join()
+        assert signal.getsignal(signal.SIGTERM) is handler
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def test_it_works_in_a_thread_of_the_application(
+    answering: Answering, patrol: Specification, patrol_json: bytes
+) -> None:
+    binary = answering("realizable", patrol_json)
+    found: list[Verdict] = []
+    thread = threading.Thread(target=lambda: found.append(ask(binary, patrol)))
+    thread.start()
+    thread.join()
+    assert found == [Verdict.REALIZABLE]
