@@ -17,6 +17,54 @@
 
 namespace slugs {
 
+namespace {
+
+// Numbers disjoint sets in the order in which they come, and says of each digit
+// for which elements it is set.  Sets are joined in pairs, pairs in fours, and so
+// on, like carries in a binary counter: so large sets are joined rarely.
+class Numbering {
+public:
+  explicit Numbering(BddStore &store) : store_(store) {}
+
+  void add(const Bdd &set) {
+    blocks_.push_back({set, {}});
+    for (std::size_t n = ++count_; n % 2 == 0; n /= 2)
+      join_last_two();
+  }
+
+  std::vector<Bdd> digits() {
+    while (blocks_.size() > 1) {
+      // The last block is as if it had been filled up with empty sets.
+      while (blocks_.back().digits.size() < blocks_[blocks_.size() - 2].digits.size())
+        blocks_.back().digits.push_back(store_.constant(false));
+      join_last_two();
+    }
+    return blocks_.empty() ? std::vector<Bdd>{} : blocks_.back().digits;
+  }
+
+private:
+  struct Block { // of 2^digits.size() sets
+    Bdd all;
+    std::vector<Bdd> digits;
+  };
+
+  void join_last_two() {
+    const Block upper = blocks_.back();
+    blocks_.pop_back();
+    Block &lower = blocks_.back();
+    for (std::size_t b = 0; b < lower.digits.size(); ++b)
+      lower.digits[b] |= upper.digits[b];
+    lower.digits.push_back(upper.all);
+    lower.all |= upper.all;
+  }
+
+  BddStore &store_;
+  std::vector<Block> blocks_;
+  std::size_t count_ = 0;
+};
+
+} // namespace
+
 PositionalStrategies::PositionalStrategies(Game &game, const Fixpoint &fixpoint)
     : game_(game), open_(game.env_trans & fixpoint.winning()) {
   for (std::size_t j = 0; j < game.guarantees.size(); ++j)
@@ -27,6 +75,7 @@ PositionalStrategies::Goal PositionalStrategies::steps_towards(const Bdd &winnin
                                                                const GoalProgress &progress, std::size_t j) {
   BddStore &store = game_.store;
   Goal goal;
+  Numbering numbering(store);
   Bdd open = open_;
   Bdd targets = game_.guarantees[j] & store.to_next(winning);
   Bdd closer = store.constant(false);
@@ -39,8 +88,10 @@ PositionalStrategies::Goal PositionalStrategies::steps_towards(const Bdd &winnin
     if (targets.is_false())
       return;
     const Bdd served = open & store.exists_both(game_.sys_trans, targets, game_.next_outputs);
-    if (!served.is_false())
-      add_step(goal, served, targets);
+    if (!served.is_false()) {
+      numbering.add(served);
+      goal.targets.push_back(targets);
+    }
     open &= !served;
     targets = store.constant(false);
   };
@@ -62,18 +113,8 @@ PositionalStrategies::Goal PositionalStrategies::steps_towards(const Bdd &winnin
     if (open.is_false())
       break;
   }
+  goal.bits = numbering.digits();
   return goal;
-}
-
-void PositionalStrategies::add_step(Goal &goal, const Bdd &served, const Bdd &targets) {
-  const std::size_t step = goal.targets.size();
-  goal.targets.push_back(targets);
-  for (std::size_t b = 0; step >> b; ++b) {
-    if (b == goal.bits.size())
-      goal.bits.push_back(game_.store.constant(false));
-    if ((step >> b) & 1)
-      goal.bits[b] |= served;
-  }
 }
 
 void PositionalStrategies::prepare_cofactors() {

@@ -34,7 +34,6 @@ private:
     std::vector<Bdd> targets;
   };
 
-  void add_step(Goal &goal, const Bdd &served, const Bdd &targets);
   Goal steps_towards(const Bdd &winning, const GoalProgress &progress, std::size_t j);
   Edge collect_steps(const Goal &goal, const Word *state, Edge inputs, std::size_t bits, std::size_t step);
 
