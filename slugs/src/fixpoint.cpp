@@ -100,7 +100,7 @@ Bdd Fixpoint::wait(const Bdd &open, const Bdd &start, std::size_t i, std::uint64
   const Bdd x = start & !store.exists_both(open, assumption, game_.next_inputs);
   if (assumption.is_true())
     return x;
-  return stay(x, open & x & !assumption, store.constant(true), iterations);
+  return stay(x, open & !assumption, store.constant(true), iterations);
 }
 
 Bdd Fixpoint::reach_goal(std::size_t j) {
