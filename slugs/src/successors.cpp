@@ -142,8 +142,10 @@ std::size_t Successors::merge(const Word *low, std::size_t lows, const Word *hig
 std::size_t Successors::reserve(std::size_t count) {
   const std::size_t needed = (used_ + count) * words_;
   if (needed > lists_.size()) {
-    game_.store.account().budget().check();
-    lists_.resize(std::max(needed, 2 * lists_.size()));
+    const MemoryAccount &account = game_.store.account();
+    account.budget().check();
+    const bool generous = account.has_room(lists_.size() * sizeof(Word));
+    lists_.resize(generous ? std::max(needed, 2 * lists_.size()) : needed);
   }
   return used_;
 }
