@@ -33,15 +33,20 @@ class RequestRule(Rule):
 
     def turn(self, now: Situation) -> Iterator[Finding]:
         turn = now.turn
-        violation, request = turn.first(Violation), turn.first(Request)
         if turn.torn:
             return
-        if violation is not None and request is None:
+        violation, requests = turn.first(Violation), list(turn.all(Request))
+        if violation is not None and not requests:
             problem = f"{turn.robot} meets {violation.obstacle} and does not ask for help"
             yield self.broken_by(violation, turn.robot, problem)
-        if request is None:
-            return
-        if request.helper is not None and turn.first(Push) is None and not turn.final:
+        for request in requests:
+            yield from self._consequences(request, now)
+
+    def _consequences(self, request: Request, now: Situation) -> Iterator[Finding]:
+        turn = now.turn
+        wanted = (request.obstacle, request.requester, request.helper)
+        pushed = any(wanted == (p.obstacle, p.requester, p.helper) for p in turn.all(Push))
+        if request.helper is not None and not pushed and not turn.final:
             problem = f"{request.helper} is to help with {request.obstacle} but is given no task"
             yield self.broken_by(request, request.requester, problem)
         given_up = any(b.obstacle == request.obstacle for b in turn.all(Blocked))

@@ -27,7 +27,8 @@ class PushRule(Rule):
         yield from _missing(record.objectives, now)
         if record.obstacle is None:
             return  # a robot makes way: not an answer to a request
-        request = now.turn.first(Request)
+        requests = list(now.turn.all(Request))  # a second one replaces a helper
+        request = requests[-1] if requests else None
         why = (record.obstacle, record.requester, record.helper)
         if request is None or why != (request.obstacle, request.requester, request.helper):
             yield who, f"objectives are pushed for {record.obstacle} without such a request"
@@ -48,7 +49,7 @@ class PushRule(Rule):
             elif robot == record.requester:
                 if objective.kind != "hold":
                     yield robot, f"{robot} waits for {record.obstacle}, but gets {objective}"
-            elif objective != now.objectives[robot]:
+            elif objective != now.objectives[robot] and objective != _own(robot, record, now):
                 yield robot, f"{robot} has no part in this, but gets {objective}"
 
 
@@ -56,6 +57,14 @@ def _serves_already(record: Push, now: Situation) -> bool:
     """Whether the helper was asked for this obstacle before, by somebody else."""
     asked = (record.obstacle, record.helper)
     return any((frame.obstacle, frame.helper) == asked for frame in now.stack)
+
+
+def _own(robot: str, record: Push, now: Situation) -> Objective | None:
+    """What a helper that is replaced did before it was asked for this."""
+    asked = (record.obstacle, record.requester, robot)
+    frames = (f for f in now.stack if (f.obstacle, f.requester, f.helper) == asked)
+    frame = next(frames, None)
+    return None if frame is None else frame.before[robot]
 
 
 def _both_formulas(robot: str, record: Push, now: Situation) -> bool:

@@ -142,3 +142,25 @@ limits: {ticks: 60}
 deadlock: off
 """
     )
+
+
+def test_a_helper_is_replaced_in_the_turn_in_which_it_meets_something_itself() -> None:
+    """The digit, on its way to the door, met debris that nobody can clear and that left it no
+    way; the rover was asked in the same turn, and the digit went back to its own objective. The
+    audit took the request for the debris for the one that the push answers, and did not expect
+    a helper to be given its own objective back."""
+    outcome = _play(
+        """
+safenav: 1
+map: {grid: ["#######", "#.....#", "##....#", "#######"]}
+robots:
+  r0: {model: quadcopter, start: 16, objective: {patrol: [10, 8]}}
+  r1: {model: rover, start: 8, objective: {hold: 8}}
+  r2: {model: digit, start: 9, heading: north, objective: {visit: [8]}}
+obstacles: [{type: door, region: 17}, {type: debris, region: 10}]
+until: {rounds: 1}
+limits: {ticks: 60}
+deadlock: off
+"""
+    )
+    assert outcome is Outcome.TICK_LIMIT
