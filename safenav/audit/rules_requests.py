@@ -36,7 +36,7 @@ class RequestRule(Rule):
         if turn.torn:
             return
         violation, requests = turn.first(Violation), list(turn.all(Request))
-        if violation is not None and not requests:
+        if violation is not None and not requests and not now.is_cut_short():
             problem = f"{turn.robot} meets {violation.obstacle} and does not ask for help"
             yield self.broken_by(violation, turn.robot, problem)
         for request in requests:

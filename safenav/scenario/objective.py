@@ -119,7 +119,8 @@ def describe(objective: Objective) -> str:
         case Hold(target):
             return f"hold {_words(target)}"
         case Ltl():
-            return f"ltl ({len(objective.safety)} safety, {len(objective.liveness)} liveness)"
+            safety, liveness = len(objective.safety), len(objective.liveness)
+            return f"meet its formulas ({safety} safety, {liveness} liveness)"
 
 
 def _words(target: Target) -> str:

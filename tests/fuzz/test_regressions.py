@@ -164,3 +164,23 @@ deadlock: off
 """
     )
     assert outcome is Outcome.TICK_LIMIT
+
+
+def test_a_run_may_end_before_help_is_asked_for() -> None:
+    """The quadcopter met a door, and found in the same turn, where it stood, that another robot
+    has no way any more: the run ended there. The audit missed the request for the door."""
+    outcome = _play(
+        """
+safenav: 1
+map: {grid: ["#######", "#.....#", "###...#", "#######"]}
+robots:
+  r0: {model: quadcopter, start: 11, objective: {patrol: [11, 17]}}
+  r1: {model: rover, start: 8, objective: {ltl: {liveness: ["region = 8"]}}}
+  r2: {model: rover, start: 9, objective: {ltl: {liveness: ["region = 10"]}}}
+obstacles: [{type: door, region: 18}, {type: uncertainty, region: 10, traversable: false}]
+until: {rounds: 1}
+limits: {ticks: 60}
+deadlock: off
+"""
+    )
+    assert outcome is Outcome.OPERATOR_NEEDED
