@@ -153,10 +153,15 @@ def _model(key: Scalar, node: Node, findings: Findings) -> RobotModel | None:
 
 
 def read_vision(node: Node | None, what: str, findings: Findings) -> float | None:
-    """A radius in regions; None if nothing is written, or ``unlimited``."""
+    """A radius in regions, at least 1; None if nothing is written, or ``unlimited``."""
     if isinstance(node, Scalar) and node.value == UNLIMITED:
         return None
-    return read.positive(node, what, findings, f"a number of regions, or '{UNLIMITED}'")
+    radius = read.finite(node, what, findings, f"a number of regions, or '{UNLIMITED}'")
+    if radius is not None and radius < 1:
+        hint = "a robot sees at least the regions next to its own"
+        findings.add(node, f"{what} is {radius:g}, and must be at least 1", hint)
+        return None
+    return radius
 
 
 def _timing(node: Node | None, what: str, findings: Findings) -> Timing:
