@@ -52,7 +52,7 @@ def damaged(draw: st.DrawFn) -> dict[str, Any]:
             holder = holder[key]
         kind = draw(st.sampled_from(["replace", "replace", "remove", "rename"]))
         if kind == "replace":
-            holder[place[-1]] = draw(VALUES)
+            holder[place[-1]] = copy.deepcopy(draw(VALUES))
         elif kind == "remove":
             del holder[place[-1]]
         elif isinstance(holder, dict):
