@@ -12,6 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from safenav.audit.fields import Fields
+from safenav.audit.header_reader import header_of, obstacle_of
 from safenav.audit.records import (
     TRACE_VERSION,
     Assumption,
@@ -32,7 +33,6 @@ from safenav.audit.records import (
     Record,
     Request,
     Resolved,
-    RobotHeader,
     Synthesis,
     SynthesisReason,
     Trace,
@@ -133,7 +133,7 @@ class _Reader:
             self._headless = True
             self._report(number, f"this reader knows version {TRACE_VERSION} of the trace only")
             return
-        self._header = _header(number, fields)
+        self._header = header_of(number, fields)
 
     def _announce(self, obstacle: ObstacleHeader, problems: list[str]) -> None:
         assert self._header is not None, "nothing is read before it"
@@ -147,79 +147,8 @@ class _Reader:
         self._diagnostics.append(Diagnostic(self._source, number, 1, found, hint))
 
 
-def _header(number: int, fields: Fields) -> Header:
-    scenario = fields.inner("scenario")
-    world = scenario.inner("map")
-    until, limits = scenario.inner("until"), scenario.inner("limits")
-    obstacles = {}
-    for entry in scenario.inner_list("obstacles"):
-        obstacle = _obstacle(number, entry)
-        if obstacle.name in obstacles:
-            fields.problems.append(f"two obstacles are named {obstacle.name}")
-        obstacles[obstacle.name] = obstacle
-    return Header(
-        line=number,
-        safenav=fields.text("safenav"),
-        name=scenario.text("name"),
-        rows=world.count("rows"),
-        cols=world.count("cols"),
-        grid=world.texts("grid"),
-        robots={name: _robot(name, entry) for name, entry in scenario.inner_each("robots").items()},
-        obstacles=obstacles,
-        until_rounds=until.count("rounds") if until.has("rounds") else None,
-        limit_ticks=limits.count("ticks") if limits.has("ticks") else None,
-        seed=scenario.integer("seed"),
-        coordination=scenario.text("coordination"),
-        resolution=_pair(world, "resolution"),
-        origin=_triple(world, "origin"),
-        external=scenario.has("world") and scenario.text("world") == "external",
-    )
-
-
-def _pair(fields: Fields, key: str) -> tuple[float, float] | None:
-    if not fields.has(key):
-        return None
-    first, second = fields.numbers(key, 2)
-    return first, second
-
-
-def _triple(fields: Fields, key: str) -> tuple[float, float, float] | None:
-    if not fields.has(key):
-        return None
-    first, second, third = fields.numbers(key, 3)
-    return first, second, third
-
-
-def _robot(name: str, fields: Fields) -> RobotHeader:
-    return RobotHeader(
-        name=name,
-        model=fields.text("model"),
-        mobility=fields.text("mobility"),
-        layer=fields.text("layer"),
-        capabilities=frozenset(fields.texts("capabilities")),
-        start=fields.integer("start"),
-        heading=fields.heading_or_null("heading"),
-        objective=fields.objective("objective"),
-        conflicts=frozenset(fields.texts("conflicts")) if fields.has("conflicts") else None,
-        vision=fields.number_or_null("vision") if fields.has("vision") else None,
-    )
-
-
-def _obstacle(line: int, fields: Fields) -> ObstacleHeader:
-    return ObstacleHeader(
-        name=fields.text("name"),
-        type=fields.text("type"),
-        region=fields.integer("region"),
-        action=fields.text("action"),
-        resolution_regions=fields.regions("resolution_regions"),
-        blocks=frozenset(fields.texts("blocks")),
-        traversable=fields.flag_or_null("traversable"),
-        line=line,
-    )
-
-
 def _discovered(line: int, tick: int, fields: Fields) -> Discovered:
-    return Discovered(line, tick, _obstacle(line, fields.inner("obstacle")))
+    return Discovered(line, tick, obstacle_of(line, fields.inner("obstacle")))
 
 
 def _synthesis(line: int, tick: int, fields: Fields) -> Synthesis:

@@ -35,7 +35,7 @@ class RequestRule(Rule):
         turn = now.turn
         if turn.torn:
             return
-        violation, requests = turn.first(Violation), list(turn.all(Request))
+        violation, requests = turn.first(Violation), turn.all(Request)
         if violation is not None and not requests and not now.is_cut_short():
             problem = f"{turn.robot} meets {violation.obstacle} and does not ask for help"
             yield self.broken_by(violation, turn.robot, problem)

@@ -27,7 +27,7 @@ class PushRule(Rule):
         yield from _missing(record.objectives, now)
         if record.obstacle is None:
             return  # a robot makes way: not an answer to a request
-        requests = list(now.turn.all(Request))  # a second one replaces a helper
+        requests = now.turn.all(Request)  # a second one replaces a helper
         request = requests[-1] if requests else None
         why = (record.obstacle, record.requester, record.helper)
         if request is None or why != (request.obstacle, request.requester, request.helper):

@@ -8,12 +8,13 @@
 #include "successors.hpp"
 
 #include <algorithm>
+#include <type_traits>
 
 namespace slugs {
 
 Successors::Successors(Game &game, Answers answers)
     : game_(game), words_(words_for(game.store.bits())), place_(2 * std::size_t{game.store.bits()}),
-      told_before_{0}, mask_(words_), lists_(game.store.account()), slots_(game.store.account()),
+      told_before_{0}, mask_(words_), lists_(game.store.account()), list_of_(game.store.account()),
       found_(words_) {
   const std::vector<Variable> &variables = game.specification.variables;
   bool outputs_met = false;
@@ -33,12 +34,10 @@ Successors::Successors(Game &game, Answers answers)
     told_before_.push_back(told_before_[k] + (get_bit(mask_.data(), by_level_[k] / 2) ? 1 : 0));
   }
   lists_.resize(words_ << 10);
-  slots_.resize(1 << 10);
 }
 
 void Successors::forget() {
-  slots_.clear_to_zero();
-  remembered_ = 0;
+  list_of_.clear();
   used_ = 1;
 }
 
@@ -69,13 +68,12 @@ Successors::List Successors::list_below(Edge f, std::size_t k) {
 }
 
 Successors::List Successors::list_at(Edge f, std::size_t k) {
-  const Slot &slot = slots_[slot_of(f)];
-  if (slot.f)
-    return slot.list;
+  if (const List *known = list_of_.find(f))
+    return *known;
   const List low = list_below(game_.store.low_of(f), k + 1);
   const List high = list_below(game_.store.high_of(f), k + 1);
   const List list = join(low, high, by_level_[k] / 2);
-  remember(f, list);
+  list_of_.add(f, list);
   return list;
 }
 
@@ -148,26 +146,6 @@ std::size_t Successors::reserve(std::size_t count) {
     lists_.resize(generous ? std::max(needed, 2 * lists_.size()) : needed);
   }
   return used_;
-}
-
-void Successors::remember(Edge f, List list) {
-  if (2 * ++remembered_ > slots_.size()) {
-    std::vector<Slot> old(slots_.data(), slots_.data() + slots_.size());
-    slots_.resize(2 * slots_.size());
-    slots_.clear_to_zero();
-    for (const Slot &slot : old)
-      if (slot.f)
-        slots_[slot_of(slot.f)] = slot;
-  }
-  slots_[slot_of(f)] = {f, list};
-}
-
-// Where f is, or would be.
-std::size_t Successors::slot_of(Edge f) const {
-  std::size_t slot = (f * 0x9E3779B97F4A7C15ull >> 32) & (slots_.size() - 1);
-  while (slots_[slot].f && slots_[slot].f != f)
-    slot = (slot + 1) & (slots_.size() - 1);
-  return slot;
 }
 
 } // namespace slugs

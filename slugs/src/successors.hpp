@@ -4,6 +4,7 @@
 #pragma once
 
 #include "counted_array.hpp"
+#include "edge_table.hpp"
 #include "game.hpp"
 #include "packed_states.hpp"
 
@@ -28,10 +29,6 @@ private:
   struct List { // of valuations in lists_, sorted by those bits that tell them apart
     std::size_t start, count;
   };
-  struct Slot {
-    Edge f; // 0 in an empty slot
-    List list;
-  };
 
   List list_below(Edge f, std::size_t k);
   List list_at(Edge f, std::size_t k);
@@ -40,8 +37,6 @@ private:
   std::size_t merge(const Word *low, std::size_t lows, const Word *high, std::size_t highs, std::uint32_t bit,
                     Word *result) const;
   std::size_t reserve(std::size_t count);
-  void remember(Edge f, List list);
-  std::size_t slot_of(Edge f) const;
 
   Game &game_;
   std::size_t words_;
@@ -52,8 +47,7 @@ private:
   bool sorted_ = true;                     // sorted by the mask is sorted
   CountedArray<Word> lists_;
   std::size_t used_ = 1; // valuations; the first one is all 0
-  CountedArray<Slot> slots_;
-  std::size_t remembered_ = 0;
+  EdgeTable<List> list_of_;
   PackedStates found_;
 };
 
