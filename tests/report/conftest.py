@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from report import made_traces, team_trace
+from report.browser import Browser
+from safenav.report.html import page_of
 from safenav.report.replay import Replay
 from safenav.report.replay_reading import read_replay
 
@@ -31,3 +34,20 @@ def traces(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
 @pytest.fixture(scope="session")
 def replays(traces: dict[str, Path]) -> dict[str, Replay]:
     return {name: read_replay(path) for name, path in traces.items()}
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    found = Browser()
+    yield found
+    found.driver.quit()
+
+
+@pytest.fixture(scope="module")
+def pages(replays: dict[str, Replay], tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    folder = tmp_path_factory.mktemp("pages")
+    written = {}
+    for name, replay in replays.items():
+        written[name] = folder / f"{name}.html"
+        written[name].write_text(page_of(replay, f"{name}.jsonl"))
+    return written

@@ -1,0 +1,98 @@
+"""The catalogue: what is built in, and what a scenario adds to it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from safenav.errors import InputError
+from safenav.scenario.catalogue import BUILT_IN, built_in
+from safenav.scenario.loader import load_scenario, load_scenario_text
+from safenav.scenario.model import ObstacleType, ResolveAt, RobotModel, Scenario
+from safenav.world import Mobility
+
+ROOMS = """\
+safenav: 1
+map:
+  grid: |
+    #######
+    #..#..#
+    #.....#
+    #..#..#
+    #######
+  names: {dock: [1, 2], gate: 17}
+"""
+
+
+def load(rest: str) -> Scenario:
+    return load_scenario_text(ROOMS + rest, "rooms.yaml")
+
+
+ROVER = """\
+robots:
+  rover: {mobility: free, layer: ground, capabilities: [push, clear], vision: 4}
+obstacles:
+  debris: {action: clear, resolve_at: neighbours, blocks: [ground, quadcopter]}
+  airlock: {action: push, resolve_at: [%s]}
+"""
+USE = """\
+robots: {ann: {model: rover, start: 8, objective: {hold: 9}}}
+obstacles: [{type: debris, region: 17}, {type: airlock, region: 11}]
+"""
+
+
+def test_a_scenario_extends_the_catalogue_in_place() -> None:
+    inline = "".join(f"  {line}\n" for line in (ROVER % "dock, [1, 1]").splitlines())
+    scenario = load(USE + "catalogue:\n" + inline)
+    assert scenario.robots[0].model == RobotModel(
+        "rover", Mobility.FREE, "ground", frozenset({"push", "clear"}), 4.0
+    )
+    debris, airlock = (obstacle.type for obstacle in scenario.obstacles)
+    blocks = frozenset({"ground", "quadcopter"})
+    assert debris == ObstacleType("debris", "clear", ResolveAt.NEIGHBOURS, blocks)
+    assert airlock == ObstacleType("airlock", "push", frozenset({9, 8}))
+
+
+def test_a_scenario_extends_the_catalogue_from_a_file_beside_it(tmp_path: Path) -> None:
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "more.yaml").write_text(ROVER % "9", encoding="utf-8")
+    file = tmp_path / "scenario.yaml"
+    file.write_text(ROOMS + USE + "catalogue: parts/more.yaml\n", encoding="utf-8")
+    assert load_scenario(file).robots[0].model.name == "rover"
+
+
+def test_mistakes_in_a_catalogue_file_are_told_after_those_of_the_scenario(tmp_path: Path) -> None:
+    catalogue = tmp_path / "more.yaml"
+    catalogue.write_text("robots:\n  rover: {mobility: free, layer: ground, wheels: 4}\n")
+    file = tmp_path / "scenario.yaml"
+    file.write_text(ROOMS + USE + "catalogue: more.yaml\nseed: -1\n", encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        load_scenario(file)
+    places = [(Path(d.file).name, d.line) for d in caught.value.diagnostics]
+    assert places == [
+        ("scenario.yaml", 11),  # debris and airlock are unknown; the broken rover is not
+        ("scenario.yaml", 11),
+        ("scenario.yaml", 13),
+        ("more.yaml", 2),
+    ]
+
+
+def test_the_built_in_catalogue() -> None:
+    catalogue = built_in()
+    digit, quadcopter = catalogue.robots["digit"], catalogue.robots["quadcopter"]
+    assert (digit.mobility, digit.layer, digit.capabilities) == (
+        Mobility.HEADING,
+        "ground",
+        frozenset({"push"}),
+    )
+    assert (quadcopter.mobility, quadcopter.layer, quadcopter.capabilities) == (
+        Mobility.FREE,
+        "air",
+        frozenset({"sense"}),
+    )
+    assert catalogue.obstacles["door"] == ObstacleType("door", "push", ResolveAt.SELF)
+    assert catalogue.obstacles["uncertainty"] == ObstacleType(
+        "uncertainty", "sense", ResolveAt.NEIGHBOURS, None, True
+    )
+    assert set(catalogue.sources.values()) == {BUILT_IN}
