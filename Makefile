@@ -23,7 +23,7 @@ test: install lint slugs-test ## lint, types, C++ tests, Python tests
 install: $(VENV)/.installed
 
 # Editable: Python files are used from the tree; the C++ side is rebuilt when it changes.
-$(VENV)/.installed: pyproject.toml safenav/__init__.py slugs/CMakeLists.txt $(wildcard slugs/src/*) $(wildcard slugs/include/*) | toolchain
+$(VENV)/.installed: pyproject.toml safenav/__init__.py slugs/CMakeLists.txt $(wildcard slugs/src/*/*) $(wildcard slugs/include/*) | toolchain
 	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
 	@touch $@

@@ -2,8 +2,8 @@
 
 #pragma once
 
-#include "read_specification.hpp"
-#include "translate.hpp"
+#include "read/reader.hpp"
+#include "read/translate.hpp"
 
 #include <cstdint>
 #include <cstdlib>

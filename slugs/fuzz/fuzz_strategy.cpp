@@ -3,8 +3,8 @@
 
 #include "fuzz_reading.hpp"
 
-#include "check.hpp"
-#include "read_json.hpp"
+#include "certificate/check.hpp"
+#include "certificate/json_reader.hpp"
 
 namespace {
 

@@ -3,8 +3,8 @@
 
 #pragma once
 
-#include "check_evaluation.hpp"
-#include "read_specification.hpp"
+#include "certificate/evaluation.hpp"
+#include "read/reader.hpp"
 
 #include <cstdint>
 #include <sstream>

@@ -1,7 +1,7 @@
 // The BDD core against truth tables: functions of eight variables (four pairs)
 // are bit sets of 256 valuations, on which every operation is one line.
 
-#include "../src/bdd.hpp"
+#include "bdd/bdd.hpp"
 #include "expect.hpp"
 
 #include <bitset>

@@ -1,6 +1,6 @@
 // The checker's enumeration of allowed valuations, against trying all of them.
 
-#include "check_completions.hpp"
+#include "certificate/completions.hpp"
 #include "expect.hpp"
 #include "reading.hpp"
 

@@ -2,12 +2,12 @@
 // the order of variables, and limits must end it cleanly.  Whether the bytes and
 // verdicts are the right ones is for the corpus and the brute-force oracle.
 
-#include "../src/read_specification.hpp"
-#include "../src/solver.hpp"
-#include "../src/source.hpp"
-#include "../src/strategy_json.hpp"
-#include "../src/strategy_text.hpp"
 #include "expect.hpp"
+#include "game/solver.hpp"
+#include "read/reader.hpp"
+#include "read/source.hpp"
+#include "strategy/json_sink.hpp"
+#include "strategy/text_sink.hpp"
 
 #include <algorithm>
 #include <atomic>

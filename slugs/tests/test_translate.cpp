@@ -2,8 +2,8 @@
 // the same order, and in each section formulas that agree everywhere.
 
 #include "expect.hpp"
+#include "read/translate.hpp"
 #include "reading.hpp"
-#include "translate.hpp"
 
 #include <random>
 

@@ -1,0 +1,29 @@
+// A function put aside.
+//
+// The fixpoints keep one set of states for each round of each goal, for later.
+// As diagrams in the store these would outweigh what is being worked on: every
+// collection would mark them, and sifting would find an order that suits them
+// and not the relations.  Outside they are lists of nodes that any later order
+// can read back.
+
+#pragma once
+
+#include "bdd/bdd.hpp"
+
+namespace slugs {
+
+class FrozenBdd {
+public:
+  FrozenBdd(BddStore &store, const Bdd &f);
+  Bdd thaw(BddStore &store) const;
+
+private:
+  struct Node {
+    Var var;
+    Edge low, high; // positions in nodes_, from 1, as indices of edges; 0 is the constant
+  };
+  CountedArray<Node> nodes_; // operands first
+  Edge root_ = bdd_false;
+};
+
+} // namespace slugs

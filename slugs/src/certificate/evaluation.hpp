@@ -1,0 +1,60 @@
+// Formulas evaluated on 64 assignments at once.
+//
+// The formulas that are needed become a straight-line program; bit k of each
+// word belongs to assignment k.  Values are three-valued (Kleene 1952): a word
+// of those that are surely true and a word of those that are surely false, so
+// that variables may be left open.
+
+#pragma once
+
+#include "core/formula.hpp"
+
+#include <cstdint>
+#include <vector>
+
+namespace slugs {
+
+using Word = std::uint64_t;
+inline constexpr unsigned lanes = 64;
+
+// What is known about one formula or variable on each lane.
+struct Truth {
+  Word yes = 0;
+  Word no = 0;
+};
+
+inline Truth known(Word values) { return {values, ~values}; }
+
+// A truth for each variable, current and next value.
+struct Assignment {
+  explicit Assignment(std::size_t variables) : current(variables), next(variables) {}
+  std::vector<Truth> current;
+  std::vector<Truth> next;
+};
+
+class Evaluation {
+public:
+  // Of `roots` and everything below them.  The pool may grow afterwards.
+  Evaluation(const FormulaPool &pool, const std::vector<FormulaId> &roots);
+
+  void run(const Assignment &assignment);
+  const Truth &operator[](FormulaId id) const { return values_[slot(id)]; }
+
+  // For those who ask often: the place of a formula that is needed.
+  std::size_t slot(FormulaId id) const;
+  const Truth &at(std::size_t slot) const { return values_[slot]; }
+  const std::vector<FormulaId> &needed() const { return ids_; } // ascending
+
+private:
+  struct Step {
+    Op op;
+    std::uint32_t left; // slots; of a variable: index and next
+    std::uint32_t right;
+  };
+
+  std::vector<FormulaId> ids_; // of the slots
+  std::vector<Step> steps_;
+  std::vector<Truth> values_;
+};
+
+} // namespace slugs

@@ -1,0 +1,102 @@
+// Arrays whose bytes are counted against the budget before they are allocated.
+//
+// The large tables of the engine live in these.  Growth uses realloc, so that
+// the operating system can move pages instead of copying them, and a refusal,
+// ours or the system's, is a LimitReached and never a crash.
+
+#pragma once
+
+#include "core/budget.hpp"
+
+#include <cstddef>
+#include <cstdlib>
+#include <cstring>
+#include <type_traits>
+
+namespace slugs {
+
+class MemoryAccount {
+public:
+  explicit MemoryAccount(const Budget &budget) : budget_(budget) {}
+
+  bool has_room(std::size_t bytes) const {
+    return bytes <= budget_.memory_bytes && used_ <= budget_.memory_bytes - bytes;
+  }
+  // To be called before bytes are allocated; give_back() when they are freed.
+  void take(std::size_t bytes) {
+    if (!has_room(bytes))
+      refuse();
+    used_ += bytes;
+    if (used_ > peak_)
+      peak_ = used_;
+  }
+  void give_back(std::size_t bytes) { used_ -= bytes; }
+  [[noreturn]] static void refuse() { throw LimitReached(LimitKind::Memory, "memory limit reached"); }
+
+  std::size_t used() const { return used_; }
+  std::size_t peak() const { return peak_; }
+  const Budget &budget() const { return budget_; }
+
+private:
+  Budget budget_;
+  std::size_t used_ = 0;
+  std::size_t peak_ = 0;
+};
+
+template <typename T> class CountedArray {
+  static_assert(std::is_trivially_copyable_v<T>);
+
+public:
+  explicit CountedArray(MemoryAccount &account) : account_(account) {}
+  ~CountedArray() { release(); }
+  CountedArray(CountedArray &&other) noexcept
+      : account_(other.account_), data_(other.data_), size_(other.size_) {
+    other.data_ = nullptr;
+    other.size_ = 0;
+  }
+  CountedArray(const CountedArray &) = delete;
+  CountedArray &operator=(const CountedArray &) = delete;
+
+  // Keeps the common prefix; what is new is zero.
+  void resize(std::size_t size) {
+    const std::size_t old_bytes = size_ * sizeof(T), bytes = size * sizeof(T);
+    if (size == 0)
+      return release();
+    if (bytes > old_bytes)
+      account_.take(bytes - old_bytes);
+    void *moved = std::realloc(static_cast<void *>(data_), bytes);
+    if (!moved) {
+      if (bytes > old_bytes)
+        account_.give_back(bytes - old_bytes);
+      MemoryAccount::refuse();
+    }
+    data_ = static_cast<T *>(moved);
+    if (bytes > old_bytes)
+      std::memset(static_cast<void *>(data_ + size_), 0, bytes - old_bytes);
+    else
+      account_.give_back(old_bytes - bytes);
+    size_ = size;
+  }
+  void release() {
+    std::free(static_cast<void *>(data_));
+    account_.give_back(size_ * sizeof(T));
+    data_ = nullptr;
+    size_ = 0;
+  }
+  void clear_to_zero() {
+    if (size_)
+      std::memset(static_cast<void *>(data_), 0, size_ * sizeof(T));
+  }
+
+  T &operator[](std::size_t i) { return data_[i]; }
+  const T &operator[](std::size_t i) const { return data_[i]; }
+  std::size_t size() const { return size_; }
+  T *data() { return data_; }
+
+private:
+  MemoryAccount &account_;
+  T *data_ = nullptr;
+  std::size_t size_ = 0;
+};
+
+} // namespace slugs

@@ -1,0 +1,153 @@
+// The three nested fixpoints of Bloem, Jobstmann, Piterman, Pnueli and Sa'ar
+// (JCSS 2012), with liveness conditions over transitions as in Ehlers and Raman
+// (CAV 2016):
+//
+//   nu Z. /\_j mu Y. \/_i nu X. cpre( (G_j & Z') | Y' | (!A_i & X') )
+//
+// - Z starts as the greatest fixpoint of cpre(Z'), which is cheap and contains
+//   the result, and is closed again whenever a goal shrinks it.
+// - Goals update Z one after the other.  A goal that was computed with a larger
+//   Z may lead out of the present one, so the goals are gone through until all
+//   of them in a row left Z as it was.  Then what each recorded is right for
+//   the final Z, and the strategy needs no further pass.
+// - X of a goal's k-th round starts from Z and from what the same round gave
+//   the last time: everything is monotone in Z (Piterman, Pnueli and Sa'ar,
+//   VMCAI 2006).
+// - Within a round only X changes.  So the environment's moves that the system
+//   can answer by coming closer are taken away once, and each step of X asks
+//   only whether the others can be answered by staying in X.
+// - Of these, a step looks only at the moves that could still be answered in the
+//   step before: the states of all others are out of X already.  They are few,
+//   so the dearer of the two products is one with a small diagram.
+
+#include "game/fixpoint.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace slugs {
+
+Fixpoint::Fixpoint(Game &game, bool robotics_init, Steps order, Statistics &statistics)
+    : game_(game), robotics_init_(robotics_init), order_(order), statistics_(statistics), z_(game.states),
+      progress_(game.guarantees.size()) {
+  for (const Bdd &assumption : game.assumptions) {
+    const std::vector<Var> support = game.store.support(assumption);
+    decided_by_input_.push_back(std::none_of(support.begin(), support.end(), [&](Var v) {
+      return v % 2 == 1 && game.specification.variables[v / 2].owner == Owner::Output;
+    }));
+  }
+}
+
+// The largest part of `start` in which the system can stay for as long as the
+// environment moves by `moves`, with transitions that are `allowed`:
+//
+//   nu X. start & forall x'. moves -> exists y'. SYS_TRANS & allowed & X'
+Bdd Fixpoint::stay(const Bdd &start, const Bdd &moves, const Bdd &allowed, std::uint64_t &iterations) {
+  BddStore &store = game_.store;
+  Bdd x = start;
+  Bdd answered = store.constant(true); // before the last step
+  const auto step = [&] {
+    const Bdd kept = store.exists_both(game_.sys_trans, allowed & store.to_next(x), game_.next_outputs);
+    const Bdd lost = x & store.exists_both(moves, answered & !kept, game_.next_inputs);
+    return std::pair(kept, lost);
+  };
+  for (;;) {
+    ++iterations;
+    {
+      const auto [kept, lost] = step();
+      if (lost.is_false())
+        return x;
+      answered = kept;
+      x &= !lost;
+    }
+    between_steps(step, [&] { answered = store.constant(true); });
+  }
+}
+
+void Fixpoint::close_under_safety() {
+  z_ = stay(z_, game_.env_trans, game_.store.constant(true), statistics_.safety_iterations);
+}
+
+bool Fixpoint::solve() {
+  close_under_safety();
+  statistics_.y_iterations.assign(progress_.size(), 0);
+  statistics_.x_iterations.assign(progress_.size(), 0);
+  std::size_t agreeing = 0;
+  for (std::size_t j = 0; agreeing < progress_.size(); j = (j + 1) % progress_.size()) {
+    if (j == 0)
+      ++statistics_.outer_iterations;
+    if (!game_.wins_initially(z_, robotics_init_))
+      return false;
+    const Bdd y = reach_goal(j);
+    ++agreeing;
+    if (y != z_) {
+      agreeing = 0;
+      z_ = y;
+      close_under_safety();
+    }
+  }
+  return game_.wins_initially(z_, robotics_init_);
+}
+
+// The states of `start` from which the system can answer every move of `open`
+// with a transition into the result on which the assumption fails.
+Bdd Fixpoint::wait(const Bdd &open, const Bdd &start, std::size_t i, std::uint64_t &iterations) {
+  BddStore &store = game_.store;
+  const Bdd &assumption = game_.assumptions[i];
+  if (!decided_by_input_[i])
+    return stay(start, open, !assumption, iterations);
+  // Where the environment can satisfy the assumption, waiting is lost at once.
+  const Bdd x = start & !store.exists_both(open, assumption, game_.next_inputs);
+  if (assumption.is_true())
+    return x;
+  return stay(x, open & !assumption, store.constant(true), iterations);
+}
+
+Bdd Fixpoint::reach_goal(std::size_t j) {
+  BddStore &store = game_.store;
+  const GoalProgress before = std::move(progress_[j]);
+  progress_[j].clear();
+  // What the environment may do that the system cannot answer by coming closer.
+  Bdd open = game_.env_trans & z_;
+  const auto answer = [&](const Bdd &targets) {
+    const auto step = [&] { return open & !store.exists_both(game_.sys_trans, targets, game_.next_outputs); };
+    open = step();
+    between_steps(step, [] {});
+  };
+  answer(game_.guarantees[j] & store.to_next(z_));
+  Bdd y = store.constant(false);
+  for (std::size_t k = 0;; ++k) {
+    ++statistics_.y_iterations[j];
+    Round round;
+    Bdd larger = y;
+    if (order_ != Steps::Plain) {
+      // Steps that rely on no assumption are far cheaper than waiting.
+      for (;;) {
+        if (order_ == Steps::BiasForAction)
+          round.steps.emplace_back(store, larger);
+        const Bdd next = larger | (z_ & !store.exists(open, game_.next_inputs));
+        if (next == larger)
+          break;
+        answer(store.to_next(next));
+        larger = next;
+      }
+    }
+    for (std::size_t i = 0; i < game_.assumptions.size(); ++i) {
+      Bdd start = z_;
+      if (!before.empty())
+        start &= before[std::min(k, before.size() - 1)].waiting[i].thaw(store);
+      const Bdd waiting = wait(open, start, i, statistics_.x_iterations[j]);
+      round.waiting.emplace_back(store, waiting);
+      larger |= waiting;
+    }
+    // Y cannot outgrow Z.
+    const bool done = larger == y || larger == z_;
+    progress_[j].push_back(std::move(round));
+    if (done)
+      return larger;
+    answer(store.to_next(larger));
+    y = larger;
+  }
+}
+
+} // namespace slugs

@@ -1,0 +1,70 @@
+// The winning states of a GR(1) game, and what is needed to win from them.
+
+#pragma once
+
+#include "bdd/frozen.hpp"
+#include "core/statistics.hpp"
+#include "game/game.hpp"
+
+#include <functional>
+#include <vector>
+
+namespace slugs {
+
+// One round of the middle fixpoint (Y) for a goal.  The states to come closer to
+// are all of waiting in earlier rounds.  From waiting[i] the system reaches the
+// goal, or comes closer, or stays in waiting[i] while assumption i fails.  With a
+// bias for action there are first `steps`, the ever larger sets of states that a
+// least fixpoint without assumptions comes closer to; the last one is what
+// waiting builds on.
+struct Round {
+  std::vector<FrozenBdd> steps;
+  std::vector<FrozenBdd> waiting;
+};
+
+using GoalProgress = std::vector<Round>;
+
+// In which order the states to come closer to are found.  The winning states do
+// not depend on it, the strategy does.
+enum class Steps {
+  Plain,         // upstream's order
+  BiasForAction, // upstream's order with --biasForAction
+  Fewest,        // the fastest to compute; no strategy can be made of it
+};
+
+class Fixpoint {
+public:
+  Fixpoint(Game &game, bool robotics_init, Steps order, Statistics &statistics);
+
+  // Called between steps, where diagrams may be reordered, with a step such as
+  // those to come, and with what drops large diagrams that can be done without:
+  // they would be dragged along, and the order would be made for them.
+  using Work = std::function<void()>;
+  std::function<void(const Work &step, const Work &drop)> between_steps;
+
+  // Computes until done, or until some initial position is known to be lost.
+  // Returns whether the system wins.
+  bool solve();
+
+  // After solve(): the winning states, or if it returned false a superset of
+  // them; the system loses from all other states that the game is restricted to.
+  const Bdd &winning() const { return z_; }
+  // After solve() returned true: for each guarantee the way to it.
+  const std::vector<GoalProgress> &progress() const { return progress_; }
+
+private:
+  Bdd stay(const Bdd &start, const Bdd &moves, const Bdd &allowed, std::uint64_t &iterations);
+  void close_under_safety();
+  Bdd reach_goal(std::size_t j);
+  Bdd wait(const Bdd &open, const Bdd &start, std::size_t i, std::uint64_t &iterations);
+
+  Game &game_;
+  bool robotics_init_;
+  Steps order_;
+  Statistics &statistics_;
+  std::vector<bool> decided_by_input_; // by assumption: it does not depend on next outputs
+  Bdd z_;
+  std::vector<GoalProgress> progress_; // by guarantee
+};
+
+} // namespace slugs

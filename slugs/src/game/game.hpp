@@ -1,0 +1,50 @@
+// The two-player game of a specification, as BDDs.
+//
+// From a state s the environment picks next inputs x' with ENV_TRANS(s, x'),
+// then the system sees x' and picks next outputs y' with SYS_TRANS(s, x', y').
+// Liveness conditions speak of transitions (s, s').
+
+#pragma once
+
+#include "bdd/bdd.hpp"
+#include "core/specification.hpp"
+
+#include <functional>
+#include <vector>
+
+namespace slugs {
+
+struct Game {
+  Game(const Specification &specification, const std::vector<std::uint32_t> &order, const Budget &budget);
+  // Calls `between_steps` where diagrams may be reordered.
+  void build(const std::function<void()> &between_steps);
+
+  const Specification &specification;
+  BddStore store; // bit i is specification.variables[i]
+  VarSet current_inputs;
+  VarSet current_outputs;
+  VarSet current;
+  VarSet next_inputs;
+  VarSet next_outputs;
+  VarSet next;
+
+  Bdd env_init;
+  Bdd sys_init;
+  Bdd env_trans; // restrict() adds that the state is one of interest
+  Bdd sys_trans;
+  std::vector<Bdd> assumptions; // ENV_LIVENESS; at least one
+  std::vector<Bdd> guarantees;  // SYS_LIVENESS; at least one
+
+  Bdd states; // where the environment relation holds any move: all, or the reachable ones
+  void restrict_to(const Bdd &states);
+
+  // States from which one step of both players can lead.
+  Bdd image(const Bdd &from);
+
+  // The verdict on a winning set: realizable?
+  bool wins_initially(const Bdd &winning, bool robotics_init);
+
+  std::vector<Var> current_vars() const;
+};
+
+} // namespace slugs

@@ -1,0 +1,212 @@
+// The way through the engine: order, game, reachable states, fixpoint, and on
+// request a strategy or a counterstrategy.  When to reorder is decided here.
+
+#include "game/solver.hpp"
+
+#include "game/fixpoint.hpp"
+#include "game/game.hpp"
+#include "game/order.hpp"
+#include "game/reach.hpp"
+#include "strategy/counter_extraction.hpp"
+#include "strategy/extraction.hpp"
+
+#include <algorithm>
+#include <new>
+#include <optional>
+
+namespace slugs {
+
+struct Solver::Implementation {
+  const Specification &specification;
+  SolverOptions options;
+  Budget budget;
+  Statistics statistics{};
+  Phase phase = Phase::Build;
+  std::optional<Game> game;
+  std::optional<Fixpoint> fixpoint;
+  std::optional<Verdict> verdict;
+  std::size_t sift_at = 0;
+
+  Implementation(const Specification &s, const SolverOptions &o, const Budget &b)
+      : specification(s), options(o), budget(b) {
+    statistics.variables = s.variables.size();
+    for (const Variable &v : s.variables)
+      ++(v.owner == Owner::Input ? statistics.inputs : statistics.outputs);
+    for (std::size_t i = 0; i < section_count; ++i)
+      statistics.constraints[i] = s.constraints[i].size();
+  }
+
+  // Runs a phase, and accounts for it also when a limit ends it.
+  template <typename Work> void timed(Phase which, Work work) {
+    phase = which;
+    const auto start = Budget::Clock::now();
+    const auto account = [&] {
+      statistics.seconds[static_cast<std::size_t>(which)] +=
+          std::chrono::duration<double>(Budget::Clock::now() - start).count();
+      observe();
+    };
+    try {
+      budget.check();
+      work();
+    } catch (const std::bad_alloc &) {
+      account();
+      MemoryAccount::refuse();
+    } catch (...) {
+      account();
+      throw;
+    }
+    account();
+  }
+
+  void observe() {
+    if (!game)
+      return;
+    statistics.live_nodes = game->store.live_nodes();
+    statistics.peak_nodes = game->store.peak_nodes();
+    statistics.reorderings = game->store.reorderings();
+    statistics.collections = game->store.collections();
+    statistics.memory_bytes = game->store.account().peak();
+  }
+
+  // One pass moves each pair once, with all others where they happened to be;
+  // later passes often gain more than the first.
+  SiftingLog sift() {
+    constexpr int most_passes = 6;
+    SiftingLog log;
+    for (int pass = 0; pass < most_passes; ++pass) {
+      game->store.collect();
+      const std::size_t before = game->store.live_nodes();
+      game->store.sift(log);
+      if (game->store.live_nodes() > before - before / 10)
+        break;
+    }
+    return log;
+  }
+
+  // Small diagrams are not the aim, cheap steps are, and sometimes the former
+  // makes the latter dearer: then the former order is restored.
+  void sift_if_grown(const Fixpoint::Work &step, const Fixpoint::Work &drop) {
+    BddStore &store = game->store;
+    if (store.collected_nodes() < sift_at)
+      return;
+    drop();
+    store.collect();
+    if (store.live_nodes() < sift_at)
+      return;
+    const auto cost = [&] {
+      store.clear_cache();
+      const std::uint64_t before = store.work();
+      step();
+      return store.work() - before;
+    };
+    const std::uint64_t old_cost = cost();
+    const SiftingLog log = sift();
+    const std::uint64_t new_cost = cost();
+    if (new_cost > old_cost)
+      store.undo(log);
+    // Where sifting gains little, more sifting gains nothing.
+    plan_sifting(new_cost < old_cost - old_cost / 5 ? 4 : 16);
+  }
+  // The same where there is no such work to compare by yet.
+  void sift_if_grown() {
+    if (game->store.collected_nodes() < sift_at)
+      return;
+    sift();
+    plan_sifting(4);
+  }
+  void plan_sifting(std::size_t growth) {
+    game->store.collect();
+    sift_at = std::max<std::size_t>(growth * game->store.live_nodes(), 1 << 14);
+  }
+
+  void solve();
+};
+
+void Solver::Implementation::solve() {
+  // Left over if a limit ended an earlier attempt; handles go before their store.
+  fixpoint.reset();
+  game.reset();
+  timed(Phase::Build, [&] {
+    const std::vector<std::uint32_t> order =
+        options.start_order.empty() ? force_order(specification) : options.start_order;
+    game.emplace(specification, order, budget);
+    sift_at = 1 << 16;
+    game->build([this] { sift_if_grown(); });
+    plan_sifting(4);
+  });
+  timed(Phase::Reach, [&] {
+    const Bdd reachable = reachable_states(*game, [this] { sift_if_grown(); });
+    statistics.reachable_states = game->store.count(reachable, game->current_vars());
+    game->restrict_to(reachable);
+    game->store.collect();
+    sift();
+    plan_sifting(8);
+  });
+  timed(Phase::Solve, [&] {
+    const Steps steps = options.verdict_only      ? Steps::Fewest
+                        : options.bias_for_action ? Steps::BiasForAction
+                                                  : Steps::Plain;
+    fixpoint.emplace(*game, options.robotics_init, steps, statistics);
+    fixpoint->between_steps = [this](const Fixpoint::Work &step, const Fixpoint::Work &drop) {
+      sift_if_grown(step, drop);
+    };
+    verdict = fixpoint->solve() ? Verdict::Realizable : Verdict::Unrealizable;
+    if (verdict == Verdict::Realizable) {
+      const Bdd stuck = fixpoint->winning() & !game->store.exists(game->env_trans, game->next_inputs);
+      statistics.vacuous_win = game->env_init.is_false() || !stuck.is_false();
+    }
+  });
+}
+
+Solver::Solver(const Specification &specification, const SolverOptions &options, const Budget &budget)
+    : implementation_(std::make_unique<Implementation>(specification, options, budget)) {}
+
+Solver::~Solver() = default;
+
+Verdict Solver::verdict() {
+  Implementation &it = *implementation_;
+  if (!it.verdict)
+    it.solve();
+  return *it.verdict;
+}
+
+void Solver::strategy(StrategySink &sink) {
+  Implementation &it = *implementation_;
+  if (verdict() != Verdict::Realizable)
+    throw std::logic_error("a strategy of an unrealizable specification");
+  if (it.options.verdict_only)
+    throw std::logic_error("a strategy after solving for the verdict only");
+  it.timed(Phase::Strategy, [&] { extract_strategy(*it.game, *it.fixpoint, sink, it.statistics); });
+}
+
+void Solver::counterstrategy(StrategySink &sink) {
+  Implementation &it = *implementation_;
+  if (verdict() != Verdict::Unrealizable)
+    throw std::logic_error("a counterstrategy of a realizable specification");
+  it.timed(Phase::Strategy, [&] {
+    const Bdd losing = it.game->states & !it.fixpoint->winning();
+    extract_counterstrategy(*it.game, losing, it.options.robotics_init, sink, it.statistics);
+  });
+}
+
+const Statistics &Solver::statistics() const { return implementation_->statistics; }
+
+std::string Solver::progress() const {
+  const Statistics &s = implementation_->statistics;
+  const auto count = [](std::uint64_t n, const std::string &what) {
+    return std::to_string(n) + ' ' + what + (n == 1 ? "" : "s");
+  };
+  switch (implementation_->phase) {
+  case Phase::Build:
+    return "while building the game";
+  case Phase::Reach:
+    return "while computing the reachable states";
+  case Phase::Solve:
+    return "while solving, in " + count(s.outer_iterations, "outer iteration");
+  case Phase::Strategy:
+    return "while writing the strategy, after " + count(s.strategy_nodes, "node");
+  }
+  return "";
+}
+
+} // namespace slugs

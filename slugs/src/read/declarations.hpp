@@ -1,0 +1,20 @@
+// The variables of a specification.
+
+#pragma once
+
+#include "read/sections.hpp"
+
+namespace slugs {
+
+// slugsin: a name a line, indices in the order of the file.
+void declare_slugsin(const Sections &sections, const Source &source, Specification &specification,
+                     Diagnostics &diagnostics);
+
+// structuredslugs: a name, or an integer as name:min...max, a line; all inputs
+// come before all outputs.  Integers become bits, and where these can hold more
+// than the range a limit is added to the owner's INIT and TRANS.
+void declare_structured(const Sections &sections, const Source &source, Specification &specification,
+                        Diagnostics &diagnostics);
+void limit_ranges(Specification &specification);
+
+} // namespace slugs

@@ -1,0 +1,21 @@
+// Formulas of structuredslugs: infix notation with integers.
+//
+// From loose to tight: <->, ->, ^, |, &, !, comparison, +.  All binary
+// operators associate to the left, comparisons not at all.  A name with a prime
+// or inside next(...) means the next value.
+//
+// Operator precedence parsing (Floyd, JACM 1963) with explicit stacks of
+// operators and values, so that depth costs memory and never the call stack.
+
+#pragma once
+
+#include "read/lexer.hpp"
+#include "read/scope.hpp"
+
+namespace slugs {
+
+// The formula of a line; true after an error, which is in `diagnostics` then.
+FormulaId parse_infix(const std::vector<Lexeme> &line, Section section, const Scope &scope,
+                      const Specification &specification, FormulaPool &pool, Diagnostics &diagnostics);
+
+} // namespace slugs

@@ -1,0 +1,21 @@
+// From text to a Specification, in either input language.
+
+#pragma once
+
+#include "core/specification.hpp"
+#include "read/diagnostics.hpp"
+
+namespace slugs {
+
+enum class Language { Slugsin, Structured };
+
+// Which language the text is in, told by its content: it is structuredslugs as
+// soon as it declares an integer or has a formula with an infix operator.
+// Prefix lines are legal in both.
+Language language_of(const Source &source);
+
+// All mistakes go to `diagnostics`; if there is an error the result is
+// incomplete and must not be used.
+Specification read_specification(const Source &source, Diagnostics &diagnostics);
+
+} // namespace slugs

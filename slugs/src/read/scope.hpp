@@ -1,0 +1,47 @@
+// Which names a formula may mention, and where.
+//
+// The environment moves first, and neither player's initial condition can look
+// ahead: the table of what each section may use is the turn order of the game.
+
+#pragma once
+
+#include "core/specification.hpp"
+#include "read/diagnostics.hpp"
+
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+namespace slugs {
+
+struct Symbol {
+  bool integer;        // else one bit
+  std::uint32_t index; // into Specification::integers or ::variables
+};
+
+bool may_use(Section section, Owner owner, bool next);
+
+class Scope {
+public:
+  // Takes the declarations as they are now.
+  explicit Scope(const Specification &specification);
+
+  const Symbol *find(std::string_view name) const;
+  Owner owner(const Symbol &symbol) const;
+
+  // A mention of a declared name: says why if the section forbids it.
+  bool check_use(const Symbol &symbol, std::string_view name, Place place, Section section, bool next,
+                 Diagnostics &diagnostics) const;
+  // An undeclared name: suggests a near one, else `hint`.
+  void report_undeclared(std::string_view name, Place place, const std::string &hint,
+                         Diagnostics &diagnostics) const;
+
+private:
+  const Specification &specification_;
+  std::unordered_map<std::string_view, Symbol> symbols_;
+  std::vector<std::string> names_; // as declared, for suggestions
+  mutable std::unordered_map<std::string, std::string> nearest_;
+};
+
+} // namespace slugs

@@ -1,0 +1,153 @@
+// The steps in the order that fixes the strategy: round after round, within a
+// round first the plain steps (bias for action), then assumption after
+// assumption.  A step offers
+//
+//   SYS_TRANS & ( (G_j & Z') | closer' | (!A_i & waiting_i') )
+//
+// and serves those pairs of state and input that no earlier step has served.
+// What `closer` had before and what `waiting_i` had a round ago has been served,
+// so only what is new in them is looked at.
+//
+// The union of all steps is a relation over both copies of all variables, and
+// can be far larger than its factors: who is served, what SYS_TRANS allows,
+// where the step may lead.  So the factors are kept, and multiplied only after
+// each has been cofactored by a state, when they are small.
+
+#include "strategy/allowed_moves.hpp"
+
+namespace slugs {
+
+namespace {
+
+// Numbers disjoint sets in the order in which they come, and says of each digit
+// for which elements it is set.  Sets are joined in pairs, pairs in fours, and so
+// on, like carries in a binary counter: so large sets are joined rarely.
+class Numbering {
+public:
+  explicit Numbering(BddStore &store) : store_(store) {}
+
+  void add(const Bdd &set) {
+    blocks_.push_back({set, {}});
+    for (std::size_t n = ++count_; n % 2 == 0; n /= 2)
+      join_last_two();
+  }
+
+  std::vector<Bdd> digits() {
+    while (blocks_.size() > 1) {
+      // The last block is as if it had been filled up with empty sets.
+      while (blocks_.back().digits.size() < blocks_[blocks_.size() - 2].digits.size())
+        blocks_.back().digits.push_back(store_.constant(false));
+      join_last_two();
+    }
+    return blocks_.empty() ? std::vector<Bdd>{} : blocks_.back().digits;
+  }
+
+private:
+  struct Block { // of 2^digits.size() sets
+    Bdd all;
+    std::vector<Bdd> digits;
+  };
+
+  void join_last_two() {
+    const Block upper = blocks_.back();
+    blocks_.pop_back();
+    Block &lower = blocks_.back();
+    for (std::size_t b = 0; b < lower.digits.size(); ++b)
+      lower.digits[b] |= upper.digits[b];
+    lower.digits.push_back(upper.all);
+    lower.all |= upper.all;
+  }
+
+  BddStore &store_;
+  std::vector<Block> blocks_;
+  std::size_t count_ = 0;
+};
+
+} // namespace
+
+PositionalStrategies::PositionalStrategies(Game &game, const Fixpoint &fixpoint)
+    : game_(game), open_(game.env_trans & fixpoint.winning()) {
+  for (std::size_t j = 0; j < game.guarantees.size(); ++j)
+    goals_.push_back(steps_towards(fixpoint.winning(), fixpoint.progress()[j], j));
+}
+
+PositionalStrategies::Goal PositionalStrategies::steps_towards(const Bdd &winning,
+                                                               const GoalProgress &progress, std::size_t j) {
+  BddStore &store = game_.store;
+  Goal goal;
+  Numbering numbering(store);
+  Bdd open = open_;
+  Bdd targets = game_.guarantees[j] & store.to_next(winning);
+  Bdd closer = store.constant(false);
+  std::vector<Bdd> waited(game_.assumptions.size(), closer);
+  const auto come_closer = [&](const Bdd &larger) {
+    targets |= store.to_next(larger & !closer);
+    closer = larger;
+  };
+  const auto take = [&] {
+    if (targets.is_false())
+      return;
+    const Bdd served = open & store.exists_both(game_.sys_trans, targets, game_.next_outputs);
+    if (!served.is_false()) {
+      numbering.add(served);
+      goal.targets.push_back(targets);
+    }
+    open &= !served;
+    targets = store.constant(false);
+  };
+  Bdd reached = closer;
+  for (const Round &round : progress) {
+    for (const FrozenBdd &step : round.steps) {
+      reached |= step.thaw(store);
+      come_closer(reached);
+      take();
+    }
+    come_closer(reached);
+    for (std::size_t i = 0; i < round.waiting.size() && !open.is_false(); ++i) {
+      const Bdd waiting = round.waiting[i].thaw(store);
+      targets |= (!game_.assumptions[i]) & store.to_next(waiting & !waited[i]);
+      waited[i] = waiting;
+      take();
+      reached |= waiting;
+    }
+    if (open.is_false())
+      break;
+  }
+  goal.bits = numbering.digits();
+  return goal;
+}
+
+void PositionalStrategies::prepare_cofactors() {
+  std::vector<Bdd> functions{open_, game_.sys_trans};
+  for (const Goal &goal : goals_) {
+    functions.insert(functions.end(), goal.bits.begin(), goal.bits.end());
+    functions.insert(functions.end(), goal.targets.begin(), goal.targets.end());
+  }
+  cofactor_ = std::make_unique<StateCofactor>(game_.store, functions);
+}
+
+void PositionalStrategies::forget() { cofactor_->forget(); }
+
+Edge PositionalStrategies::transitions(const Word *state, std::size_t j) {
+  const Goal &goal = goals_[j];
+  return collect_steps(goal, state, (*cofactor_)(open_.edge(), state), goal.bits.size(), 0);
+}
+
+// Splits the inputs by the digits of their step, from the highest one.
+Edge PositionalStrategies::collect_steps(const Goal &goal, const Word *state, Edge inputs, std::size_t bits,
+                                         std::size_t step) {
+  BddStore &store = game_.store;
+  if (inputs == bdd_false)
+    return bdd_false;
+  if (bits == 0) {
+    const Edge answers = store.and_edge(inputs, (*cofactor_)(game_.sys_trans.edge(), state));
+    return store.and_edge(answers, (*cofactor_)(goal.targets[step].edge(), state));
+  }
+  const std::size_t b = bits - 1;
+  const Edge digit = (*cofactor_)(goal.bits[b].edge(), state);
+  const Edge with = collect_steps(goal, state, store.and_edge(inputs, digit), b, step | std::size_t{1} << b);
+  const Edge without = collect_steps(goal, state, store.and_edge(inputs, digit ^ 1), b, step);
+  return store.or_edge(with, without);
+}
+
+} // namespace slugs

@@ -1,0 +1,24 @@
+// An explicit strategy as JSON, the form that SLUGS prints with --jsonOutput.
+
+#pragma once
+
+#include "core/output_buffer.hpp"
+#include "core/specification.hpp"
+#include "strategy/sink.hpp"
+
+namespace slugs {
+
+class JsonStrategy : public StrategySink {
+public:
+  JsonStrategy(const Specification &specification, std::ostream &out);
+  void begin() override;
+  void node(std::uint64_t id, std::uint32_t rank, const std::vector<bool> &state,
+            const std::vector<std::uint64_t> &successors) override;
+  void end() override;
+
+private:
+  const Specification &specification_;
+  OutputBuffer out_;
+};
+
+} // namespace slugs
