@@ -68,7 +68,7 @@ fuzz: install slugs ## a long campaign: missions and explanations; with clang th
 	else echo "no clang++: the readers' fuzzers run for some seconds in 'make test' only"; fi
 
 front: ## rebuild the replay page's bundle (needs Node)
-	cd safenav/report/html/front && npm ci && npm test
+	cd safenav/report/page/front && npm ci && npm test
 
 bench: install slugs ## measure (never part of the tests)
 	$(BIN)/python benchmarks/slugs.py --suite corpus

@@ -24,7 +24,7 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from safenav.report.table import table
+from safenav.report.terminal.table import table
 
 ROWS, COLS = 7, 13
 

@@ -20,7 +20,7 @@ from statistics import median
 
 import click
 
-from safenav.report.table import table
+from safenav.report.terminal.table import table
 
 ROOT = Path(__file__).resolve().parents[1]
 SCENARIOS = (

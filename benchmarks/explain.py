@@ -16,12 +16,12 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 
-from safenav.explain.sentence import explain_unrealizable
-from safenav.report.table import table
+from safenav.explain.summary import explain_unrealizable
+from safenav.report.terminal.table import table
 from safenav.runtime.controllers import first_answers
 from safenav.runtime.explanation import explain_team
-from safenav.scenario.loader import load_scenario, load_scenario_text
 from safenav.scenario.model import Scenario
+from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Synthesizer
 

@@ -25,8 +25,8 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
 from report import made_traces, team_trace  # noqa: E402
 from report.browser import Browser  # noqa: E402
-from safenav.report.html import page_of  # noqa: E402
-from safenav.report.replay_reading import read_replay  # noqa: E402
+from safenav.report.page.html import page_of  # noqa: E402
+from safenav.report.replay.reading import read_replay  # noqa: E402
 
 LOADED = """
     const entry = performance.getEntriesByType("navigation")[0];

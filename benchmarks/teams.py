@@ -18,10 +18,10 @@ from pathlib import Path
 
 import click
 
-from safenav.report.table import table
+from safenav.report.terminal.table import table
 from safenav.runtime.controllers import first_answers
-from safenav.scenario import load_scenario_text
 from safenav.scenario.model import Scenario
+from safenav.scenario.reading.loader import load_scenario_text
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Synthesizer
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from safenav.runtime.environment import World as World
     from safenav.runtime.mission import Mission as Mission
-    from safenav.scenario.loader import load_scenario as load_scenario
+    from safenav.scenario.reading.loader import load_scenario as load_scenario
     from safenav.synthesis.slugs import Synthesizer as Synthesizer
 
 __version__ = "0.1.0"
@@ -22,7 +22,7 @@ _HOMES = {
     "Mission": "safenav.runtime.mission",
     "Synthesizer": "safenav.synthesis.slugs",
     "World": "safenav.runtime.environment",
-    "load_scenario": "safenav.scenario.loader",
+    "load_scenario": "safenav.scenario.reading.loader",
 }
 
 

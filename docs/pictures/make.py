@@ -22,12 +22,12 @@ ROOT = HERE.parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
 from report.browser import Browser  # noqa: E402
-from safenav.report.html import page_of  # noqa: E402
-from safenav.report.picture import Options, svg_of  # noqa: E402
-from safenav.report.picture_palette import Palette  # noqa: E402
-from safenav.report.replay import EventKind, Replay  # noqa: E402
-from safenav.report.replay_reading import read_replay  # noqa: E402
-from safenav.report.replay_shading import shading_of  # noqa: E402
+from safenav.report.page.html import page_of  # noqa: E402
+from safenav.report.picture.palette import Palette  # noqa: E402
+from safenav.report.picture.scene import Options, svg_of  # noqa: E402
+from safenav.report.replay.reading import read_replay  # noqa: E402
+from safenav.report.replay.shading import shading_of  # noqa: E402
+from safenav.report.replay.timeline import EventKind, Replay  # noqa: E402
 
 
 def main() -> None:

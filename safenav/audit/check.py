@@ -29,8 +29,7 @@ from safenav.audit.records import (
     Trace,
     Violation,
 )
-from safenav.audit.rule import Finding, Rule
-from safenav.audit.rules_motion import (
+from safenav.audit.rules.motion import (
     BeliefRule,
     CollisionRule,
     ContinuityRule,
@@ -41,7 +40,7 @@ from safenav.audit.rules_motion import (
     TransitRule,
     UnresolvedObstacleRule,
 )
-from safenav.audit.rules_objectives import (
+from safenav.audit.rules.objectives import (
     GoalOrderRule,
     GoalRule,
     HoldRule,
@@ -49,18 +48,19 @@ from safenav.audit.rules_objectives import (
     PatrolRule,
     RoundsRule,
 )
-from safenav.audit.rules_obstacles import (
+from safenav.audit.rules.obstacles import (
     BacktrackRule,
     BlockedRule,
     MissedResolutionRule,
     ResolutionRule,
     ViolationRule,
 )
-from safenav.audit.rules_order import HeaderRule, OrderRule
-from safenav.audit.rules_outcome import CompletedRule, OutcomeRule
-from safenav.audit.rules_requests import BidsRule, HelperRule, RequestRule
-from safenav.audit.rules_stack import MissedPopRule, PopRule, PushRule
-from safenav.audit.rules_synthesis import StrategyRule, SynthesisRule, VerdictsRule
+from safenav.audit.rules.order import HeaderRule, OrderRule
+from safenav.audit.rules.outcome import CompletedRule, OutcomeRule
+from safenav.audit.rules.requests import BidsRule, HelperRule, RequestRule
+from safenav.audit.rules.rule import Finding, Rule
+from safenav.audit.rules.stack import MissedPopRule, PopRule, PushRule
+from safenav.audit.rules.synthesis import StrategyRule, SynthesisRule, VerdictsRule
 from safenav.audit.situation import Situation
 
 RULES: tuple[type[Rule], ...] = (

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
-from safenav.batch.case import Result
+from safenav.batch.cases.case import Result
 
 RATIO = 1.5
 NOISE_SECONDS = 0.1

@@ -11,7 +11,7 @@ from typing import Any
 
 import safenav
 from safenav.batch.baseline import Comparison
-from safenav.batch.case import Result, Verdict
+from safenav.batch.cases.case import Result, Verdict
 from safenav.batch.session import Report
 from safenav.errors import UsageError
 

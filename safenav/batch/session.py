@@ -8,9 +8,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Protocol
 
-from safenav.batch.backend import Arrival, Backend
-from safenav.batch.case import Case, Result
+from safenav.batch.cases.case import Case, Result
 from safenav.batch.state import StateFile
+from safenav.batch.workers.backend import Arrival, Backend
 
 Artifacts = Callable[[Result, Path | None], list[str]]
 """Keeps what helps to look into a failure (given its trace, if any); returns what it wrote."""

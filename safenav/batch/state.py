@@ -14,7 +14,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO
 
-from safenav.batch.case import Result
+from safenav.batch.cases.case import Result
 from safenav.errors import UsageError
 
 NAME = "state.jsonl"

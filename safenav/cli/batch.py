@@ -14,10 +14,10 @@ import click
 from safenav.errors import ExitCode, UsageError
 
 if TYPE_CHECKING:
-    from safenav.batch.backend import Backend
-    from safenav.batch.case import Conditions
-    from safenav.batch.search import Found
-    from safenav.batch.worker import Worker
+    from safenav.batch.cases.case import Conditions
+    from safenav.batch.cases.search import Found
+    from safenav.batch.workers.backend import Backend
+    from safenav.batch.workers.worker import Worker
 
 EPILOG = """\b
 Examples:
@@ -123,15 +123,15 @@ def command(
     with ExitStack() as stack:
         started = [] if dask is not None else [_first_worker(stack)]
         from safenav.batch.baseline import compare
-        from safenav.batch.case import Conditions
+        from safenav.batch.cases.case import Conditions
+        from safenav.batch.cases.search import find_cases
         from safenav.batch.results_file import read_results, to_csv, to_json
-        from safenav.batch.search import find_cases
         from safenav.batch.session import run_batch
         from safenav.batch.state import StateFile
-        from safenav.report.batch_failure import FailureFolder
-        from safenav.report.batch_progress import ProgressLine
-        from safenav.report.batch_summary import summary
-        from safenav.report.junit import to_junit
+        from safenav.report.batches.failure import FailureFolder
+        from safenav.report.batches.junit import to_junit
+        from safenav.report.batches.progress import ProgressLine
+        from safenav.report.batches.summary import summary
 
         former = None if baseline is None else read_results(baseline)
         found = find_cases(paths)
@@ -181,7 +181,7 @@ def command(
 
 def _first_worker(stack: ExitStack) -> Worker:
     """It loads what a run needs while this process looks for scenarios."""
-    from safenav.batch.worker import Worker
+    from safenav.batch.workers.worker import Worker
 
     worker = Worker()
     stack.callback(worker.end)
@@ -191,7 +191,7 @@ def _first_worker(stack: ExitStack) -> Worker:
 def _pool(
     jobs: int | None, conditions: Conditions, traces: Path | None, started: list[Worker]
 ) -> Backend:
-    from safenav.batch.pool import LocalPool
+    from safenav.batch.workers.pool import LocalPool
 
     return LocalPool(jobs or _processors(), conditions, traces, started)
 
@@ -204,7 +204,7 @@ def _processors() -> int:
 
 
 def _cluster(address: str, conditions: Conditions, traces: Path | None) -> Backend:
-    from safenav.batch.cluster import DaskCluster
+    from safenav.batch.cluster.dask import DaskCluster
 
     return DaskCluster(address, conditions, traces)
 

@@ -26,9 +26,9 @@ Exit codes:
 def command(file: Path | None, as_json: bool) -> int:
     """List the robot models, capabilities and obstacle types that scenarios can use, and where
     each comes from. With FILE, a scenario or a catalogue file, also those that it adds."""
-    from safenav.report.catalogue import catalogue_data, catalogue_lines
-    from safenav.scenario.catalogue import built_in
-    from safenav.scenario.catalogue_file import catalogue_of
+    from safenav.report.terminal.catalogue_tables import catalogue_data, catalogue_lines
+    from safenav.scenario.reading.catalogue import built_in
+    from safenav.scenario.reading.catalogue_file import catalogue_of
 
     found = built_in() if file is None else catalogue_of(file)
     if as_json:

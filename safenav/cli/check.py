@@ -30,14 +30,14 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
     Nothing is run. A robot that can win by breaking what it assumes of the others is told as a
     warning."""
     from safenav.explain.vacuity import vacuous_wins
-    from safenav.report.vacuity import vacuity_data, vacuity_lines
-    from safenav.report.waiting import WaitingLine
+    from safenav.report.terminal.synthesis_progress import WaitingLine
+    from safenav.report.terminal.vacuity_warning import vacuity_data, vacuity_lines
     from safenav.runtime.controllers import first_answers
     from safenav.runtime.explanation import explain_unrealizable
     from safenav.runtime.mission import default_synthesizer
-    from safenav.scenario.loader import load_scenario
     from safenav.scenario.objective import describe
-    from safenav.spec.robot import assumption_names
+    from safenav.scenario.reading.loader import load_scenario
+    from safenav.spec.compile import assumption_names
 
     plan = load_scenario(scenario)
     synthesizer = default_synthesizer(plan)

@@ -10,7 +10,7 @@ import click
 from safenav.errors import ExitCode
 
 if TYPE_CHECKING:
-    from safenav.report.installation import Installation
+    from safenav.installation import Installation
 
 EPILOG = """\b
 Examples:
@@ -28,7 +28,7 @@ Exit codes:
 def command(as_json: bool) -> int:
     """Say which versions are installed, which slugs binary is used and whether it answers, and
     where the cache is."""
-    from safenav.report.installation import examine
+    from safenav.installation import examine
 
     found = examine()
     if as_json:

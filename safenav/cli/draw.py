@@ -32,9 +32,9 @@ def command(
 ) -> int:
     """Draw SCENARIO as it is before the run: region numbers, starts, objectives, hidden
     obstacles. Without -o as text on the terminal."""
-    from safenav.report.picture_scenario import scenario_text, scene_of, sight_of
-    from safenav.report.replay_shading import shading_lines
-    from safenav.scenario.loader import load_scenario
+    from safenav.report.picture.scenario import scenario_text, scene_of, sight_of
+    from safenav.report.replay.shading import shading_lines
+    from safenav.scenario.reading.loader import load_scenario
 
     plan = load_scenario(scenario)
     names = [robot.name for robot in plan.robots]
@@ -47,8 +47,8 @@ def command(
         for line in shading_lines(shading) if shading is not None else ():
             click.echo(f"\n  {line}")
         return ExitCode.OK
-    from safenav.report.outfile import write_bytes
-    from safenav.report.picture import Options, svg_of
+    from safenav.outfile import write_bytes
+    from safenav.report.picture.scene import Options, svg_of
 
     form = output.suffix.lower()
     if form not in (".svg", ".png"):
@@ -56,7 +56,7 @@ def command(
     picture = svg_of(scene_of(plan), Options(legend=legend, numbers=True, shading=shading))
     content = picture.encode()
     if form == ".png":
-        from safenav.report.picture_raster import png_of
+        from safenav.report.picture.raster import png_of
 
         content = png_of(picture, width)
     write_bytes(output, content)

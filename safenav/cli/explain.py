@@ -29,11 +29,11 @@ def command(scenario: Path, robot: str | None, as_json: bool) -> int:
     go together, how the robot fails although it does its best, and repairs that were checked to
     work. A scenario whose targets cannot be reached, which no other command takes, is explained
     as well."""
-    from safenav.report.explanation import explanation_data, explanation_lines
-    from safenav.report.waiting import WaitingLine
+    from safenav.report.terminal.explanation_text import explanation_data, explanation_lines
+    from safenav.report.terminal.synthesis_progress import WaitingLine
     from safenav.runtime.explanation import explain_team
     from safenav.runtime.mission import default_synthesizer
-    from safenav.scenario.loader import load_scenario
+    from safenav.scenario.reading.loader import load_scenario
 
     plan = load_scenario(scenario, reachable=False)
     names = [r.name for r in plan.robots]

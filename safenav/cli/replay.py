@@ -13,7 +13,7 @@ import click
 from safenav.errors import ExitCode, UsageError
 
 if TYPE_CHECKING:
-    from safenav.report.replay import Replay
+    from safenav.report.replay.timeline import Replay
 
 EPILOG = """\b
 TICK is a number, 'last', or the kind of an event (violation, request, push,
@@ -69,10 +69,10 @@ def command(
 ) -> int:
     """Replay TRACE, which `safenav run --trace` wrote: as one HTML file that needs no network
     (the default), as a picture of one moment, as a film, or on the terminal."""
-    from safenav.report.outfile import write_bytes
-    from safenav.report.picture import Options, svg_of
-    from safenav.report.replay_reading import read_replay
-    from safenav.report.replay_shading import shading_of
+    from safenav.outfile import write_bytes
+    from safenav.report.picture.scene import Options, svg_of
+    from safenav.report.replay.reading import read_replay
+    from safenav.report.replay.shading import shading_of
 
     if sum((svg is not None, png is not None, gif, terminal)) > 1:
         raise UsageError("choose one of --svg, --png, --gif and --terminal")
@@ -92,13 +92,13 @@ def command(
         picture = svg_of(replay.scene(tick), options)
         content = picture.encode()
         if png is not None:
-            from safenav.report.picture_raster import png_of
+            from safenav.report.picture.raster import png_of
 
             content = png_of(picture, width)
         form = "svg" if svg is not None else "png"
         write_bytes(output or trace.with_name(f"{trace.stem}-{tick}.{form}"), content)
         return ExitCode.OK
-    from safenav.report.html import page_of
+    from safenav.report.page.html import page_of
 
     write_bytes(output or trace.with_suffix(".html"), page_of(replay, trace.name).encode())
     return ExitCode.OK
@@ -122,7 +122,7 @@ def _tick(replay: Replay, written: str) -> int:
 
 
 def _check_viewer(replay: Replay, robot: str) -> None:
-    from safenav.report.replay_shading import viewers
+    from safenav.report.replay.shading import viewers
 
     names = [track.name for track in replay.robots]
     if robot not in names:
@@ -141,7 +141,7 @@ def _ticks(replay: Replay, written: str | None) -> range:
 
 
 def _show(replay: Replay, ticks: range, speed: float) -> int:
-    from safenav.report.replay_terminal import log, play
+    from safenav.report.terminal.replay import log, play
 
     if not sys.stdout.isatty():
         for line in log(replay, ticks):
@@ -160,8 +160,8 @@ def _film(
     width: int | None,
     sight: str | None,
 ) -> int:
-    from safenav.report.outfile import tell, write_whole
-    from safenav.report.picture_raster import Film, write_gif
+    from safenav.outfile import tell, write_whole
+    from safenav.report.picture.raster import Film, write_gif
 
     shown = _ticks(replay, ticks)
     steps = max(1, min(3, round(12 / speed)))

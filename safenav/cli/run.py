@@ -50,13 +50,14 @@ def command(
 ) -> int:
     """Run SCENARIO: synthesize a controller for each robot, then execute them in a world
     with the scenario's hidden obstacles until every robot has met its objective."""
-    from safenav.report.story import Story
-    from safenav.report.waiting import WaitingLine
+    from safenav.report.terminal.story import Story
+    from safenav.report.terminal.synthesis_progress import WaitingLine
     from safenav.runtime.expectation import Ledger, differences
     from safenav.runtime.mission import Mission
     from safenav.runtime.trace import Listener, TraceWriter
-    from safenav.scenario.loader import load_scenario
+    from safenav.scenario.reading.loader import load_scenario
     from safenav.synthesis.slugs import Synthesizer
+    from safenav.verify.strategy import first_failure
 
     plan = load_scenario(scenario)
     if seed is not None:
@@ -66,7 +67,7 @@ def command(
     synthesizer = Synthesizer(
         seconds=plan.limits.synthesis_seconds,
         memory_mb=plan.limits.synthesis_memory,
-        verify=verify,
+        verifier=first_failure if verify else None,
     )
     ledger = Ledger()
     listeners: list[Listener] = [ledger]
@@ -92,9 +93,9 @@ def command(
 
 
 def _write_page(trace: Path, html: Path) -> None:
-    from safenav.report.html import page_of
-    from safenav.report.outfile import write_bytes
-    from safenav.report.replay_reading import read_replay
+    from safenav.outfile import write_bytes
+    from safenav.report.page.html import page_of
+    from safenav.report.replay.reading import read_replay
 
     write_bytes(html, page_of(read_replay(trace), trace.name).encode())
 

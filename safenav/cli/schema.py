@@ -31,7 +31,7 @@ def command(output: Path | None) -> int:
     if output is None or str(output) == "-":
         click.echo(schema_text(), nl=False)
     else:
-        from safenav.report.outfile import write_bytes
+        from safenav.outfile import write_bytes
 
         write_bytes(output, schema_text().encode())
     return ExitCode.OK

@@ -53,10 +53,11 @@ def command(
     strict: bool,
 ) -> int:
     """Synthesize the controllers for the start of SCENARIO and print their size."""
-    from safenav.report.waiting import WaitingLine
+    from safenav.report.terminal.synthesis_progress import WaitingLine
     from safenav.runtime.controllers import first_answers
-    from safenav.scenario.loader import load_scenario
+    from safenav.scenario.reading.loader import load_scenario
     from safenav.synthesis.slugs import Synthesizer
+    from safenav.verify.strategy import first_failure
 
     if plot and output is None:
         raise UsageError("--plot writes files: name a directory with -o")
@@ -66,7 +67,9 @@ def command(
         raise UsageError(f"{scenario}: there is no robot '{robot}'; it has {', '.join(names)}")
     limits = plan.limits
     synthesizer = Synthesizer(
-        seconds=limits.synthesis_seconds, memory_mb=limits.synthesis_memory, verify=verify
+        seconds=limits.synthesis_seconds,
+        memory_mb=limits.synthesis_memory,
+        verifier=first_failure if verify else None,
     )
     wanted = [robot] if robot is not None else names
     answers = first_answers(plan, synthesizer, WaitingLine(), wanted)
@@ -82,8 +85,8 @@ def command(
 
 
 def _print_statistics(answers: dict[str, Answer], plan: Scenario) -> None:
-    from safenav.report.table import table
-    from safenav.spec.robot import assumption_names, compile_task
+    from safenav.report.terminal.table import table
+    from safenav.spec.compile import assumption_names, compile_task
     from safenav.synthesis.export import statistics_of
 
     headings = ("robot", "verdict", "states", "edges", "goals", "bits", "ms", "verified")
@@ -113,7 +116,7 @@ def _print_statistics(answers: dict[str, Answer], plan: Scenario) -> None:
 def _warn(answers: dict[str, Answer], synthesizer: Synthesizer) -> bool:
     """Tell who wins by breaking its own assumptions; whether there was anything to tell."""
     from safenav.explain.vacuity import vacuous_wins
-    from safenav.report.vacuity import vacuity_lines
+    from safenav.report.terminal.vacuity_warning import vacuity_lines
 
     warned = False
     for name, answer in answers.items():
@@ -143,7 +146,7 @@ def _explain_failures(answers: dict[str, Answer], plan: Scenario) -> int:
 
 
 def _write_all(answer: Answer, plan: Scenario, directory: Path, plot: bool) -> None:
-    from safenav.report.outfile import write_whole
+    from safenav.outfile import write_whole
 
     try:
         directory.mkdir(parents=True, exist_ok=True)
@@ -155,7 +158,7 @@ def _write_all(answer: Answer, plan: Scenario, directory: Path, plot: bool) -> N
 
 
 def _files(answer: Answer, plan: Scenario, plot: bool) -> Iterator[tuple[str, bytes]]:
-    from safenav.spec.robot import compile_task
+    from safenav.spec.compile import compile_task
     from safenav.synthesis.export import to_dot, to_graphml
 
     text = compile_task(answer.task, plan.map).to_structuredslugs()
@@ -166,6 +169,6 @@ def _files(answer: Answer, plan: Scenario, plot: bool) -> Iterator[tuple[str, by
         yield ".dot", to_dot(strategy).encode()
         yield ".graphml", to_graphml(strategy).encode()
         if plot:
-            from safenav.report.picture_automaton import svg_of_strategy
+            from safenav.report.picture.automaton import svg_of_strategy
 
             yield ".svg", svg_of_strategy(strategy, answer.task, plan.map).encode()

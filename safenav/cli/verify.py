@@ -39,10 +39,10 @@ def command(specification: str, strategy: str, counterstrategy: bool, as_json: b
     Initial states, one answer to each allowed input, safety, and no cycle that starves a goal.
     What is wrong is told with the constraint, where it comes from, and a shortest path to it.
     """
-    from safenav.report.strategy_failure import failure_lines, verification_data
-    from safenav.synthesis.reader import read_specification
+    from safenav.report.terminal.strategy_failure import failure_lines, verification_data
+    from safenav.spec.reading import read_specification
     from safenav.synthesis.strategy import Strategy
-    from safenav.synthesis.verify import verify_counterstrategy, verify_strategy
+    from safenav.verify.strategy import verify_counterstrategy, verify_strategy
 
     if specification == strategy == "-":
         raise click.UsageError("only one of SPECIFICATION and STRATEGY can be standard input")

@@ -18,8 +18,8 @@ from safenav.explain.explanation import (
     is_guarantee,
     with_guarantees,
 )
-from safenav.explain.question import Questions, cooperative
 from safenav.explain.quickxplain import minimal_subset
+from safenav.explain.realizability import Questions, cooperative
 from safenav.scenario.objective import Target
 from safenav.spec.motion import stepping
 from safenav.spec.specification import Constraint, Section, Specification

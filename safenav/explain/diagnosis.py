@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from safenav.explain.alone import Solo, play
 from safenav.explain.explanation import Cause, Diagnosis
+from safenav.explain.undisturbed import Solo, play
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import Hold, Ltl, Patrol, Target, Visit, targets_of
 from safenav.spec.task import Known, Task
 from safenav.world.map import Heading, RegionMap
-from safenav.world.mobility import Mobility, Pose, distances
+from safenav.world.moves import Mobility, Pose, distances
 
 
 def diagnose(task: Task, world: RegionMap) -> Diagnosis:

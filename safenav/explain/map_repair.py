@@ -11,11 +11,11 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from safenav.explain.explanation import Diagnosis, Repair, RepairKind
-from safenav.scenario.catalogue import built_in
 from safenav.scenario.model import Obstacle, ObstacleType, Robot, Scenario
+from safenav.scenario.reading.catalogue import built_in
 from safenav.spec.task import Task
 from safenav.world.map import Region, RegionMap
-from safenav.world.mobility import distances
+from safenav.world.moves import distances
 
 
 def map_repairs(

@@ -11,15 +11,15 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
-from safenav.explain.alone import play
 from safenav.explain.explanation import Cause, Diagnosis, Repair, RepairKind
 from safenav.explain.map_repair import map_repairs
+from safenav.explain.undisturbed import play
 from safenav.scenario.model import Robot, Scenario, Tracking
 from safenav.scenario.objective import Hold, Ltl, Objective, Patrol, Visit, targets_of, to_data
 from safenav.spec.objective import NO_MEMORY
 from safenav.spec.task import Task
 from safenav.world.map import Heading, Region
-from safenav.world.mobility import Mobility, Pose, distances
+from safenav.world.moves import Mobility, Pose, distances
 
 Judge = Callable[[Scenario], bool]
 """Whether the robot in question has a strategy at the start of a scenario."""

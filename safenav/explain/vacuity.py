@@ -13,11 +13,11 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from safenav.spec.specification import Constraint, Origin, Section, Specification
-from safenav.synthesis.automaton import Automaton
-from safenav.synthesis.cycles import cyclic_parts
 from safenav.synthesis.outcome import Verdict
 from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.strategy import Strategy
+from safenav.verify.automaton import Automaton
+from safenav.verify.cycles import cyclic_parts
 
 
 class Way(StrEnum):

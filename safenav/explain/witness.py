@@ -12,15 +12,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import islice, product
 
 from safenav.explain.explanation import Cause, Diagnosis, Dilemma, Ending, Moment, Witness
-from safenav.formula import evaluate
+from safenav.formula.evaluator import evaluate
 from safenav.scenario.objective import Cover, Patrol, Target, Visit
 from safenav.spec.specification import Constraint, Owner, Section, Specification
 from safenav.spec.task import Task
-from safenav.synthesis.automaton import Automaton, Clause, clauses
-from safenav.synthesis.counterstrategy import counterstrategy_starts
 from safenav.synthesis.strategy import Strategy
+from safenav.verify.automaton import Automaton, Clause, clauses
+from safenav.verify.counterstrategy import counterstrategy_starts
 from safenav.world.map import Heading, Region, RegionMap
-from safenav.world.mobility import Pose, moves
+from safenav.world.moves import Pose, moves
 
 MOST_MOMENTS = 200
 _MOST_INPUTS = 4096

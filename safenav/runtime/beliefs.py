@@ -1,7 +1,8 @@
 """What robots know of each other during a run: where they see them, or what they believe.
 
 Kept up to date with the same function from which the specifications were written
-(``safenav.spec.knowledge``), one look a turn: what a strategy is told is what it was made for.
+(``safenav.spec.others.knowledge``), one look a turn: what a strategy is told is what it was
+made for.
 """
 
 from __future__ import annotations
@@ -9,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from safenav.scenario.model import Tracking
-from safenav.spec.belief import known_of, watch_for
-from safenav.spec.knowledge import Knowledge, Watch, watch
+from safenav.spec.others.belief import known_of, watch_for
+from safenav.spec.others.knowledge import Knowledge, Watch, watch
 from safenav.spec.task import Task
 from safenav.world.map import Region, RegionMap
 from safenav.world.partition import Partition

@@ -19,7 +19,7 @@ from safenav.runtime.tasks import Assignment
 from safenav.scenario.model import Coordination, Robot, Scenario, Tracking
 from safenav.scenario.objective import Hold, Ltl, Target, targets_of, to_data
 from safenav.spec.assignable import Switch, places
-from safenav.spec.robot import assumption_names, compile_task
+from safenav.spec.compile import assumption_names, compile_task
 from safenav.spec.task import LADDERS, Fairness, Known, Observed, Task
 from safenav.synthesis.outcome import SynthesisResult, Verdict
 from safenav.synthesis.slugs import Listener as SynthesisListener

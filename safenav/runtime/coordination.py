@@ -21,7 +21,7 @@ from safenav.runtime.tasks import Assignment, Frame, helping, holding
 from safenav.scenario.model import Obstacle, Robot
 from safenav.scenario.objective import Target, targets_of
 from safenav.world.map import Region
-from safenav.world.mobility import distances
+from safenav.world.moves import distances
 
 
 class Cause(StrEnum):

@@ -21,7 +21,7 @@ from safenav.runtime.tasks import Assignment, Frame
 from safenav.runtime.traffic import Traffic
 from safenav.scenario.model import Robot
 from safenav.world.map import Region
-from safenav.world.mobility import moves, shortest_path
+from safenav.world.moves import moves, shortest_path
 
 PATIENCE = 3
 """Ticks that a robot waits in front of another before anybody asks whether that is for ever,

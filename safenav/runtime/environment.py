@@ -14,7 +14,7 @@ from typing import Protocol
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.spec.task import Known
 from safenav.world.map import Region
-from safenav.world.mobility import Pose
+from safenav.world.moves import Pose
 
 
 class World(Protocol):

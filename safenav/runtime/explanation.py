@@ -10,7 +10,7 @@ from collections.abc import Collection
 from typing import TYPE_CHECKING
 
 from safenav.errors import ResourceLimitError
-from safenav.explain.sentence import explain_unrealizable
+from safenav.explain.summary import explain_unrealizable
 from safenav.scenario.model import Scenario
 from safenav.spec.task import Task
 from safenav.synthesis.slugs import Listener, Synthesizer
@@ -38,7 +38,7 @@ def explain_team(
     Raises ResourceLimitError if a verdict itself cannot be had within the limits.
     """
     # Imported here: most runs need no explanation.
-    from safenav.explain.inquiry import explain
+    from safenav.explain.investigation import explain
     from safenav.runtime.controllers import first_answers
 
     limit = min(synthesizer.seconds or QUESTION_SECONDS, QUESTION_SECONDS)
@@ -47,7 +47,6 @@ def explain_team(
         seconds=limit,
         memory_mb=synthesizer.memory_mb,
         cache=synthesizer.cache,
-        verify=False,
     )
     found = []
     for name, answer in first_answers(scenario, synthesizer, progress, names).items():

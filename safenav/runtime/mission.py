@@ -28,6 +28,7 @@ from safenav.runtime.turn import LostError, Turns
 from safenav.scenario.model import Coordination, Outcome, Robot, Scenario
 from safenav.synthesis.slugs import Listener as SynthesisListener
 from safenav.synthesis.slugs import Synthesizer
+from safenav.verify.strategy import first_failure
 
 
 @dataclass(frozen=True)
@@ -229,5 +230,5 @@ def default_synthesizer(scenario: Scenario) -> Synthesizer:
     """A synthesizer with the scenario's limits that verifies every strategy."""
     limits = scenario.limits
     return Synthesizer(
-        seconds=limits.synthesis_seconds, memory_mb=limits.synthesis_memory, verify=True
+        seconds=limits.synthesis_seconds, memory_mb=limits.synthesis_memory, verifier=first_failure
     )

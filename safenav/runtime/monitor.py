@@ -14,7 +14,8 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 
 from safenav.errors import ExitCode, SafenavError
-from safenav.formula import evaluate, parse
+from safenav.formula.evaluator import evaluate
+from safenav.formula.parser import parse
 from safenav.runtime.events import AssumptionViolated
 from safenav.runtime.navigation import Planner, Proposal
 from safenav.runtime.state import TeamState

@@ -14,7 +14,7 @@ from safenav.spec.assignable import Switch
 from safenav.spec.task import Task
 from safenav.synthesis.strategy import Strategy
 from safenav.world.map import Heading
-from safenav.world.mobility import Mobility, Pose
+from safenav.world.moves import Mobility, Pose
 
 
 @dataclass(frozen=True)

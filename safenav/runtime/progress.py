@@ -10,7 +10,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from safenav.formula import Formula, evaluate, parse
+from safenav.formula.evaluator import evaluate
+from safenav.formula.parser import parse
+from safenav.formula.syntax import Formula
 from safenav.scenario.objective import (
     Cover,
     Hold,

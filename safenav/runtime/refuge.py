@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from safenav.runtime.state import TeamState
 from safenav.scenario.model import Robot
 from safenav.world.map import Region
-from safenav.world.mobility import distances
+from safenav.world.moves import distances
 
 DEPTH = 3
 """Robots that may have to give way together (the one behind first)."""

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from safenav.scenario.model import Obstacle, Robot
 from safenav.world.map import Region, RegionMap
-from safenav.world.mobility import Pose, distances
+from safenav.world.moves import Pose, distances
 
 
 @dataclass(frozen=True)

@@ -14,10 +14,10 @@ from safenav.runtime.trace import Listener, obstacle_record
 from safenav.scenario.model import Coordination, Obstacle, Robot, Scenario
 from safenav.scenario.objective import to_data
 from safenav.spec.assignable import own_objective
-from safenav.spec.others import Sightings
+from safenav.spec.others.tracking import Sightings
 from safenav.spec.task import Task
 from safenav.world.map import Region
-from safenav.world.mobility import Pose
+from safenav.world.moves import Pose
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from safenav.runtime.tasks import Assignment, helping, holding
 from safenav.scenario.model import Obstacle, Robot
 from safenav.spec.assignable import Signal
 from safenav.world.map import Region
-from safenav.world.mobility import distances
+from safenav.world.moves import distances
 
 
 class Steering(Resynthesis):

@@ -24,11 +24,11 @@ from safenav.runtime.navigation import Planner, Proposal
 from safenav.runtime.state import TeamState, Transit
 from safenav.runtime.traffic import Traffic
 from safenav.scenario.model import Robot
-from safenav.spec.belief import watch_for
-from safenav.spec.knowledge import Knowledge
-from safenav.spec.others import observe
+from safenav.spec.others.belief import watch_for
+from safenav.spec.others.knowledge import Knowledge
+from safenav.spec.others.tracking import observe
 from safenav.spec.task import Task
-from safenav.world.mobility import Pose
+from safenav.world.moves import Pose
 
 
 class LostError(Exception):

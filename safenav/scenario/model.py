@@ -1,6 +1,6 @@
 """A scenario as data: map, robots, hidden obstacles, when to stop, what to expect.
 
-Immutable and already validated (see ``safenav.scenario.loader``): whoever holds a Scenario
+Immutable and already validated (see ``safenav.scenario.reading.loader``): whoever holds a Scenario
 need not check it again.
 """
 
@@ -13,7 +13,7 @@ from enum import StrEnum
 from safenav.scenario.event_pattern import EventPattern
 from safenav.scenario.objective import Objective
 from safenav.world.map import Region, RegionMap
-from safenav.world.mobility import Mobility, Pose
+from safenav.world.moves import Mobility, Pose
 
 
 class Tracking(StrEnum):

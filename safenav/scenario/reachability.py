@@ -11,7 +11,7 @@ from collections.abc import Callable, Collection
 
 from safenav.scenario.objective import Target
 from safenav.world.map import Heading, Region, RegionMap
-from safenav.world.mobility import Mobility, Pose
+from safenav.world.moves import Mobility, Pose
 
 _HEADINGS = len(Heading)
 

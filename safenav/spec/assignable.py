@@ -16,7 +16,7 @@ from safenav.spec.motion import one_of
 from safenav.spec.specification import Constraint, Origin, Owner, Section, Variable
 from safenav.spec.task import Task
 from safenav.world.map import Region, RegionMap
-from safenav.world.mobility import Pose, moves
+from safenav.world.moves import Pose, moves
 
 SOURCE = "paper, Section V-D, the runtime-assignable goal"
 

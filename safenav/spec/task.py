@@ -9,7 +9,7 @@ from safenav.scenario.model import Robot, Tracking
 from safenav.scenario.objective import Objective, Target, targets_of
 from safenav.spec.objective import NO_MEMORY, Memory
 from safenav.world.map import Region
-from safenav.world.mobility import Pose
+from safenav.world.moves import Pose
 from safenav.world.partition import Partition
 
 

@@ -79,14 +79,20 @@ class Progress:
 
 Listener = Callable[[Progress], None]
 
+Verifier = Callable[[Specification, Strategy, bool], str | None]
+"""Checks an automaton against its specification (the flag: it is a counterstrategy); what is
+wrong with it in words, None if nothing is. Handed in, so that this package and the check know
+nothing of each other."""
+
 
 class Synthesizer:
     """Asks a slugs binary, within limits, and remembers what it said.
 
     ``binary``: default as ``find_binary`` finds it. ``seconds`` (wall) and ``memory_mb`` limit
     each single synthesis; None for no limit. ``cache``: default as the environment says.
-    ``verify``: check every automaton against its specification before it is returned; one that
-    fails is a SynthesizerError. ``at_once``: most syntheses at a time, default one a processor.
+    ``verifier`` checks every automaton against its specification before it is returned; one
+    that fails is a SynthesizerError. ``at_once``: most syntheses at a time, default one a
+    processor.
     """
 
     def __init__(
@@ -96,14 +102,14 @@ class Synthesizer:
         seconds: float | None = 60.0,
         memory_mb: int | None = 2048,
         cache: Cache | None = None,
-        verify: bool = False,
+        verifier: Verifier | None = None,
         at_once: int | None = None,
     ) -> None:
         self.binary = Binary(binary) if isinstance(binary, Path) else binary or find_binary()
         self.seconds = seconds
         self.memory_mb = memory_mb
         self.cache = Cache.from_environment() if cache is None else cache
-        self.verify = verify
+        self.verifier = verifier
         self.at_once = at_once or os.cpu_count() or 1
 
     def synthesize(self, spec: Specification, strategy: bool = True) -> SynthesisResult:
@@ -131,7 +137,7 @@ class Synthesizer:
             seconds=self.seconds,
             memory_mb=self.memory_mb,
             cache=self.cache,
-            verify=self.verify,
+            verifier=self.verifier,
         ).counterstrategy(spec)
 
     def synthesize_all(
@@ -309,8 +315,11 @@ class Synthesizer:
         data = entry.strategy_json
         strategy = None if data is None else Strategy.parse(data, job.spec)
         verified = None
-        if strategy is not None and self.verify:
-            job.verify(strategy)
+        if strategy is not None and self.verifier is not None:
+            counter = job.question is Question.COUNTERSTRATEGY
+            failure_found = self.verifier(job.spec, strategy, counter)
+            if failure_found is not None:
+                raise SynthesizerError(f"the strategy is wrong: {failure_found}")
             verified = True
         return SynthesisResult(
             robot=job.robot,
@@ -355,18 +364,6 @@ class _Job:
         self, phase: Phase, seconds: float, result: SynthesisResult | None = None
     ) -> Progress:
         return Progress(self.index, self.robot, phase, seconds, result)
-
-    def verify(self, strategy: Strategy) -> None:
-        """Raises SynthesizerError with the first failure of the independent check."""
-        # Imported here: verification is optional.
-        from safenav.synthesis.verify import verify_counterstrategy, verify_strategy
-
-        check = (
-            verify_counterstrategy if self.question is Question.COUNTERSTRATEGY else verify_strategy
-        )
-        verification = check(self.spec, strategy)
-        if not verification.ok:
-            raise SynthesizerError(f"the strategy is wrong: {verification.failures[0]}")
 
 
 _News = tuple[_Job, Finished | BaseException | None]

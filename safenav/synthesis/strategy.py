@@ -154,7 +154,8 @@ class Strategy:
     @cached_property
     def _initial(self) -> tuple[int, ...]:
         # Imported here: only this needs formulas, and small programs may never ask.
-        from safenav.formula import evaluate, parse
+        from safenav.formula.evaluator import evaluate
+        from safenav.formula.parser import parse
 
         initial_sections = (Section.ENV_INIT, Section.SYS_INIT)
         constraints = [

@@ -12,7 +12,7 @@ A partition divides all free regions among cells. It is given by whoever writes 
             walls divide gives a cell for each connected piece.
 
 The finer the cells, the more there is to know and to compute: k cells make up to 2^k - 1
-beliefs (``safenav.spec.knowledge``).
+beliefs (``safenav.spec.others.knowledge``).
 """
 
 from __future__ import annotations

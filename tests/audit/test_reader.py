@@ -8,7 +8,7 @@ import pytest
 
 from audit.good_traces import GOOD
 from audit.trace_script import Line, edit, find, insert_after, text
-from safenav.audit import read_bytes, read_lines, read_trace
+from safenav.audit.reader import read_bytes, read_lines, read_trace
 from safenav.audit.records import Ending, Move, Push, Resolved
 from safenav.errors import Diagnostic, InputError
 

@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from audit.good_traces import GOOD
 from audit.random_walks import random_walk
 from audit.trace_script import Line, text
-from safenav.audit import Audit, audit, check_trace, read_bytes
+from safenav.audit.check import Audit, audit, check_trace
+from safenav.audit.reader import read_bytes
 from safenav.errors import InputError
 
 NAMES = sorted(GOOD)

@@ -7,8 +7,7 @@ import pytest
 from audit.broken_traces import CASES
 from audit.good_traces import GOOD
 from audit.trace_script import Line, Mutation, Script, find, robot, text
-from safenav.audit import check_trace
-from safenav.audit.check import NAMES_RULE, RULES
+from safenav.audit.check import NAMES_RULE, RULES, check_trace
 
 HOLD: Line = {"ltl": {}}
 

@@ -12,9 +12,9 @@ import yaml
 
 from batch.made_scenarios import Write
 from safenav.batch.baseline import NOISE_SECONDS, RATIO
-from safenav.batch.case import Verdict
-from safenav.batch.matrix import read_matrix
-from safenav.batch.search import find_cases
+from safenav.batch.cases.case import Verdict
+from safenav.batch.cases.matrix import read_matrix
+from safenav.batch.cases.search import find_cases
 from safenav.cli.batch import command
 
 ROOT = Path(__file__).parents[2]

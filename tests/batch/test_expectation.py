@@ -17,8 +17,8 @@ from safenav.runtime.events import (
 )
 from safenav.runtime.expectation import Ledger, differences
 from safenav.scenario.event_pattern import EventKind
-from safenav.scenario.loader import load_scenario_text
 from safenav.scenario.model import Expect
+from safenav.scenario.reading.loader import load_scenario_text
 
 ROOM = """\
 safenav: 1

@@ -6,10 +6,10 @@ from typing import Any
 
 import pytest
 
-from safenav.batch.matrix import is_matrix, read_matrix
-from safenav.batch.variation import varied
+from safenav.batch.cases.matrix import is_matrix, read_matrix
+from safenav.batch.cases.variation import varied
 from safenav.errors import InputError
-from safenav.scenario.loader import load_scenario_text
+from safenav.scenario.reading.loader import load_scenario_text
 
 HEAD = "batch: 1\nscenarios: [a.yaml]\n"
 

@@ -12,10 +12,10 @@ from pathlib import Path
 import pytest
 
 from batch.made_scenarios import SlugsLog, Write, scenario
-from safenav.batch.backend import Arrival
-from safenav.batch.case import Case, Conditions, Verdict
-from safenav.batch.pool import LocalPool
-from safenav.batch.worker import Worker
+from safenav.batch.cases.case import Case, Conditions, Verdict
+from safenav.batch.workers.backend import Arrival
+from safenav.batch.workers.pool import LocalPool
+from safenav.batch.workers.worker import Worker
 from safenav.errors import SafenavError
 
 pytestmark = pytest.mark.usefixtures("slugs")
@@ -170,8 +170,8 @@ def test_an_environment_in_which_no_worker_starts_is_an_error(
 ABANDONED = """
 import sys, time
 from batch.test_pool import case
-from safenav.batch.case import Conditions
-from safenav.batch.worker import Worker
+from safenav.batch.cases.case import Conditions
+from safenav.batch.workers.worker import Worker
 worker = Worker()
 worker.give(case("sleeper"), Conditions(), None)
 print(worker.pid, flush=True)

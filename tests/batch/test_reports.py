@@ -15,12 +15,12 @@ import pytest
 import xmlschema
 
 from safenav.batch.baseline import Comparison, compare
-from safenav.batch.case import Case, Result, Verdict, without_a_run
+from safenav.batch.cases.case import Case, Result, Verdict, without_a_run
 from safenav.batch.results_file import read_results, to_csv, to_json
 from safenav.batch.session import Report
 from safenav.errors import UsageError
-from safenav.report.batch_summary import summary
-from safenav.report.junit import to_junit
+from safenav.report.batches.junit import to_junit
+from safenav.report.batches.summary import summary
 
 SCHEMA = xmlschema.XMLSchema(str(Path(__file__).with_name("junit.xsd")))
 

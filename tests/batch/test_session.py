@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from safenav.batch.backend import Arrival
-from safenav.batch.case import Case, Result, Verdict, without_a_run
+from safenav.batch.cases.case import Case, Result, Verdict, without_a_run
 from safenav.batch.session import Report, run_batch
 from safenav.batch.state import StateFile
+from safenav.batch.workers.backend import Arrival
 from safenav.errors import UsageError
 
 CASES = tuple(Case(f"{letter}.yaml", f"{letter}.yaml", letter) for letter in "abcd")

@@ -10,7 +10,7 @@ import pytest
 
 import safenav as package
 from cli.conftest import Command
-from safenav.report.installation import OPTIONAL, REQUIRED
+from safenav.installation import OPTIONAL, REQUIRED
 
 
 def script(path: Path, body: str) -> str:

@@ -12,10 +12,10 @@ import pytest
 from jsonschema import Draft202012Validator
 
 from cli.conftest import Command
-from safenav.scenario import load_scenario
-from safenav.scenario.document import Mapping, Node, Scalar, read_document
+from safenav.scenario.reading.loader import load_scenario
 from safenav.scenario.schema import schema_text
 from safenav.scenario.template import DEFAULT, TEMPLATES, template_text
+from safenav.scenario.yaml.document import Mapping, Node, Scalar, read_document
 
 SCHEMA_LINE = "# yaml-language-server: $schema=safenav.schema.json"
 DOCS = Path(__file__).parents[2] / "docs"

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from cli.conftest import MAIN, Command
-from safenav.audit import check_trace
+from safenav.audit.check import check_trace
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 

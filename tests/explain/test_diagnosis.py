@@ -7,22 +7,22 @@ from random import Random
 
 import pytest
 
-from safenav.explain.alone import play
 from safenav.explain.diagnosis import diagnose
 from safenav.explain.explanation import Cause, RepairKind
-from safenav.explain.inquiry import explain
+from safenav.explain.investigation import explain
 from safenav.explain.quickxplain import minimal_subset
-from safenav.explain.sentence import explain_unrealizable
-from safenav.scenario.loader import load_scenario_text
+from safenav.explain.summary import explain_unrealizable
+from safenav.explain.undisturbed import play
 from safenav.scenario.model import Robot, RobotModel
 from safenav.scenario.objective import Cover, Hold, Objective, Patrol, Visit, describe
+from safenav.scenario.reading.loader import load_scenario_text
+from safenav.spec.compile import compile_task
 from safenav.spec.objective import NO_MEMORY
-from safenav.spec.robot import compile_task
 from safenav.spec.task import Fairness, Known, Observed, Task
 from safenav.synthesis.outcome import Verdict
 from safenav.synthesis.slugs import Synthesizer
 from safenav.world.map import Heading, RegionMap
-from safenav.world.mobility import Mobility, Pose
+from safenav.world.moves import Mobility, Pose
 
 GAMES = 150
 

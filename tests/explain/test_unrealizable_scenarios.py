@@ -14,12 +14,13 @@ from safenav.explain.explanation import Cause, Ending, Explanation, RepairKind
 from safenav.runtime.controllers import first_answers
 from safenav.runtime.explanation import explain_team
 from safenav.runtime.mission import Mission, default_synthesizer
-from safenav.scenario.loader import load_scenario
 from safenav.scenario.model import Scenario
-from safenav.spec.robot import compile_task
+from safenav.scenario.reading.loader import load_scenario
+from safenav.spec.compile import compile_task
 from safenav.synthesis.outcome import Verdict
 from safenav.synthesis.slugs import Synthesizer
-from safenav.world.mobility import Pose, moves
+from safenav.verify.strategy import first_failure
+from safenav.world.moves import Pose, moves
 
 FOLDER = Path(__file__).parents[2] / "scenarios" / "unrealizable"
 FILES = sorted(FOLDER.glob("*.yaml"))
@@ -97,7 +98,9 @@ def test_every_repair_makes_it_realizable(file: Path) -> None:
     assert kind in {repair.kind for repair in found.repairs}
     for repair in found.repairs:
         if repair.scenario is not None:
-            answers = first_answers(repair.scenario, Synthesizer(verify=True), names=[robot])
+            answers = first_answers(
+                repair.scenario, Synthesizer(verifier=first_failure), names=[robot]
+            )
             assert answers[robot].realizable, repair.change
 
 

@@ -12,14 +12,16 @@ import pytest
 from explain.conftest import Invoke
 from safenav.cli import check, synth
 from safenav.explain.vacuity import Way, can_force, vacuities, vacuous_wins
-from safenav.formula import evaluate, parse
+from safenav.formula.evaluator import evaluate
+from safenav.formula.parser import parse
 from safenav.runtime.controllers import first_answers
 from safenav.runtime.mission import default_synthesizer
-from safenav.scenario.loader import load_scenario, load_scenario_text
+from safenav.scenario.reading.loader import load_scenario, load_scenario_text
+from safenav.spec.reading import read_specification
 from safenav.spec.specification import Section
-from safenav.synthesis.reader import read_specification
 from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.strategy import Strategy
+from safenav.verify.strategy import first_failure
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 
@@ -34,7 +36,7 @@ catalogue: {{robots: {{r: {{mobility: free, layer: ground, capabilities: []}}}}}
 
 
 def _strategy(text: str) -> Strategy:
-    strategy = Synthesizer(verify=True).synthesize(read_specification(text)).strategy
+    strategy = Synthesizer(verifier=first_failure).synthesize(read_specification(text)).strategy
     assert strategy is not None
     return strategy
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 
-from safenav.audit import check_trace
+from safenav.audit.check import check_trace
 from safenav.synthesis.binary import find_binary
 
 MAIN = "from safenav.cli import main; main()"

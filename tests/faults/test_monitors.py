@@ -8,19 +8,19 @@ from pathlib import Path
 
 import pytest
 
-from safenav.audit import check_trace
+from safenav.audit.check import check_trace
 from safenav.errors import ExitCode
 from safenav.runtime.events import AssumptionViolated, Ended, Event, Moved
 from safenav.runtime.mission import Mission
 from safenav.runtime.monitor import PATIENCE, GuaranteeError
 from safenav.runtime.trace import TraceWriter
-from safenav.scenario.loader import load_scenario_text
 from safenav.scenario.model import Outcome, Scenario
+from safenav.scenario.reading.loader import load_scenario_text
 from safenav.spec.specification import Specification
 from safenav.synthesis.outcome import SynthesisResult
 from safenav.synthesis.slugs import Listener, Synthesizer
 from safenav.synthesis.strategy import Strategy
-from safenav.world.mobility import Pose
+from safenav.world.moves import Pose
 
 
 @pytest.fixture(autouse=True)
@@ -135,7 +135,7 @@ safenav: 1
 map: {grid: ["#######", "#..#..#", "#.....#", "#######"]}
 robots: {walker: {model: r, start: 8, objective: {visit: [12, 8]}}}
 """
-    mission, events = _mission(ROVERS + text, _BlindToWalls(verify=False))
+    mission, events = _mission(ROVERS + text, _BlindToWalls())
     with pytest.raises(GuaranteeError) as caught:
         mission.run()
     assert caught.value.exit_code is ExitCode.INTERNAL

@@ -9,7 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from safenav.formula import (
+from safenav.formula.evaluator import evaluate
+from safenav.formula.printer import to_text
+from safenav.formula.syntax import (
     And,
     Comparison,
     Constant,
@@ -25,8 +27,6 @@ from safenav.formula import (
     Sum,
     Term,
     Xor,
-    evaluate,
-    to_text,
 )
 from safenav.synthesis.binary import find_own_binary
 

@@ -9,12 +9,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from safenav.formula import (
+from safenav.formula.checking import check
+from safenav.formula.evaluator import evaluate
+from safenav.formula.parser import MAX_DEPTH, FormulaError, parse
+from safenav.formula.printer import to_text
+from safenav.formula.syntax import (
     And,
     Comparison,
     Constant,
     Formula,
-    FormulaError,
     Iff,
     Implies,
     Name,
@@ -26,14 +29,9 @@ from safenav.formula import (
     Sum,
     Term,
     Xor,
-    check,
-    evaluate,
-    parse,
     resolve_constants,
-    to_text,
     variables,
 )
-from safenav.formula.parser import MAX_DEPTH
 
 A, B, C = Name("a"), Name("b"), Name("c")
 BOOLEANS = ("a", "b", "next_one", "Xs")

@@ -16,22 +16,23 @@ from hypothesis import event, given
 
 from fuzz.campaign import campaign
 from fuzz.scenarios import scenarios
-from safenav.audit import check_trace
+from safenav.audit.check import check_trace
 from safenav.errors import InputError, UsageError
 from safenav.explain.explanation import Explanation
-from safenav.report.explanation import explanation_data, explanation_lines
+from safenav.report.terminal.explanation_text import explanation_data, explanation_lines
 from safenav.runtime.controllers import first_answers
 from safenav.runtime.events import AssumptionViolated, Event
 from safenav.runtime.explanation import explain_team
 from safenav.runtime.mission import Mission, default_synthesizer
 from safenav.runtime.trace import TraceWriter
-from safenav.scenario.loader import load_scenario_text
 from safenav.scenario.model import Outcome, Scenario
-from safenav.spec.robot import compile_task
+from safenav.scenario.reading.loader import load_scenario_text
+from safenav.spec.compile import compile_task
 from safenav.spec.specification import Specification
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.outcome import Verdict
 from safenav.synthesis.slugs import Synthesizer
+from safenav.verify.strategy import first_failure
 
 
 def play(data: dict[str, Any]) -> tuple[Scenario, list[Event], Outcome] | None:
@@ -57,7 +58,7 @@ def quiet(scenario: Scenario) -> Synthesizer:
     """The synthesizer of a run, one synthesis at a time and nothing remembered."""
     usual = default_synthesizer(scenario)
     return Synthesizer(
-        usual.binary, seconds=usual.seconds, cache=Cache.off(), verify=True, at_once=1
+        usual.binary, seconds=usual.seconds, cache=Cache.off(), verifier=first_failure, at_once=1
     )
 
 

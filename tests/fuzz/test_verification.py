@@ -17,13 +17,14 @@ from fuzz.scenarios import scenarios
 from fuzz.test_missions import quiet
 from safenav.errors import InputError, UsageError
 from safenav.runtime.controllers import first_answers
-from safenav.scenario.loader import load_scenario_text
-from safenav.spec.robot import compile_task
+from safenav.scenario.reading.loader import load_scenario_text
+from safenav.spec.compile import compile_task
+from safenav.spec.reading import read_specification
 from safenav.spec.specification import Specification
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.outcome import Verdict
-from safenav.synthesis.reader import read_specification
 from safenav.synthesis.slugs import Synthesizer
+from safenav.verify.strategy import first_failure
 
 SPECIFICATIONS = 1000
 
@@ -37,7 +38,7 @@ def _specification(seed: int) -> Specification:
 
 @pytest.mark.slow
 def test_random_specifications_are_answered_with_proofs() -> None:
-    ask = Synthesizer(cache=Cache.off(), verify=True)
+    ask = Synthesizer(cache=Cache.off(), verifier=first_failure)
     specs = [_specification(seed) for seed in range(SPECIFICATIONS)]
     verdicts: Counter[Verdict] = Counter()
     for spec, result in zip(specs, ask.synthesize_all(specs), strict=True):

@@ -9,9 +9,9 @@ import pytest
 
 from report import made_traces, team_trace
 from report.browser import Browser
-from safenav.report.html import page_of
-from safenav.report.replay import Replay
-from safenav.report.replay_reading import read_replay
+from safenav.report.page.html import page_of
+from safenav.report.replay.reading import read_replay
+from safenav.report.replay.timeline import Replay
 
 
 @pytest.fixture(scope="session")

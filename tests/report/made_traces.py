@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from safenav.world.map import Heading, Region, RegionMap
-from safenav.world.mobility import Mobility, Pose, moves
+from safenav.world.moves import Mobility, Pose, moves
 
 MODELS: dict[str, tuple[Mobility, str, tuple[str, ...]]] = {
     "digit": (Mobility.HEADING, "ground", ("push",)),

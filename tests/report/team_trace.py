@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 from safenav.world.map import RegionMap
-from safenav.world.visibility import visible_from
+from safenav.world.sight import visible_from
 
 GRID = ["#########", "#...#...#", "#.......#", "#...#...#", "#########"]
 WEST = [10, 11, 12, 19, 20, 21, 28, 29, 30]

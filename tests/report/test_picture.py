@@ -10,13 +10,13 @@ from xml.etree import ElementTree
 import pytest
 
 from report import made_traces
-from safenav.report.picture import Options, svg_of
-from safenav.report.picture_glyphs import looks, separated
-from safenav.report.picture_scenario import scenario_text, scene_of
-from safenav.report.picture_text import FONTS, text_width, wrapped
-from safenav.report.replay import Replay, Status
-from safenav.report.replay_reading import read_replay
-from safenav.scenario.loader import load_scenario
+from safenav.report.picture.glyphs import looks, separated
+from safenav.report.picture.scenario import scenario_text, scene_of
+from safenav.report.picture.scene import Options, svg_of
+from safenav.report.picture.text import FONTS, text_width, wrapped
+from safenav.report.replay.reading import read_replay
+from safenav.report.replay.timeline import Replay, Status
+from safenav.scenario.reading.loader import load_scenario
 
 SVG = "{http://www.w3.org/2000/svg}"
 SCENARIOS = Path(__file__).parents[2] / "scenarios"

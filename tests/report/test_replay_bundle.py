@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from safenav.report.html.page import embedded, page_of
-from safenav.report.replay import Replay
+from safenav.report.page.html import embedded, page_of
+from safenav.report.replay.timeline import Replay
 
 HTML = Path(__file__).parents[2] / "safenav" / "report" / "html"
 FRONT = HTML / "front"
@@ -21,7 +21,7 @@ ASSETS = ("replay.js", "replay.css")
 
 @pytest.mark.parametrize("name", ASSETS)
 def test_the_bundle_was_built_from_these_sources(name: str) -> None:
-    """Fails when sources changed without `npm run build` in safenav/report/html/front."""
+    """Fails when sources changed without `npm run build` in safenav/report/page/front."""
     digest = hashlib.sha256()
     sources = sorted(f"src/{path.name}" for path in (FRONT / "src").iterdir())
     for source in [*sources, "build.mjs", "package-lock.json", "tsconfig.json"]:
@@ -33,7 +33,7 @@ def test_the_bundle_was_built_from_these_sources(name: str) -> None:
 def test_a_rebuild_gives_the_same_bytes() -> None:
     node = shutil.which("node")
     if node is None or not (FRONT / "node_modules").exists():
-        pytest.skip("needs Node and `npm ci` in safenav/report/html/front")
+        pytest.skip("needs Node and `npm ci` in safenav/report/page/front")
     done = subprocess.run(
         [node, "build.mjs", "--check"], cwd=FRONT, capture_output=True, text=True, check=False
     )
@@ -43,7 +43,7 @@ def test_a_rebuild_gives_the_same_bytes() -> None:
 def test_types_are_right() -> None:
     compiler = FRONT / "node_modules" / ".bin" / "tsc"
     if shutil.which("node") is None or not compiler.exists():
-        pytest.skip("needs Node and `npm ci` in safenav/report/html/front")
+        pytest.skip("needs Node and `npm ci` in safenav/report/page/front")
     done = subprocess.run(
         [str(compiler), "--noEmit"], cwd=FRONT, capture_output=True, text=True, check=False
     )

@@ -11,8 +11,8 @@ from xml.etree import ElementTree
 import pytest
 
 from report import made_traces
-from safenav.report.replay import Replay
-from safenav.report.replay_terminal import play
+from safenav.report.replay.timeline import Replay
+from safenav.report.terminal.replay import play
 
 ROOT = Path(__file__).parents[2]
 

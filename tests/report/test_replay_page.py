@@ -8,9 +8,9 @@ import pytest
 
 from report import made_traces
 from report.browser import Browser, Keys
-from safenav.report.html import page_of
-from safenav.report.replay import Replay
-from safenav.report.replay_reading import read_replay
+from safenav.report.page.html import page_of
+from safenav.report.replay.reading import read_replay
+from safenav.report.replay.timeline import Replay
 
 
 @pytest.mark.parametrize("name", ["door", "chain", "detour", "meeting", "crowd"])

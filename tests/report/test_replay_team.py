@@ -15,17 +15,17 @@ from report import made_traces, team_trace
 from safenav.cli.draw import command as draw_command
 from safenav.cli.replay import command as replay_command
 from safenav.errors import InputError, UsageError
-from safenav.report.html import page_of
-from safenav.report.html.encode import encoded
-from safenav.report.html.region_sets import RegionSets, written
-from safenav.report.picture import Options, svg_of
-from safenav.report.replay import EventKind, Replay
-from safenav.report.replay_reading import read_replay
-from safenav.report.replay_shading import Sight, shading_lines, shading_of, viewers
-from safenav.report.replay_terminal import frame
-from safenav.report.replay_wording import regions_words
+from safenav.report.page.encode import encoded
+from safenav.report.page.html import page_of
+from safenav.report.page.region_sets import RegionSets, written
+from safenav.report.picture.scene import Options, svg_of
+from safenav.report.replay.reading import read_replay
+from safenav.report.replay.shading import Sight, shading_lines, shading_of, viewers
+from safenav.report.replay.timeline import EventKind, Replay
+from safenav.report.replay.wording import regions_words
+from safenav.report.terminal.replay import frame
 from safenav.world.map import RegionMap
-from safenav.world.visibility import members, visible_from
+from safenav.world.sight import members, visible_from
 
 SVG = "{http://www.w3.org/2000/svg}"
 SCENARIOS = Path(__file__).parents[2] / "scenarios"

@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 from runtime.played import Run, Runner
-from safenav.audit import check_trace
+from safenav.audit.check import check_trace
 from safenav.runtime.mission import Mission
 from safenav.runtime.trace import TraceWriter
-from safenav.scenario.loader import load_scenario_text
+from safenav.scenario.reading.loader import load_scenario_text
 
 
 @pytest.fixture

@@ -11,15 +11,16 @@ from typing import Any
 import pytest
 
 from safenav import Mission
-from safenav.audit import check_trace
+from safenav.audit.check import check_trace
 from safenav.errors import InputError
-from safenav.report.replay_reading import read_replay
-from safenav.report.story import Story
+from safenav.report.replay.reading import read_replay
+from safenav.report.terminal.story import Story
 from safenav.runtime.environment import SimulatedWorld
 from safenav.runtime.trace import TraceWriter
-from safenav.scenario import Obstacle, Robot, Scenario, built_in
-from safenav.scenario.loader import load_scenario_text
-from safenav.world import Pose
+from safenav.scenario.model import Obstacle, Robot, Scenario
+from safenav.scenario.reading.catalogue import built_in
+from safenav.scenario.reading.loader import load_scenario_text
+from safenav.world.moves import Pose
 
 BUILDING = """
 safenav: 1

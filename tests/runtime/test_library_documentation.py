@@ -65,7 +65,7 @@ def test_the_fleet_is_driven_through_the_door(tmp_path: Path, environment: dict[
 def test_the_trace_of_a_driven_fleet_breaks_no_rule(
     tmp_path: Path, environment: dict[str, str]
 ) -> None:
-    from safenav.audit import check_trace
+    from safenav.audit.check import check_trace
 
     run(BUILDING, tmp_path, environment)
     assert check_trace(tmp_path / "building.jsonl").findings == ()
@@ -115,7 +115,7 @@ def test_importing_safenav_loads_nothing_else(environment: dict[str, str]) -> No
 def test_the_public_names_are_those_of_their_modules() -> None:
     from safenav.runtime.environment import World
     from safenav.runtime.mission import Mission
-    from safenav.scenario.loader import load_scenario
+    from safenav.scenario.reading.loader import load_scenario
     from safenav.synthesis.slugs import Synthesizer
 
     assert safenav.Mission is Mission

@@ -7,12 +7,12 @@ from pathlib import Path
 import pytest
 
 from runtime.teams import team_scenario
-from safenav.audit import check_trace
+from safenav.audit.check import check_trace
 from safenav.errors import InputError
 from safenav.runtime.mission import Mission
 from safenav.runtime.trace import TraceWriter
-from safenav.scenario.loader import load_scenario_text
 from safenav.scenario.model import Outcome
+from safenav.scenario.reading.loader import load_scenario_text
 
 WANTED = 200
 BATCH = 20

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from safenav.audit import check_trace
+from safenav.audit.check import check_trace
 from safenav.runtime.expectation import Ledger, differences
 from safenav.runtime.mission import Mission
 from safenav.runtime.trace import TraceWriter
-from safenav.scenario import load_scenario
+from safenav.scenario.reading.loader import load_scenario
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 SHIPPED = sorted(SCENARIOS.glob("*.yaml"))

@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 
 from safenav.errors import InputError
-from safenav.scenario.catalogue import BUILT_IN, built_in
-from safenav.scenario.loader import load_scenario, load_scenario_text
 from safenav.scenario.model import ObstacleType, ResolveAt, RobotModel, Scenario
-from safenav.world import Mobility
+from safenav.scenario.reading.catalogue import BUILT_IN, built_in
+from safenav.scenario.reading.loader import load_scenario, load_scenario_text
+from safenav.world.moves import Mobility
 
 ROOMS = """\
 safenav: 1

@@ -6,8 +6,8 @@ import math
 
 import pytest
 
-from safenav.scenario import document
-from safenav.scenario.document import (
+from safenav.scenario.yaml import document
+from safenav.scenario.yaml.document import (
     DocumentError,
     Mapping,
     Place,

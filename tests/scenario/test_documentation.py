@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 from safenav.errors import InputError
-from safenav.scenario.loader import load_scenario_text
+from safenav.scenario.reading.loader import load_scenario_text
 
 ROOT = Path(__file__).parents[2]
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from safenav.errors import ExitCode, InputError
-from safenav.scenario.loader import load_scenario
+from safenav.scenario.reading.loader import load_scenario
 
 FOLDER = Path(__file__).parents[2] / "scenarios" / "invalid"
 FILES = sorted(FOLDER.glob("*.yaml"))

@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 from safenav.errors import InputError
-from safenav.scenario.loader import load_scenario, load_scenario_text
 from safenav.scenario.model import (
     Coordination,
     Limits,
@@ -20,7 +19,9 @@ from safenav.scenario.model import (
     Until,
 )
 from safenav.scenario.objective import Cover, Hold, Ltl, Patrol, Visit, to_data
-from safenav.world import Heading, Pose
+from safenav.scenario.reading.loader import load_scenario, load_scenario_text
+from safenav.world.map import Heading
+from safenav.world.moves import Pose
 
 SHIPPED = sorted((Path(__file__).parents[2] / "scenarios").glob("*.yaml"))
 

@@ -12,12 +12,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from safenav.errors import Diagnostic, InputError
-from safenav.scenario import map_reader
-from safenav.scenario.loader import load_scenario_text
-from safenav.world import Frame, RegionMap
-from safenav.world.image_map import read_image
-from safenav.world.map_file import MapFileError
-from safenav.world.movingai_map import read_movingai
+from safenav.scenario.reading import map as map_reader
+from safenav.scenario.reading.loader import load_scenario_text
+from safenav.world.files.flaws import MapFileError
+from safenav.world.files.image import read_image
+from safenav.world.files.movingai import read_movingai
+from safenav.world.frame import Frame
+from safenav.world.map import RegionMap
 
 MAPS = Path(__file__).parents[1] / "maps"
 BROKEN = sorted(path.name for path in (MAPS / "broken").iterdir())

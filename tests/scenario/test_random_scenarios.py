@@ -11,11 +11,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from safenav.errors import InputError
-from safenav.scenario.document import Mapping, Node, Scalar, read_document
-from safenav.scenario.loader import load_scenario_text
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import to_data
-from safenav.world import RegionMap
+from safenav.scenario.reading.loader import load_scenario_text
+from safenav.scenario.yaml.document import Mapping, Node, Scalar, read_document
+from safenav.world.map import RegionMap
 
 words = st.text(alphabet=string.ascii_letters + "ü -", min_size=1, max_size=8).filter(
     lambda word: word.strip() == word

@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from safenav.scenario.reachability import Reachability
-from safenav.world import Heading, Mobility, Pose, RegionMap, distances, moves
+from safenav.world.map import Heading, RegionMap
+from safenav.world.moves import Mobility, Pose, distances, moves
 
 grids = st.integers(1, 4).flatmap(
     lambda cols: st.lists(

@@ -11,21 +11,19 @@ from typing import Any
 import pytest
 from jsonschema import Draft202012Validator
 
-from safenav.formula import RESERVED_WORDS
-from safenav.scenario import (
-    catalogue,
-    expectation_reader,
-    loader,
-    map_reader,
-    objective_reader,
-    obstacle_reader,
-    partition_reader,
-    robot_reader,
-)
-from safenav.scenario.document import DocumentError, Mapping, Node, Scalar, read_document
+from safenav.formula.syntax import RESERVED_WORDS
 from safenav.scenario.model import Coordination, Outcome, ResolveAt, Tracking
+from safenav.scenario.reading import catalogue, loader
+from safenav.scenario.reading import expectation as expectation_reader
+from safenav.scenario.reading import map as map_reader
+from safenav.scenario.reading import objective as objective_reader
+from safenav.scenario.reading import obstacles as obstacle_reader
+from safenav.scenario.reading import partition as partition_reader
+from safenav.scenario.reading import robots as robot_reader
 from safenav.scenario.schema import schema_text
-from safenav.world import Heading, Mobility
+from safenav.scenario.yaml.document import DocumentError, Mapping, Node, Scalar, read_document
+from safenav.world.map import Heading
+from safenav.world.moves import Mobility
 
 SCHEMA: dict[str, Any] = json.loads(schema_text())
 VALIDATOR = Draft202012Validator(SCHEMA)

@@ -10,24 +10,27 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from safenav.errors import UsageError
-from safenav.formula import Formula, evaluate, parse
+from safenav.formula.evaluator import evaluate
+from safenav.formula.parser import parse
+from safenav.formula.syntax import Formula
 from safenav.runtime.beliefs import BeliefTracker
-from safenav.scenario.loader import load_scenario
 from safenav.scenario.model import Robot, RobotModel, Tracking
 from safenav.scenario.objective import Visit
-from safenav.spec import belief
-from safenav.spec.knowledge import Knowledge, occurring
+from safenav.scenario.reading.loader import load_scenario
+from safenav.spec.compile import compile_task
 from safenav.spec.motion import headings
-from safenav.spec.others import Encoding, encode_others
-from safenav.spec.robot import compile_task
+from safenav.spec.others import belief
+from safenav.spec.others.knowledge import Knowledge, occurring
+from safenav.spec.others.tracking import Encoding, encode_others
 from safenav.spec.specification import Section
 from safenav.spec.task import LADDERS, Fairness, Known, Observed, Task
 from safenav.synthesis.outcome import Verdict
 from safenav.synthesis.slugs import Synthesizer
+from safenav.verify.strategy import first_failure
 from safenav.world.map import Region, RegionMap
-from safenav.world.mobility import Mobility, Pose
+from safenav.world.moves import Mobility, Pose
 from safenav.world.partition import Partition
-from safenav.world.visibility import members
+from safenav.world.sight import members
 
 MOST = 10_000
 CASE_STUDY_3 = Path(__file__).parents[2] / "scenarios" / "case_study_3.yaml"
@@ -344,7 +347,7 @@ def test_two_that_see_four_regions_get_strategies(
     monkeypatch.setenv("SAFENAV_CACHE", str(tmp_path))
     scenario = load_scenario(CASE_STUDY_3)
     start = {"digit": 49, "quad": 58}[robot]
-    synthesizer = Synthesizer(verify=True)
+    synthesizer = Synthesizer(verifier=first_failure)
     for fairness in LADDERS[Tracking.BELIEF]:
         task = _tracking(scenario.robot(robot), "other", start, 4.0, fairness)
         result = synthesizer.synthesize(compile_task(task, scenario.map))
@@ -362,7 +365,7 @@ def test_a_map_of_64_regions_that_all_are_in_sight(
     monkeypatch.setenv("SAFENAV_CACHE", str(tmp_path))
     world = RegionMap.from_grid(["........"] * 8)
     task = _task(Fairness.OUT_OF_MY_WAY)
-    result = Synthesizer(verify=True).synthesize(compile_task(task, world))
+    result = Synthesizer(verifier=first_failure).synthesize(compile_task(task, world))
     assert result.verdict is Verdict.REALIZABLE
     assert result.verified
 

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
+from safenav.spec.reading import read_specification
 from safenav.spec.specification import Specification
 from safenav.synthesis.binary import Binary, find_own_binary
-from safenav.synthesis.reader import read_specification
 
 PATROL = """\
 # carrier: patrols regions 5 and 3

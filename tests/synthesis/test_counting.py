@@ -7,11 +7,13 @@ from itertools import product
 
 import pytest
 
-from safenav.formula import Formula, evaluate, parse
+from safenav.formula.evaluator import evaluate
+from safenav.formula.parser import parse
+from safenav.formula.syntax import Formula
 from safenav.spec.specification import Owner, Variable
-from safenav.synthesis import completions
-from safenav.synthesis.bitparallel import Evaluator, rows_of
-from safenav.synthesis.completions import Completions, Place, condition_of
+from safenav.verify import completions
+from safenav.verify.bitparallel import Evaluator, rows_of
+from safenav.verify.completions import Completions, Place, condition_of
 
 VARIABLES = (
     Variable("p", Owner.INPUT),

@@ -8,7 +8,7 @@ from random import Random
 import networkx
 import pytest
 
-from safenav.synthesis.cycles import closed_walk, cyclic_parts, shortest_path
+from safenav.verify.cycles import closed_walk, cyclic_parts, shortest_path
 
 
 def test_parts_are_the_strongly_connected_components_with_a_cycle() -> None:

@@ -22,6 +22,7 @@ from safenav.synthesis.binary import Binary
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.outcome import Verdict
 from safenav.synthesis.slugs import Synthesizer
+from safenav.verify.strategy import first_failure
 from synthesis.asking import NATIVE, UPSTREAM, Answering, Script, ask, gone, impossible
 
 
@@ -264,7 +265,9 @@ def upstream(slugs: Binary, script: Script, monkeypatch: pytest.MonkeyPatch) -> 
 def test_upstreams_manners_give_the_same_answers(
     slugs: Binary, upstream: Binary, patrol: Specification
 ) -> None:
-    ours, theirs = (Synthesizer(b, cache=Cache.off(), verify=True) for b in (slugs, upstream))
+    ours, theirs = (
+        Synthesizer(b, cache=Cache.off(), verifier=first_failure) for b in (slugs, upstream)
+    )
     assert not theirs.binary.native
     for spec in (patrol, impossible(patrol)):
         assert theirs.synthesize(spec, strategy=False).verdict is ours.synthesize(spec).verdict
@@ -275,7 +278,7 @@ def test_counterstrategies_come_from_our_binary(
     slugs: Binary, upstream: Binary, patrol: Specification, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for binary in (slugs, upstream):
-        result = Synthesizer(binary, verify=True).counterstrategy(impossible(patrol))
+        result = Synthesizer(binary, verifier=first_failure).counterstrategy(impossible(patrol))
         assert (result.verdict, result.verified) == (Verdict.UNREALIZABLE, True)
         assert result.strategy is not None
     assert Synthesizer(slugs).counterstrategy(patrol).verdict is Verdict.REALIZABLE

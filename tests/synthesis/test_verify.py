@@ -8,14 +8,20 @@ from typing import Any
 import pytest
 
 from safenav.errors import InputError
+from safenav.spec.reading import read_specification
 from safenav.spec.specification import Constraint, Origin, Section, Specification
 from safenav.synthesis.binary import Binary
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.outcome import Verdict
-from safenav.synthesis.reader import read_specification
 from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.strategy import Strategy
-from safenav.synthesis.verify import Failure, Fault, verify_counterstrategy, verify_strategy
+from safenav.verify.strategy import (
+    Failure,
+    Fault,
+    first_failure,
+    verify_counterstrategy,
+    verify_strategy,
+)
 
 Nodes = dict[str, dict[str, Any]]
 
@@ -316,7 +322,7 @@ def test_a_wrong_strategy_is_an_error_of_the_synthesizer(
     document["nodes"]["1"]["trans"] = [1, 2]
     liar = answering("realizable", json.dumps(document).encode())
     with pytest.raises(SynthesizerError, match=r"wrong answer(.|\n)*region = 5"):
-        Synthesizer(liar, verify=True).synthesize(patrol)
+        Synthesizer(liar, verifier=first_failure).synthesize(patrol)
     believed = Synthesizer(liar).synthesize(patrol)
     assert (believed.verdict, believed.cached, believed.verified) == (
         Verdict.REALIZABLE,
@@ -324,10 +330,10 @@ def test_a_wrong_strategy_is_an_error_of_the_synthesizer(
         None,
     )
     with pytest.raises(SynthesizerError, match="wrong answer"):
-        Synthesizer(liar, verify=True).synthesize(patrol)
+        Synthesizer(liar, verifier=first_failure).synthesize(patrol)
     honest = answering("realizable", patrol_json)
     for cached in (False, True):
-        result = Synthesizer(honest, verify=True).synthesize(patrol)
+        result = Synthesizer(honest, verifier=first_failure).synthesize(patrol)
         assert (result.verified, result.cached) == (True, cached)
 
 
@@ -336,7 +342,7 @@ def test_verification_of_small_strategies_loads_nothing_heavy() -> None:
     import sys
 
     code = (
-        "import sys, safenav.synthesis.verify\n"
+        "import sys, safenav.verify.strategy\n"
         "print(sorted({'numpy', 'networkx', 'scipy'} & set(sys.modules)))"
     )
     printed = subprocess.run(

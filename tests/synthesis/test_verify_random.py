@@ -18,20 +18,22 @@ from typing import Any
 import pytest
 
 import oracle
-from safenav.formula import evaluate, parse
+from safenav.formula.evaluator import evaluate
+from safenav.formula.parser import parse
+from safenav.spec.reading import read_specification
 from safenav.spec.specification import Owner, Section, Specification
 from safenav.synthesis.binary import Binary
 from safenav.synthesis.cache import Cache
-from safenav.synthesis.completions import Place
-from safenav.synthesis.counterstrategy import counterstrategy_starts
 from safenav.synthesis.outcome import Verdict
-from safenav.synthesis.reader import read_specification
 from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.strategy import Strategy
-from safenav.synthesis.verify import (
+from safenav.verify.completions import Place
+from safenav.verify.counterstrategy import counterstrategy_starts
+from safenav.verify.strategy import (
     Failure,
     Fault,
     Verification,
+    first_failure,
     verify_counterstrategy,
     verify_strategy,
 )
@@ -337,7 +339,7 @@ def _confirm_cycle(sample: Sample, strategy: Strategy, failure: Failure, words: 
 
 def test_the_binary_of_the_environment_is_judged_too(slugs: Binary) -> None:
     """Whatever SAFENAV_SLUGS names: its strategies pass the same check."""
-    synthesizer = Synthesizer(slugs, cache=Cache.off(), verify=True)
+    synthesizer = Synthesizer(slugs, cache=Cache.off(), verifier=first_failure)
     for sample in _strategies()[:40]:
         result = synthesizer.synthesize(sample.spec)
         assert (result.verdict, result.verified) == (Verdict.REALIZABLE, True)

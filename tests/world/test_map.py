@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from safenav.world import Heading, RegionMap
+from safenav.world.map import Heading, RegionMap
 
 CORNER = RegionMap.from_grid(["..#", "...", "#.."])
 

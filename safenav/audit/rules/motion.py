@@ -1,0 +1,212 @@
+"""Rules on where robots are: the map, mobility, obstacles, each other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from safenav.audit.grid import opposite
+from safenav.audit.records import Belief, Move, Record
+from safenav.audit.rules.rule import Finding, Rule
+from safenav.audit.situation import Situation, Status
+
+
+class ContinuityRule(Rule):
+    """A robot moves from where it was: ``from`` is its former ``to``, at first its start (T)."""
+
+    name = "continuity"
+
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        if isinstance(record, Move) and record.origin != now.region[record.robot]:
+            problem = (
+                f"{record.robot} moves from {now.show(record.origin)}, "
+                f"but was at {now.show(now.region[record.robot])}"
+            )
+            yield self.broken_by(record, record.robot, problem)
+
+
+class MapRule(Rule):
+    """Robots stay on the map and out of its walls (D 4: ``region' not in O``)."""
+
+    name = "map"
+
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        if isinstance(record, Move) and not now.grid.is_free(record.to):
+            what = "a wall" if now.grid.on_map(record.to) else "not on the map"
+            problem = f"{record.robot} enters {now.show(record.to)}, which is {what}"
+            yield self.broken_by(record, record.robot, problem)
+
+
+class MobilityRule(Rule):
+    """A move is a stay or a step to a 4-neighbour. With a heading: staying keeps it, a step is
+    not backwards, and afterwards the robot faces the way it stepped (D 3, Mobility)."""
+
+    name = "mobility"
+
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        if isinstance(record, Move):
+            problem = self._problem(record, now)
+            if problem:
+                yield self.broken_by(record, record.robot, problem)
+
+    def _problem(self, move: Move, now: Situation) -> str:
+        robot, before = move.robot, now.heading[move.robot]
+        way = now.grid.direction(move.origin, move.to)
+        if move.to != move.origin and way is None:
+            origin, to = now.show(move.origin), now.show(move.to)
+            return f"{robot} jumps from {origin} to {to}, which is no neighbour"
+        if not now.has_heading(robot):
+            gained = before is None and move.heading is not None
+            return f"{robot} has no heading, but then faces {move.heading}" if gained else ""
+        if way is None:
+            if move.heading != before:
+                return f"{robot} turns from {before} to {move.heading} while it stays"
+            return ""
+        if before is not None and way == opposite(before):
+            return f"{robot} faces {before} and steps {way}, which is backwards"
+        if move.heading != way:
+            return f"{robot} steps {way} and then faces {move.heading}"
+        return ""
+
+
+class UnresolvedObstacleRule(Rule):
+    """Nobody is in the region of an obstacle that blocks it and is not resolved (D 5.3). Of a
+    world that is not simulated the trace does not tell what is really there."""
+
+    name = "unresolved-obstacle"
+
+    def opening(self, now: Situation) -> Iterator[Finding]:
+        for robot, region in now.region.items():
+            for problem in _unresolved(robot, region, now):
+                yield self.broken(0, robot, now.header.line, problem)
+
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        if isinstance(record, Move):
+            for problem in _unresolved(record.robot, record.to, now):
+                yield self.broken_by(record, record.robot, problem)
+
+
+class KnownObstacleRule(Rule):
+    """An obstacle that was found untraversable, or that nobody can resolve, has joined O for
+    those whom it blocks: none of them enters it (D 5.4 and 5.6)."""
+
+    name = "known-obstacle"
+
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        if isinstance(record, Move):
+            for status in (Status.UNTRAVERSABLE, Status.GIVEN_UP):
+                for problem in _entered(record.robot, record.to, now, status):
+                    yield self.broken_by(record, record.robot, problem)
+
+
+class TransitRule(Rule):
+    """A step of several ticks: on its way a robot stands where it set out, bound for one and
+    the same neighbouring free region, until it is there (T, Time)."""
+
+    name = "transit"
+
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        if not isinstance(record, Move):
+            return
+        bound, robot = now.toward[record.robot], record.robot
+        if bound is not None and record.toward is None and record.to != bound:
+            problem = (
+                f"{robot} was on its way to {now.show(bound)}, but is at {now.show(record.to)}"
+            )
+            yield self.broken_by(record, robot, problem)
+        if record.toward is None:
+            return
+        to = now.show(record.toward)
+        if bound is not None and record.toward != bound:
+            yield self.broken_by(
+                record, robot, f"{robot} was bound for {now.show(bound)}, not {to}"
+            )
+        if record.to != record.origin:
+            yield self.broken_by(record, robot, f"{robot} moves while it is on its way to {to}")
+        if now.grid.direction(record.to, record.toward) is None:
+            yield self.broken_by(record, robot, f"{robot} is on its way to {to}, no neighbour")
+        if not now.grid.is_free(record.toward):
+            yield self.broken_by(record, robot, f"{robot} is on its way to {to}, which is not free")
+
+
+class CollisionRule(Rule):
+    """Robots that must not meet never share a region, at no moment of a tick; one that is on
+    its way takes up two (D 4, Layers)."""
+
+    name = "collision"
+
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        if not isinstance(record, Move):
+            return
+        taken = {record.to, record.to if record.toward is None else record.toward}
+        for other in now.region:
+            if other == record.robot or not now.conflict(record.robot, other):
+                continue
+            for region in sorted(taken & now.taken_by(other)):
+                problem = f"{record.robot} and {other} are both at {now.show(region)}"
+                yield self.broken_by(record, record.robot, problem)
+
+
+class BeliefRule(Rule):
+    """What a robot believes of another one contains where that one is, after every turn in
+    which it looked around; what it sees is one region (D 4, Beliefs)."""
+
+    name = "belief"
+
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        if isinstance(record, Belief) and record.seen and len(record.regions) != 1:
+            places = ", ".join(now.show(region) for region in sorted(record.regions))
+            problem = f"{record.robot} sees {record.of} at once at {places or 'no place'}"
+            yield self.broken_by(record, record.robot, problem)
+
+    def turn(self, now: Situation) -> Iterator[Finding]:
+        turn, robot = now.turn, now.turn.robot
+        if robot is None or turn.on_the_way or turn.torn:
+            return
+        for (believer, other), belief in now.beliefs.items():
+            if believer == robot and now.region[other] not in belief.regions:
+                place = now.show(now.region[other])
+                how = "sees" if belief.seen else "believes"
+                problem = f"{robot} {how} {other} elsewhere than at {place}, where it is"
+                yield self.broken(turn.tick, robot, belief.line, problem)
+
+
+class SwapRule(Rule):
+    """Robots of one layer do not change places within a tick (D 4). Turns interleave, so that
+    follows from the absence of collisions if the moves are continuous; checked on its own."""
+
+    name = "swap"
+
+    def __init__(self) -> None:
+        self._tick = 0
+        self._moves: list[Move] = []
+
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        if not isinstance(record, Move):
+            return
+        if record.tick != self._tick:
+            self._tick, self._moves = record.tick, []
+        for other in self._moves:
+            swapped = (other.origin, other.to) == (record.to, record.origin)
+            if not swapped or record.to == record.origin or other.robot == record.robot:
+                continue
+            if now.conflict(record.robot, other.robot):
+                places = f"{now.show(record.origin)} and {now.show(record.to)}"
+                problem = f"{other.robot} and {record.robot} change places, {places}"
+                yield self.broken_by(record, record.robot, problem)
+        self._moves.append(record)
+
+
+def _unresolved(robot: str, region: int, now: Situation) -> Iterator[str]:
+    return iter(()) if now.header.external else _entered(robot, region, now, Status.UNRESOLVED)
+
+
+def _entered(robot: str, region: int, now: Situation, status: Status) -> Iterator[str]:
+    how = {
+        Status.UNRESOLVED: "not resolved",
+        Status.UNTRAVERSABLE: "known to be untraversable",
+        Status.GIVEN_UP: "known, and that nobody can resolve",
+    }
+    for obstacle in now.obstacles_at(region):
+        if now.status[obstacle.name] is status and robot in now.blocked_by(obstacle.name):
+            place = now.show(region)
+            yield f"{robot} is at {place} with {obstacle.name}, which is {how[status]}"

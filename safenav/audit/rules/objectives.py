@@ -1,0 +1,234 @@
+"""Rules on what robots achieve: goals, their order, rounds, the paper's Patrol, holding."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from safenav.audit.progress import Progress
+from safenav.audit.records import (
+    Assumption,
+    Blocked,
+    Goal,
+    Objective,
+    Pop,
+    Push,
+    Record,
+    Region,
+    Resolved,
+    Synthesis,
+    Violation,
+)
+from safenav.audit.rules.rule import Finding, Rule
+from safenav.audit.situation import Situation, Turn
+
+COUNTED_KINDS = ("patrol", "visit", "cover")
+"""Objectives whose rounds are their targets, met one by one."""
+
+
+class GoalRule(Rule):
+    """A goal line is true: the robot is in that region, which belongs to the target with that
+    index in its objective in force. In a turn that changes the objective, that may be the one
+    before or the one after (T)."""
+
+    name = "goal"
+
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        if isinstance(record, Goal):
+            problem = self._problem(record, now)
+            if problem:
+                yield self.broken_by(record, record.robot, problem)
+
+    def _problem(self, record: Goal, now: Situation) -> str:
+        robot, here = record.robot, now.region[record.robot]
+        if record.region != here:
+            told = now.show(record.region)
+            return f"{robot} is said to meet a goal at {told}, but is at {now.show(here)}"
+        in_force = (now.turn.objectives[robot], now.objectives[robot])
+        if any(_is_target(objective, record.goal, here) for objective in in_force):
+            return ""
+        return f"{now.show(here)} is not target {record.goal} of {robot}: {now.objectives[robot]}"
+
+
+class GoalOrderRule(Rule):
+    """The targets of patrol and visit are met in turn, for ever; those of a cover once each in
+    a round; none twice in one turn (D 3, Objectives). After a resynthesis any may be next."""
+
+    name = "goal-order"
+
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        if not isinstance(record, Goal):
+            return
+        robot, progress = record.robot, now.progress[record.robot]
+        for goal in now.turn.all(Goal):
+            if (goal.robot, goal.goal) == (robot, record.goal) and goal.line > progress.reset_line:
+                yield self.broken_by(
+                    record, robot, f"{robot} meets target {goal.goal} twice at once"
+                )
+                return
+        if progress.reset_line >= now.turn.line > now.header.line:
+            return  # may be counted by the objective before
+        if progress.awaited is not None and record.goal != progress.awaited:
+            problem = f"{robot} meets target {record.goal}, but {progress.awaited} is next"
+            yield self.broken_by(record, robot, problem)
+        if progress.fresh and record.goal in progress.covered:
+            problem = f"{robot} meets target {record.goal} a second time in one round"
+            yield self.broken_by(record, robot, problem)
+
+
+class PatrolRule(Rule):
+    """The paper's Patrol (its equation for Patrol_p): on meeting a target the robot leaves it
+    with its next step, and it never touches the target whose turn it is not."""
+
+    name = "patrol"
+
+    def turn(self, now: Situation) -> Iterator[Finding]:
+        turn = now.turn
+        progress = _steady(turn, now)
+        if progress is None or progress.objective.kind != "patrol" or turn.robot is None:
+            return
+        robot, here = turn.robot, now.region[turn.robot]
+        for index, target in enumerate(progress.objective.targets):
+            if here not in target:
+                continue
+            if now.toward[robot] is not None:
+                continue  # it is leaving, which takes more than a tick
+            if turn.origin in target:
+                problem = f"{robot} met {now.show(here)} and does not leave it at once"
+                yield self.broken(turn.tick, robot, turn.line, problem)
+            elif progress.awaited is not None and progress.awaited != index:
+                problem = f"{robot} touches {now.show(here)} when it is not that target's turn"
+                yield self.broken(turn.tick, robot, turn.line, problem)
+
+
+class MissedGoalRule(Rule):
+    """A robot that comes to the target it has to meet next says so with a goal line (T)."""
+
+    name = "missed-goal"
+
+    def turn(self, now: Situation) -> Iterator[Finding]:
+        turn = now.turn
+        progress = _steady(turn, now)
+        if progress is None or turn.robot is None or now.is_cut_short():
+            return
+        robot, here = turn.robot, now.region[turn.robot]
+        met = {goal.goal for goal in turn.all(Goal)}
+        for index, target in enumerate(progress.objective.targets):
+            if here in target and index not in met and _is_due(progress, index, turn.origin):
+                problem = f"{robot} comes to its target {now.show(here)}, but that is not counted"
+                yield self.broken(turn.tick, robot, turn.line, problem)
+
+
+class RoundsRule(Rule):
+    """Rounds add up: of as many goals in a row as there are targets, exactly one completes a
+    round, and the outcome tells the last number. Counting may begin anew when the robot gets
+    another objective or strategy, and when an obstacle is resolved or joins O; with a pop it
+    may also go on where it was before the push (D 5.8, T)."""
+
+    name = "rounds"
+
+    def __init__(self) -> None:
+        self._last: dict[str, int] = {}
+        self._steps: dict[str, list[int]] = {}
+        self._unsure: set[str] = set()
+        self._pushed: list[dict[str, int]] = []
+
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        if isinstance(record, Resolved | Blocked | Push | Pop):
+            self._unsure.update(now.header.robots)
+        if isinstance(record, Push):
+            self._pushed.append(dict(self._last))
+        elif isinstance(record, Pop) and self._pushed:
+            before = self._pushed.pop()
+            for robot, objective in record.objectives.items():
+                if objective != now.objectives[robot]:
+                    self._last[robot] = before.get(robot, 0)
+        elif isinstance(record, Synthesis | Assumption):
+            self._unsure.add(record.robot)
+        elif isinstance(record, Goal):
+            problem = self._problem(record, now.objectives[record.robot])
+            if problem:
+                yield self.broken_by(record, record.robot, problem)
+
+    def ending(self, now: Situation) -> Iterator[Finding]:
+        outcome = now.outcome
+        for robot, objective in now.objectives.items():
+            if outcome is None or objective.kind not in COUNTED_KINDS:
+                continue
+            last, told = self._last.get(robot, 0), outcome.rounds.get(robot)
+            if told is None or told == last or (robot in self._unsure and told == 0):
+                continue
+            problem = f"{robot} is said to end with {told} rounds, but its goals tell of {last}"
+            yield self.broken_by(outcome, robot, problem)
+
+    def _problem(self, record: Goal, objective: Objective) -> str:
+        robot, last = record.robot, self._last.get(record.robot, 0)
+        unsure = robot in self._unsure
+        self._unsure.discard(robot)
+        self._last[robot] = record.round
+        steps = self._steps.setdefault(robot, [])
+        if unsure:
+            steps.clear()
+        if objective.kind not in COUNTED_KINDS:
+            went_back = record.round < last and not unsure
+            return f"{robot}'s rounds go back from {last} to {record.round}" if went_back else ""
+        if record.round in (last, last + 1):
+            steps.append(record.round - last)
+        elif not (unsure and record.round in (0, 1)):
+            steps.clear()
+            return f"{robot}'s round {record.round} follows on {last}"
+        count = len(objective.targets)
+        if unsure:
+            steps.clear()
+        elif len(steps) >= count and sum(steps[-count:]) != 1:
+            problem = f"{robot} completes {sum(steps[-count:])} rounds with {count} goals"
+            steps.clear()
+            return problem
+        return ""
+
+
+class HoldRule(Rule):
+    """A robot that holds stays in its target once it is there (D 3 and 5.5)."""
+
+    name = "hold"
+
+    def turn(self, now: Situation) -> Iterator[Finding]:
+        turn = now.turn
+        if turn.robot is None or turn.first(Violation) is not None:
+            return
+        objective = turn.objectives[turn.robot]
+        if objective.kind != "hold":
+            return
+        here, target = now.region[turn.robot], objective.targets[0]
+        if turn.origin in target and here not in target:
+            problem = f"{turn.robot} holds, but leaves for {now.show(here)}"
+            yield self.broken(turn.tick, turn.robot, turn.line, problem)
+
+
+def _is_target(objective: Objective, index: int, region: Region) -> bool:
+    if objective.kind not in ("patrol", "visit", "cover", "hold"):
+        return True  # what counts there is not written in the trace
+    return index < len(objective.targets) and region in objective.targets[index]
+
+
+def _is_due(progress: Progress, index: int, origin: Region | None) -> bool:
+    """Whether reaching the target of that index is a goal beyond doubt."""
+    objective = progress.objective
+    came = origin not in objective.targets[index]
+    match objective.kind:
+        case "patrol":
+            return progress.awaited == index or (progress.awaited is None and came)
+        case "visit":
+            return progress.awaited == index and (came or len(objective.targets) > 1)
+        case "cover":
+            return progress.fresh and came and index not in progress.covered
+        case _:
+            return False
+
+
+def _steady(turn: Turn, now: Situation) -> Progress | None:
+    """How far the robot was when its turn began, if the same strategy drove it through."""
+    if turn.robot is None or turn.progress is None or turn.first(Violation) is not None:
+        return None
+    if now.progress[turn.robot].reset_line >= turn.line:
+        return None
+    return turn.progress

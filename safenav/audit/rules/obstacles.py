@@ -1,0 +1,194 @@
+"""Rules on discovering and resolving obstacles."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from safenav.audit.grid import opposite
+from safenav.audit.records import (
+    Backtrack,
+    Blocked,
+    BlockReason,
+    Move,
+    Record,
+    Request,
+    Resolved,
+    Violation,
+)
+from safenav.audit.rules.rule import Finding, Rule
+from safenav.audit.situation import Situation, Status
+
+
+class ViolationRule(Rule):
+    """A violation is real: the robot is where it says, could have stepped as proposed, and
+    there is the unresolved obstacle, which blocks it for want of the action (D 5.2)."""
+
+    name = "violation"
+
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        if isinstance(record, Violation):
+            for problem in self._problems(record, now):
+                yield self.broken_by(record, record.robot, problem)
+
+    def _problems(self, record: Violation, now: Situation) -> Iterator[str]:
+        robot, obstacle = record.robot, now.header.obstacles[record.obstacle]
+        here, proposed = now.show(record.at), now.show(record.proposed)
+        if record.at != now.region[robot]:
+            yield f"{robot} is said to be at {here}, but is at {now.show(now.region[robot])}"
+        way, heading = now.grid.direction(record.at, record.proposed), now.heading[robot]
+        if way is None:
+            yield f"{robot} cannot step from {here} to {proposed}, which is no neighbour"
+        elif now.has_heading(robot) and heading is not None and way == opposite(heading):
+            yield f"{robot} faces {heading} and cannot step {way} to {proposed}"
+        if obstacle.region != record.proposed:
+            yield f"{obstacle.name} is not at {proposed}"
+        if record.action != obstacle.action:
+            yield f"{obstacle.name} needs {obstacle.action}, not {record.action}"
+        if robot not in now.blocked_by(obstacle.name):
+            yield f"{obstacle.name} does not block {robot}"
+        status = now.status[obstacle.name]
+        if status is Status.RESOLVED:
+            if not now.header.external:  # where doors fall shut again
+                yield f"{obstacle.name} was resolved before"
+        elif status is not Status.UNRESOLVED:
+            yield f"{obstacle.name} is known; {robot} should not have proposed to enter it"
+
+
+class BacktrackRule(Rule):
+    """A violation is answered by a backtrack, and by nothing else; the move of that turn goes
+    where the backtrack says (T Time; D 5.3)."""
+
+    name = "backtrack"
+
+    def turn(self, now: Situation) -> Iterator[Finding]:
+        turn = now.turn
+        violation, backtrack = turn.first(Violation), turn.first(Backtrack)
+        move = turn.first(Move)
+        if backtrack is None:
+            if violation is not None and not turn.torn:
+                problem = f"{turn.robot} does not back up from {violation.obstacle}"
+                yield self.broken_by(violation, turn.robot, problem)
+            return
+        if violation is None:
+            problem = f"{turn.robot} backs up though nothing was in its way"
+            yield self.broken_by(backtrack, turn.robot, problem)
+        if move is not None and move.to != backtrack.to:
+            problem = (
+                f"{turn.robot} backs up to {now.show(backtrack.to)} "
+                f"but then moves to {now.show(move.to)}"
+            )
+            yield self.broken_by(move, turn.robot, problem)
+
+
+class ResolutionRule(Rule):
+    """An obstacle is resolved once, by a robot that has its action and stands where that can
+    be performed; it reveals the truth of the header, if the world is simulated, and says rightly
+    whether a request for it was open (D 5.2 and 5.6, T)."""
+
+    name = "resolution"
+
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        if isinstance(record, Resolved):
+            for problem in self._problems(record, now):
+                yield self.broken_by(record, record.robot, problem)
+
+    def _problems(self, record: Resolved, now: Situation) -> Iterator[str]:
+        robot, name, at = record.robot, record.obstacle, now.show(record.at)
+        obstacle = now.header.obstacles[name]
+        if robot not in now.capable(name):
+            yield f"{robot} cannot {obstacle.action}, which {name} needs"
+        if record.at != now.region[robot]:
+            yield f"{robot} resolves {name} from {at}, but is at {now.show(now.region[robot])}"
+        if record.at not in obstacle.resolution_regions:
+            yield f"{name} cannot be resolved from {at}"
+        again = now.status[name] is Status.RESOLVED and not now.header.external
+        if again or now.status[name] is Status.UNTRAVERSABLE:
+            yield f"{name} was resolved before"
+            return
+        if record.traversable is not obstacle.traversable and not now.header.external:
+            found, truth = _truth(record.traversable), _truth(obstacle.traversable)
+            yield f"{name} is {truth}, but {robot} finds it {found}"
+        if record.requested is not now.is_requested(name):
+            claim, fact = (" not", "was") if not record.requested else ("", "was not")
+            yield f"{name} is said{claim} to have been requested, but it {fact}"
+
+
+class MissedResolutionRule(Rule):
+    """A robot that has the action and stands on a resolution region after its turn has resolved
+    the obstacle, whether or not it was asked (D 5.2). Where two could be resolved and the first
+    ended the run, the second is not missed; where the world is not simulated, actions may fail."""
+
+    name = "missed-resolution"
+
+    def turn(self, now: Situation) -> Iterator[Finding]:
+        turn = now.turn
+        move = turn.first(Move)
+        if turn.robot is None or move is None or now.is_cut_short() or now.header.external:
+            return
+        here = now.region[turn.robot]
+        for obstacle in now.header.obstacles.values():
+            if now.status[obstacle.name] is not Status.UNRESOLVED:
+                continue
+            if here in obstacle.resolution_regions and turn.robot in now.capable(obstacle.name):
+                problem = (
+                    f"{turn.robot} can {obstacle.action} and is at {now.show(here)}, "
+                    f"but does not resolve {obstacle.name}"
+                )
+                yield self.broken_by(move, turn.robot, problem)
+
+
+class BlockedRule(Rule):
+    """An obstacle joins O once, for those whom it blocks and for a reason that is true: it was
+    just found untraversable, or just requested in vain. One that is found untraversable does
+    join O (D 5.4 and 5.6)."""
+
+    name = "blocked"
+
+    def __init__(self) -> None:
+        self._blocked: set[str] = set()
+
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        if isinstance(record, Blocked):
+            for problem in self._problems(record, now):
+                yield self.broken_by(record, now.turn.robot, problem)
+            self._blocked.add(record.obstacle)
+
+    def turn(self, now: Situation) -> Iterator[Finding]:
+        joined = {record.obstacle for record in now.turn.all(Blocked)}
+        for record in now.turn.all(Resolved):
+            if record.traversable is not False or now.turn.torn:
+                continue
+            if record.obstacle not in joined:
+                problem = f"{record.obstacle} is untraversable but does not join the obstacles"
+                yield self.broken_by(record, record.robot, problem)
+
+    def _problems(self, record: Blocked, now: Situation) -> Iterator[str]:
+        name, turn = record.obstacle, now.turn
+        if name in self._blocked:
+            yield f"{name} joined the obstacles before"
+        blocked = now.blocked_by(name)
+        if record.robots != blocked:
+            told, truth = _names(record.robots), _names(blocked)
+            yield f"{name} is said to block {told}, but it blocks {truth}"
+        if record.reason is BlockReason.UNTRAVERSABLE:
+            if not any(r.obstacle == name and r.traversable is False for r in turn.all(Resolved)):
+                yield f"nobody has found {name} untraversable in this turn"
+            return
+        request = next((r for r in turn.all(Request) if r.obstacle == name), None)
+        if request is None:
+            yield f"nobody has asked for {name} in this turn"
+        elif request.helper is not None:
+            yield f"{request.helper} is to resolve {name}, so it is not given up"
+        can = now.capable(name)
+        if record.reason is BlockReason.NO_CAPABLE_ROBOT and can:
+            yield f"{_names(can)} could resolve {name}"
+        if record.reason is BlockReason.NO_HELPER and not can:
+            yield f"nobody has the action for {name}: the reason is no_capable_robot"
+
+
+def _truth(traversable: bool | None) -> str:
+    return {True: "traversable", False: "untraversable", None: "only to be resolved"}[traversable]
+
+
+def _names(robots: set[str] | frozenset[str]) -> str:
+    return ", ".join(sorted(robots)) or "nobody"

@@ -1,0 +1,187 @@
+"""Rules on the header and on the order of the lines."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from safenav.audit.records import (
+    Assumption,
+    Backtrack,
+    Belief,
+    Blocked,
+    Discovered,
+    Ending,
+    Goal,
+    Move,
+    Pop,
+    Push,
+    Record,
+    Request,
+    Resolved,
+    Synthesis,
+    Violation,
+)
+from safenav.audit.rules.requests import replaces_helper
+from safenav.audit.rules.rule import Finding, Rule
+from safenav.audit.situation import Situation
+
+_COMPLETE_ENDINGS = (Ending.COMPLETED, Ending.TICK_LIMIT)
+
+_PHASES: dict[type[Record], tuple[int, ...]] = {
+    Violation: (0,),
+    Backtrack: (1,),
+    Move: (2,),
+    Resolved: (3,),
+    Blocked: (3, 5),
+    Pop: (3, 5),
+    Synthesis: (3, 5),
+    Goal: (4,),
+    Request: (5,),
+    Push: (5,),
+}
+"""When in a turn a line may come (T, Time): those of a resolution before the goals, those of
+a request after them. An assumption may be violated, and a belief told, at any moment."""
+
+_BEFORE_THE_FIRST_MOVE = (Synthesis, Goal, Assumption)
+
+
+class HeaderRule(Rule):
+    """The scenario in the header makes sense: a rectangular map, robots that start on free
+    regions of their own with known mobility and a heading if they need one, obstacles on free
+    regions, targets and blocked robots that exist (D 3)."""
+
+    name = "header"
+
+    def opening(self, now: Situation) -> Iterator[Finding]:
+        for robot, problem in self._problems(now):
+            yield self.broken(0, robot, now.header.line, problem)
+
+    def _problems(self, now: Situation) -> Iterator[tuple[str | None, str]]:
+        header, grid = now.header, now.grid
+        if len(header.grid) != header.rows or any(len(r) != header.cols for r in header.grid):
+            yield None, f"the grid is not one of {header.rows} rows by {header.cols} columns"
+            return
+        if not header.robots:
+            yield None, "there is no robot"
+        taken: dict[tuple[str, int], str] = {}
+        for name, robot in header.robots.items():
+            if not grid.is_free(robot.start):
+                yield name, f"{name} starts at {now.show(robot.start)}, which is not free"
+            other = taken.setdefault((robot.layer, robot.start), name)
+            if other != name:
+                yield name, f"{name} starts where {other} does, at {now.show(robot.start)}"
+            if robot.mobility not in ("free", "heading"):
+                yield name, f"{name} has an unknown mobility, {robot.mobility!r}"
+            if robot.mobility == "heading" and robot.heading is None:
+                yield name, f"{name} moves by its heading but starts without one"
+            for target in robot.objective.targets:
+                for region in sorted(target):
+                    if not grid.is_free(region):
+                        yield name, f"{name}'s target {now.show(region)} is not free"
+        for obstacle in header.obstacles.values():
+            if not grid.is_free(obstacle.region):
+                yield None, f"{obstacle.name} is at {now.show(obstacle.region)}, which is not free"
+            for name in sorted(obstacle.blocks - header.robots.keys()):
+                yield name, f"{obstacle.name} blocks {name}, a robot that does not exist"
+
+
+class OrderRule(Rule):
+    """Ticks follow one another; in each every robot has one turn with one move, in the order
+    of the header; the lines of a turn come in the order of the format, and all are about the
+    robot whose turn it is; nothing comes after the outcome (D 4 and 5, T Time)."""
+
+    name = "order"
+
+    def __init__(self) -> None:
+        self._tick = 1
+        self._index = 0
+        self._phase = 0
+
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        if isinstance(record, Discovered):  # within a turn, or before the first line of one
+            if record.tick not in (now.turn.tick, self._tick):
+                problem = (
+                    f"{record.obstacle.name} is discovered in tick {record.tick}, out of order"
+                )
+                yield self.broken_by(record, None, problem)
+        elif isinstance(record, Violation | Backtrack | Move) and now.starts_turn(record):
+            yield from self._turn_begins(record, now)
+        else:
+            yield from self._turn_goes_on(record, now)
+        if isinstance(record, Move):
+            self._index += 1
+            if self._index == len(now.header.robots):
+                self._tick, self._index = self._tick + 1, 0
+
+    def turn(self, now: Situation) -> Iterator[Finding]:
+        turn = now.turn
+        if turn.robot and turn.first(Move) is None and not turn.torn:
+            problem = f"{turn.robot}'s turn has no move (a robot that stays moves, too)"
+            yield self.broken(turn.tick, turn.robot, turn.line, problem)
+
+    def ending(self, now: Situation) -> Iterator[Finding]:
+        outcome = now.outcome
+        if outcome and outcome.outcome in _COMPLETE_ENDINGS and self._index:
+            missing = list(now.header.robots)[self._index]
+            problem = f"{missing} has not moved in tick {self._tick}, the last"
+            yield self.broken_by(outcome, missing, problem)
+
+    def _turn_begins(
+        self, record: Violation | Backtrack | Move, now: Situation
+    ) -> Iterator[Finding]:
+        names = list(now.header.robots)
+        expected = names[self._index]
+        if (record.tick, record.robot) != (self._tick, expected):
+            again = record.robot == names[self._index - 1] and record.tick == now.turn.tick
+            at_fault = record.robot if again or record.tick != self._tick else expected
+            problem = (
+                f"a second turn of {record.robot} in tick {record.tick}"
+                if again
+                else f"a turn of {record.robot} in tick {record.tick}, "
+                f"where that of {expected} in tick {self._tick} was due"
+            )
+            yield self.broken_by(record, at_fault, problem)
+            self._tick, self._index = record.tick, names.index(record.robot)
+        self._phase = _PHASES[type(record)][0]
+
+    def _turn_goes_on(self, record: Record, now: Situation) -> Iterator[Finding]:
+        turn, kind = now.turn, type(record).__name__.lower()
+        if type(record) not in _PHASES and not isinstance(record, Assumption | Belief):
+            return  # the outcome
+        if record.tick != turn.tick:
+            problem = f"a {kind} line of tick {record.tick} among those of tick {turn.tick}"
+            yield self.broken_by(record, turn.robot, problem)
+        if turn.robot is None:
+            if not isinstance(record, _BEFORE_THE_FIRST_MOVE):
+                yield self.broken_by(record, None, f"a {kind} line before the first turn")
+            return
+        if isinstance(record, Goal) and _begins_on_its_target(record, now):
+            return
+        if isinstance(record, Request) and replaces_helper(record, now):
+            return
+        actor = _actor(record)
+        if actor is not None and actor != turn.robot:
+            yield self.broken_by(record, actor, f"a {kind} line of {actor} in {turn.robot}'s turn")
+        if isinstance(record, Assumption | Belief):
+            return
+        if isinstance(record, Backtrack) and turn.first(Backtrack) is not None:
+            yield self.broken_by(record, turn.robot, f"{turn.robot} backs up twice in one turn")
+        allowed = [phase for phase in _PHASES[type(record)] if phase >= self._phase]
+        if allowed:
+            self._phase = allowed[0]
+        else:
+            problem = f"the {kind} line comes too late in {turn.robot}'s turn"
+            yield self.broken_by(record, turn.robot, problem)
+
+
+def _begins_on_its_target(record: Goal, now: Situation) -> bool:
+    """Whether the goal may be one that a strategy met where it began: told at once, in
+    whosever turn that is."""
+    return any(synthesis.robot == record.robot for synthesis in now.turn.all(Synthesis))
+
+
+def _actor(record: Record) -> str | None:
+    """The robot of a line that only tells what the robot whose turn it is does."""
+    if isinstance(record, Backtrack | Resolved | Goal | Belief):
+        return record.robot
+    return record.requester if isinstance(record, Request) else None

@@ -1,0 +1,185 @@
+"""Rules on how a run ends."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from safenav.audit.records import (
+    Assumption,
+    Ending,
+    Goal,
+    Move,
+    Objective,
+    OperatorCause,
+    Outcome,
+    Record,
+    Request,
+    Resolved,
+    Synthesis,
+    Verdict,
+)
+from safenav.audit.rules.objectives import COUNTED_KINDS
+from safenav.audit.rules.rule import Finding, Rule
+from safenav.audit.situation import Situation
+
+
+class OutcomeRule(Rule):
+    """The outcome agrees with the run: ticks and syntheses are counted rightly, the tick limit
+    is neither passed nor claimed early, a negative has its cause in the last turn (D 5.7, T).
+    A synthesis that is told may have taken several attempts, so there may be more of them."""
+
+    name = "outcome"
+
+    def __init__(self) -> None:
+        self._syntheses: list[Synthesis] = []
+        self._assumptions = 0
+        self._moves: dict[str, int] = {}
+        self._passed_limit = False
+
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        match record:
+            case Synthesis():
+                self._syntheses.append(record)
+            case Assumption():
+                self._assumptions += 1
+            case Move():
+                self._moves[record.robot] = record.tick
+                limit = now.header.limit_ticks
+                if limit is not None and record.tick > limit and not self._passed_limit:
+                    self._passed_limit = True
+                    yield self.broken_by(record, record.robot, f"the limit is {limit} ticks")
+            case _:
+                pass
+
+    def ending(self, now: Situation) -> Iterator[Finding]:
+        outcome = now.outcome
+        if outcome is not None:
+            for problem in (*self._counts(outcome, now), *self._cause(outcome, now)):
+                yield self.broken_by(outcome, None, problem)
+
+    def _counts(self, outcome: Outcome, now: Situation) -> Iterator[str]:
+        last = max(self._moves.values(), default=0)
+        moved_by_all = len(set(self._moves.values())) <= 1 and (
+            len(self._moves) in (0, len(now.header.robots))
+        )
+        if outcome.ticks != last and (moved_by_all or outcome.ticks != last - 1):
+            yield f"it says {outcome.ticks} ticks; the last move is of tick {last}"
+        complete = outcome.outcome in (Ending.COMPLETED, Ending.TICK_LIMIT)
+        if outcome.tick not in ((last,) if complete else (last, last + 1)):
+            yield f"it is of tick {outcome.tick}; the last move is of tick {last}"
+        computed = sum(not synthesis.cached for synthesis in self._syntheses)
+        if outcome.syntheses < computed:
+            yield f"it says {outcome.syntheses} syntheses, but {computed} are told"
+        limit = now.header.limit_ticks
+        if outcome.outcome is Ending.TICK_LIMIT and limit is not None and outcome.ticks != limit:
+            yield f"the tick limit is said to be met after {outcome.ticks} ticks, but is {limit}"
+
+    def _cause(self, outcome: Outcome, now: Situation) -> Iterator[str]:
+        negative = [s for s in now.turn.all(Synthesis) if s.verdict is Verdict.UNREALIZABLE]
+        if outcome.outcome is Ending.UNREALIZABLE:
+            if self._moves:
+                yield "unrealizable is for runs that never begin, but robots have moved"
+            if not negative:
+                yield "it says unrealizable, but no synthesis before the start was"
+        if outcome.outcome is Ending.ASSUMPTION_VIOLATED and not self._assumptions:
+            yield "it says that an assumption was violated, but no line tells of it"
+        if outcome.outcome is not Ending.OPERATOR_NEEDED:
+            return
+        request = now.turn.first(Request)
+        if outcome.cause is OperatorCause.UNREALIZABLE:
+            if not negative:
+                yield "it says unrealizable, but no synthesis of the last turn was"
+        elif outcome.cause is OperatorCause.DEADLOCK:
+            return  # who waits for whom for ever is not in the trace
+        elif request is None or request.helper is not None:
+            yield "an operator is said to be needed for want of a helper, but nobody was refused"
+        elif outcome.cause is OperatorCause.NO_CAPABLE_ROBOT and now.capable(request.obstacle):
+            can = ", ".join(sorted(now.capable(request.obstacle)))
+            yield f"it says that nobody has the action for {request.obstacle}, but {can} has"
+        elif outcome.cause is OperatorCause.CYCLIC_REQUESTS and not now.stack:
+            yield "it says that requests are cyclic, but none is open"
+
+
+class CompletedRule(Rule):
+    """A run is completed if and only if each robot has met its objective ``until.rounds`` times
+    since the last resolution and every push was popped (D 5.8). A round counts from the goal
+    lines; one that was begun before the resolution may be counted at its last target."""
+
+    name = "completed"
+
+    def __init__(self) -> None:
+        self._goals: dict[str, list[Goal]] = {}
+        self._held: dict[str, int] = {}
+
+    def line(self, record: Record, now: Situation) -> Iterable[Finding]:
+        if isinstance(record, Resolved):
+            self._goals.clear()
+            self._held.clear()
+        elif isinstance(record, Goal | Move):
+            objective = now.objectives[record.robot]
+            if objective != now.header.robots[record.robot].objective:
+                return ()  # what it does while it waits or helps is no round of its own
+            if isinstance(record, Goal):
+                self._goals.setdefault(record.robot, []).append(record)
+            elif objective.kind == "hold" and record.to in objective.targets[0]:
+                self._held[record.robot] = self._held.get(record.robot, 0) + 1
+        return ()
+
+    def ending(self, now: Situation) -> Iterator[Finding]:
+        outcome, wanted = now.outcome, now.header.until_rounds
+        if outcome is None or wanted is None:
+            return
+        for robot in now.header.robots:
+            for problem in self._rounds(robot, outcome, wanted, now):
+                yield self.broken_by(outcome, robot, problem)
+        if outcome.outcome is Ending.COMPLETED and now.stack:
+            frame = now.stack[-1]
+            why = f"the push of line {frame.line} ({frame.obstacle}) was never popped"
+            yield self.broken_by(outcome, None, f"the run is completed, but {why}")
+        surely = min((self._surely(robot, now) for robot in now.header.robots), default=0)
+        if outcome.outcome is Ending.TICK_LIMIT and not now.stack and surely >= wanted:
+            problem = f"every robot has met its objective {wanted} times: it is completed"
+            yield self.broken_by(outcome, None, problem)
+
+    def _rounds(self, robot: str, outcome: Outcome, wanted: int, now: Situation) -> Iterator[str]:
+        told = outcome.rounds.get(robot)
+        if told is None:
+            yield f"the rounds of {robot} are not told"
+            return
+        objective = now.objectives[robot]
+        _, most = _bounds(self._goals.get(robot, []), objective)
+        if outcome.outcome is Ending.COMPLETED:
+            if told < wanted:
+                yield f"{robot} has {told} rounds of {wanted}, so the run is not completed"
+            elif most is not None and most < wanted:
+                yield f"{robot} has {most} rounds of {wanted} since the last resolution"
+            elif objective.kind == "hold" and self._held.get(robot, 0) + 1 < wanted:
+                # Where it stands when counting begins may count, too.
+                yield f"{robot} has held for {self._held.get(robot, 0)} ticks of {wanted}"
+
+    def _surely(self, robot: str, now: Situation) -> int:
+        return _bounds(self._goals.get(robot, []), now.objectives[robot])[0]
+
+
+def _bounds(goals: list[Goal], objective: Objective) -> tuple[int, int | None]:
+    """The least and the greatest number of rounds that these goals can be (None: no bound)."""
+    if objective.kind not in COUNTED_KINDS:
+        return 0, None
+    count = len(objective.targets)
+    if objective.kind == "cover":
+        whole = _covers(goals, count)
+        return whole, max(whole, 1 + _covers(goals[1:], count)) if goals else 0
+    by_last = sum(goal.goal == count - 1 for goal in goals)
+    by_count = len(goals) // count
+    # One who makes way again and again may come back to the same target again and again.
+    return min(by_last, by_count, _covers(goals, count)), max(by_last, by_count)
+
+
+def _covers(goals: list[Goal], count: int) -> int:
+    rounds, covered = 0, set[int]()
+    for goal in goals:
+        covered.add(goal.goal)
+        if len(covered) >= count:
+            rounds += 1
+            covered.clear()
+    return rounds

@@ -1,0 +1,1 @@
+"""What a batch runs: cases, where they come from, how they vary."""

@@ -1,0 +1,209 @@
+"""From what a person names (files, folders, patterns, matrix files) to the cases to run.
+
+A search, in a folder or by a pattern, takes the scenarios that it finds and leaves alone what
+is not meant: YAML files that are no scenarios (maps, catalogues), matrix files, and folders
+named ``invalid``, whose scenarios are broken on purpose. What is named is always taken.
+"""
+
+from __future__ import annotations
+
+import glob
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from pathlib import Path, PurePath
+from typing import Any
+
+from safenav.batch.cases.case import Case
+from safenav.batch.cases.matrix import Matrix, Named, is_matrix, read_matrix
+from safenav.batch.cases.references import References
+from safenav.errors import UsageError
+from safenav.scenario.yaml.document import DocumentError, Mapping, read_document
+from safenav.scenario.yaml.findings import Findings
+from safenav.scenario.yaml.source import read_source
+
+LEFT_OUT = ("invalid", "unrealizable")
+"""Folders of these names are not searched: what is in there is broken on purpose."""
+
+_SUFFIXES = (".yaml", ".yml")
+_SCENARIO = re.compile(r"^safenav\s*:", re.MULTILINE)
+_MAGIC = re.compile(r"[*?\[]")
+_WIDTH = 40
+
+
+@dataclass
+class Found:
+    """``passed_over``: YAML files that a search saw and did not take."""
+
+    cases: list[Case] = field(default_factory=list)
+    passed_over: list[str] = field(default_factory=list)
+
+
+def find_cases(paths: Sequence[str]) -> Found:
+    """The cases that ``paths`` name, each once, in the order named and sorted within a search.
+
+    Raises UsageError for a path that leads to no scenario, InputError for a bad matrix file.
+    """
+    search = _Search()
+    for path in paths:
+        search.add(path)
+    return search.found
+
+
+class _Search:
+    def __init__(self) -> None:
+        self.found = Found()
+        self._texts: dict[str, str | None] = {}
+        self._references = References()
+        self._known: set[tuple[str, str]] = set()
+        self._names: set[str] = set()
+
+    def add(self, named: str) -> None:
+        path = Path(named)
+        if path.is_dir():
+            self._searched(named, _files_below(path))
+        elif path.exists() or not _MAGIC.search(named):
+            self._named_file(path)
+        else:
+            self._searched(named, _files_matching(named))
+
+    def _searched(self, named: str, files: Iterable[Path]) -> None:
+        count = 0
+        for file in files:
+            if _is_scenario(self._text(file)):
+                self._case(file, {})
+                count += 1
+            elif str(file) not in self.found.passed_over:
+                self.found.passed_over.append(str(file))
+        if not count:
+            raise UsageError(
+                f"no scenario found: {named}\n"
+                f"    folders and patterns take the scenarios in *.yaml and *.yml files; folders "
+                f"named {' or '.join(LEFT_OUT)} and matrix files must be named themselves"
+            )
+
+    def _named_file(self, path: Path) -> None:
+        if not path.exists():
+            raise UsageError(f"no such file or folder: {path}{_meant(path)}")
+        text = self._text(path)
+        if text is not None and is_matrix(text):
+            self._matrix(path, read_matrix(text, str(path)))
+        else:
+            self._case(path, {})
+
+    def _matrix(self, path: Path, matrix: Matrix) -> None:
+        for named in matrix.scenarios:
+            for case in self._below(path, named):
+                for settings in matrix.settings:
+                    self._case(Path(case.file), settings)
+
+    def _below(self, matrix: Path, named: Named) -> list[Case]:
+        """The cases that a matrix file names, without its settings."""
+        place = f"{matrix}:{named.line}:{named.column}"
+        below = matrix.parent / named.value
+        if below.is_file() and is_matrix(self._text(below) or ""):
+            raise UsageError(f"{place}: {below} is a matrix file itself\n    name scenarios here")
+        try:
+            found = find_cases([str(below)])
+        except UsageError as error:
+            raise UsageError(f"{place}: {error}") from None
+        self.found.passed_over += found.passed_over
+        return found.cases
+
+    def _case(self, path: Path, settings: dict[str, Any]) -> None:
+        file = _shown(path)
+        identity = (str(path.resolve()), repr(sorted(settings.items())))
+        if identity in self._known:
+            return
+        self._known.add(identity)
+        text = self._text(path)
+        references = "" if text is None else self._references.of(path, text, settings)
+        name = self._name(file, settings)
+        self.found.cases.append(Case(name, file, text, settings, references))
+
+    def _name(self, file: str, settings: dict[str, Any]) -> str:
+        parts = [f"{path}={_clipped(value)}" for path, value in settings.items()]
+        wanted = name = f"{file} [{', '.join(parts)}]" if parts else file
+        number = 2
+        while name in self._names:
+            name, number = f"{wanted} #{number}", number + 1
+        self._names.add(name)
+        return name
+
+    def _text(self, path: Path) -> str | None:
+        """None if it cannot be read; running it says why."""
+        key = str(path)
+        if key not in self._texts:
+            self._texts[key] = read_source(path, Findings(key))
+        return self._texts[key]
+
+
+def _is_scenario(text: str | None) -> bool:
+    """Whether a file that a search met is meant to be a scenario. In doubt it is: a broken
+    scenario must not vanish from the batch."""
+    if text is None or _SCENARIO.search(text):
+        return True
+    try:
+        root = read_document(text).root
+    except DocumentError:
+        return bool(re.search(r"^(map|robots)\s*:", text, re.MULTILINE))
+    if not isinstance(root, Mapping) or root.get("batch") is not None:
+        return False
+    keys = {key.text for key, _ in root.entries}
+    return "safenav" in keys or {"map", "robots"} <= keys
+
+
+def _files_below(folder: Path) -> list[Path]:
+    """YAML files, sorted, without hidden folders and those left out. Links to folders are not
+    followed: they could lead round in a circle."""
+    found: list[Path] = []
+    try:
+        entries = sorted(folder.iterdir())
+    except OSError as error:
+        raise UsageError(f"cannot read the folder {folder}: {error.strerror}") from error
+    for entry in entries:
+        if entry.name.startswith("."):
+            continue
+        if entry.is_dir():
+            if entry.name not in LEFT_OUT and not entry.is_symlink():
+                found += _files_below(entry)
+        elif entry.suffix in _SUFFIXES:
+            found.append(entry)
+    return found
+
+
+def _files_matching(pattern: str) -> list[Path]:
+    wanted = not set(LEFT_OUT).isdisjoint(PurePath(pattern).parts)
+    found: list[Path] = []
+    for match in sorted(glob.glob(pattern, recursive=True)):  # noqa: PTH207 (may be absolute)
+        path = Path(match)
+        if path.is_dir():
+            continue
+        if path.suffix in _SUFFIXES and (wanted or set(LEFT_OUT).isdisjoint(path.parent.parts)):
+            found.append(path)
+    return found
+
+
+def _meant(path: Path) -> str:
+    try:
+        names = [entry.name for entry in path.parent.iterdir()]
+    except OSError:
+        return f"\n    the folder {path.parent} does not exist or cannot be read"
+    close = get_close_matches(path.name, names, n=1, cutoff=0.6)
+    return f"\n    did you mean '{path.parent / close[0]}'?" if close else ""
+
+
+def _shown(path: Path) -> str:
+    """The path as named, without detours such as ``./`` and ``suite/../``."""
+    import os.path
+
+    return Path(os.path.normpath(path)).as_posix()
+
+
+def _clipped(value: Any) -> str:
+    import json
+
+    text = value if isinstance(value, str) else json.dumps(value)
+    line = " ".join(text.split())
+    return line if len(line) <= _WIDTH else line[: _WIDTH - 3] + "..."

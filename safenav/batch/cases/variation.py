@@ -1,0 +1,66 @@
+"""Replace values in a scenario by dotted paths: ``limits.ticks``, ``robots.quad.start``.
+
+The document tree is changed before it is read, so that a variation is checked exactly as if
+it stood in the file. A diagnostic about a replaced value points at the one it replaces.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping as Values
+from typing import Any
+
+from safenav.scenario.yaml.document import Mapping, Node, Place, Scalar, Sequence
+from safenav.scenario.yaml.findings import Findings
+
+
+def varied(root: Node, settings: Values[str, Any], findings: Findings) -> Node:
+    """The tree with every setting in place; a path that leads nowhere is reported."""
+    for path, value in settings.items():
+        root = _replaced(root, path.split("."), value, path, findings)
+    return root
+
+
+def node_of(value: Any, place: Place) -> Node:
+    """Plain data as nodes, all at one place."""
+    if isinstance(value, Values):
+        entries = [(Scalar(place, str(k), str(k)), node_of(v, place)) for k, v in value.items()]
+        return Mapping(place, tuple(entries))
+    if isinstance(value, list | tuple):
+        return Sequence(place, tuple(node_of(item, place) for item in value))
+    if isinstance(value, bool):
+        return Scalar(place, value, "true" if value else "false")
+    return Scalar(place, value, "" if value is None else str(value))
+
+
+def value_of(node: Node) -> Any:
+    """A node as plain data."""
+    match node:
+        case Scalar(value=value):
+            return value
+        case Sequence(items=items):
+            return [value_of(item) for item in items]
+        case Mapping(entries=entries):
+            return {key.text: value_of(item) for key, item in entries}
+
+
+def _replaced(node: Node, steps: list[str], value: Any, path: str, findings: Findings) -> Node:
+    """``node`` with what is at ``steps`` replaced; mappings on the way are made if missing."""
+    if not steps:
+        return node_of(value, node.place)
+    step, rest = steps[0], steps[1:]
+    match node:
+        case Sequence(place, items) if step.isdecimal() and int(step) < len(items):
+            index = int(step)
+            new = _replaced(items[index], rest, value, path, findings)
+            return Sequence(place, (*items[:index], new, *items[index + 1 :]))
+        case Mapping(place, entries):
+            old = node.get(step)
+            below = Mapping(place, ()) if old is None else old
+            new = _replaced(below, rest, value, path, findings)
+            if old is None:
+                return Mapping(place, (*entries, (Scalar(place, step, step), new)))
+            kept = [(key, new if key.value == step else item) for key, item in entries]
+            return Mapping(place, tuple(kept))
+    found = f"'{path}' of the matrix leads nowhere: there is no '{step}' here"
+    findings.add(node, found, "a path names keys, or items of a list from 0: obstacles.0.region")
+    return node

@@ -1,0 +1,156 @@
+"""The same work on a Dask cluster: ``--dask ADDRESS`` (optional extra ``safenav[dask]``).
+
+If a Dask worker dies, the scheduler gives its cases to another one, also those whose results
+had not been fetched yet. Running a case twice does no harm.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import queue
+import time
+import uuid
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import safenav
+from safenav.batch.cases.case import Case, Conditions, Result, Verdict, without_a_run
+from safenav.batch.cluster import remote
+from safenav.batch.workers.backend import Arrival
+from safenav.errors import SafenavError, UsageError
+
+_CONNECT_SECONDS = 10
+
+
+@dataclass
+class _Sent:
+    case: Case
+    since: float
+
+
+class DaskCluster:
+    """Cases on the cluster at ``address``. ``traces``: where to write traces, if anywhere.
+
+    Raises UsageError if ``distributed`` is not installed, nothing answers at the address, or
+    a worker there has no safenav of this version.
+    """
+
+    def __init__(self, address: str, conditions: Conditions, traces: Path | None = None) -> None:
+        dask = _distributed()
+        self._address = address
+        self._conditions = conditions
+        self._traces = traces
+        self._batch = uuid.uuid4().hex
+        self._sent: dict[Any, _Sent] = {}
+        self._news: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        self._traces_written = 0
+        try:
+            self._client = dask.Client(address, timeout=_CONNECT_SECONDS, set_as_default=False)
+        except (OSError, ValueError, TypeError) as error:
+            raise UsageError(f"no Dask cluster answers at {address}: {error}") from error
+        try:
+            self._check_versions()
+        except SafenavError:
+            self._client.close()
+            raise
+
+    def submit(self, case: Case) -> None:
+        future = self._client.submit(
+            remote.run_case,
+            self._batch,
+            str(Path.cwd()),
+            asdict(case),
+            asdict(self._conditions),
+            self._traces is not None,
+            pure=False,
+        )
+        self._sent[future] = _Sent(case, time.monotonic())
+        future.add_done_callback(self._news.put)
+
+    def collect(self, seconds: float) -> list[Arrival]:
+        """What arrived, waiting at most ``seconds`` for the first."""
+        futures: list[Any] = []
+        with contextlib.suppress(queue.Empty):
+            futures.append(self._news.get(timeout=seconds))
+            while True:
+                futures.append(self._news.get_nowait())
+        return [self._arrival(future) for future in futures]
+
+    def running(self) -> list[tuple[str, float]]:
+        """Nothing: the cluster knows, and asking it costs more than it tells."""
+        return []
+
+    def close(self) -> None:
+        if self._client.status == "closed":
+            return
+        with contextlib.suppress(Exception):  # the cluster may be gone: nothing is left to stop
+            self._client.cancel(list(self._sent), force=True)
+            self._client.run(remote.leave, self._batch)
+        self._sent.clear()
+        self._client.close()
+
+    def _arrival(self, future: Any) -> Arrival:
+        sent = self._sent.pop(future)
+        case = sent.case
+        try:
+            record, content = future.result()
+            result = Result.from_record(record)
+        except SafenavError as error:
+            result = without_a_run(case, Verdict.ERROR, [str(error)])
+            content = b""
+        except Exception as error:
+            result = self._failed(case, future, error)
+            content = b""
+        if not result.wall_seconds:
+            result = replace(result, wall_seconds=round(time.monotonic() - sent.since, 6))
+        return Arrival(case, result, self._kept(content))
+
+    def _failed(self, case: Case, future: Any, error: Exception) -> Result:
+        """A case for which the cluster brought no result."""
+        if future.status in ("cancelled", "lost"):
+            raise SafenavError(
+                f"the Dask cluster at {self._address} is gone: {error}\n"
+                "    with --out the results so far are kept; --resume goes on"
+            ) from error
+        kind = type(error).__name__
+        if kind == "KilledWorker":
+            reason = f"the Dask workers that ran it died, one after the other: {error}"
+            return without_a_run(case, Verdict.CRASHED, [reason])
+        return without_a_run(case, Verdict.ERROR, [f"on the cluster: {kind}: {error}"])
+
+    def _kept(self, content: bytes) -> Path | None:
+        if not content or self._traces is None:
+            return None
+        self._traces_written += 1
+        path = self._traces / f"{self._traces_written}.jsonl"
+        path.write_bytes(content)
+        return path
+
+    def _check_versions(self) -> None:
+        """Of the workers that are there now; a cluster may have none yet."""
+        try:
+            versions = self._client.run(remote.version_here)
+        except Exception as error:
+            raise UsageError(
+                f"the Dask workers at {self._address} cannot run safenav: {error}\n"
+                f"    install safenav {safenav.__version__} where they run"
+            ) from error
+        for worker, version in versions.items():
+            if version != safenav.__version__:
+                raise UsageError(
+                    f"the Dask worker {worker} has safenav {version}, this is "
+                    f"{safenav.__version__}\n    install the same version on both"
+                )
+
+
+def _distributed() -> Any:
+    """The package, imported only when it is wanted: it is large, and optional."""
+    try:
+        return importlib.import_module("distributed")
+    except ImportError as error:
+        raise UsageError(
+            "a Dask cluster needs the package 'distributed'\n"
+            "    install it with: pip install 'safenav[dask]'"
+        ) from error

@@ -1,0 +1,1 @@
+"""Where cases run on this machine: processes that can be ended."""

@@ -1,0 +1,37 @@
+"""Where cases are run: what the batch needs from a pool of processes or a cluster."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+from safenav.batch.cases.case import Case, Result
+
+
+@dataclass(frozen=True)
+class Arrival:
+    """A result, and where the trace of the run lies until somebody wants it or not."""
+
+    case: Case
+    result: Result
+    trace: Path | None = None
+
+
+class Backend(Protocol):
+    """Runs cases; whatever becomes of one, its result arrives."""
+
+    def submit(self, case: Case) -> None:
+        """Run it when there is room. Returns at once."""
+
+    def collect(self, seconds: float) -> list[Arrival]:
+        """What arrived, waiting at most ``seconds`` for the first.
+
+        Raises SafenavError if no more cases can be run at all.
+        """
+
+    def running(self) -> list[tuple[str, float]]:
+        """Names of cases in work, as far as known, with their seconds so far."""
+
+    def close(self) -> None:
+        """Stop all work, leaving no process behind."""

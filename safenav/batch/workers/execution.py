@@ -1,0 +1,102 @@
+"""Run one case here and now: load, vary, run, compare. It never raises for what a case does."""
+
+from __future__ import annotations
+
+import time
+import traceback
+from contextlib import ExitStack
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from safenav.batch.cases.case import Case, Conditions, Result, Verdict, without_a_run
+from safenav.batch.cases.variation import varied
+from safenav.errors import Diagnostic, InputError, ResourceLimitError, SafenavError
+from safenav.runtime.expectation import Ledger, differences
+from safenav.runtime.mission import Mission
+from safenav.runtime.trace import Listener, TraceWriter
+from safenav.scenario.model import Outcome, Scenario
+from safenav.scenario.reading.loader import load_scenario, load_scenario_text
+from safenav.synthesis.binary import Binary, find_binary
+from safenav.synthesis.slugs import Synthesizer
+from safenav.verify.strategy import first_failure
+
+
+def execute(case: Case, conditions: Conditions, trace: Path | None = None) -> Result:
+    """The result of the case. ``trace``: where to write what happens, if anywhere."""
+    begun = time.monotonic()
+    try:
+        scenario = load(case)
+        result = _run(case, scenario, conditions, trace)
+    except InputError as error:
+        result = without_a_run(case, Verdict.INVALID, [_told(d) for d in error.diagnostics])
+    except ResourceLimitError as error:
+        result = without_a_run(case, Verdict.LIMIT, [str(error)])
+    except SafenavError as error:
+        result = without_a_run(case, Verdict.ERROR, [str(error)])
+    except Exception as error:
+        reason = f"internal error: {type(error).__name__}: {error}"
+        result = without_a_run(case, Verdict.ERROR, [reason], traceback.format_exc())
+    return replace(result, wall_seconds=round(time.monotonic() - begun, 6))
+
+
+def load(case: Case) -> Scenario:
+    """The scenario of a case, its settings replaced. Raises InputError."""
+    if case.text is None and not case.settings:
+        return load_scenario(Path(case.file))
+    text = case.text
+    if text is None:
+        load_scenario(Path(case.file))  # says why it cannot be read
+        text = Path(case.file).read_text(encoding="utf-8-sig")
+    return load_scenario_text(
+        text, case.file, lambda root, findings: varied(root, case.settings, findings)
+    )
+
+
+def _run(case: Case, scenario: Scenario, conditions: Conditions, trace: Path | None) -> Result:
+    ledger = Ledger()
+    with ExitStack() as stack:
+        listeners: list[Listener] = [ledger]
+        if trace is not None:
+            listeners.append(stack.enter_context(TraceWriter(trace)))
+        # A batch runs scenarios side by side: one synthesis at a time in each.
+        synthesizer = Synthesizer(
+            _binary(),
+            seconds=scenario.limits.synthesis_seconds,
+            memory_mb=scenario.limits.synthesis_memory,
+            verifier=first_failure if conditions.verify else None,
+            at_once=1,
+        )
+        ended = Mission(scenario, synthesizer, listeners=listeners).run()
+    expect = scenario.expect
+    if expect.outcome is None:
+        expect = replace(expect, outcome=Outcome.COMPLETED)
+    wrong = differences(expect, ledger)
+    measured: dict[str, Any] = {
+        "scenario": scenario.name,
+        "outcome": ended.outcome.value,
+        "cause": ended.cause,
+        "explanation": ended.explanation,
+        "ticks": ended.ticks,
+        "rounds": ended.rounds,
+        "resolved": ledger.resolved,
+        "blocked": ledger.blocked,
+        "helpers": ledger.helpers,
+        "syntheses": ended.syntheses,
+        "synthesis_seconds": ended.synthesis_seconds,
+        "seconds": ended.seconds,
+    }
+    verdict = Verdict.DIFFERENT if wrong else Verdict.PASSED
+    return replace(without_a_run(case, verdict, wrong), **measured)
+
+
+@cache
+def _binary() -> Binary:
+    """Found once in each process: to look it up can take as long as a small synthesis."""
+    return find_binary()
+
+
+def _told(diagnostic: Diagnostic) -> str:
+    """A diagnostic in one line."""
+    return "; ".join(part.strip() for part in str(diagnostic).splitlines())

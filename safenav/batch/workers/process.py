@@ -1,0 +1,70 @@
+"""The process that runs cases, one after the other: ``Worker`` starts it and talks to it.
+
+Lines of JSON come in on standard input and go out on what was standard output; anything else
+that is printed goes to standard error, so that nothing can be taken for an answer. If standard
+input ends (the batch is gone) so does this process, with the synthesis that it runs.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import faulthandler
+import json
+import os
+import queue
+import resource
+import signal
+import sys
+import threading
+from pathlib import Path
+from typing import Any
+
+READY = b"ready\n"
+
+
+def main() -> None:
+    """Serve until standard input ends."""
+    answers = os.dup(sys.stdout.fileno())
+    os.set_inheritable(answers, False)
+    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
+    faulthandler.enable()  # a crash, and the SIGABRT for one that hangs, tell where it was
+    _forbid_core_dumps()
+    from safenav.batch.cases.case import Case, Conditions
+    from safenav.batch.workers.execution import execute
+
+    tasks: queue.SimpleQueue[bytes] = queue.SimpleQueue()
+    threading.Thread(target=_listen, args=(tasks,), daemon=True).start()
+    _send(answers, READY)
+    while task := tasks.get():
+        given: dict[str, Any] = json.loads(task)
+        if given["directory"] is not None:
+            with contextlib.suppress(OSError):  # not there: only files beside it are missed
+                os.chdir(given["directory"])
+        trace = Path(given["trace"]) if given["trace"] is not None else None
+        result = execute(Case(**given["case"]), Conditions(**given["conditions"]), trace)
+        _send(answers, json.dumps(result.record()).encode() + b"\n")
+
+
+def _listen(tasks: queue.SimpleQueue[bytes]) -> None:
+    for line in sys.stdin.buffer:
+        tasks.put(line)
+    tasks.put(b"")
+    # SIGTERM within a synthesis kills it before we go; anywhere else it ends us right away.
+    os.kill(os.getpid(), signal.SIGTERM)
+
+
+def _send(channel: int, data: bytes) -> None:
+    try:
+        while data:
+            data = data[os.write(channel, data) :]
+    except BrokenPipeError:
+        os._exit(0)  # nobody waits for the answer any more
+
+
+def _forbid_core_dumps() -> None:
+    with contextlib.suppress(ValueError, OSError):
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,205 @@
+"""A worker process as its owner sees it: give it a case, wait, take the result, or end it."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import selectors
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import uuid
+from collections.abc import Iterable
+from dataclasses import asdict, replace
+from pathlib import Path
+
+from safenav.batch.cases.case import Case, Conditions, Result, Verdict, without_a_run
+from safenav.batch.workers.offspring import MARK, kill_family, kill_orphans
+from safenav.batch.workers.process import READY
+from safenav.errors import SafenavError
+
+_START_SECONDS = 60.0
+_LAST_WORDS = 4000
+_STACK_SECONDS = 0.5
+"""For a hung worker to say where it is before it is killed."""
+
+_ROOT = str(Path(__file__).resolve().parents[3])
+_PROGRAM = (
+    f"import sys; sys.path.append({_ROOT!r}); "
+    "from safenav.batch.workers.process import main; main()"
+)
+
+
+class Worker:
+    """One process, used for many cases. Not thread safe.
+
+    It has a session of its own: Ctrl-C at the terminal reaches the batch alone, which then
+    ends its workers.
+    """
+
+    def __init__(self) -> None:
+        self._mark = uuid.uuid4().hex
+        self._stderr = tempfile.TemporaryFile()  # noqa: SIM115 (closed by `end`)
+        self._words_before = 0
+        self._heard = b""
+        self._ready = False
+        self._limit = _START_SECONDS
+        self.case: Case | None = None
+        self._since = time.monotonic()
+        self._process = subprocess.Popen(
+            [sys.executable, "-P", "-c", _PROGRAM],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=self._stderr,
+            env={**os.environ, MARK: self._mark},
+            start_new_session=True,
+        )
+
+    @property
+    def pid(self) -> int:
+        return self._process.pid
+
+    def fileno(self) -> int:
+        """Readable when there may be a result."""
+        assert self._process.stdout is not None
+        return self._process.stdout.fileno()
+
+    @property
+    def elapsed(self) -> float:
+        """Seconds since the case was given (its start-up does not count)."""
+        return time.monotonic() - self._since
+
+    @property
+    def seconds_left(self) -> float:
+        """Until this worker counts as hung."""
+        return (self._limit if self._ready else _START_SECONDS) - self.elapsed
+
+    def give(
+        self,
+        case: Case,
+        conditions: Conditions,
+        trace: Path | None,
+        directory: str | None = None,
+    ) -> None:
+        """Let it run a case; it must not have one. ``directory``: what paths in the case are
+        relative to, if it is not the one where the worker was started."""
+        assert self.case is None and self._process.stdin is not None
+        self.case = case
+        self._limit = conditions.seconds
+        self._since = time.monotonic()
+        self._words_before = os.fstat(self._stderr.fileno()).st_size
+        task = {
+            "case": asdict(case),
+            "conditions": asdict(conditions),
+            "directory": directory,
+            "trace": None if trace is None else str(trace.resolve()),
+        }
+        with contextlib.suppress(BrokenPipeError):  # it is dead: ``receive`` will find out
+            self._process.stdin.write(json.dumps(task).encode() + b"\n")
+            self._process.stdin.flush()
+
+    def receive(self) -> Result | None:
+        """What came of the case, once ``fileno`` is readable or its time is over; None if it
+        goes on. Without life in it afterwards, the worker is of no further use.
+
+        Raises SafenavError if the process does not even start.
+        """
+        if with_news([self], 0):
+            return self._read()
+        return self._hung() if self.seconds_left <= 0 else None
+
+    @property
+    def alive(self) -> bool:
+        return self._process.returncode is None
+
+    def wait(self) -> Result:
+        """The result of the case, when it comes."""
+        while True:
+            with_news([self], max(0.0, self.seconds_left))
+            if result := self.receive():
+                return result
+
+    def kill(self) -> None:
+        """Kill it and all that it started; may be called from another thread."""
+        kill_family(self.pid, self._mark)
+
+    def end(self) -> None:
+        """Kill it and all that it started, and leave nothing open."""
+        if self.alive:
+            self.kill()
+            self._process.wait()
+        for pipe in (self._process.stdin, self._process.stdout, self._stderr):
+            if pipe is not None:
+                with contextlib.suppress(OSError):
+                    pipe.close()
+
+    def _read(self) -> Result | None:
+        data = os.read(self.fileno(), 1 << 16)
+        if not data:
+            return self._crashed()
+        self._heard += data
+        if not self._ready and self._heard.startswith(READY):
+            self._ready = True
+            self._heard = self._heard[len(READY) :]
+            self._since = time.monotonic()
+        if not self._heard.endswith(b"\n"):
+            return None
+        answer, self._heard, self.case = self._heard, b"", None
+        return self._timed(Result.from_record(json.loads(answer)))
+
+    def _crashed(self) -> Result:
+        status = self._process.wait()
+        kill_orphans(self._mark)
+        words = self._last_words()
+        self.end()
+        if not self._ready:
+            raise SafenavError(f"a worker process does not start ({_death(status)})\n{words}")
+        assert self.case is not None
+        reason = f"the process that ran it died: {_death(status)}"
+        return self._timed(without_a_run(self.case, Verdict.CRASHED, [reason], words))
+
+    def _hung(self) -> Result:
+        if not self._ready:
+            self.end()
+            raise SafenavError(f"a worker process does not start within {_START_SECONDS:.0f} s")
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self._process.send_signal(signal.SIGABRT)
+            self._process.wait(_STACK_SECONDS)
+        if self.alive:
+            kill_family(self.pid, self._mark)
+            self._process.wait()
+        else:
+            kill_orphans(self._mark)
+        words = self._last_words()
+        assert self.case is not None
+        reason = f"no end after {self._limit:g} s; it was stopped"
+        result = self._timed(without_a_run(self.case, Verdict.HUNG, [reason], words))
+        self.end()
+        return result
+
+    def _timed(self, result: Result) -> Result:
+        return replace(result, wall_seconds=round(self.elapsed, 6))
+
+    def _last_words(self) -> str:
+        file = self._stderr.fileno()  # its offset is shared with the process: leave it alone
+        begin = max(self._words_before, os.fstat(file).st_size - _LAST_WORDS)
+        return os.pread(file, _LAST_WORDS, begin).decode("utf-8", "replace").strip()
+
+
+def with_news(workers: Iterable[Worker], seconds: float) -> list[Worker]:
+    """Those that have something to say (or have died), waiting so long for the first."""
+    with selectors.DefaultSelector() as selector:
+        for worker in workers:
+            selector.register(worker, selectors.EVENT_READ, worker)
+        return [key.data for key, _ in selector.select(seconds)]
+
+
+def _death(status: int) -> str:
+    if status >= 0:
+        return f"exit status {status}"
+    with contextlib.suppress(ValueError):
+        return f"killed by {signal.Signals(-status).name}"
+    return f"killed by signal {-status}"

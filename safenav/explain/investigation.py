@@ -1,0 +1,87 @@
+"""The whole explanation of one robot: cause, core, witness, repairs.
+
+What graph search can tell is told first; the game is asked for the rest.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+
+from safenav.errors import SafenavError
+from safenav.explain.assumption import helpful_assumptions
+from safenav.explain.core import find_core
+from safenav.explain.diagnosis import diagnose, held_ways
+from safenav.explain.explanation import Cause, Core, Ending, Explanation, Witness
+from safenav.explain.realizability import Questions
+from safenav.explain.repair import Judge, Problem, find_repairs
+from safenav.explain.witness import confinement, play_out
+from safenav.scenario.model import Scenario
+from safenav.scenario.objective import Ltl
+from safenav.spec.compile import compile_task
+from safenav.spec.specification import Section, Specification
+from safenav.spec.task import Task
+from safenav.synthesis.slugs import Synthesizer
+from safenav.world.map import RegionMap
+
+REPAIR_SECONDS = 2.0
+
+
+def explain(scenario: Scenario, task: Task, synthesizer: Synthesizer, judge: Judge) -> Explanation:
+    """Why an unrealizable ``task`` of a scenario's robot has no strategy.
+
+    ``judge`` says whether that robot has a strategy at the start of a changed scenario. The
+    synthesizer's limits hold for each single question.
+    """
+    begun = time.monotonic()
+    world = scenario.map
+    spec = compile_task(task, world)
+    ask = Questions(synthesizer)
+    found = diagnose(task, world)
+    core = find_core(spec, task, world, found, ask)
+    witness = confinement(found) or _played_out(spec, task, world, synthesizer)
+    cause = found.cause or _cause(core, witness, task)
+    if cause in (Cause.CORNERED, Cause.KEPT_AWAY):
+        holding = held_ways(task, world, scenario)
+        if holding:
+            cause, found = (
+                Cause.PARKED_ROBOT,
+                replace(found, cause=Cause.PARKED_ROBOT, culprits=holding),
+            )
+    deadline = time.monotonic() + REPAIR_SECONDS
+    problem = Problem(scenario, task, cause, found, deadline)
+    repairs = find_repairs(problem, judge)
+    if cause in (Cause.CORNERED, Cause.KEPT_AWAY):
+        repairs += tuple(helpful_assumptions(spec, task, world, ask))
+    seconds = time.monotonic() - begun
+    return Explanation(task.robot.name, task, cause, found, core, witness, repairs, seconds)
+
+
+def _played_out(
+    spec: Specification, task: Task, world: RegionMap, synthesizer: Synthesizer
+) -> Witness | None:
+    """The environment's strategy played; None where it cannot be had within the limits."""
+    try:
+        strategy = synthesizer.counterstrategy(spec).strategy
+        return None if strategy is None else play_out(spec, strategy, task, world)
+    except SafenavError:
+        return None
+
+
+def _cause(core: Core, witness: Witness | None, task: Task) -> Cause:
+    """What is left once the map and the mobility are not the reason by themselves."""
+    if not core.alone:
+        stuck = witness is not None and witness.ending in (Ending.STUCK, Ending.NO_BEGINNING)
+        return Cause.CORNERED if stuck else Cause.KEPT_AWAY
+    known = {k.item for k in task.blocked}
+    items = [member.origin.item for member in core.members]
+    if any(item in known and item.startswith("robots.") for item in items):
+        return Cause.PARKED_ROBOT
+    if any(item in known for item in items):
+        return Cause.OBSTACLE
+    if all(c.section is Section.SYS_INIT for m in core.members for c in m.constraints):
+        return Cause.IMPOSSIBLE_START
+    own = (f"{task.item}.objective", f"{task.item}.start")
+    if isinstance(task.objective, Ltl) and all(item in own for item in items):
+        return Cause.CONTRADICTION
+    return Cause.FORBIDDEN_WAY

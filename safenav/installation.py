@@ -1,0 +1,171 @@
+"""What is installed here, and whether it works: the first thing to look at when nothing runs."""
+
+from __future__ import annotations
+
+import os
+import platform
+import sys
+import tempfile
+import time
+from dataclasses import asdict, dataclass
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import safenav
+from safenav.errors import SafenavError
+from safenav.spec.specification import (
+    Constraint,
+    Origin,
+    Owner,
+    Section,
+    Specification,
+    Variable,
+)
+from safenav.synthesis.binary import VARIABLE as SLUGS_VARIABLE
+from safenav.synthesis.binary import Binary, find_binary
+from safenav.synthesis.cache import VARIABLE as CACHE_VARIABLE
+from safenav.synthesis.cache import Cache
+from safenav.synthesis.outcome import Verdict
+from safenav.synthesis.slugs import Synthesizer
+from safenav.verify.strategy import first_failure
+
+REQUIRED = ("click", "PyYAML", "networkx", "numpy")
+OPTIONAL = {
+    "pillow": ("pictures", "PNG maps, GIF films"),
+    "resvg-py": ("pictures", "PNG pictures"),
+    "distributed": ("dask", "batches on a cluster"),
+}
+"""Packages that some commands need: the extra that installs them, and what for."""
+
+_ANSWER_SECONDS = 10.0
+
+
+@dataclass(frozen=True)
+class Package:
+    """``version`` is None if it is not installed; ``extra`` None if safenav cannot do without."""
+
+    name: str
+    version: str | None
+    extra: str | None = None
+    purpose: str = ""
+
+
+@dataclass(frozen=True)
+class SlugsHealth:
+    """``version`` is None for a foreign binary. ``problem``: why it cannot be used."""
+
+    path: str | None
+    chosen_by: str
+    version: str | None
+    seconds: float | None
+    problem: str | None
+
+
+@dataclass(frozen=True)
+class CacheHealth:
+    """``directory`` is None if the cache is off."""
+
+    directory: str | None
+    chosen_by: str
+    entries: int
+    bytes: int
+    problem: str | None
+
+
+@dataclass(frozen=True)
+class Installation:
+    safenav: str
+    location: str
+    python: str
+    platform: str
+    packages: tuple[Package, ...]
+    slugs: SlugsHealth
+    cache: CacheHealth
+
+    @property
+    def usable(self) -> bool:
+        """Whether scenarios can be run at all."""
+        missing = [p for p in self.packages if p.extra is None and p.version is None]
+        return not missing and self.slugs.problem is None
+
+    def data(self) -> dict[str, Any]:
+        """Everything, fit for JSON."""
+        return {"usable": self.usable, **asdict(self)}
+
+
+def examine() -> Installation:
+    """Look at everything. It asks the synthesizer twice, and writes one empty file into the
+    cache directory, which it removes."""
+    packages = [Package(name, _version(name)) for name in REQUIRED]
+    packages += [Package(name, _version(name), *use) for name, use in OPTIONAL.items()]
+    return Installation(
+        safenav.__version__,
+        str(Path(safenav.__file__).parent),
+        f"{platform.python_version()} ({sys.executable})",
+        platform.platform(),
+        tuple(packages),
+        _slugs(),
+        _cache(),
+    )
+
+
+def _version(name: str) -> str | None:
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return None
+
+
+def _slugs() -> SlugsHealth:
+    by = SLUGS_VARIABLE if os.environ.get(SLUGS_VARIABLE) else "came with safenav"
+    try:
+        binary = find_binary()
+    except SafenavError as error:
+        return SlugsHealth(None, by, None, None, str(error))
+    begun = time.monotonic()
+    problem = _wrong_answer(binary)
+    seconds = None if problem else round(time.monotonic() - begun, 3)
+    return SlugsHealth(str(binary.path), by, binary.version, seconds, problem)
+
+
+def _wrong_answer(binary: Binary) -> str | None:
+    """Why the synthesizer cannot be trusted with two tiny specifications; None if it can."""
+    synthesizer = Synthesizer(
+        binary, seconds=_ANSWER_SECONDS, cache=Cache.off(), verifier=first_failure
+    )
+    for formula, expected in (("b' <-> a", Verdict.REALIZABLE), ("a'", Verdict.UNREALIZABLE)):
+        try:
+            verdict = synthesizer.synthesize(_tiny(formula)).verdict
+        except SafenavError as error:
+            return str(error)
+        if verdict is not expected:
+            return f"it says {verdict.value} of a specification that is {expected.value}"
+    return None
+
+
+def _tiny(formula: str) -> Specification:
+    """One input, one output, one guarantee."""
+    rule = Constraint(Section.SYS_TRANS, formula, Origin("doctor", "a question with an answer"))
+    variables = (Variable("a", Owner.INPUT), Variable("b", Owner.OUTPUT))
+    return Specification("doctor", "whether the synthesizer answers", variables, (rule,))
+
+
+def _cache() -> CacheHealth:
+    by = CACHE_VARIABLE if os.environ.get(CACHE_VARIABLE) else "default"
+    directory = Cache.from_environment().directory
+    if directory is None:
+        return CacheHealth(None, by, 0, 0, None)
+    problem = None
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        with tempfile.NamedTemporaryFile(dir=directory, prefix=".doctor-"):
+            pass
+    except OSError as error:
+        problem = f"not writable: {error.strerror or error}"
+    sizes = []
+    try:
+        sizes = [path.stat().st_size for path in directory.glob("??/*.answer")]
+    except OSError as error:
+        problem = problem or f"not readable: {error.strerror or error}"
+    return CacheHealth(str(directory), by, len(sizes), sum(sizes), problem)

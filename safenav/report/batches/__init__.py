@@ -1,0 +1,1 @@
+"""What people and CI see of a batch."""

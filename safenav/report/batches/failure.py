@@ -1,0 +1,63 @@
+"""What is kept of a failed case: why, the trace, and the replay of it as a page."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from pathlib import Path
+
+from safenav.batch.cases.case import Result
+from safenav.errors import UsageError
+from safenav.report.batches.junit import told
+
+FOLDER = "failures"
+
+_UNFIT = re.compile(r"[^A-Za-z0-9._=-]+")
+_WIDTH = 80
+
+
+class FailureFolder:
+    """A folder for each failed case below ``directory/failures``. What a former batch left
+    there is removed unless ``keep``."""
+
+    def __init__(self, directory: Path, *, keep: bool) -> None:
+        self._root = directory / FOLDER
+        if not keep:
+            shutil.rmtree(self._root, ignore_errors=True)
+
+    def __call__(self, result: Result, trace: Path | None) -> list[str]:
+        """Write what is known; returns the files."""
+        # The fingerprint keeps apart what looks the same once it is fit for a file name.
+        name = _UNFIT.sub("_", result.name)[-_WIDTH:].strip("._")
+        folder = self._root / f"{name}-{result.fingerprint[:8]}"
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            return self._write(folder, result, trace)
+        except OSError as error:
+            raise UsageError(f"cannot write to {folder}: {error.strerror}") from error
+
+    @staticmethod
+    def _write(folder: Path, result: Result, trace: Path | None) -> list[str]:
+        files = [folder / "reason.txt"]
+        lines = [result.name, *told(result)]
+        if trace is not None and trace.exists() and trace.stat().st_size:
+            files.append(folder / "trace.jsonl")
+            shutil.copyfile(trace, files[-1])
+            try:
+                page = _page(files[-1])
+            except Exception as error:
+                # A trace that was cut off in its first line is none, and whatever else is
+                # wrong with a picture of a failure must not end the batch.
+                lines += ["", f"no replay: {type(error).__name__}: {error}"]
+            else:
+                files.append(folder / "replay.html")
+                files[-1].write_text(page, encoding="utf-8")
+        files[0].write_text("\n".join([*lines, ""]), encoding="utf-8")
+        return [str(file) for file in files]
+
+
+def _page(trace: Path) -> str:
+    from safenav.report.page.html import page_of
+    from safenav.report.replay.reading import read_replay
+
+    return page_of(read_replay(trace), trace.name)

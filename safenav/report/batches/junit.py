@@ -1,0 +1,88 @@
+"""A batch as a JUnit report, as continuous integration services read it.
+
+There is no official standard; this keeps to what the schemas of Jenkins' xUnit plugin and of
+Apache Ant have in common: one ``testsuite`` a folder, one ``testcase`` a case, ``failure`` for
+what is not as expected, ``error`` for what could not be run to an end, ``skipped`` for what
+was not run. Reference: https://github.com/testmoapp/junitxml
+"""
+
+from __future__ import annotations
+
+import re
+import xml.etree.ElementTree as ET
+from collections.abc import Iterable
+from datetime import UTC, datetime
+from pathlib import PurePath
+
+from safenav.batch.cases.case import Case, Result, Verdict
+from safenav.batch.session import Report
+
+# What XML 1.0 cannot hold, not even as a reference.
+_FORBIDDEN = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+
+
+def to_junit(report: Report, *, when: datetime | None = None) -> str:
+    """The report as XML. ``when``: the time of the batch, default now."""
+    stamp = (when or datetime.now(UTC)).strftime("%Y-%m-%dT%H:%M:%S")
+    root = ET.Element("testsuites", name="safenav batch")
+    suites: dict[str, list[Case]] = {}
+    for case in report.cases:
+        suites.setdefault(PurePath(case.file).parent.as_posix(), []).append(case)
+    for folder, cases in suites.items():
+        results = [report.results[case.name] for case in cases if case.name in report.results]
+        suite = ET.SubElement(root, "testsuite", name=_clean(folder), timestamp=stamp)
+        _count(suite, results, len(cases))
+        for case in cases:
+            _testcase(suite, folder, case, report.results.get(case.name))
+    _count(root, report.in_order, len(report.cases))
+    ET.indent(root)
+    return '<?xml version="1.0" encoding="UTF-8"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
+
+
+def _count(element: ET.Element, results: Iterable[Result], cases: int) -> None:
+    done = list(results)
+    failures = sum(result.verdict is Verdict.DIFFERENT for result in done)
+    errors = sum(not result.passed for result in done) - failures
+    element.set("tests", str(cases))
+    element.set("failures", str(failures))
+    element.set("errors", str(errors))
+    if element.tag == "testsuite":
+        element.set("skipped", str(cases - len(done)))
+    element.set("time", f"{sum(result.wall_seconds for result in done):.3f}")
+
+
+def _testcase(suite: ET.Element, folder: str, case: Case, result: Result | None) -> None:
+    name = case.name.removeprefix(f"{folder}/")
+    element = ET.SubElement(suite, "testcase", name=_clean(name), classname=_clean(folder))
+    if result is None:
+        element.set("time", "0.000")
+        ET.SubElement(element, "skipped", message="not run: the batch was stopped before")
+        return
+    element.set("time", f"{result.wall_seconds:.3f}")
+    if not result.passed:
+        word = "failure" if result.verdict is Verdict.DIFFERENT else "error"
+        message = _clean("; ".join(result.reasons))
+        child = ET.SubElement(element, word, message=message, type=result.verdict.value)
+        child.text = _clean("\n".join(told(result)))
+    elif result.flaky:
+        output = ET.SubElement(element, "system-out")
+        output.text = _clean("\n".join([f"passed at attempt {result.attempts}", *result.earlier]))
+
+
+def told(result: Result) -> list[str]:
+    """All that is known about a failure, as lines."""
+    lines = list(result.reasons)
+    if result.outcome is not None:
+        lines.append(f"it ended after {result.ticks} ticks: {result.explanation}")
+    if result.settings:
+        lines.append("settings: " + ", ".join(f"{k}={v}" for k, v in result.settings.items()))
+    for number, reason in enumerate(result.earlier, 1):
+        lines.append(f"attempt {number}: {reason}")
+    lines += [f"see {artifact}" for artifact in result.artifacts]
+    if result.detail:
+        lines += ["", result.detail]
+    return lines
+
+
+def _clean(text: str) -> str:
+    return _FORBIDDEN.sub("?", text)

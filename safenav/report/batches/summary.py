@@ -1,0 +1,90 @@
+"""The end of a batch on the terminal: what failed and why, what was slow, what has changed."""
+
+from __future__ import annotations
+
+import click
+
+from safenav.batch.baseline import Comparison
+from safenav.batch.cases.case import Result
+from safenav.batch.results_file import counts
+from safenav.batch.session import Report
+from safenav.report.terminal.table import table
+
+_REASONS = 3
+_NAMES = 20
+
+
+def summary(report: Report, comparison: Comparison | None = None, slowest: int = 10) -> list[str]:
+    """Lines: a table with the failed cases first, then the ``slowest`` that passed; their
+    reasons; the comparison; the sum of it all."""
+    failed = report.failed
+    passed = [result for result in report.in_order if result.passed]
+    passed.sort(key=lambda result: -result.duration)
+    shown = [*failed, *passed[:slowest]]
+    lines = []
+    if shown:
+        headings = ("case", "verdict", "outcome", "ticks", "syntheses", "seconds")
+        lines += _coloured(table(headings, [_row(result) for result in shown]), len(failed))
+        more = len(passed) - slowest
+        if more > 0:
+            lines.append(f"... and {more} more passed")
+    for result in failed:
+        lines += ["", *_why(result)]
+    for result in (result for result in passed if result.flaky):
+        lines += ["", f"{result.name}: passed only at attempt {result.attempts}"]
+        lines += [f"  {reason}" for reason in result.earlier]
+    if comparison is not None:
+        lines += ["", *_compared(comparison)]
+    return [*lines, "", _sum(report)]
+
+
+def _row(result: Result) -> tuple[object, ...]:
+    verdict = result.verdict.value + (f" (attempt {result.attempts})" if result.flaky else "")
+    seconds = f"{result.duration:.2f}".rjust(len("seconds"))
+    outcome = result.outcome or "-"
+    return result.name, verdict, outcome, result.ticks, result.syntheses, seconds
+
+
+def _coloured(lines: list[str], failed: int) -> list[str]:
+    head, rows = lines[:2], lines[2:]
+    return [*head, *(click.style(row, fg="red") for row in rows[:failed]), *rows[failed:]]
+
+
+def _why(result: Result) -> list[str]:
+    lines = [click.style(f"{result.name}: {result.verdict.value}", bold=True)]
+    lines += [f"  {reason}" for reason in result.reasons[:_REASONS]]
+    if len(result.reasons) > _REASONS:
+        lines.append(f"  ... and {len(result.reasons) - _REASONS} more")
+    if result.outcome not in (None, "completed"):
+        lines.append(f"  {result.explanation}")
+    for number, reason in enumerate(result.earlier, 1):
+        lines.append(f"  attempt {number}: {reason}")
+    lines += [f"  {artifact}" for artifact in result.artifacts]
+    return lines
+
+
+def _compared(comparison: Comparison) -> list[str]:
+    lines = []
+    for changed in comparison.changed:
+        lines += [f"changed: {changed.name}", *(f"  {what}" for what in changed.what)]
+    for slower in comparison.slower:
+        times = f"{slower.before:.2f} s before, {slower.now:.2f} s now"
+        lines.append(f"slower: {slower.name}: {times} ({slower.ratio:.1f} times)")
+    for word, names in (("new", comparison.new), ("gone", comparison.gone)):
+        lines += [f"{word}: {name}" for name in names[:_NAMES]]
+        if len(names) > _NAMES:
+            lines.append(f"{word}: ... and {len(names) - _NAMES} more")
+    return lines or ["nothing has changed or is slower than in the baseline"]
+
+
+def _sum(report: Report) -> str:
+    parts = [f"{count} {word.replace('_', ' ')}" for word, count in counts(report).items()]
+    text = f"{', '.join(parts)} in {report.seconds:.1f} s"
+    if report.resumed:
+        text += f" ({report.resumed} of them done before)"
+    text = click.style(text, fg="green" if report.as_expected else "red", bold=True)
+    if report.interrupted:
+        text += "; interrupted"
+    elif report.stopped_early:
+        text += "; stopped at the first failure"
+    return text

@@ -1,0 +1,139 @@
+"""A replay as the compact data that the page carries (its types: front/src/run.ts).
+
+Values that change now and then are lists of [tick, value...]; ways are lists of regions and a
+letter for each heading: a thousand ticks of a robot take about five kilobytes.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from safenav.report.page.region_sets import RegionSets
+from safenav.report.picture.glyphs import EVENT_MARKS, NOSE, STATUS_MARKS, looks
+from safenav.report.replay.shading import Sight, viewers
+from safenav.report.replay.timeline import Belief, Changes, Frame, Replay, Track
+from safenav.report.replay.wording import objective_words, seconds_words
+from safenav.scenario.objective import Objective, targets_of
+from safenav.world.sight import members
+
+
+def encoded(replay: Replay, source: str) -> dict[str, Any]:
+    """The data of the page. ``source`` is the name of the trace, for its reader."""
+    ending = replay.ending
+    index = {track.name: i for i, track in enumerate(replay.robots)}
+    style = looks([track.name for track in replay.robots])
+    sets = RegionSets()
+    watched = {viewer: _view(replay, viewer, index, sets) for viewer in viewers(replay)}
+    return {
+        "name": replay.name,
+        "source": source,
+        "version": replay.version,
+        "rows": replay.map.rows,
+        "cols": replay.map.cols,
+        "grid": replay.map.grid_rows(),
+        "last": replay.last,
+        "robots": [
+            {**_robot(replay, track), "look": vars(look), "view": watched.get(track.name)}
+            for track, look in zip(replay.robots, style, strict=True)
+        ],
+        "obstacles": [
+            {
+                "name": hidden.name,
+                "type": hidden.type,
+                "region": hidden.region,
+                "action": hidden.action,
+                "blocks": hidden.blocks,
+                "status": _changes(replay.statuses[hidden.name], lambda status: [status.value]),
+            }
+            for hidden in replay.hidden
+        ],
+        "stack": _changes(replay.stack, lambda frames: [[_frame(frame) for frame in frames]]),
+        "sets": sets.texts,
+        "events": [
+            [
+                event.tick,
+                event.kind.value,
+                event.text,
+                index.get(event.robot or "", -1),
+                -1 if event.region is None else event.region,
+            ]
+            for event in replay.events
+        ],
+        "ending": ending
+        and {
+            "outcome": ending.outcome,
+            "explanation": ending.explanation,
+            "seconds": seconds_words(ending.seconds),
+            "syntheses": ending.syntheses,
+            "synthesisSeconds": seconds_words(ending.synthesis_seconds),
+        },
+        "nose": NOSE,
+        "marks": {
+            "status": {
+                status.value: {"path": mark.path, "meaning": status.meaning}
+                for status, mark in STATUS_MARKS.items()
+            },
+            "event": {kind.value: mark.path for kind, mark in EVENT_MARKS.items()},
+        },
+    }
+
+
+def _robot(replay: Replay, track: Track) -> dict[str, Any]:
+    facing = [heading.name[0] for heading in track.headings if heading is not None]
+    progress = replay.progress[track.name]
+    return {
+        "name": track.name,
+        "model": track.model,
+        "layer": track.layer,
+        "can": track.capabilities,
+        "path": track.regions,
+        "steps": [[step.first, step.last, step.toward] for step in track.steps],
+        "headings": "".join(facing) if len(facing) == len(track.regions) else None,
+        "tasks": _changes(replay.objectives[track.name], _task),
+        "progress": _changes(
+            progress, lambda p: [p.rounds, -1 if p.reached is None else p.reached]
+        ),
+    }
+
+
+def _view(replay: Replay, viewer: str, index: dict[str, int], sets: RegionSets) -> dict[str, Any]:
+    """What a robot sees and believes, each set of regions by its place in ``sets``."""
+    sight = Sight(replay)
+    masks = [sight.mask(viewer, tick) for tick in range(replay.last + 1)]
+    places = [None if mask is None else sets.index(members(mask)) for mask in masks]
+    seen = [
+        [tick, place]
+        for tick, place in enumerate(places)
+        if place is not None and (tick == 0 or place != places[tick - 1])
+    ]
+    told = {other: c for (robot, other), c in replay.beliefs.items() if robot == viewer}
+    return {
+        "vision": replay.track(viewer).vision,
+        "sight": seen,
+        "beliefs": [
+            [index[other], _changes(changes, lambda belief: _belief(belief, sets))]
+            for other, changes in told.items()
+        ],
+    }
+
+
+def _belief(belief: Belief | None, sets: RegionSets) -> list[Any]:
+    if belief is None:
+        return [0, -1]
+    return [int(belief.seen), sets.index(sorted(belief.regions))]
+
+
+def _frame(frame: Frame) -> list[Any]:
+    kind = "yield" if frame.obstacle is None else "request"
+    helpers = [*frame.yielding] or [name for name in [frame.helper] if name is not None]
+    return [kind, frame.about, frame.roles, frame.requester, helpers]
+
+
+def _task(objective: Objective | None) -> list[Any]:
+    targets = targets_of(objective) if objective is not None else ()
+    return [objective_words(objective), sorted(set().union(*targets))]
+
+
+def _changes(changes: Changes[Any], value: Any) -> list[list[Any]]:
+    pairs = zip(changes.ticks, changes.values, strict=True)
+    return [[max(0, tick), *value(held)] for tick, held in pairs]

@@ -1,0 +1,219 @@
+/**
+ * The run as the page holds it: what `safenav/report/page/encode.py` embedded, and how to ask it
+ * for the state at a tick. Values that change now and then are lists of [tick, value...] in
+ * rising order; each holds until the next.
+ */
+
+export type Status = "hidden" | "found" | "requested" | "resolved" | "blocked";
+
+export type EventKind =
+  | "synthesis"
+  | "violation"
+  | "request"
+  | "yield"
+  | "push"
+  | "resolved"
+  | "blocked"
+  | "pop"
+  | "goal"
+  | "assumption"
+  | "outcome";
+
+export interface Look {
+  shape: string;
+  path: string;
+  colour: string;
+  ink: string;
+  letters: string;
+  /** Size and baseline of the letters, in radii of the body. */
+  size: number;
+  drop: number;
+}
+
+/** [from tick, in words, all target regions] */
+export type Task = [tick: number, words: string, targets: number[]];
+
+/** [from tick, rounds done, target reached last or -1] */
+export type Progress = [tick: number, rounds: number, reached: number];
+
+export interface Robot {
+  name: string;
+  model: string;
+  layer: string;
+  can: string[];
+  /** Region after each tick. */
+  path: number[];
+  /** Steps of several ticks: after ticks `first` to `last` it is between its region and `toward`. */
+  steps: [first: number, last: number, toward: number][];
+  /** One of N E S W for each tick, or null for a robot without a heading. */
+  headings: string | null;
+  look: Look;
+  tasks: Task[];
+  progress: Progress[];
+  view: View | null;
+}
+
+/** What a robot sees (if its vision has a radius) and believes; sets by their place in `Run.sets`. */
+export interface View {
+  vision: number | null;
+  sight: [tick: number, set: number][];
+  beliefs: [of: number, told: Told[]][];
+}
+
+/** [from tick, 1 if it sees the other, the set of regions where that may be or -1 for unknown] */
+export type Told = [tick: number, seen: number, set: number];
+
+export interface Obstacle {
+  name: string;
+  type: string;
+  region: number;
+  action: string;
+  blocks: string[];
+  status: [tick: number, status: Status][];
+}
+
+/** Helpers: who resolves the obstacle, or who gives way. */
+export type Frame = [
+  kind: "request" | "yield",
+  about: string,
+  roles: string,
+  requester: string | null,
+  helpers: string[],
+];
+
+/** [tick, kind, text, index of the robot or -1, region or -1] */
+export type RunEvent = [tick: number, kind: EventKind, text: string, robot: number, region: number];
+
+export interface Ending {
+  outcome: string;
+  explanation: string;
+  seconds: string;
+  syntheses: number;
+  synthesisSeconds: string;
+}
+
+export interface Run {
+  name: string;
+  source: string;
+  version: string;
+  rows: number;
+  cols: number;
+  grid: string[];
+  last: number;
+  robots: Robot[];
+  obstacles: Obstacle[];
+  stack: [tick: number, frames: Frame[]][];
+  /** Sets of regions, as `sets.ts` reads them. */
+  sets: string[];
+  events: RunEvent[];
+  ending: Ending | null;
+  nose: string;
+  marks: {
+    status: Record<Status, { path: string; meaning: string }>;
+    event: Record<EventKind, string>;
+  };
+}
+
+/** The entry that holds after all that happened in that tick. */
+export function at<T extends [number, ...unknown[]]>(changes: readonly T[], tick: number): T {
+  let low = 0;
+  let high = changes.length - 1;
+  while (low < high) {
+    const middle = (low + high + 1) >> 1;
+    if (changes[middle]![0] <= tick) low = middle;
+    else high = middle - 1;
+  }
+  return changes[low]!;
+}
+
+export interface Pose {
+  /** Column and row of the centre, in cells; fractions on the way between two ticks. */
+  x: number;
+  y: number;
+  /** Degrees clockwise from north, or null. */
+  heading: number | null;
+}
+
+/** Where a robot is bound for after a tick, and which part of that way it has made. */
+export function transitAt(robot: Robot, tick: number): [toward: number, part: number] | null {
+  if (robot.steps.length === 0) return null;
+  const [first, last, toward] = at(robot.steps, tick);
+  return tick < first || tick > last ? null : [toward, (tick - first + 1) / (last - first + 2)];
+}
+
+/** Column and row after a tick, between two regions while a step takes several ticks. */
+function placeAt(run: Run, robot: Robot, tick: number): [x: number, y: number] {
+  const region = robot.path[tick]!;
+  const x = region % run.cols;
+  const y = Math.floor(region / run.cols);
+  const transit = transitAt(robot, tick);
+  if (transit === null) return [x, y];
+  const [toward, part] = transit;
+  return [x + ((toward % run.cols) - x) * part, y + (Math.floor(toward / run.cols) - y) * part];
+}
+
+/** Where a robot is at a moment between ticks. */
+export function poseAt(run: Run, robot: Robot, time: number): Pose {
+  const tick = Math.min(Math.floor(time), run.last);
+  const part = time - tick;
+  const [fromX, fromY] = placeAt(run, robot, tick);
+  const [toX, toY] = placeAt(run, robot, Math.min(tick + 1, run.last));
+  const x = fromX + (toX - fromX) * part;
+  const y = fromY + (toY - fromY) * part;
+  if (robot.headings === null) return { x, y, heading: null };
+  const before = "NESW".indexOf(robot.headings[tick]!) * 90;
+  const after = "NESW".indexOf(robot.headings[Math.min(tick + 1, run.last)]!) * 90;
+  const turn = ((after - before + 540) % 360) - 180;
+  // Turned before half the way, so that it is seen to drive the way it faces.
+  return { x, y, heading: before + turn * Math.min(1, 2 * part) };
+}
+
+/**
+ * Moves robots that are over one another (in different layers) apart, smoothly as they come
+ * closer than one cell. The same rule as `separated` in picture_glyphs.py.
+ */
+export function separate(poses: Pose[]): Pose[] {
+  const moved = poses.map((pose) => ({ ...pose }));
+  for (let i = 0; i < poses.length; i++) {
+    for (let j = i + 1; j < poses.length; j++) {
+      const a = poses[i]!;
+      const b = poses[j]!;
+      const near = 1 - Math.hypot(a.x - b.x, a.y - b.y);
+      if (near <= 0) continue;
+      moved[i]!.x -= 0.21 * near;
+      moved[i]!.y += 0.21 * near;
+      moved[j]!.x += 0.21 * near;
+      moved[j]!.y -= 0.21 * near;
+    }
+  }
+  moved.forEach((pose, i) => {
+    pose.x = clamp(pose.x, poses[i]!.x - 0.24, poses[i]!.x + 0.24);
+    pose.y = clamp(pose.y, poses[i]!.y - 0.24, poses[i]!.y + 0.24);
+  });
+  return moved;
+}
+
+export function clamp(value: number, low: number, high: number): number {
+  return Math.max(low, Math.min(high, value));
+}
+
+/** `47 [3, 8]`, as safenav prints regions everywhere. */
+export function label(run: Run, region: number): string {
+  return `${region} [${Math.floor(region / run.cols)}, ${region % run.cols}]`;
+}
+
+/** The first index in `events` (sorted by tick) whose tick is greater than `tick`. */
+export function eventsAfter(events: readonly RunEvent[], tick: number): number {
+  let low = 0;
+  let high = events.length;
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (events[middle]![0] > tick) high = middle;
+    else low = middle + 1;
+  }
+  return low;
+}
+
+export function eventsAt(run: Run, tick: number): RunEvent[] {
+  return run.events.slice(eventsAfter(run.events, tick - 1), eventsAfter(run.events, tick));
+}

@@ -1,0 +1,63 @@
+"""One HTML file that holds everything: style, program and run. It needs no network.
+
+The program is built from ``front/`` (TypeScript, Preact, esbuild) and committed, since who
+installs safenav has no Node. A content security policy in the page forbids every request.
+"""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+from html import escape
+from importlib.resources import files
+
+from safenav.report.page.encode import encoded
+from safenav.report.replay.timeline import Replay
+
+_PAGE = """\
+<!doctype html>
+<html lang="en" data-theme="auto">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta http-equiv="Content-Security-Policy" content="default-src 'none'; \
+style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:">
+<meta name="generator" content="safenav">
+<link rel="icon" href="data:,">
+<title>{title}</title>
+<style>
+{style}</style>
+</head>
+<body>
+<div id="app"><noscript>This page shows a run of robots; it needs JavaScript.</noscript></div>
+<script type="application/json" id="run">{run}</script>
+<script>
+{program}</script>
+</body>
+</html>
+"""
+
+
+def page_of(replay: Replay, source: str) -> str:
+    """The replay as an HTML document. ``source`` is the name of its trace."""
+    return _PAGE.format(
+        title=escape(f"{replay.name}: replay"),
+        style=_asset("replay.css"),
+        program=_asset("replay.js"),
+        run=embedded(encoded(replay, source)),
+    )
+
+
+def embedded(data: object) -> str:
+    """JSON that can stand in a script element whatever its strings hold.
+
+    No ``<`` is left, hence no ``</script>`` and no ``<!--``; the two line separators of Unicode
+    are escaped by ``ensure_ascii``.
+    """
+    text = json.dumps(data, ensure_ascii=True, separators=(",", ":"))
+    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+
+
+@cache
+def _asset(name: str) -> str:
+    return files("safenav.report.page").joinpath("assets", name).read_text(encoding="utf-8")

@@ -1,0 +1,200 @@
+"""A strategy as a picture: the automaton itself when it is small, else a summary on the map."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from safenav.report.picture.automaton_layout import Arrow, Point, laid_out
+from safenav.report.picture.floor import INK, MUTED
+from safenav.report.picture.glyphs import EVENT_MARKS
+from safenav.report.picture.strategy import svg_of_summary
+from safenav.report.picture.svg import SvgWriter, number
+from safenav.report.picture.text import text_width, wrapped
+from safenav.report.replay.timeline import EventKind
+from safenav.report.replay.wording import regions_words
+from safenav.scenario.objective import describe, targets_of
+from safenav.spec.specification import Owner, Section
+from safenav.spec.task import Task
+from safenav.synthesis.export import in_words
+from safenav.synthesis.strategy import Strategy
+from safenav.world.map import Heading, RegionMap
+
+MOST_STATES = 60
+MOST_EDGES = 110
+"""Beyond either an automaton is a tangle that nobody reads."""
+
+_MARGIN = 20.0
+_FILLS = ("#DCECF7", "#FBEBCB", "#D3EEE4", "#F6E3EE", "#E4E7EB", "#FBE0D2")
+"""One for each goal that is pursued: light tints of Okabe and Ito's colours."""
+_LINE = "#4A515C"
+_ROUND = 7.0
+
+
+def svg_of_strategy(strategy: Strategy, task: Task, world: RegionMap) -> str:
+    """The automaton if it is small enough to be read, else a summary."""
+    states = len(strategy.nodes)
+    if 0 < states <= MOST_STATES and strategy.edges <= MOST_EDGES:
+        return svg_of_automaton(strategy, task, world)
+    return svg_of_summary(strategy, task, world)
+
+
+def svg_of_automaton(strategy: Strategy, task: Task, world: RegionMap) -> str:
+    """Every state as a box with its values, every transition as an arrow."""
+    boxes = _boxes(strategy, task, world)
+    initial = strategy.initial() or (0,)
+    width = max(box.width for box in boxes)
+    height = max(box.height for box in boxes)
+    layout = laid_out(initial, strategy.transitions, (width, height))
+    title = strategy.specification.title
+    inner = max(layout.width, 420.0)
+    heading = wrapped(title, 17, inner - _MARGIN, bold=True)
+    top = _MARGIN + 21 * len(heading) + 26
+    legend = _Legend(strategy, task)
+    page = SvgWriter()
+    total = top + layout.height + legend.height(inner) + _MARGIN
+    page.rect(0, 0, inner + 2 * _MARGIN, total, fill="#FFFFFF")
+    for i, line in enumerate(heading):
+        page.text(_MARGIN, _MARGIN + 15 + 21 * i, line, 17, bold=True, fill=INK)
+    figures = f"{len(strategy.nodes)} states, {strategy.edges} transitions"
+    page.text(_MARGIN, top - 12, figures, 13, fill=MUTED)
+    page.open_group(transform=f"translate({number(_MARGIN)} {number(top)})")
+    for node in initial:
+        _draw_start(page, layout.centres[node], (width, height))
+    for arrow in layout.arrows:
+        _draw_arrow(page, arrow)
+    for box, centre in zip(boxes, layout.centres, strict=True):
+        box.draw(page, centre, (width, height))
+    page.close_group()
+    legend.draw(page, _MARGIN, top + layout.height, inner)
+    told = f"The automaton of {strategy.specification.robot}: {figures}."
+    return page.document(inner + 2 * _MARGIN, total, title, told)
+
+
+@dataclass(frozen=True)
+class _Box:
+    """One state: where the robot is, and the rest of its values below."""
+
+    title: str
+    lines: tuple[str, ...]
+    goal: int
+    target: bool
+
+    @property
+    def width(self) -> float:
+        title = text_width(self.title, 13, bold=True) + (18 if self.target else 0)
+        return max(title, *(text_width(line, 10.5) for line in self.lines), 40.0) + 20
+
+    @property
+    def height(self) -> float:
+        return 27.0 + 13.5 * len(self.lines)
+
+    def draw(self, page: SvgWriter, centre: Point, size: tuple[float, float]) -> None:
+        width, height = size
+        left, top = centre[0] - width / 2, centre[1] - height / 2
+        fill = _FILLS[self.goal % len(_FILLS)]
+        page.rect(left, top, width, height, rx=7, fill=fill, stroke=INK, stroke_width=1.2)
+        page.text(left + 10, top + 19, self.title, 13, bold=True, fill=INK)
+        if self.target:
+            mark = EVENT_MARKS[EventKind.GOAL].path
+            page.glyph(mark, left + width - 14, top + 14, 7, fill=INK)
+        for i, line in enumerate(self.lines):
+            page.text(left + 10, top + 33 + 13.5 * i, line, 10.5, fill=INK)
+
+
+def _draw_start(page: SvgWriter, centre: Point, size: tuple[float, float]) -> None:
+    left, top = centre[0] - size[0] / 2 - 4, centre[1] - size[1] / 2 - 4
+    page.rect(left, top, size[0] + 8, size[1] + 8, rx=10, fill="#FFFFFF", stroke=INK)
+
+
+def _boxes(strategy: Strategy, task: Task, world: RegionMap) -> list[_Box]:
+    targets = frozenset[int]().union(*targets_of(task.objective))
+    boxes = []
+    for node, goal in enumerate(strategy.ranks):
+        values = strategy.values(node)
+        region = values["region"]
+        rest = _rest(strategy, values)
+        lines = [" ".join(rest)] if rest else []
+        told = in_words(strategy, values, Owner.INPUT).split()
+        seen = [word for word in told if not word.startswith("!")]  # false needs no words
+        lines += wrapped(" ".join(seen), 10.5, 170) if seen else []
+        boxes.append(_Box(world.label(region), tuple(lines), goal, region in targets))
+    return boxes
+
+
+def _rest(strategy: Strategy, values: Mapping[str, int]) -> list[str]:
+    """The robot's own values beyond its region: heading and memory."""
+    words = []
+    for variable in strategy.specification.owned(Owner.OUTPUT):
+        value = values[variable.name]
+        if variable.name == "heading":
+            words.append(Heading(value).label)
+        elif variable.bounds is None:
+            words += [variable.name] if value else []
+        elif variable.name != "region":
+            words.append(f"{variable.name}={value}")
+    return words
+
+
+def _draw_arrow(page: SvgWriter, arrow: Arrow) -> None:
+    """The line with rounded corners, and its head."""
+    kept = [p for i, p in enumerate(arrow.points) if i == 0 or p != arrow.points[i - 1]]
+    (x0, y0), (x1, y1) = kept[-2], kept[-1]
+    length = max(1e-6, ((x1 - x0) ** 2 + (y1 - y0) ** 2) ** 0.5)
+    dx, dy = (x1 - x0) / length, (y1 - y0) / length
+    neck = (x1 - 7 * dx, y1 - 7 * dy)
+    page.path(
+        _rounded([*kept[:-1], neck]),
+        fill="none",
+        stroke=_LINE if arrow.direct else "#8A93A0",
+        stroke_width=1.3,
+    )
+    wing = f"{number(neck[0] - 3.6 * dy)},{number(neck[1] + 3.6 * dx)}"
+    other = f"{number(neck[0] + 3.6 * dy)},{number(neck[1] - 3.6 * dx)}"
+    page.path(f"M{number(x1)},{number(y1)}L{wing}L{other}Z", fill=_LINE)
+
+
+def _rounded(points: Sequence[Point]) -> str:
+    data = f"M{number(points[0][0])},{number(points[0][1])}"
+    for before, here, after in zip(points, points[1:], points[2:], strict=False):
+        first, second = _towards(here, before), _towards(here, after)
+        data += f"L{number(first[0])},{number(first[1])}"
+        data += f"Q{number(here[0])},{number(here[1])} {number(second[0])},{number(second[1])}"
+    return data + f"L{number(points[-1][0])},{number(points[-1][1])}"
+
+
+def _towards(corner: Point, other: Point) -> Point:
+    dx, dy = other[0] - corner[0], other[1] - corner[1]
+    length = max(1e-6, (dx * dx + dy * dy) ** 0.5)
+    part = min(_ROUND, length / 2) / length
+    return corner[0] + dx * part, corner[1] + dy * part
+
+
+def _pursued(strategy: Strategy, goal: int) -> str:
+    """What a state of that rank is after: the regions of the goal, where it has any."""
+    goals = strategy.specification.section(Section.SYS_LIVENESS)
+    regions = goals[goal].regions if goal < len(goals) else ()
+    return f"heads for {regions_words(regions)}" if regions else f"pursues goal {goal}"
+
+
+class _Legend:
+    """What colours and borders mean, in running text below the automaton."""
+
+    def __init__(self, strategy: Strategy, task: Task) -> None:
+        goals = sorted(set(strategy.ranks))
+        self.entries = [(_pursued(strategy, goal), _FILLS[goal % len(_FILLS)]) for goal in goals]
+        self.objective = (
+            f"Objective: {describe(task.objective)}. Double border: a start. Flag: a target."
+        )
+
+    def height(self, width: float) -> float:
+        return 34.0 + 18 * len(wrapped(self.objective, 12, width))
+
+    def draw(self, page: SvgWriter, left: float, top: float, width: float) -> None:
+        x = left
+        for words, fill in self.entries:
+            page.rect(x, top, 18, 14, rx=3, fill=fill, stroke=INK)
+            page.text(x + 25, top + 11.5, words, 12, fill=INK)
+            x += 25 + text_width(words, 12) + 22
+        for i, line in enumerate(wrapped(self.objective, 12, width)):
+            page.text(left, top + 36 + 18 * i, line, 12, fill=INK)

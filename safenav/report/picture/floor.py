@@ -1,0 +1,50 @@
+"""The ground of all pictures: free regions, walls, and region numbers."""
+
+from __future__ import annotations
+
+from safenav.report.picture.svg import SvgWriter, number
+from safenav.world.map import RegionMap
+
+INK = "#1B1F24"
+MUTED = "#5C6470"
+WALL = "#3B4048"
+LINES = "#D5D9DF"
+
+
+def cell_size(world: RegionMap) -> float:
+    """Side of one region: 48 for the maps of a paper, less for large ones."""
+    return max(14.0, min(48.0, 1150.0 / max(world.cols, world.rows * 1.4)))
+
+
+def draw_floor(page: SvgWriter, world: RegionMap, cell: float) -> None:
+    """Regions and walls, the map's north-western corner at the origin."""
+    width, height = world.cols * cell, world.rows * cell
+    page.rect(0, 0, width, height, fill="#FFFFFF", stroke=WALL, stroke_width=1)
+    lines = [f"M0,{number(r * cell)}H{number(width)}" for r in range(1, world.rows)]
+    lines += [f"M{number(c * cell)},0V{number(height)}" for c in range(1, world.cols)]
+    page.path("".join(lines), stroke=LINES, stroke_width=0.75, fill="none")
+    walls = []
+    for row in range(world.rows):
+        col = 0
+        while col < world.cols:
+            end = col
+            while end < world.cols and world.region(row, end) in world.walls:
+                end += 1
+            if end > col:
+                walls.append(
+                    f"M{number(col * cell)},{number(row * cell)}"
+                    f"h{number((end - col) * cell)}v{number(cell)}"
+                    f"h{number((col - end) * cell)}z"
+                )
+            col = end + 1
+    page.path("".join(walls), fill=WALL, stroke=WALL, stroke_width=0.5)
+
+
+def draw_numbers(page: SvgWriter, world: RegionMap, cell: float, fill: str = "#8A919C") -> None:
+    """The number of each free region in its corner."""
+    page.open_group(font_size=number(cell * 0.17), fill=fill)
+    for region in world.free:
+        row, col = world.position(region)
+        place = {"x": (col + 0.07) * cell, "y": (row + 0.2) * cell}
+        page.element("text", str(region), **place)
+    page.close_group()

@@ -1,0 +1,161 @@
+"""Shapes and colours: one set for the vector pictures and for the page.
+
+Colours are those of Okabe and Ito (Color Universal Design, 2008), told apart with every
+common kind of colour blindness; whatever colour says is said by a shape too. Paths are SVG
+path data in a square from -1 to 1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from safenav.report.replay.timeline import EventKind, Status
+
+ORANGE = "#E69F00"
+SKY = "#56B4E9"
+GREEN = "#009E73"
+YELLOW = "#F0E442"
+BLUE = "#0072B2"
+VERMILLION = "#D55E00"
+PURPLE = "#CC79A7"
+GREY = "#7A7F87"
+
+
+@dataclass(frozen=True)
+class Look:
+    """How one robot is drawn: body, the colour of it and of the letters on it.
+
+    ``size`` of the letters and ``drop`` of their baseline are in radii of the body.
+    """
+
+    shape: str
+    path: str
+    colour: str
+    ink: str
+    letters: str
+    size: float
+    drop: float
+
+
+_SHAPES = (
+    ("circle", "M1,0A1,1 0 1 1 -1,0A1,1 0 1 1 1,0Z"),
+    ("square", "M-0.86,-0.86H0.86V0.86H-0.86Z"),
+    ("triangle", "M0,-1.2L1.12,0.82H-1.12Z"),
+    ("diamond", "M0,-1.2L1.2,0L0,1.2L-1.2,0Z"),
+    ("hexagon", "M-0.54,-0.94H0.54L1.08,0L0.54,0.94H-0.54L-1.08,0Z"),
+    ("cross", "M-0.5,-1H0.5V-0.5H1V0.5H0.5V1H-0.5V0.5H-1V-0.5H-0.5Z"),
+    ("pentagon", "M0,-1.1L1.05,-0.34L0.65,0.9H-0.65L-1.05,-0.34Z"),
+)
+_COLOURS = (
+    (BLUE, "#FFFFFF"),
+    (ORANGE, "#000000"),
+    (GREEN, "#000000"),
+    (PURPLE, "#000000"),
+    (SKY, "#000000"),
+    (VERMILLION, "#000000"),
+    (YELLOW, "#000000"),
+    (GREY, "#000000"),
+)
+
+NOSE = "M-0.42,-1.12L0,-1.72L0.42,-1.12Z"
+"""The mark that shows a heading, pointing north, outside the body."""
+
+
+def looks(names: Sequence[str]) -> tuple[Look, ...]:
+    """One look for each robot: no two of the first 56 have both shape and colour in common."""
+    letters = _letters(names)
+    found = []
+    for i in range(len(names)):
+        shape, path = _SHAPES[i % len(_SHAPES)]
+        colour, ink = _COLOURS[i % len(_COLOURS)]
+        size = (1.05 if len(letters[i]) == 1 else 0.82) * (0.85 if shape == "triangle" else 1)
+        drop = 0.36 * size + (0.22 if shape == "triangle" else 0)
+        found.append(Look(shape, path, colour, ink, letters[i], round(size, 2), round(drop, 2)))
+    return tuple(found)
+
+
+def _letters(names: Sequence[str]) -> list[str]:
+    """One or two characters for each name, all different."""
+    chosen: list[str] = []
+    for i, name in enumerate(names):
+        initial = name[:1].upper()
+        alone = sum(other[:1].upper() == initial for other in names) == 1
+        candidates = [initial] if alone else [initial + name[-1], name[:2].capitalize()]
+        candidates.append(str(i + 1))
+        chosen.append(next((c for c in candidates if c and c not in chosen), str(i + 1)))
+    return chosen
+
+
+@dataclass(frozen=True)
+class Mark:
+    """A glyph with its colour."""
+
+    path: str
+    colour: str
+
+
+_WARNING = "M0,-0.95L1,0.8H-1ZM-0.13,-0.35L-0.07,0.28H0.07L0.13,-0.35ZM-0.12,0.4V0.62H0.12V0.4Z"
+_BUBBLE = (
+    "M-0.95,-0.8H0.95V0.42H-0.05L-0.5,0.9V0.42H-0.95Z"
+    "M-0.62,-0.32V-0.06H-0.36V-0.32ZM-0.13,-0.32V-0.06H0.13V-0.32ZM0.36,-0.32V-0.06H0.62V-0.32Z"
+)
+_CHECK = "M-0.9,0.08L-0.6,-0.22L-0.22,0.16L0.6,-0.68L0.9,-0.38L-0.22,0.76Z"
+_SALTIRE = (
+    "M-0.85,-0.55L-0.55,-0.85L0,-0.3L0.55,-0.85L0.85,-0.55L0.3,0L0.85,0.55"
+    "L0.55,0.85L0,0.3L-0.55,0.85L-0.85,0.55L-0.3,0Z"
+)
+_RING = (
+    "M0.8,0A0.8,0.8 0 1 1 -0.8,0A0.8,0.8 0 1 1 0.8,0Z"
+    "M0.5,0A0.5,0.5 0 1 0 -0.5,0A0.5,0.5 0 1 0 0.5,0Z"
+)
+
+STATUS_MARKS = {
+    Status.HIDDEN: Mark(_RING, GREY),
+    Status.FOUND: Mark(_WARNING, VERMILLION),
+    Status.REQUESTED: Mark(_BUBBLE, "#B87900"),
+    Status.RESOLVED: Mark(_CHECK, GREEN),
+    Status.BLOCKED: Mark(_SALTIRE, "#3B4048"),
+}
+
+EVENT_MARKS = {
+    EventKind.VIOLATION: Mark(_WARNING, VERMILLION),
+    EventKind.REQUEST: Mark(_BUBBLE, "#B87900"),
+    EventKind.PUSH: Mark(
+        "M-0.8,-0.9H0.8V-0.6H-0.8ZM-0.25,-0.4H0.25V0.1H0.75L0,0.9L-0.75,0.1H-0.25Z", BLUE
+    ),
+    EventKind.YIELD: Mark(  # as on roads: a triangle on its tip
+        "M-1,-0.85H1L0,0.95ZM-0.48,-0.52L0,0.32L0.48,-0.52Z", BLUE
+    ),
+    EventKind.POP: Mark(
+        "M-0.8,0.6H0.8V0.9H-0.8ZM-0.25,0.4H0.25V-0.1H0.75L0,-0.9L-0.75,-0.1H-0.25Z", BLUE
+    ),
+    EventKind.SYNTHESIS: Mark(
+        "M-0.5,-0.87H0.5L1,0L0.5,0.87H-0.5L-1,0ZM0.4,0A0.4,0.4 0 1 0 -0.4,0A0.4,0.4 0 1 0 0.4,0Z",
+        "#A5568A",
+    ),
+    EventKind.RESOLVED: Mark(_CHECK, GREEN),
+    EventKind.BLOCKED: Mark(_SALTIRE, "#5C6470"),
+    EventKind.GOAL: Mark("M-0.65,-0.95H-0.4V-0.85L0.75,-0.4L-0.4,0.05V0.95H-0.65Z", GREY),
+    EventKind.ASSUMPTION: Mark(
+        "M0,-1L1,0L0,1L-1,0ZM-0.11,-0.5V0.15H0.11V-0.5ZM-0.11,0.3V0.52H0.11V0.3Z", VERMILLION
+    ),
+    EventKind.OUTCOME: Mark("M-0.75,-0.75H0.75V0.75H-0.75Z", GREY),
+}
+
+
+def separated(places: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
+    """What to add to each (row, col) so that robots over one another are drawn side by side.
+
+    Grows smoothly as two robots come closer than one region, so that nothing jumps.
+    """
+    shifts = [(0.0, 0.0)] * len(places)
+    for i, (row_a, col_a) in enumerate(places):
+        for j in range(i + 1, len(places)):
+            row_b, col_b = places[j]
+            near = 1.0 - ((row_a - row_b) ** 2 + (col_a - col_b) ** 2) ** 0.5
+            if near > 0:
+                push = 0.21 * near
+                shifts[i] = (shifts[i][0] + push, shifts[i][1] - push)
+                shifts[j] = (shifts[j][0] - push, shifts[j][1] + push)
+    return [(max(-0.24, min(0.24, r)), max(-0.24, min(0.24, c))) for r, c in shifts]

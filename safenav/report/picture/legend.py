@@ -1,0 +1,249 @@
+"""The legend of a picture: who is who, what the marks mean, what happens at this moment."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+from safenav.report.picture.glyphs import NOSE, STATUS_MARKS, Look, looks
+from safenav.report.picture.svg import SvgWriter
+from safenav.report.picture.text import text_width, wrapped
+from safenav.report.replay.timeline import EventKind, Frame, Scene, Status
+from safenav.report.replay.wording import objective_words
+
+WIDTH = 270.0
+GAP = 24.0
+ICON = 30.0
+INK = "#1B1F24"
+MUTED = "#5C6470"
+_QUIET = {EventKind.SYNTHESIS, EventKind.PUSH, EventKind.POP, EventKind.OUTCOME}
+
+Icon = Callable[[SvgWriter, float, float], None]
+"""Draws a sign around a point."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """A sign and some lines of text: (words, size, bold, colour)."""
+
+    icon: Icon | None
+    lines: tuple[tuple[str, float, bool, str], ...]
+
+    @property
+    def height(self) -> float:
+        return max(24.0, sum(size * 1.32 for _, size, _, _ in self.lines) + 6)
+
+    def draw(self, page: SvgWriter, x: float, y: float) -> None:
+        if self.icon is not None:
+            self.icon(page, x + 12, y + 11)
+        baseline = y + 3.0
+        indent = ICON if self.icon is not None else 0.0
+        for words, size, bold, colour in self.lines:
+            baseline += size * 1.32
+            page.text(x + indent, baseline - size * 0.28, words, size, bold=bold, fill=colour)
+
+
+@dataclass(frozen=True)
+class Block:
+    """A heading and its rows; never broken over columns."""
+
+    title: str
+    rows: tuple[Row, ...]
+
+    @property
+    def height(self) -> float:
+        return 24.0 + sum(row.height for row in self.rows) + 8.0
+
+    def draw(self, page: SvgWriter, x: float, y: float) -> None:
+        page.text(x, y + 14, self.title, 13, bold=True, fill=INK)
+        y += 24.0
+        for row in self.rows:
+            row.draw(page, x, y)
+            y += row.height
+
+
+@dataclass
+class Legend:
+    """Blocks in columns. ``arranged`` decides where the legend goes, then ``draw`` it."""
+
+    blocks: tuple[Block, ...]
+    columns: list[list[Block]] = field(default_factory=list)
+
+    def arranged(self, width: float, height: float) -> tuple[float, bool]:
+        """Beside a map of this size, or below it: what leaves less paper empty.
+
+        Returns the width it takes, and whether it stands beside the map.
+        """
+        alone = sum(block.height for block in self.blocks)
+        below = self._flow(max(1, int((width + GAP) // (WIDTH + GAP))))
+        tallest = max(sum(b.height for b in column) for column in below)
+        paper_beside = (width + GAP + WIDTH) * max(height, alone)
+        paper_below = max(width, WIDTH) * (height + 20 + tallest)
+        beside = paper_beside <= paper_below * 1.1
+        self.columns = [list(self.blocks)] if beside else below
+        return (GAP + WIDTH if beside else len(below) * (WIDTH + GAP) - GAP), beside
+
+    @property
+    def height(self) -> float:
+        return max(sum(block.height for block in column) for column in self.columns)
+
+    def _flow(self, count: int) -> list[list[Block]]:
+        """The blocks in reading order over at most ``count`` columns of similar height."""
+        limit = max(block.height for block in self.blocks)
+        while True:
+            columns: list[list[Block]] = [[]]
+            for block in self.blocks:
+                if columns[-1] and sum(b.height for b in columns[-1]) + block.height > limit:
+                    columns.append([])
+                columns[-1].append(block)
+            if len(columns) <= count:
+                return columns
+            limit *= 1.1
+
+    def draw(self, page: SvgWriter, x: float, y: float) -> None:
+        for i, column in enumerate(self.columns):
+            below = y
+            for block in column:
+                block.draw(page, x + i * (WIDTH + GAP), below)
+                below += block.height
+
+
+def legend_of(scene: Scene, hidden: bool, more: Sequence[Row] = ()) -> Legend:
+    """All that the picture of this scene needs explained, and ``more`` marks."""
+    style = looks([robot.name for robot in scene.robots])
+    blocks = [_robots(scene, style)] if scene.robots else []
+    obstacles = _obstacles(scene, hidden)
+    if obstacles.rows:
+        blocks.append(obstacles)
+    if scene.stack:
+        blocks.append(_stack(scene.stack))
+    told = [event for event in scene.happened if event.kind not in _QUIET]
+    if told:
+        rows = tuple(Row(None, lines_of(event.text, 12, WIDTH)) for event in told[:6])
+        blocks.append(Block("At this tick", rows))
+    blocks.append(_marks(scene, style, more))
+    return Legend(tuple(blocks))
+
+
+@dataclass(frozen=True)
+class KeyRow:
+    """The robots' signs and names in running text: the legend of a film."""
+
+    entries: tuple[tuple[Icon, str], ...]
+
+    def _places(self, width: float) -> list[tuple[float, float]]:
+        places, x, y = [], 0.0, 0.0
+        for _, name in self.entries:
+            needed = ICON + text_width(name, 13) + 18
+            if x and x + needed > width:
+                x, y = 0.0, y + 28.0
+            places.append((x, y))
+            x += needed
+        return places
+
+    def measure(self, width: float) -> float:
+        """The height it takes in that width."""
+        return self._places(width)[-1][1] + 34.0 if self.entries else 0.0
+
+    def draw(self, page: SvgWriter, left: float, top: float, width: float) -> None:
+        for (icon, name), (x, y) in zip(self.entries, self._places(width), strict=True):
+            icon(page, left + x + 12, top + y + 14)
+            page.text(left + x + ICON, top + y + 18.5, name, 13, fill=INK)
+
+
+def key_row(scene: Scene) -> KeyRow:
+    """Who is who, in one line or a few."""
+    names = [robot.name for robot in scene.robots]
+    bodies = [_body(look) for look in looks(names)]
+    return KeyRow(tuple(zip(bodies, names, strict=True)))
+
+
+def lines_of(
+    text: str, size: float, width: float = WIDTH - ICON, bold: bool = False, colour: str = INK
+) -> tuple[tuple[str, float, bool, str], ...]:
+    """A text as the lines of a row."""
+    return tuple((line, size, bold, colour) for line in wrapped(text, size, width, bold))
+
+
+def _robots(scene: Scene, style: tuple[Look, ...]) -> Block:
+    rows = []
+    for robot, look in zip(scene.robots, style, strict=True):
+        lines = lines_of(robot.name, 13, bold=True)
+        model = f"{robot.model}, {robot.layer}" if robot.layer else robot.model
+        lines += lines_of(model, 12, colour=MUTED)
+        lines += lines_of(objective_words(robot.objective), 12)
+        rows.append(Row(_body(look), lines))
+    return Block("Robots and objectives", tuple(rows))
+
+
+def _body(look: Look) -> Icon:
+    def draw(page: SvgWriter, x: float, y: float) -> None:
+        page.glyph(look.path, x, y, 10, fill=look.colour, stroke=INK, stroke_width=0.1)
+        centred = {"fill": look.ink, "text_anchor": "middle"}
+        page.text(x, y + 10 * look.drop, look.letters, 10 * look.size, bold=True, **centred)
+
+    return draw
+
+
+def _obstacles(scene: Scene, hidden: bool) -> Block:
+    rows = []
+    for obstacle, status in scene.obstacles:
+        if status is Status.HIDDEN and not hidden:
+            continue
+        lines = lines_of(obstacle.name, 13, bold=True)
+        lines += lines_of(f"{status.meaning}; needs: {obstacle.action}", 12, colour=MUTED)
+        rows.append(Row(_status(status), lines))
+    return Block("Obstacles", tuple(rows))
+
+
+def _status(status: Status) -> Icon:
+    def draw(page: SvgWriter, x: float, y: float) -> None:
+        mark = STATUS_MARKS[status]
+        page.glyph(mark.path, x, y, 8, fill=mark.colour)
+
+    return draw
+
+
+def _stack(stack: tuple[Frame, ...]) -> Block:
+    rows = []
+    for depth, frame in reversed(list(enumerate(stack, start=1))):
+        words = f"{depth}. {frame.about}"
+        lines = lines_of(words, 12, WIDTH, bold=True)
+        lines += lines_of(frame.roles, 12, WIDTH)
+        rows.append(Row(None, lines))
+    return Block("Objective stack, top first", tuple(rows))
+
+
+def _marks(scene: Scene, style: tuple[Look, ...], more: Sequence[Row]) -> Block:
+    def wall(page: SvgWriter, x: float, y: float) -> None:
+        page.rect(x - 8, y - 8, 16, 16, fill="#3B4048")
+
+    def target(page: SvgWriter, x: float, y: float) -> None:
+        page.rect(x - 9, y - 9, 18, 18, fill="none", stroke="#B9C0CA", stroke_width=1)
+        look = style[0]
+        page.glyph(look.path, x + 4, y + 4, 3.4, fill=look.colour, stroke=INK, stroke_width=0.22)
+
+    def trail(page: SvgWriter, x: float, y: float) -> None:
+        for i, opacity in enumerate((0.25, 0.45, 0.7)):
+            start = x - 11 + 7 * i
+            line = f"M{start:.0f},{y:.0f}h7"
+            page.path(line, stroke=style[0].colour, stroke_width=2.6, opacity=opacity)
+
+    def nose(page: SvgWriter, x: float, y: float) -> None:
+        page.glyph(NOSE, x, y + 15, 11, fill=INK)
+
+    def refused(page: SvgWriter, x: float, y: float) -> None:
+        colour = STATUS_MARKS[Status.FOUND].colour
+        arrow = f"M{x - 9:.0f},{y:.0f}h17m-5,-4.5l5,4.5l-5,4.5"
+        page.path(arrow, stroke=colour, stroke_width=2.6, fill="none")
+
+    rows = [Row(wall, lines_of("wall", 12))]
+    if style:
+        rows.append(Row(target, lines_of("target of the robot with this shape and colour", 12)))
+    if any(len(robot.trail) > 1 for robot in scene.robots):
+        rows.append(Row(trail, lines_of("the way a robot came, newest part strongest", 12)))
+    if any(robot.heading is not None for robot in scene.robots):
+        rows.append(Row(nose, lines_of("where a robot faces", 12)))
+    if any(event.kind is EventKind.VIOLATION for event in scene.happened):
+        rows.append(Row(refused, lines_of("step that was refused", 12)))
+    return Block("Marks", (*rows, *more))

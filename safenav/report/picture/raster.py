@@ -1,0 +1,155 @@
+"""Pixels from the vector picture: PNG through resvg, GIF through Pillow.
+
+Both come from PyPI as wheels without system libraries, and are an optional extra. The fonts
+are our own, so that a picture looks the same on every machine.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from safenav.errors import UsageError
+from safenav.report.picture.scene import Options, svg_of
+from safenav.report.picture.text import FONTS
+from safenav.report.replay.shading import Shading, shading_of
+from safenav.report.replay.timeline import EventKind, Replay
+
+if TYPE_CHECKING:
+    from PIL import Image
+
+    from safenav.report.picture.palette import Palette
+
+_HALTS = {
+    EventKind.VIOLATION,
+    EventKind.REQUEST,
+    EventKind.YIELD,
+    EventKind.RESOLVED,
+    EventKind.BLOCKED,
+}
+_CAPTIONS = _HALTS | {EventKind.ASSUMPTION, EventKind.OUTCOME}
+
+
+def png_of(svg: str, width: int | None = None, zoom: float = 2.0) -> bytes:
+    """The picture in pixels: ``width`` of them across, or ``zoom`` for each unit.
+
+    Raises UsageError if the extra ``pictures`` is not installed.
+    """
+    try:
+        import resvg_py
+    except ImportError as error:
+        raise _missing("resvg-py", "PNG") from error
+    pixels = resvg_py.svg_to_bytes(
+        svg_string=svg,
+        width=width,
+        zoom=None if width else zoom,
+        skip_system_fonts=True,
+        font_files=[str(font) for font in sorted(FONTS.glob("*.ttf"))],
+        font_family="DejaVu Sans",
+        sans_serif_family="DejaVu Sans",
+    )
+    return bytes(pixels)
+
+
+@dataclass(frozen=True)
+class Film:
+    """How a run becomes a film: from which tick to which, how fast, how smooth, how wide."""
+
+    first: int
+    last: int
+    ticks_per_second: float = 4.0
+    steps: int = 3
+    width: int = 720
+    sight: str | None = None
+    """The robot whose sight and beliefs are shaded."""
+
+    @property
+    def ticks(self) -> range:
+        return range(self.first, self.last + 1)
+
+    @property
+    def frames(self) -> int:
+        return (self.last - self.first) * self.steps + 1
+
+    def shading(self, replay: Replay, tick: int) -> Shading | None:
+        return None if self.sight is None else shading_of(replay, self.sight, tick)
+
+
+def write_gif(
+    replay: Replay, path: Path, film: Film, progress: Callable[[int], None] | None = None
+) -> None:
+    """The run as an animated GIF; it rests where something is found, asked for or resolved.
+
+    ``progress`` is told the number of finished frames. Raises UsageError if the extra
+    ``pictures`` is not installed.
+    """
+    try:
+        import PIL.Image  # noqa: F401
+    except ImportError as error:
+        raise _missing("pillow", "GIF") from error
+    images = []
+    durations = []
+    palette = _palette(replay, film)
+    for svg, milliseconds in _frames(replay, film):
+        images.append(palette.applied(_image(svg, film.width)))
+        durations.append(milliseconds)
+        if progress is not None:
+            progress(len(images))
+    images[0].save(
+        path,
+        format="GIF",
+        save_all=True,
+        append_images=images[1:],
+        duration=durations,
+        loop=0,
+        optimize=False,
+    )
+
+
+def _frames(replay: Replay, film: Film) -> Iterator[tuple[str, int]]:
+    step = max(20, round(1000 / film.ticks_per_second / film.steps / 10) * 10)
+    caption, shown_since = "", film.first
+    for tick in range(film.first, film.last + 1):
+        events = replay.happened(tick)
+        told = [event.text for event in events if event.kind in _CAPTIONS]
+        if told:
+            caption, shown_since = ". ".join(told) + ".", tick
+        elif tick - shown_since > 8:
+            caption = ""
+        halt = 1200 if any(event.kind in _HALTS for event in events) else 0
+        halt = 2500 if tick == film.last else halt
+        for part in range(film.steps if tick < film.last else 1):
+            scene = replay.scene(tick, part / film.steps)
+            options = Options(legend=False, caption=caption, shading=film.shading(replay, tick))
+            yield svg_of(scene, options), step + (halt if part == 0 else 0)
+
+
+def _palette(replay: Replay, film: Film) -> Palette:
+    """One palette for all frames, from moments that together show every colour: with it, a
+    frame needs to hold only what changed."""
+    from safenav.report.picture.palette import Palette
+
+    ticks = {film.first, film.last}
+    ticks |= {e.tick for e in replay.events if e.kind in _HALTS and e.tick in film.ticks}
+    chosen = sorted(ticks)[:: max(1, len(ticks) // 8)]
+    images = []
+    for tick in chosen:
+        options = Options(legend=False, caption="-", shading=film.shading(replay, tick))
+        images.append(_image(svg_of(replay.scene(tick), options), film.width))
+    return Palette(images)
+
+
+def _image(svg: str, width: int) -> Image.Image:
+    from PIL import Image
+
+    return Image.open(io.BytesIO(png_of(svg, width=width))).convert("RGB")
+
+
+def _missing(package: str, form: str) -> UsageError:
+    return UsageError(
+        f"{form} needs the package {package}, which is not installed: "
+        "pip install 'safenav[pictures]' (SVG needs nothing)"
+    )

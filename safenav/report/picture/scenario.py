@@ -1,0 +1,123 @@
+"""A scenario before any run, as a scene and as text."""
+
+from __future__ import annotations
+
+from safenav.report.replay.shading import Shading
+from safenav.report.replay.timeline import Hidden, Placed, Scene, Status
+from safenav.report.terminal.map import MapPicture, Marker, draw, letters
+from safenav.scenario.model import Scenario
+from safenav.scenario.objective import Objective, describe, targets_of
+from safenav.world.map import Region, RegionMap
+from safenav.world.sight import members, visible_from
+
+
+def scene_of(scenario: Scenario) -> Scene:
+    """Starts, objectives and hidden obstacles, as a picture shows them."""
+    robots = []
+    for robot in scenario.robots:
+        row, col = scenario.map.position(robot.start.region)
+        heading = robot.start.heading
+        degrees = None if heading is None else heading * 90.0
+        model = robot.model
+        robots.append(
+            Placed(robot.name, model.name, model.layer, row, col, degrees, robot.objective)
+        )
+    obstacles = tuple(
+        (
+            Hidden(
+                obstacle.name,
+                obstacle.type.name,
+                obstacle.region,
+                obstacle.type.action,
+                obstacle.resolution_regions(scenario.map),
+                tuple(robot.name for robot in scenario.robots if obstacle.blocks(robot)),
+            ),
+            Status.HIDDEN,
+        )
+        for obstacle in scenario.obstacles
+    )
+    return Scene(scenario.name, "before the run", scenario.map, tuple(robots), obstacles)
+
+
+def sight_of(scenario: Scenario, robot: str) -> Shading:
+    """What a robot sees from its start, as long as no hidden obstacle is known."""
+    viewer = next(r for r in scenario.robots if r.name == robot)
+    view = visible_from(scenario.map, viewer.model.vision)
+    seen = frozenset(members(view.mask(viewer.start.region)))
+    return Shading(robot, viewer.model.vision, seen)
+
+
+def scenario_text(scenario: Scenario, width: int) -> list[str]:
+    """The scenario as lines of text: the map, then what its marks mean.
+
+    Free regions show their numbers if the map is then no wider than ``width``.
+    """
+    sign = letters([robot.name for robot in scenario.robots])
+    digits = len(str(scenario.map.size - 1))
+    numbered = scenario.map.cols * (digits + 2) <= width
+    lines = [scenario.name, ""]
+    lines += _numbered(scenario, sign, digits) if numbered else _plain(scenario, sign)
+    lines += ["", *_robots(scenario, sign), *_obstacles(scenario)]
+    if numbered:
+        lines.append("  a capital letter: a robot; a small one: its target; ?: a hidden obstacle")
+    else:
+        lines.append("  o: a target; ▒▒: a hidden obstacle; a wider terminal shows region numbers")
+    return lines
+
+
+def _targets(objective: Objective) -> list[Region]:
+    return sorted(set().union(*targets_of(objective)))
+
+
+def _numbered(scenario: Scenario, sign: dict[str, str], digits: int) -> list[str]:
+    """Each region as a mark and its number. Robots are told before obstacles and targets."""
+    marks: dict[Region, str] = {}
+    for robot in scenario.robots:
+        for region in _targets(robot.objective):
+            marks[region] = sign[robot.name].lower()
+    marks |= {obstacle.region: "?" for obstacle in scenario.obstacles}
+    marks |= {robot.start.region: sign[robot.name] for robot in scenario.robots}
+
+    def cell(world: RegionMap, region: Region) -> str:
+        if region in world.walls:
+            return "█" * (digits + 2)
+        return f" {marks.get(region, ' ')}{region:<{digits}}"
+
+    world = scenario.map
+    return [
+        "".join(cell(world, world.region(row, col)) for col in range(world.cols))
+        for row in range(world.rows)
+    ]
+
+
+def _plain(scenario: Scenario, sign: dict[str, str]) -> list[str]:
+    robots = [
+        Marker(sign[robot.name], robot.start.region, robot.start.heading)
+        for robot in scenario.robots
+    ]
+    targets = [region for robot in scenario.robots for region in _targets(robot.objective)]
+    closed = {obstacle.region: obstacle.name for obstacle in scenario.obstacles}
+    return draw(scenario.map, MapPicture(robots, closed=closed, targets=targets))
+
+
+def _robots(scenario: Scenario, sign: dict[str, str]) -> list[str]:
+    world = scenario.map
+    return [
+        f"  {sign[robot.name]}  {robot.name} ({robot.model.name}) at "
+        f"{world.label(robot.start.region)}"
+        + (f" facing {robot.start.heading.label}" if robot.start.heading is not None else "")
+        + f": {describe(robot.objective)}"
+        for robot in scenario.robots
+    ]
+
+
+def _obstacles(scenario: Scenario) -> list[str]:
+    lines = []
+    for obstacle in scenario.obstacles:
+        where = ", ".join(map(str, obstacle.resolution_regions(scenario.map))) or "nowhere"
+        blocked = [robot.name for robot in scenario.robots if obstacle.blocks(robot)]
+        lines.append(
+            f"  ?  {obstacle.name}: hidden at {scenario.map.label(obstacle.region)}, needs "
+            f"{obstacle.type.action} at {where}, blocks {', '.join(blocked) or 'nobody'}"
+        )
+    return lines

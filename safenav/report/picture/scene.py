@@ -1,0 +1,236 @@
+"""A scene as a vector picture, fit for a paper: the map, a title and a legend.
+
+Everything is placed by arithmetic on known text widths, so that nothing overlaps and nothing
+is cut off whatever the names and the size of the map. PNG and GIF are made from this SVG.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from safenav.report.picture.floor import INK, MUTED, cell_size, draw_floor, draw_numbers
+from safenav.report.picture.glyphs import (
+    NOSE,
+    STATUS_MARKS,
+    Look,
+    looks,
+    separated,
+)
+from safenav.report.picture.legend import Row, key_row, legend_of
+from safenav.report.picture.shading import draw_shading, draw_taken, shading_rows, taken_row
+from safenav.report.picture.svg import SvgWriter, number
+from safenav.report.picture.text import wrapped
+from safenav.report.replay.shading import Shading
+from safenav.report.replay.timeline import EventKind, Hidden, Placed, Scene, Status
+from safenav.scenario.objective import targets_of
+from safenav.world.map import Region
+
+MARGIN = 16.0
+NARROWEST = 260.0
+"""Least width that leaves room for titles and captions."""
+
+CAPTION_LINES = 3
+ROBOT = 0.28
+"""Radius of a robot's body, in cells."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """What a picture shows besides the scene itself.
+
+    ``numbers``: None puts region numbers where they can be read. ``caption``: some lines below
+    the map instead of a legend, always of the same height (for the frames of a film).
+    ``shading``: what a robot sees and believes.
+    """
+
+    legend: bool = True
+    numbers: bool | None = None
+    hidden: bool = True
+    caption: str | None = None
+    shading: Shading | None = None
+
+
+def svg_of(scene: Scene, options: Options | None = None) -> str:
+    """The picture as an SVG document."""
+    options = options or Options()
+    cell = cell_size(scene.map)
+    width, height = scene.map.cols * cell, scene.map.rows * cell
+    legend = legend_of(scene, options.hidden, _more(scene, options)) if options.legend else None
+    across, beside = legend.arranged(width, height) if legend else (0.0, False)
+    inner = width + across if beside else max(width, across, NARROWEST)
+    title = wrapped(scene.title, 17, inner, bold=True)
+    top = MARGIN + 21 * len(title) + 22
+    page = SvgWriter()
+    below = top + height
+    if legend is not None:
+        below = top + max(height, legend.height) if beside else below + 20 + legend.height
+    elif options.caption is not None:
+        key_height = key_row(scene).measure(inner)
+        below += key_height + 14 + CAPTION_LINES * 18
+    page.rect(0, 0, inner + 2 * MARGIN, below + MARGIN, fill="#FFFFFF")
+    for i, line in enumerate(title):
+        page.text(MARGIN, MARGIN + 15 + 21 * i, line, 17, bold=True, fill=INK)
+    page.text(MARGIN, top - 9, scene.moment, 13, fill=MUTED)
+    page.open_group(transform=f"translate({number(MARGIN)} {number(top)})")
+    _Drawing(page, scene, cell, options).draw()
+    page.close_group()
+    if legend is not None:
+        aside = MARGIN + (width + 24 if beside else 0)
+        legend.draw(page, aside, top if beside else top + height + 20)
+    elif options.caption is not None:
+        key_row(scene).draw(page, MARGIN, top + height + 6, inner)
+        for i, line in enumerate(wrapped(options.caption, 13, inner)[:CAPTION_LINES]):
+            page.text(MARGIN, top + height + key_height + 24 + 18 * i, line, 13, fill=INK)
+    return page.document(inner + 2 * MARGIN, below + MARGIN, scene.title, _described(scene))
+
+
+def _more(scene: Scene, options: Options) -> list[Row]:
+    """Marks that only some scenes have, for the legend."""
+    names = [robot.name for robot in scene.robots]
+    style = looks(names)
+    taken = taken_row(scene.robots, style)
+    rows = [taken] if taken is not None else []
+    if options.shading is not None:
+        rows += shading_rows(options.shading, dict(zip(names, style, strict=True)))
+    return rows
+
+
+def _described(scene: Scene) -> str:
+    robots = ", ".join(
+        f"{r.name} in region {scene.map.region(round(r.row), round(r.col))}" for r in scene.robots
+    )
+    obstacles = ", ".join(f"{o.name} {status.value}" for o, status in scene.obstacles)
+    size = f"A map of {scene.map.rows} by {scene.map.cols} regions, {scene.moment}"
+    return f"{size}: {robots or 'no robots'}; obstacles: {obstacles or 'none'}."
+
+
+@dataclass
+class _Drawing:
+    """Draws the map and all that stands on it, bottom layer first."""
+
+    page: SvgWriter
+    scene: Scene
+    cell: float
+    options: Options
+
+    def draw(self) -> None:
+        names = [r.name for r in self.scene.robots]
+        style = looks(names)
+        draw_floor(self.page, self.scene.map, self.cell)
+        if self.options.shading is not None:
+            by_name = dict(zip(names, style, strict=True))
+            draw_shading(self.page, self.options.shading, self.scene.map, self.cell, by_name)
+        numbers = self.options.numbers
+        if self.cell >= 26 if numbers is None else numbers:
+            draw_numbers(self.page, self.scene.map, self.cell)
+        for i, robot in enumerate(self.scene.robots):
+            self._trail(robot, style[i], i - (len(style) - 1) / 2)
+        for obstacle, status in self.scene.obstacles:
+            if status is not Status.HIDDEN or self.options.hidden:
+                self._obstacle(obstacle, status)
+        draw_taken(self.page, self.scene.robots, self.scene.map, self.cell, style)
+        self._targets(style)
+        self._violations()
+        shifts = separated([(r.row, r.col) for r in self.scene.robots])
+        for robot, look, (d_row, d_col) in zip(self.scene.robots, style, shifts, strict=True):
+            self._robot(robot, look, robot.row + d_row, robot.col + d_col)
+
+    def _corner(self, region: Region) -> tuple[float, float]:
+        row, col = self.scene.map.position(region)
+        return col * self.cell, row * self.cell
+
+    def _centre(self, region: Region) -> tuple[float, float]:
+        x, y = self._corner(region)
+        return x + self.cell / 2, y + self.cell / 2
+
+    def _obstacle(self, obstacle: Hidden, status: Status) -> None:
+        mark, cell = STATUS_MARKS[status], self.cell
+        x, y = self._corner(obstacle.region)
+        dashes = {Status.HIDDEN: "3 3", Status.RESOLVED: "1.5 3"}.get(status)
+        tint = {Status.HIDDEN: 0.0, Status.RESOLVED: 0.08, Status.BLOCKED: 0.35}.get(status, 0.16)
+        self.page.rect(
+            x + 1.2,
+            y + 1.2,
+            cell - 2.4,
+            cell - 2.4,
+            rx=cell * 0.08,
+            fill=mark.colour,
+            fill_opacity=tint,
+            stroke=mark.colour,
+            stroke_width=1.2 if dashes else 2,
+            stroke_dasharray=dashes,
+        )
+        radius = cell * (0.16 if status is Status.HIDDEN else 0.22)
+        self.page.glyph(mark.path, *self._centre(obstacle.region), radius, fill=mark.colour)
+
+    def _trail(self, robot: Placed, look: Look, lane: float) -> None:
+        """The way of the last ticks, stronger where newer, each robot in a lane of its own."""
+        shift = lane * min(0.09, 0.5 / max(1, len(self.scene.robots))) * self.cell
+        points = [(x + shift, y + shift) for x, y in map(self._centre, robot.trail)]
+        row, col = robot.row + 0.5, robot.col + 0.5
+        points.append((col * self.cell + shift, row * self.cell + shift))
+        for i, opacity in enumerate((0.25, 0.45, 0.7)):
+            part = points[len(points) * i // 3 : len(points) * (i + 1) // 3 + 1]
+            kept = [p for k, p in enumerate(part) if k == 0 or p != part[k - 1]]
+            if len(kept) > 1:
+                self.page.path(
+                    "M" + "L".join(f"{number(x)},{number(y)}" for x, y in kept),
+                    fill="none",
+                    stroke=look.colour,
+                    stroke_width=max(1.5, self.cell * 0.055),
+                    stroke_linejoin="round",
+                    opacity=opacity,
+                )
+
+    def _targets(self, style: tuple[Look, ...]) -> None:
+        """A small copy of the robot's shape in a corner of each region it is to reach."""
+        corners = ((0.86, 0.86), (0.14, 0.86), (0.86, 0.14))
+        taken: dict[Region, int] = {}
+        for robot, look in zip(self.scene.robots, style, strict=True):
+            targets = targets_of(robot.objective) if robot.objective is not None else ()
+            for region in sorted(set().union(*targets)):
+                slot = taken.get(region, 0)
+                taken[region] = slot + 1
+                if slot < len(corners):
+                    x, y = self._corner(region)
+                    right, down = corners[slot]
+                    self.page.glyph(
+                        look.path,
+                        x + right * self.cell,
+                        y + down * self.cell,
+                        self.cell * 0.09,
+                        fill=look.colour,
+                        stroke=INK,
+                        stroke_width=0.22,
+                    )
+
+    def _violations(self) -> None:
+        """An arrow from the robot into the region that it would have entered."""
+        for event in self.scene.happened:
+            robot = next((r for r in self.scene.robots if r.name == event.robot), None)
+            if event.kind is not EventKind.VIOLATION or event.region is None or robot is None:
+                continue
+            x, y = (robot.col + 0.5) * self.cell, (robot.row + 0.5) * self.cell
+            to_x, to_y = self._centre(event.region)
+            dx, dy = (to_x - x) / self.cell, (to_y - y) / self.cell
+            start, end, wing = 0.51 * self.cell, 0.74 * self.cell, 0.09 * self.cell
+            tip = (x + dx * end, y + dy * end)
+            back = (tip[0] - dx * wing * 1.4, tip[1] - dy * wing * 1.4)
+            data = (
+                f"M{number(x + dx * start)},{number(y + dy * start)}"
+                f"L{number(tip[0])},{number(tip[1])}"
+                f"M{number(back[0] - dy * wing)},{number(back[1] + dx * wing)}"
+                f"L{number(tip[0])},{number(tip[1])}"
+                f"L{number(back[0] + dy * wing)},{number(back[1] - dx * wing)}"
+            )
+            colour = STATUS_MARKS[Status.FOUND].colour
+            self.page.path(data, stroke=colour, stroke_width=self.cell * 0.06, fill="none")
+
+    def _robot(self, robot: Placed, look: Look, row: float, col: float) -> None:
+        x, y, radius = (col + 0.5) * self.cell, (row + 0.5) * self.cell, ROBOT * self.cell
+        if robot.heading is not None:
+            self.page.glyph(NOSE, x, y, radius * 0.92, robot.heading, fill=INK)
+        self.page.glyph(look.path, x, y, radius, fill=look.colour, stroke=INK, stroke_width=0.09)
+        size, baseline = radius * look.size, y + radius * look.drop
+        centred = {"fill": look.ink, "text_anchor": "middle"}
+        self.page.text(x, baseline, look.letters, size, bold=True, **centred)

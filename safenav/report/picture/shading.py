@@ -1,0 +1,164 @@
+"""What a robot sees and believes, as shading of the floor; the page's twin is shading.tsx.
+
+Sight is a tint in the colour of the robot that looks. A belief is hatched in the colour of the
+robot that is looked for, each in a direction of its own; where it was seen is a plain frame.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+from safenav.report.picture.glyphs import Look
+from safenav.report.picture.legend import Row, lines_of
+from safenav.report.picture.svg import SvgWriter, number
+from safenav.report.replay.shading import Shading
+from safenav.report.replay.timeline import Belief, Placed
+from safenav.world.map import Region, RegionMap
+
+_ANGLES = (45, -45, 15, -75, 75, -15)
+_PITCH, _LINE = 0.16, 0.042
+"""Distance and width of the lines of a hatch, in cells."""
+
+
+def draw_shading(
+    page: SvgWriter, shading: Shading, world: RegionMap, cell: float, style: Mapping[str, Look]
+) -> None:
+    """Tint and hatch the floor. ``style`` has the looks of all robots by name."""
+    if shading.sight is not None:
+        _sight(
+            page,
+            _area(shading.sight, world, cell),
+            _border(shading.sight, world, cell),
+            style[shading.robot],
+        )
+    for other, belief in shading.beliefs:
+        order = list(style).index(other)
+        area, border = _area(belief.regions, world, cell), _border(belief.regions, world, cell)
+        _belief(page, area, border, belief, style[other], cell, order)
+
+
+def draw_taken(
+    page: SvgWriter, robots: Sequence[Placed], world: RegionMap, cell: float, style: Sequence[Look]
+) -> None:
+    """A frame around both regions of each robot that is on its way between two."""
+    for robot, look in zip(robots, style, strict=True):
+        if not robot.taken:
+            continue
+        rows, cols = zip(*map(world.position, robot.taken), strict=True)
+        gap = 0.06 * cell
+        page.rect(
+            min(cols) * cell + gap,
+            min(rows) * cell + gap,
+            (max(cols) - min(cols) + 1) * cell - 2 * gap,
+            (max(rows) - min(rows) + 1) * cell - 2 * gap,
+            rx=0.2 * cell,
+            fill="none",
+            stroke=look.colour,
+            stroke_width=max(1.5, 0.05 * cell),
+        )
+
+
+def shading_rows(shading: Shading, style: Mapping[str, Look]) -> list[Row]:
+    """What the legend says about the shading."""
+    rows = []
+
+    def sight(page: SvgWriter, x: float, y: float) -> None:
+        _sight(page, _swatch(x, y), _swatch(x, y), style[shading.robot])
+
+    if shading.sight is not None:
+        limit = "" if shading.vision is None else f" (up to {number(shading.vision)} regions far)"
+        rows.append(Row(sight, lines_of(f"what {shading.robot} sees{limit}", 12)))
+    for other, belief in shading.beliefs:
+
+        def believed(
+            page: SvgWriter, x: float, y: float, other: str = other, belief: Belief = belief
+        ) -> None:
+            order, box = list(style).index(other), _swatch(x, y)
+            _belief(page, box, box, belief, style[other], 40.0, order, "-legend")
+
+        words = f"where {shading.robot} saw {other} when it last looked"
+        if not belief.seen:
+            words = f"where {shading.robot} took {other} to be when it last looked"
+        rows.append(Row(believed, lines_of(words, 12)))
+    return rows
+
+
+def taken_row(robots: Sequence[Placed], style: Sequence[Look]) -> Row | None:
+    """What the legend says about robots between two regions, if there are any."""
+    look = next((look for robot, look in zip(robots, style, strict=True) if robot.taken), None)
+    if look is None:
+        return None
+
+    def icon(page: SvgWriter, x: float, y: float) -> None:
+        page.rect(x - 12, y - 6, 24, 12, rx=4, fill="none", stroke=look.colour, stroke_width=2)
+
+    return Row(icon, lines_of("on its way between two regions, takes up both", 12))
+
+
+def _swatch(x: float, y: float) -> str:
+    return f"M{number(x - 9)},{number(y - 9)}h18v18h-18z"
+
+
+def _sight(page: SvgWriter, area: str, border: str, look: Look) -> None:
+    page.path(area, fill=look.colour, fill_opacity=0.13)
+    page.path(border, fill="none", stroke=look.colour, stroke_opacity=0.6, stroke_width=1.2)
+
+
+def _belief(
+    page: SvgWriter,
+    area: str,
+    border: str,
+    belief: Belief,
+    look: Look,
+    cell: float,
+    order: int,
+    suffix: str = "",
+) -> None:
+    if belief.seen:
+        page.path(border, fill="none", stroke=look.colour, stroke_width=2.6)
+        return
+    name, pitch = f"hatch-{order}{suffix}", _PITCH * cell
+    line = f'<rect width="{number(_LINE * cell)}" height="{number(pitch)}" fill="{look.colour}"/>'
+    page.element(
+        "pattern",
+        line,
+        id=name,
+        width=pitch,
+        height=pitch,
+        patternUnits="userSpaceOnUse",
+        patternTransform=f"rotate({_ANGLES[order % len(_ANGLES)]})",
+    )
+    page.path(area, fill=f"url(#{name})", fill_opacity=0.6)
+    page.path(border, fill="none", stroke=look.colour, stroke_width=1.6, stroke_dasharray="5 3")
+
+
+def _area(regions: Iterable[Region], world: RegionMap, cell: float) -> str:
+    """One rectangle for each run of regions in a row: between two there could be a seam."""
+    inside = frozenset(regions)
+    parts, side = [], number(cell)
+    count = 0
+    for region in sorted(inside):
+        row, col = world.position(region)
+        count += 1
+        if col == world.cols - 1 or region + 1 not in inside:
+            left, width = number((col + 1 - count) * cell), number(count * cell)
+            parts.append(f"M{left},{number(row * cell)}h{width}v{side}h-{width}z")
+            count = 0
+    return "".join(parts)
+
+
+def _border(regions: Iterable[Region], world: RegionMap, cell: float) -> str:
+    """The edges between the set and the rest."""
+    inside = {world.position(region) for region in regions}
+    parts = []
+    for row, col in sorted(inside):
+        left, top = number(col * cell), number(row * cell)
+        right, bottom = number((col + 1) * cell), number((row + 1) * cell)
+        edges = {
+            (row - 1, col): f"M{left},{top}H{right}",
+            (row + 1, col): f"M{left},{bottom}H{right}",
+            (row, col - 1): f"M{left},{top}V{bottom}",
+            (row, col + 1): f"M{right},{top}V{bottom}",
+        }
+        parts += [edge for beyond, edge in edges.items() if beyond not in inside]
+    return "".join(parts)

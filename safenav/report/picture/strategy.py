@@ -1,0 +1,164 @@
+"""A large strategy in one picture: how often it is where, and which ways it takes.
+
+Each region shows in how many states of the automaton the robot is there, each arrow how many
+transitions lead over that border (wider for more). States that differ in the inputs, the
+heading or the memory only fall together: what is left is the way of the robot.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Mapping
+
+from safenav.report.picture.floor import INK, cell_size, draw_floor, draw_numbers
+from safenav.report.picture.glyphs import BLUE, EVENT_MARKS, VERMILLION
+from safenav.report.picture.legend import WIDTH, Block, Legend, Row, lines_of
+from safenav.report.picture.svg import SvgWriter, number
+from safenav.report.picture.text import wrapped
+from safenav.report.replay.timeline import EventKind
+from safenav.scenario.objective import describe, targets_of
+from safenav.spec.compile import assumption_names
+from safenav.spec.task import Task
+from safenav.synthesis.strategy import Strategy
+from safenav.world.map import Region, RegionMap
+
+_MARGIN = 16.0
+_TARGET = EVENT_MARKS[EventKind.GOAL].path
+
+
+def svg_of_summary(strategy: Strategy, task: Task, world: RegionMap) -> str:
+    """The map with states a region, moves and targets, and the figures of the automaton."""
+    field = next(f for f in strategy.fields if f.variable.name == "region")
+    regions = [field.decode(state) for state in strategy.states]
+    moves = Counter(
+        (regions[node], regions[successor])
+        for node, successors in enumerate(strategy.transitions)
+        for successor in successors
+    )
+    stays = sum(count for (a, b), count in moves.items() if a == b)
+    cell = cell_size(world)
+    width, height = world.cols * cell, world.rows * cell
+    legend = _legend(strategy, task, world, stays)
+    across, beside = legend.arranged(width, height)
+    inner = width + across if beside else max(width, across, WIDTH)
+    title = wrapped(strategy.specification.title, 17, inner, bold=True)
+    top = _MARGIN + 21 * len(title) + 8
+    below = top + (max(height, legend.height) if beside else height + 20 + legend.height)
+    page = SvgWriter()
+    page.rect(0, 0, inner + 2 * _MARGIN, below + _MARGIN, fill="#FFFFFF")
+    for i, line in enumerate(title):
+        page.text(_MARGIN, _MARGIN + 15 + 21 * i, line, 17, bold=True, fill=INK)
+    page.open_group(transform=f"translate({number(_MARGIN)} {number(top)})")
+    draw_floor(page, world, cell)
+    _draw_states(page, Counter(regions), world, cell)
+    if cell >= 26:
+        draw_numbers(page, world, cell, fill="#4A515C")
+    _draw_moves(page, moves, world, cell)
+    _draw_places(page, task, world, cell)
+    page.close_group()
+    aside = _MARGIN + (width + 24 if beside else 0)
+    legend.draw(page, aside, top if beside else top + height + 20)
+    told = f"The strategy of {strategy.specification.robot}: {len(regions)} states in all."
+    return page.document(inner + 2 * _MARGIN, below + _MARGIN, strategy.specification.title, told)
+
+
+def _draw_states(
+    page: SvgWriter, states: Mapping[Region, int], world: RegionMap, cell: float
+) -> None:
+    most = math.log1p(max(states.values(), default=1))
+    for region, count in sorted(states.items()):
+        row, col = world.position(region)
+        tint = 0.08 + 0.42 * math.log1p(count) / most
+        page.rect(col * cell, row * cell, cell, cell, fill=BLUE, fill_opacity=round(tint, 3))
+    for region, count in sorted(states.items()):
+        row, col = world.position(region)
+        size = min(cell * 0.27, cell * 0.62 / len(str(count)) / 0.64)
+        place = ((col + 0.5) * cell, (row + 0.5) * cell + size * 0.36)
+        page.text(*place, str(count), size, bold=True, text_anchor="middle", fill=INK)
+
+
+def _draw_moves(
+    page: SvgWriter, moves: Mapping[tuple[Region, Region], int], world: RegionMap, cell: float
+) -> None:
+    """An arrow over each border that is crossed; ways there and back run beside each other."""
+    most = math.log1p(max((n for (a, b), n in moves.items() if a != b), default=1))
+    for (origin, target), count in sorted(moves.items()):
+        if origin == target:
+            continue
+        (row, col), (to_row, to_col) = world.position(origin), world.position(target)
+        dx, dy = to_col - col, to_row - row
+        side = 0.2 if (target, origin) in moves else 0.0
+        middle_x = ((col + to_col + 1) / 2 - dy * side) * cell
+        middle_y = ((row + to_row + 1) / 2 + dx * side) * cell
+        wide = (0.025 + 0.06 * math.log1p(count) / most) * cell
+        head, reach = 1.25 * wide + 0.03 * cell, 0.16 * cell
+        tip = (middle_x + dx * reach, middle_y + dy * reach)
+        neck = (tip[0] - dx * 1.7 * head, tip[1] - dy * 1.7 * head)
+        page.path(
+            f"M{number(middle_x - dx * reach)},{number(middle_y - dy * reach)}"
+            f"L{number(neck[0])},{number(neck[1])}",
+            stroke=INK,
+            stroke_width=wide,
+        )
+        page.path(
+            f"M{number(tip[0])},{number(tip[1])}"
+            f"L{number(neck[0] - dy * head)},{number(neck[1] + dx * head)}"
+            f"L{number(neck[0] + dy * head)},{number(neck[1] - dx * head)}Z",
+            fill=INK,
+        )
+
+
+def _draw_places(page: SvgWriter, task: Task, world: RegionMap, cell: float) -> None:
+    """A flag on each target, a ring on the start, a cross on what is known to be blocked."""
+    for region in sorted(frozenset[Region]().union(*targets_of(task.objective))):
+        row, col = world.position(region)
+        place = ((col + 0.86) * cell, (row + 0.16) * cell)
+        page.glyph(_TARGET, *place, cell * 0.12, fill=VERMILLION)
+    row, col = world.position(task.pose.region)
+    page.rect(
+        (col + 0.04) * cell,
+        (row + 0.04) * cell,
+        0.92 * cell,
+        0.92 * cell,
+        rx=0.1 * cell,
+        fill="none",
+        stroke=VERMILLION,
+        stroke_width=max(1.5, 0.045 * cell),
+    )
+
+
+def _legend(strategy: Strategy, task: Task, world: RegionMap, stays: int) -> Legend:
+    crossings = strategy.edges - stays
+    figures = [
+        f"{len(strategy.states)} states, {strategy.edges} transitions",
+        f"{crossings} of them move, {stays} stay",
+        f"objective: {describe(task.objective)}",
+    ]
+    figures += [f"keeps track of {other.name}" for other in task.observed]
+    figures += [f"assumes: {name}" for name in assumption_names(task, world)]
+    rows = tuple(Row(None, lines_of(words, 12, WIDTH)) for words in figures)
+
+    def states(page: SvgWriter, x: float, y: float) -> None:
+        page.rect(x - 9, y - 9, 18, 18, fill=BLUE, fill_opacity=0.3)
+        page.text(x, y + 4, "9", 11, bold=True, text_anchor="middle", fill=INK)
+
+    def move(page: SvgWriter, x: float, y: float) -> None:
+        page.path(f"M{number(x - 9)},{number(y)}h10", stroke=INK, stroke_width=2.6)
+        page.path(f"M{number(x + 9)},{number(y)}l-9,-5v10z", fill=INK)
+
+    def target(page: SvgWriter, x: float, y: float) -> None:
+        page.glyph(_TARGET, x, y, 8, fill=VERMILLION)
+
+    def start(page: SvgWriter, x: float, y: float) -> None:
+        box = {"fill": "none", "stroke": VERMILLION, "stroke_width": 2}
+        page.rect(x - 8, y - 8, 16, 16, rx=2, **box)
+
+    marks = (
+        Row(states, lines_of("states of the automaton in that region", 12)),
+        Row(move, lines_of("moves, wider where more transitions make them", 12)),
+        Row(target, lines_of("target", 12)),
+        Row(start, lines_of("start", 12)),
+    )
+    robot = strategy.specification.robot
+    return Legend((Block(f"Strategy of {robot}", rows), Block("Marks", marks)))

@@ -1,0 +1,324 @@
+"""From a trace to a ``Replay``.
+
+``safenav.audit`` reads the lines; here they are told tick by tick. Only what a picture cannot
+do without is checked (whether the run was right is the checker's business): places on the
+map, robots and obstacles that the header names, one move for each robot and tick. A trace that
+was cut off is shown up to its last complete tick.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from safenav.audit import records
+from safenav.audit.reader import read_trace
+from safenav.errors import Diagnostic, InputError
+from safenav.report.replay.timeline import (
+    Belief,
+    Changes,
+    Ending,
+    Event,
+    EventKind,
+    Frame,
+    Hidden,
+    LongStep,
+    Progress,
+    Replay,
+    Status,
+    Track,
+)
+from safenav.report.replay.wording import (
+    backtrack_text,
+    event_text,
+    holding_text,
+    objective_of,
+    yielded_text,
+    yielding_text,
+)
+from safenav.scenario.objective import Hold, Objective
+from safenav.world.map import Heading, Region, RegionMap
+
+_HEADINGS = {heading.label: heading for heading in Heading}
+
+
+def read_replay(path: Path) -> Replay:
+    """The run that a trace file tells.
+
+    Raises InputError, with file and line, for a file that is no trace.
+    """
+    return replay_of(read_trace(path))
+
+
+def replay_of(trace: records.Trace) -> Replay:
+    """The run that a trace tells. Raises InputError where it contradicts itself."""
+    line = trace.header.line
+    try:
+        telling = _Telling.begin(trace.header)
+        for record in trace.records:
+            line = record.line
+            telling.tell(record)
+    except _ContradictionError as error:
+        raise InputError([Diagnostic(trace.source, line, 1, str(error))]) from error
+    return telling.replay()
+
+
+class _ContradictionError(Exception):
+    """A line that does not fit the header or the lines before it."""
+
+
+@dataclass
+class _Telling:
+    """A replay in the making."""
+
+    header: records.Header
+    map: RegionMap
+    tracks: dict[str, Track]
+    hidden: dict[str, Hidden]
+    regions: dict[str, list[Region]]
+    headings: dict[str, list[Heading | None]]
+    statuses: dict[str, list[tuple[int, Status]]]
+    objectives: dict[str, list[tuple[int, Objective | None]]]
+    progress: dict[str, list[tuple[int, Progress]]]
+    frames: list[Frame] = field(default_factory=list)
+    stack: list[tuple[int, tuple[Frame, ...]]] = field(default_factory=list)
+    events: list[Event] = field(default_factory=list)
+    beliefs: dict[tuple[str, str], list[tuple[int, Belief | None]]] = field(default_factory=dict)
+    bound: dict[str, list[Region | None]] = field(default_factory=dict)
+    violation: records.Violation | None = None
+    ending: Ending | None = None
+
+    @classmethod
+    def begin(cls, header: records.Header) -> _Telling:
+        try:
+            world = RegionMap.from_grid(header.grid)
+        except ValueError as error:
+            raise _ContradictionError(f"the map cannot be used: {error}") from error
+        tracks, hidden = {}, {}
+        for name, robot in header.robots.items():
+            start = _on_map(world, robot.start)
+            heading = _HEADINGS[robot.heading] if robot.heading is not None else None
+            can = tuple(sorted(robot.capabilities))
+            if robot.vision is not None and robot.vision < 1:
+                raise _ContradictionError(f"{name} does not even see the next region")
+            place = ((start,), (heading,))
+            tracks[name] = Track(name, robot.model, robot.layer, can, *place, robot.vision)
+        for name, obstacle in header.obstacles.items():
+            hidden[name] = Hidden(
+                name,
+                obstacle.type,
+                _on_map(world, obstacle.region),
+                obstacle.action,
+                tuple(_on_map(world, region) for region in obstacle.resolution_regions),
+                tuple(robot for robot in header.robots if robot in obstacle.blocks),
+            )
+        return cls(
+            header,
+            world,
+            tracks,
+            hidden,
+            {name: list(track.regions) for name, track in tracks.items()},
+            {name: list(track.headings) for name, track in tracks.items()},
+            {name: [] for name in hidden},
+            {name: [(-1, objective_of(r.objective))] for name, r in header.robots.items()},
+            {name: [] for name in tracks},
+        )
+
+    def tell(self, line: records.Record) -> None:
+        match line:
+            case records.Move():
+                self._move(line)
+            case records.Violation():
+                self.violation = line
+                self._status(line.obstacle, line.tick, Status.FOUND)
+                self._event(line, EventKind.VIOLATION, line.robot, line.proposed, line.obstacle)
+            case records.Backtrack():
+                if self.violation is not None:
+                    self._reword(backtrack_text(self.violation, line))
+            case records.Request():
+                if line.helper is not None:
+                    self._status(line.obstacle, line.tick, Status.REQUESTED)
+                self._about(line, EventKind.REQUEST, line.requester, line.obstacle)
+            case records.Resolved():
+                untraversable = line.traversable is False
+                status = Status.BLOCKED if untraversable else Status.RESOLVED
+                self._status(line.obstacle, line.tick, status)
+                self._event(line, EventKind.RESOLVED, line.robot, line.at, line.obstacle)
+            case records.Blocked():
+                self._status(line.obstacle, line.tick, Status.BLOCKED)
+                self._about(line, EventKind.BLOCKED, None, line.obstacle)
+            case records.Push():
+                self._push(line)
+            case records.Pop():
+                self._pop(line)
+            case records.Belief():
+                self._believe(line)
+            case records.Goal():
+                self._goal(line)
+            case records.Synthesis():
+                self._event(line, EventKind.SYNTHESIS, line.robot)
+            case records.Assumption():
+                self._event(line, EventKind.ASSUMPTION, line.robot)
+            case records.Outcome():
+                self.ending = Ending(
+                    line.outcome.value,
+                    line.explanation,
+                    line.seconds,
+                    line.syntheses,
+                    line.synthesis_seconds,
+                )
+                self._event(line, EventKind.OUTCOME)
+
+    def _move(self, line: records.Move) -> None:
+        self._known(line.robot)
+        regions, headings = self.regions[line.robot], self.headings[line.robot]
+        if line.tick != len(regions):
+            expected = f"the next move of {line.robot} is that of tick {len(regions)}"
+            raise _ContradictionError(f"{expected}, not of tick {line.tick}")
+        regions.append(_on_map(self.map, line.to))
+        headings.append(_HEADINGS[line.heading] if line.heading is not None else None)
+        toward = None if line.toward is None else _on_map(self.map, line.toward)
+        self.bound.setdefault(line.robot, [None]).append(toward)
+
+    def _push(self, line: records.Push) -> None:
+        # A helper that is replaced is pushed anew at the depth of the one before.
+        del self.frames[max(0, line.depth - 1) :]
+        giving_way = line.obstacle is None
+        yielding = self._yielding(line) if giving_way else ()
+        self.frames.append(Frame(line.obstacle, line.requester, line.helper, yielding))
+        self._objectives(line)
+        kind = EventKind.YIELD if giving_way else EventKind.PUSH
+        self._about(line, kind, line.requester, line.obstacle)
+        if giving_way:
+            self._reword(yielding_text(line, self.frames[-1].about, yielding))
+
+    def _pop(self, line: records.Pop) -> None:
+        dropped = self.frames[max(0, line.depth) :]
+        del self.frames[max(0, line.depth) :]
+        self._objectives(line)
+        self._about(line, EventKind.POP, line.requester, line.obstacle)
+        if line.obstacle is None and dropped:
+            self._reword(yielded_text(line, dropped[0].yielding))
+
+    def _reword(self, text: str) -> None:
+        """Tell the last event with what only the lines before it know."""
+        self.events[-1] = replace(self.events[-1], text=text)
+
+    def _yielding(self, line: records.Push) -> tuple[str, ...]:
+        """Who gives way: the helper, and the others whose objective it changes."""
+        now = {name: objective_of(told) for name, told in line.objectives.items()}
+        return tuple(
+            name
+            for name in self.tracks
+            if name == line.helper
+            or (name != line.requester and name in now and now[name] != self._objective(name))
+        )
+
+    def _objective(self, name: str) -> Objective | None:
+        return self.objectives[name][-1][1]
+
+    def _believe(self, line: records.Belief) -> None:
+        self._known(line.robot)
+        self._known(line.of)
+        regions = frozenset(_on_map(self.map, region) for region in line.regions)
+        told = self.beliefs.setdefault((line.robot, line.of), [])
+        told.append((line.tick, Belief(line.seen, regions)))
+
+    def _objectives(self, line: records.Push | records.Pop) -> None:
+        self.stack.append((line.tick, tuple(self.frames)))
+        for name, told in line.objectives.items():
+            self._known(name)
+            objective = objective_of(told)
+            if objective != self._objective(name):
+                self.objectives[name].append((line.tick, objective))
+                self.progress[name].append((line.tick, Progress()))
+
+    def _goal(self, line: records.Goal) -> None:
+        self._known(line.robot)
+        told = self.progress[line.robot]
+        before = told[-1][1] if told else Progress()
+        holding = isinstance(self._objective(line.robot), Hold)
+        rounds = 0 if holding else line.round  # ticks on the spot are no rounds to show
+        told.append((line.tick, Progress(rounds, _on_map(self.map, line.region))))
+        if not holding:
+            self._event(line, EventKind.GOAL, line.robot, line.region)
+        elif before.reached != line.region:  # holding on is no news
+            self._event(line, EventKind.GOAL, line.robot, line.region)
+            self._reword(holding_text(line))
+
+    def _status(self, obstacle: str, tick: int, status: Status) -> None:
+        if obstacle not in self.hidden:
+            raise _ContradictionError(f"the header has no obstacle {obstacle}")
+        self.statuses[obstacle].append((tick, status))
+
+    def _known(self, robot: str) -> None:
+        if robot not in self.tracks:
+            raise _ContradictionError(f"the header has no robot {robot}")
+
+    def _about(
+        self, line: records.Record, kind: EventKind, robot: str | None, obstacle: str | None
+    ) -> None:
+        known = self.hidden.get(obstacle or "")
+        self._event(line, kind, robot, known.region if known is not None else None, obstacle)
+
+    def _event(
+        self,
+        line: records.Record,
+        kind: EventKind,
+        robot: str | None = None,
+        region: Region | None = None,
+        obstacle: str | None = None,
+    ) -> None:
+        if region is not None:
+            _on_map(self.map, region)
+        if robot is not None:
+            self._known(robot)
+        self.events.append(Event(line.tick, kind, event_text(line), robot, region, obstacle))
+
+    def replay(self) -> Replay:
+        last = min((len(regions) for regions in self.regions.values()), default=1) - 1
+        tracks = tuple(
+            replace(
+                track,
+                regions=tuple(self.regions[name][: last + 1]),
+                headings=tuple(self.headings[name][: last + 1]),
+                steps=_long_steps(self.bound.get(name, [])[: last + 1]),
+            )
+            for name, track in self.tracks.items()
+        )
+        return Replay(
+            name=self.header.name,
+            map=self.map,
+            robots=tracks,
+            hidden=tuple(self.hidden.values()),
+            last=last,
+            statuses={n: Changes.of(Status.HIDDEN, c) for n, c in self.statuses.items()},
+            objectives={n: Changes.of(c[0][1], c) for n, c in self.objectives.items()},
+            progress={n: Changes.of(Progress(), c) for n, c in self.progress.items()},
+            stack=Changes.of((), self.stack),
+            events=tuple(replace(e, tick=min(e.tick, last)) for e in self.events),
+            ending=self.ending,
+            version=self.header.safenav,
+            beliefs={pair: Changes.of(None, told) for pair, told in self.beliefs.items()},
+        )
+
+
+def _long_steps(bound: Sequence[Region | None]) -> tuple[LongStep, ...]:
+    """The runs of ticks in which a robot is bound for the same region."""
+    steps: list[LongStep] = []
+    for tick, toward in enumerate(bound):
+        if toward is None:
+            continue
+        before = steps[-1] if steps else None
+        if before is not None and before.last == tick - 1 and before.toward == toward:
+            steps[-1] = replace(before, last=tick)
+        else:
+            steps.append(LongStep(tick, tick, toward))
+    return tuple(steps)
+
+
+def _on_map(world: RegionMap, region: Region) -> Region:
+    if not 0 <= region < world.size:
+        raise _ContradictionError(f"{region} is no region of the map (0 to {world.size - 1})")
+    return region

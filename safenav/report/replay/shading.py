@@ -1,0 +1,89 @@
+"""What a robot sees of the map, and where it believes the others to be: the shaded regions.
+
+Beliefs are what the trace tells. Sight is computed from the radius of vision in its header with
+the definition that the runtime uses (``safenav.world.sight``); the obstacles that the team
+knows at that tick, and has not resolved, block the view.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from safenav.report.replay.timeline import Belief, Replay, Status
+from safenav.report.replay.wording import regions_words
+from safenav.world.map import Region
+from safenav.world.sight import Visibility, members, visible_from
+
+_CLOSED = {Status.FOUND, Status.REQUESTED, Status.BLOCKED}
+
+
+@dataclass(frozen=True)
+class Shading:
+    """What ``robot`` knows at one tick. ``sight``: the regions that it sees (None: its vision
+    has no limit, or nobody tells); ``beliefs``: what it believes of others, by name."""
+
+    robot: str
+    vision: float | None
+    sight: frozenset[Region] | None = None
+    beliefs: tuple[tuple[str, Belief], ...] = ()
+
+
+def viewers(replay: Replay) -> tuple[str, ...]:
+    """The robots of which there is anything to shade, in the order of their turns."""
+    believing = {pair[0] for pair in replay.beliefs}
+    return tuple(
+        track.name for track in replay.robots if track.vision is not None or track.name in believing
+    )
+
+
+def shading_of(replay: Replay, robot: str, tick: int) -> Shading:
+    """What the robot sees and believes after ``tick``. Raises KeyError for an unknown robot."""
+    track = replay.track(robot)
+    told = (
+        (other, changes.at(tick))
+        for (viewer, other), changes in replay.beliefs.items()
+        if viewer == robot
+    )
+    beliefs = tuple((other, belief) for other, belief in told if belief is not None)
+    sight = Sight(replay).mask(robot, tick)
+    seen = None if sight is None else frozenset(members(sight))
+    return Shading(robot, track.vision, seen, beliefs)
+
+
+def shading_lines(shading: Shading) -> list[str]:
+    """The same in words: ``digit sees 14-16``, ``digit believes quad in 22-24``."""
+    lines = []
+    if shading.sight is not None:
+        lines.append(f"{shading.robot} sees {regions_words(shading.sight)}")
+    for other, belief in shading.beliefs:
+        verb = "saw" if belief.seen else "believes"
+        place = f"{'at' if belief.seen else 'in'} {regions_words(belief.regions)}"
+        lines.append(f"{shading.robot} {verb} {other} {place}")
+    return lines
+
+
+@dataclass
+class Sight:
+    """Who sees what during a run; keeps what it has computed, so that asking for every tick is
+    cheap."""
+
+    replay: Replay
+    _views: dict[tuple[float, frozenset[Region]], Visibility] = field(default_factory=dict)
+
+    def mask(self, robot: str, tick: int) -> int | None:
+        """What the robot sees after ``tick`` as a set in one integer, None without a radius."""
+        track = self.replay.track(robot)
+        if track.vision is None:
+            return None
+        key = (track.vision, self._closed(tick))
+        if key not in self._views:
+            self._views[key] = visible_from(self.replay.map, *key)
+        return self._views[key].mask(track.regions[tick])
+
+    def _closed(self, tick: int) -> frozenset[Region]:
+        replay = self.replay
+        return frozenset(
+            hidden.region
+            for hidden in replay.hidden
+            if replay.statuses[hidden.name].at(tick) in _CLOSED
+        )

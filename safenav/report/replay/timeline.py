@@ -1,0 +1,310 @@
+"""A run as pictures need it: who is where at each tick, and what is known by then.
+
+Built from a trace and nothing else (docs/trace.md). A ``Replay`` holds the whole run, its
+``scene`` at a tick is what a picture shows: the HTML page, the vector and pixel pictures and
+the terminal replay are all drawn from these two, so they cannot tell different stories.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Generic, TypeVar
+
+from safenav.report.replay.wording import listed
+from safenav.scenario.objective import Objective
+from safenav.world.map import Heading, Region, RegionMap
+
+T = TypeVar("T")
+
+
+class Status(StrEnum):
+    """What the team knows of a hidden obstacle, in the order in which it can learn it."""
+
+    HIDDEN = "hidden"
+    FOUND = "found"
+    REQUESTED = "requested"
+    RESOLVED = "resolved"
+    BLOCKED = "blocked"
+
+    @property
+    def meaning(self) -> str:
+        """One phrase for legends."""
+        return _MEANINGS[self]
+
+
+_MEANINGS = {
+    Status.HIDDEN: "hidden so far",
+    Status.FOUND: "found",
+    Status.REQUESTED: "help requested",
+    Status.RESOLVED: "resolved",
+    Status.BLOCKED: "stays blocked",
+}
+
+
+class EventKind(StrEnum):
+    """The trace lines that tell the story (moves are not among them)."""
+
+    SYNTHESIS = "synthesis"
+    VIOLATION = "violation"
+    REQUEST = "request"
+    YIELD = "yield"
+    PUSH = "push"
+    RESOLVED = "resolved"
+    BLOCKED = "blocked"
+    POP = "pop"
+    GOAL = "goal"
+    ASSUMPTION = "assumption"
+    OUTCOME = "outcome"
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that happened. ``text`` tells it in scenario terms; ``robot`` is the one it
+    happened to and ``region`` the place, where there is one."""
+
+    tick: int
+    kind: EventKind
+    text: str
+    robot: str | None = None
+    region: Region | None = None
+    obstacle: str | None = None
+
+
+@dataclass(frozen=True)
+class Track:
+    """One robot and where it was: ``regions[t]`` and ``headings[t]`` after tick t. ``vision``
+    is how far it sees in regions, None without a limit; ``steps`` are those that took it more
+    than one tick, in order."""
+
+    name: str
+    model: str
+    layer: str
+    capabilities: tuple[str, ...]
+    regions: tuple[Region, ...]
+    headings: tuple[Heading | None, ...]
+    vision: float | None = None
+    steps: tuple[LongStep, ...] = ()
+
+    def transit(self, tick: int) -> tuple[Region, float] | None:
+        """Where the robot is on its way to after ``tick``, and which part of it is behind it;
+        None if it stands in one region."""
+        i = bisect_right(self.steps, tick, key=lambda step: step.first) - 1
+        if i < 0 or tick > self.steps[i].last:
+            return None
+        return self.steps[i].toward, self.steps[i].part(tick)
+
+
+@dataclass(frozen=True)
+class LongStep:
+    """A step that takes several ticks: after ``first`` to ``last`` the robot is between its
+    region and ``toward``, and takes up both; it arrives in the tick after."""
+
+    first: int
+    last: int
+    toward: Region
+
+    def part(self, tick: int) -> float:
+        """The part of the way that is done after a tick."""
+        return (tick - self.first + 1) / (self.last - self.first + 2)
+
+
+@dataclass(frozen=True)
+class Belief:
+    """What a robot knows of another one: ``seen`` in the only one of ``regions``, or believed
+    to be in any of them."""
+
+    seen: bool
+    regions: frozenset[Region]
+
+
+@dataclass(frozen=True)
+class Hidden:
+    """A hidden obstacle as the header of the trace describes it."""
+
+    name: str
+    type: str
+    region: Region
+    action: str
+    resolution_regions: tuple[Region, ...]
+    blocks: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One entry of the objective stack: who waits for what, and who helps.
+
+    Without an obstacle the ``yielding`` robots give way to the requester.
+    """
+
+    obstacle: str | None
+    requester: str | None
+    helper: str | None
+    yielding: tuple[str, ...] = ()
+
+    @property
+    def about(self) -> str:
+        """``door@47``, or ``east and digit give way to west``"""
+        if self.obstacle is not None:
+            return self.obstacle
+        verb = "gives" if len(self.yielding) == 1 else "give"
+        return f"{listed(self.yielding)} {verb} way to {self.requester or 'the others'}"
+
+    @property
+    def roles(self) -> str:
+        """``quad waits, digit helps``"""
+        if self.obstacle is None:
+            return f"{self.requester} goes first" if self.requester is not None else ""
+        told = [(self.requester, "waits"), (self.helper, "helps")]
+        return ", ".join(f"{name} {what}" for name, what in told if name is not None)
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a robot is with the objective in force: rounds, and the target reached last."""
+
+    rounds: int = 0
+    reached: Region | None = None
+
+
+@dataclass(frozen=True)
+class Ending:
+    """The ``outcome`` line of a trace."""
+
+    outcome: str
+    explanation: str
+    seconds: float = 0.0
+    syntheses: int = 0
+    synthesis_seconds: float = 0.0
+
+
+@dataclass(frozen=True)
+class Changes(Generic[T]):
+    """A value that changes now and then: its values with the tick from which each holds."""
+
+    ticks: tuple[int, ...]
+    values: tuple[T, ...]
+
+    def at(self, tick: int) -> T:
+        """The value after all that happened in that tick."""
+        return self.values[max(0, bisect_right(self.ticks, tick) - 1)]
+
+    @classmethod
+    def of(cls, first: T, later: Sequence[tuple[int, T]]) -> Changes[T]:
+        """``first`` holds from the start; of several changes in one tick the last counts."""
+        merged = {-1: first}
+        for tick, value in later:
+            merged[tick] = value
+        return cls(tuple(merged), tuple(merged.values()))
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A robot in a scene. ``row`` and ``col`` are fractions between two ticks; ``heading`` is
+    in degrees clockwise from north, None for robots without one. ``trail`` are the regions it
+    came through, oldest first."""
+
+    name: str
+    model: str
+    layer: str
+    row: float
+    col: float
+    heading: float | None
+    objective: Objective | None
+    trail: tuple[Region, ...] = ()
+    taken: tuple[Region, ...] = ()
+    """The two regions that it takes up while a step takes several ticks; else none."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """One moment, complete: everything a picture shows."""
+
+    title: str
+    moment: str
+    map: RegionMap
+    robots: tuple[Placed, ...]
+    obstacles: tuple[tuple[Hidden, Status], ...]
+    stack: tuple[Frame, ...] = ()
+    happened: tuple[Event, ...] = ()
+
+
+@dataclass(frozen=True)
+class Replay:
+    """A whole run. ``ending`` is None for a trace that was cut off."""
+
+    name: str
+    map: RegionMap
+    robots: tuple[Track, ...]
+    hidden: tuple[Hidden, ...]
+    last: int
+    statuses: Mapping[str, Changes[Status]]
+    objectives: Mapping[str, Changes[Objective | None]]
+    progress: Mapping[str, Changes[Progress]]
+    stack: Changes[tuple[Frame, ...]]
+    events: tuple[Event, ...]
+    ending: Ending | None
+    version: str = ""
+    beliefs: Mapping[tuple[str, str], Changes[Belief | None]] = field(default_factory=dict)
+    """What a robot (first name) knows of another one (second), None while nothing was told."""
+    _by_tick: dict[int, list[Event]] = field(default_factory=dict, repr=False, compare=False)
+
+    def happened(self, tick: int) -> tuple[Event, ...]:
+        """The events of one tick, in the order of the trace."""
+        if not self._by_tick:
+            for event in self.events:
+                self._by_tick.setdefault(event.tick, []).append(event)
+        return tuple(self._by_tick.get(tick, ()))
+
+    def track(self, name: str) -> Track:
+        """The robot of that name. Raises KeyError without one."""
+        for track in self.robots:
+            if track.name == name:
+                return track
+        raise KeyError(name)
+
+    def scene(self, tick: int, fraction: float = 0.0, trail: int = 24) -> Scene:
+        """The moment after ``tick``, or on the way from there to the next one.
+
+        What is known is that of ``tick``; only the robots are between two places. ``trail``
+        is the number of past ticks whose way is kept.
+        """
+        robots = tuple(self._placed(track, tick, fraction, trail) for track in self.robots)
+        obstacles = tuple((o, self.statuses[o.name].at(tick)) for o in self.hidden)
+        moment = f"tick {tick} of {self.last}"
+        if tick == self.last and self.ending is not None:
+            moment += f": {self.ending.outcome.replace('_', ' ')}"
+        stack = self.stack.at(tick)
+        events = self.happened(tick)
+        return Scene(self.name, moment, self.map, robots, obstacles, stack, events)
+
+    def _placed(self, track: Track, tick: int, fraction: float, trail: int) -> Placed:
+        row, col = self._place(track, tick)
+        heading = track.headings[tick]
+        degrees = None if heading is None else heading * 90.0
+        place = (row, col)
+        if fraction and tick < self.last:
+            to_row, to_col = self._place(track, tick + 1)
+            place = (row + (to_row - row) * fraction, col + (to_col - col) * fraction)
+            after = track.headings[tick + 1]
+            if degrees is not None and after is not None:
+                turn = (after * 90.0 - degrees + 180.0) % 360.0 - 180.0
+                degrees += turn * min(1.0, 2.0 * fraction)  # turned before half the way
+        objective = self.objectives[track.name].at(tick)
+        way = track.regions[max(0, tick - trail) : tick + 1]
+        transit = track.transit(tick)
+        taken = () if transit is None else (track.regions[tick], transit[0])
+        return Placed(
+            track.name, track.model, track.layer, *place, degrees, objective, tuple(way), taken
+        )
+
+    def _place(self, track: Track, tick: int) -> tuple[float, float]:
+        """(row, col) after a tick, between two regions while a step takes several ticks."""
+        row, col = self.map.position(track.regions[tick])
+        transit = track.transit(tick)
+        if transit is None:
+            return float(row), float(col)
+        to_row, to_col = self.map.position(transit[0])
+        return row + (to_row - row) * transit[1], col + (to_col - col) * transit[1]

@@ -1,0 +1,1 @@
+"""What a terminal shows: story, maps, tables, warnings."""

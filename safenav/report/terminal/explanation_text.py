@@ -1,0 +1,307 @@
+"""An explanation in words, with a small map, and as data for machines."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import click
+
+from safenav.explain.explanation import (
+    Cause,
+    Core,
+    Dilemma,
+    Ending,
+    Explanation,
+    Member,
+    Moment,
+    Repair,
+    RepairKind,
+    Witness,
+)
+from safenav.explain.summary import why_words
+from safenav.report.terminal.map import MapPicture, Marker, draw, letters
+from safenav.scenario.model import Scenario
+from safenav.scenario.objective import describe
+from safenav.spec.others.nearby import busy
+from safenav.spec.specification import Constraint
+from safenav.world.map import Heading, Region, RegionMap
+
+_SHOWN = 12
+
+
+def explanation_lines(found: Explanation, scenario: Scenario) -> Iterator[str]:
+    """What a person reads."""
+    world = scenario.map
+    red = click.style("unrealizable:", fg="red", bold=True)
+    yield f"{found.robot}: {red} it cannot {describe(found.task.objective)}"
+    yield f"  because {cause_words(found, world)}"
+    yield ""
+    yield from _indented(_picture(found, scenario))
+    yield ""
+    yield "These cannot all be kept together; without any one of them it could:"
+    yield from _indented(f"- {member_words(m, world)}" for m in _in_order(found.core))
+    if not found.core.alone:
+        yield "  (if the others helped, they could: somebody else can prevent it)"
+    if not found.core.minimal:
+        yield "  (some questions took too long: it may be possible to leave some out)"
+    if found.core.fairness:
+        rules = dict.fromkeys(origin.rule for origin in found.core.fairness)
+        yield "even if it may rely on this:"
+        yield from _indented(f"- {rule}" for rule in rules)
+    if found.witness is not None:
+        yield ""
+        yield "What happens:"
+        yield from _indented(witness_lines(found.witness, found, world))
+    yield ""
+    if found.repairs:
+        yield "Any one of these helps (each was tried):"
+        yield from _indented(f"- {repair_words(repair, world)}" for repair in found.repairs)
+    else:
+        yield "No repair was found among the simple ones."
+
+
+def cause_words(found: Explanation, world: RegionMap) -> str:
+    match found.cause:
+        case Cause.IMPOSSIBLE_START:
+            return "its objective does not allow it to begin where it stands"
+        case Cause.CONTRADICTION:
+            return "its objective contradicts itself, on whatever map"
+        case Cause.FORBIDDEN_WAY:
+            return "its objective forbids what the map and its mobility make it do"
+        case Cause.CORNERED:
+            return f"{_others(found)} can bring it where every move breaks a guarantee"
+        case Cause.KEPT_AWAY:
+            return f"{_others(found)} can keep it away for ever"
+        case _:
+            return why_words(found.diagnosis, found.task, world)
+
+
+def member_words(member: Member, world: RegionMap) -> str:
+    """One member of a core in the scenario's terms."""
+    item, rule = member.origin.item, member.origin.rule
+    if item == "map" and member.regions:
+        return f"{_regions(member.regions, world)} {_is_a_wall(member.regions)}"
+    lines = "; ".join(c.formula for c in member.constraints) if rule.startswith("ltl") else ""
+    about = f" [{_regions(member.regions, world)}]" if _about_one_goal(member) else ""
+    return f"{item}: {rule}{about}" + (f": {lines}" if lines else "")
+
+
+def repair_words(repair: Repair, world: RegionMap) -> str:
+    """One repair as advice."""
+    change = "; ".join(f"{item}: {value}" for item, value in repair.change)
+    match repair.kind:
+        case RepairKind.OPEN_WALL:
+            who = " or ".join(repair.helpers)
+            obstacle = repair.change[-1][1]
+            wall = repair.change[0][1].removeprefix("no wall at ")
+            return (
+                f"instead of the wall at {world.label(int(wall))} an obstacle {obstacle}, which "
+                f"{who} can resolve ({repair.action})"
+            )
+        case RepairKind.REMOVE_WALLS:
+            return f"{repair.change[0][1]}"
+        case RepairKind.ASSUMPTION:
+            return f"see to it that {repair.change[0][1]}"
+        case _:
+            return change
+
+
+def witness_lines(witness: Witness, found: Explanation, world: RegionMap) -> Iterator[str]:
+    """The story of a failure."""
+    robot = found.robot
+    match witness.ending:
+        case Ending.CONFINED:
+            yield f"{robot} can only get to {_regions(sorted(witness.confined), world)}."
+            return
+        case Ending.NO_BEGINNING:
+            yield f"{robot} cannot even begin: no start satisfies its guarantees."
+            return
+    for moment in witness.moments[:_SHOWN]:
+        yield _moment_words(moment, found, world)
+    if len(witness.moments) > _SHOWN:
+        yield f"... {len(witness.moments) - _SHOWN} more moments"
+    if witness.ending is Ending.STUCK:
+        last = witness.moments[-1]
+        happens = _inputs_words(witness.pressure, world)
+        if happens:
+            yield f"Then {happens}, and nothing is left:"
+        else:
+            yield "Then nothing is left:"
+        for dilemma in witness.dilemmas:
+            yield f"  {_dilemma_words(dilemma, last, world)}"
+        return
+    count = len(witness.cycle)
+    if count:
+        every = "this goes on for ever" if count == 1 else f"the last {count} moments repeat"
+        yield f"and {every}."
+    if witness.goal is not None:
+        yield f"Never: {witness.goal.origin.rule} ({witness.goal.formula})."
+
+
+def explanation_data(found: Explanation, scenario: Scenario) -> dict[str, Any]:
+    """The same for machines."""
+    core, witness = found.core, found.witness
+    return {
+        "robot": found.robot,
+        "objective": describe(found.task.objective),
+        "cause": found.cause.value,
+        "because": cause_words(found, scenario.map),
+        "lost": [sorted(target) for target in found.diagnosis.lost],
+        "confined": sorted(found.diagnosis.confined),
+        "culprits": [known.item for known in found.diagnosis.culprits],
+        "core": {
+            "members": [_member_data(member) for member in core.members],
+            "minimal": core.minimal,
+            "alone": core.alone,
+            "walls": list(core.walls),
+            "fairness": [origin.rule for origin in core.fairness],
+            "queries": core.queries,
+        },
+        "witness": None if witness is None else _witness_data(witness),
+        "repairs": [_repair_data(repair, scenario.map) for repair in found.repairs],
+        "seconds": round(found.seconds, 3),
+    }
+
+
+def _others(found: Explanation) -> str:
+    names = [other.name for other in found.task.observed if other.danger]
+    return " or ".join(names) or "somebody else"
+
+
+def _in_order(core: Core) -> list[Member]:
+    """Walls as one member after all others: they are told together."""
+    walls = [m for m in core.members if m.origin.item == "map"]
+    rest = [m for m in core.members if m.origin.item != "map"]
+    if len(walls) < 2:
+        return [*rest, *walls]
+    constraints = tuple(c for m in walls for c in m.constraints)
+    return [*rest, Member(walls[0].origin, constraints, core.walls)]
+
+
+def _about_one_goal(member: Member) -> bool:
+    return len(member.constraints) == 1 and bool(member.regions)
+
+
+def _is_a_wall(regions: Sequence[Region]) -> str:
+    return "is a wall" if len(regions) == 1 else "are walls"
+
+
+def _regions(regions: Sequence[Region], world: RegionMap) -> str:
+    if not regions:
+        return "no region"
+    if len(regions) == 1:
+        return f"region {world.label(regions[0])}"
+    return f"regions {_runs(regions)}"
+
+
+def _runs(regions: Sequence[Region]) -> str:
+    """``14-20, 27``: runs of consecutive numbers."""
+    runs: list[list[Region]] = []
+    for region in sorted(regions):
+        if runs and region == runs[-1][1] + 1:
+            runs[-1][1] = region
+        else:
+            runs.append([region, region])
+    return ", ".join(str(a) if a == b else f"{a}-{b}" for a, b in runs)
+
+
+def _moment_words(moment: Moment, found: Explanation, world: RegionMap) -> str:
+    if moment.region is None:
+        return "it is somewhere"
+    facing = "" if moment.heading is None else f", facing {moment.heading.label}"
+    words = f"{found.robot} at {world.label(moment.region)}{facing}"
+    others = _inputs_words(moment.others, world)
+    return f"{words}; {others}" if others else words
+
+
+def _inputs_words(inputs: Sequence[tuple[str, int]], world: RegionMap) -> str:
+    """What the robot observes; a side that is free is not worth a word."""
+    sides = {busy(heading): heading for heading in Heading}
+    words = []
+    for name, value in inputs:
+        if name in sides:
+            if value:
+                words.append(f"somebody is in the {sides[name].label} of it")
+        elif name.startswith("at_"):
+            known = value < world.size
+            where = f"at {world.label(value)}" if known else "out of sight"
+            words.append(f"{name.removeprefix('at_')} is {where}")
+        else:
+            words.append(f"{name} = {value}")
+    return ", ".join(words)
+
+
+def _dilemma_words(dilemma: Dilemma, last: Moment, world: RegionMap) -> str:
+    stays = dilemma.region == last.region
+    move = "staying" if stays else f"going to {world.label(dilemma.region)}"
+    return f"{move} breaks: {_constraint_words(dilemma.broken)}"
+
+
+def _constraint_words(constraint: Constraint) -> str:
+    return f"{constraint.origin.item}: {constraint.origin.rule}"
+
+
+def _picture(found: Explanation, scenario: Scenario) -> list[str]:
+    """The map with the robots at the start, targets, and the regions out of reach blank."""
+    names = letters([robot.name for robot in scenario.robots])
+    markers = [Marker(names[r.name], r.start.region, r.start.heading) for r in scenario.robots]
+    targets = sorted(frozenset().union(*found.task.targets)) if found.task.targets else []
+    wanted = MapPicture(markers, targets=targets)
+    lines = draw(scenario.map, wanted)
+    legend = ", ".join(f"{letter} {name}" for name, letter in names.items())
+    if targets:
+        legend += ", o target"
+    return [*lines, legend]
+
+
+def _indented(lines: Iterator[str] | Sequence[str]) -> Iterator[str]:
+    return (f"  {line}" for line in lines)
+
+
+def _member_data(member: Member) -> dict[str, Any]:
+    return {
+        "item": member.origin.item,
+        "rule": member.origin.rule,
+        "source": member.origin.source,
+        "regions": list(member.regions),
+        "constraints": [f"[{c.section}] {c.formula}" for c in member.constraints],
+    }
+
+
+def _witness_data(witness: Witness) -> dict[str, Any]:
+    return {
+        "ending": witness.ending.value,
+        "confined": sorted(witness.confined),
+        "moments": [_moment_data(moment) for moment in witness.moments],
+        "cycle": [_moment_data(moment) for moment in witness.cycle],
+        "pressure": dict(witness.pressure),
+        "dilemmas": [
+            {
+                "region": d.region,
+                "heading": None if d.heading is None else d.heading.label,
+                "breaks": {"item": d.broken.origin.item, "rule": d.broken.origin.rule},
+            }
+            for d in witness.dilemmas
+        ],
+        "never": None if witness.goal is None else witness.goal.formula,
+    }
+
+
+def _moment_data(moment: Moment) -> dict[str, Any]:
+    return {
+        "region": moment.region,
+        "heading": None if moment.heading is None else moment.heading.label,
+        "others": dict(moment.others),
+        "memory": dict(moment.memory),
+    }
+
+
+def _repair_data(repair: Repair, world: RegionMap) -> dict[str, Any]:
+    return {
+        "kind": repair.kind.value,
+        "change": [{"item": item, "value": value} for item, value in repair.change],
+        "helpers": list(repair.helpers),
+        "action": repair.action,
+        "says": repair_words(repair, world),
+    }

@@ -1,0 +1,105 @@
+"""A replay on the terminal: the map and what happens, tick by tick.
+
+On a terminal the frames overwrite one another; into a file or a pipe only the ticks in which
+something happened are written, one below the other.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+import click
+
+from safenav.report.replay.shading import shading_lines, shading_of, viewers
+from safenav.report.replay.timeline import EventKind, Replay, Status
+from safenav.report.replay.wording import objective_words
+from safenav.report.terminal.map import MapPicture, Marker, draw, letters
+from safenav.scenario.objective import targets_of
+
+_BEGIN, _FRAME, _REST, _END = "\x1b[?25l\x1b[2J", "\x1b[H", "\x1b[J", "\x1b[?25h"
+_COLOURS = {
+    EventKind.VIOLATION: "red",
+    EventKind.REQUEST: "yellow",
+    EventKind.YIELD: "blue",
+    EventKind.RESOLVED: "green",
+    EventKind.BLOCKED: "magenta",
+    EventKind.OUTCOME: "cyan",
+}
+
+
+def frame(replay: Replay, tick: int, recent: int = 6) -> list[str]:
+    """One moment as lines of text, with the last ``recent`` events up to it."""
+    scene = replay.scene(tick)
+    names = [track.name for track in replay.robots]
+    sign = letters(names)
+    robots = [
+        Marker(sign[track.name], track.regions[tick], track.headings[tick])
+        for track in replay.robots
+    ]
+    known = {status: {} for status in Status}  # type: dict[Status, dict[int, str]]
+    for obstacle, status in scene.obstacles:
+        known[status][obstacle.region] = obstacle.name
+    objectives = {robot.name: robot.objective for robot in scene.robots}
+    targets = {
+        region
+        for objective in objectives.values()
+        if objective is not None
+        for target in targets_of(objective)
+        for region in target
+    }
+    closed = known[Status.FOUND] | known[Status.REQUESTED]
+    picture = MapPicture(robots, closed, known[Status.BLOCKED], sorted(targets))
+    lines = [click.style(scene.title, bold=True) + f"  {scene.moment}", ""]
+    lines += draw(replay.map, picture)
+    lines.append("")
+    for track in replay.robots:
+        at = replay.map.label(track.regions[tick])
+        lines.append(
+            f"{sign[track.name]} {track.name} at {at}: {objective_words(objectives[track.name])}"
+        )
+        transit = track.transit(tick)
+        if transit is not None:
+            lines[-1] += f" (on its way to {replay.map.label(transit[0])})"
+    lines += [
+        line
+        for viewer in viewers(replay)
+        for line in shading_lines(replace(shading_of(replay, viewer, tick), sight=None))
+    ]
+    for depth, held in reversed(list(enumerate(scene.stack, start=1))):
+        lines.append(f"stack {depth}: {held.about} ({held.roles})")
+    lines.append("")
+    told = [event for event in replay.events if event.tick <= tick][-recent:]
+    for event in told:
+        text = f"{event.tick:5}  {event.text}"
+        new = event.tick == tick
+        lines.append(click.style(text, fg=_COLOURS.get(event.kind), dim=None if new else True))
+    return lines
+
+
+def log(replay: Replay, ticks: range) -> Iterator[str]:
+    """The ticks in which something was found, asked for, resolved or ended, and the first."""
+    for tick in ticks:
+        events = replay.happened(tick)
+        if tick == ticks.start or any(event.kind in _COLOURS for event in events):
+            yield from frame(replay, tick, recent=max(1, len(events)))
+            yield ""
+
+
+def play(
+    replay: Replay,
+    ticks: range,
+    ticks_per_second: float,
+    write: Callable[[str], None],
+    sleep: Callable[[float], None] = time.sleep,
+) -> None:
+    """Shows the frames one over the other. Ctrl-C ends it with the cursor restored."""
+    write(_BEGIN)
+    try:
+        for tick in ticks:
+            lines = frame(replay, tick)
+            write(_FRAME + "\n".join(f"{line}\x1b[K" for line in lines) + "\n" + _REST)
+            sleep(1 / ticks_per_second)
+    finally:
+        write(_END)

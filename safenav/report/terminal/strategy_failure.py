@@ -1,0 +1,86 @@
+"""What is wrong with a strategy, for people and for machines.
+
+A path is told in values (``region=47 heading=east``), so that nobody has to look up nodes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from safenav.spec.specification import Constraint, Owner
+from safenav.synthesis.export import in_words
+from safenav.synthesis.strategy import Strategy
+from safenav.verify.findings import Failure, Verification
+
+_SHOWN_STEPS = 24
+
+
+def failure_lines(failure: Failure, strategy: Strategy) -> Iterator[str]:
+    """The fault, the constraint that it breaks with its origin, and a shortest way to it."""
+    where = "" if failure.node is None else f" at node {failure.node} ({failure.state})"
+    yield f"{failure.fault.value}{where}"
+    if failure.detail:
+        yield failure.detail
+    if failure.constraint is not None:
+        yield f"constraint: [{failure.constraint.section}] {failure.constraint.formula}"
+        yield f"from: {failure.constraint.origin}"
+    if failure.path:
+        yield f"shortest path, {len(failure.path) - 1} steps:"
+        yield from _steps(failure.path, strategy)
+    if failure.cycle:
+        yield f"then for ever, every {len(failure.cycle)} steps:"
+        yield from _steps(failure.cycle, strategy)
+
+
+def verification_data(found: Verification, strategy: Strategy) -> dict[str, object]:
+    """All that a check found, for machines; values are those of the specification."""
+    return {
+        "ok": found.ok,
+        "nodes": found.nodes,
+        "transitions": found.edges,
+        "failures": [_failure_data(failure, strategy) for failure in found.failures],
+    }
+
+
+def _steps(nodes: Sequence[int], strategy: Strategy) -> Iterator[str]:
+    half = _SHOWN_STEPS // 2
+    for place, node in enumerate(nodes):
+        if len(nodes) > _SHOWN_STEPS and half <= place < len(nodes) - half:
+            if place == half:
+                yield f"  ... {len(nodes) - 2 * half} more"
+            continue
+        yield f"  {node}: {node_words(node, strategy)}"
+
+
+def node_words(node: int, strategy: Strategy) -> str:
+    """The values at a node."""
+    values = strategy.values(node)
+    words = (in_words(strategy, values, owner) for owner in (Owner.OUTPUT, Owner.INPUT))
+    return " ".join(filter(None, words)) or "(no variables)"
+
+
+def _failure_data(failure: Failure, strategy: Strategy) -> dict[str, object]:
+    return {
+        "fault": failure.fault.name.lower(),
+        "says": failure.fault.value,
+        "node": failure.node,
+        "values": None if failure.node is None else strategy.values(failure.node),
+        "successor": failure.successor,
+        "detail": failure.detail,
+        "constraint": _constraint_data(failure.constraint),
+        "path": list(failure.path),
+        "cycle": list(failure.cycle),
+    }
+
+
+def _constraint_data(constraint: Constraint | None) -> dict[str, object] | None:
+    if constraint is None:
+        return None
+    origin = constraint.origin
+    return {
+        "section": constraint.section.value,
+        "formula": constraint.formula,
+        "item": origin.item,
+        "rule": origin.rule,
+        "source": origin.source,
+    }

@@ -1,0 +1,40 @@
+"""A vacuous win as a warning, with the way it happens."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from safenav.explain.vacuity import Vacuity, Way
+from safenav.report.terminal.strategy_failure import node_words
+from safenav.synthesis.strategy import Strategy
+
+_SHOWN = 12
+
+
+def vacuity_lines(robot: str, vacuity: Vacuity, strategy: Strategy) -> Iterator[str]:
+    """What a person reads; the first line is the warning itself."""
+    verb = "could win" if vacuity.way is Way.FORCED else "may win"
+    yield f"{robot} {verb} by breaking its own assumptions: {vacuity.way.value}"
+    if vacuity.way in (Way.UNFAIR, Way.NO_BEGINNING):
+        for origin in vacuity.origins[:_SHOWN]:
+            yield f"  assumption: {origin.item}: {origin.rule}"
+    if vacuity.path:
+        count = len(vacuity.path) - 1
+        yield f"  it happens after {count} steps, if the others do this:"
+        skipped = max(0, len(vacuity.path) - _SHOWN)
+        if skipped:
+            yield f"    ... {skipped} steps before"
+        for node in vacuity.path[skipped:]:
+            yield f"    {node_words(node, strategy)}"
+
+
+def vacuity_data(vacuity: Vacuity, strategy: Strategy) -> dict[str, Any]:
+    """The same for machines."""
+    return {
+        "way": vacuity.way.name.lower(),
+        "says": vacuity.way.value,
+        "nodes": vacuity.nodes,
+        "assumptions": [{"item": o.item, "rule": o.rule} for o in vacuity.origins],
+        "path": [strategy.values(node) for node in vacuity.path],
+    }

@@ -1,0 +1,1 @@
+"""From YAML to a scenario: one module for each item."""

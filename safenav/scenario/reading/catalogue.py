@@ -1,0 +1,199 @@
+"""Catalogues from YAML: robot models and obstacle types.
+
+The built-in one is shipped with the package; a scenario adds to it, or replaces entries, in
+place or from a file. Nothing about a model or a type is written in code.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
+
+from safenav.scenario.catalogue import Catalogue
+from safenav.scenario.model import ObstacleType, ResolveAt, RobotModel, Timing
+from safenav.scenario.reading.regions import RegionReader
+from safenav.scenario.yaml import fields as read
+from safenav.scenario.yaml.document import Mapping as MappingNode
+from safenav.scenario.yaml.document import Node, Scalar, Sequence, clipped
+from safenav.scenario.yaml.findings import Findings, suggestion
+from safenav.scenario.yaml.source import parsed, read_source
+from safenav.world.map import Region
+from safenav.world.moves import Mobility
+
+BUILT_IN = "built in"
+_FOLDER = Path(__file__).parents[1] / "built_in"
+NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*")
+
+CATALOGUE_KEYS = ("robots", "obstacles")
+MODEL_KEYS = ("mobility", "layer", "capabilities", "vision", "size", "speed", "timing")
+TIMING_KEYS = ("least", "most")
+MOST_TICKS = 1000
+UNLIMITED = "unlimited"
+TIMING_REQUIRED = {"most": "the most ticks that a step takes, for example {least: 1, most: 3}"}
+MODEL_REQUIRED = {
+    "mobility": "'mobility: free' or 'mobility: heading'",
+    "layer": "robots of one layer avoid each other, for example 'layer: ground'",
+}
+TYPE_REQUIRED = {"action": "the capability that resolves it, for example 'action: push'"}
+TYPE_KEYS = ("action", "resolve_at", "blocks", "has_truth")
+
+
+@lru_cache(maxsize=1)
+def built_in() -> Catalogue:
+    """The catalogue that is shipped with the package."""
+    catalogue = Catalogue()
+    for name in ("robots.yaml", "obstacles.yaml"):
+        path = _FOLDER / name
+        findings = Findings(str(path))
+        text = read_source(path, findings)
+        if text is not None:
+            regions = RegionReader(None, {}, findings)
+            catalogue = extended(catalogue, text, regions, findings, BUILT_IN)
+        findings.raise_if_any()
+    return catalogue
+
+
+def extended(
+    base: Catalogue, text: str, regions: RegionReader, findings: Findings, source: str
+) -> Catalogue:
+    """``base`` extended by the text of a catalogue file, whose ``findings`` these are."""
+    document = parsed(text, findings)
+    if document is None:
+        return base.without_rest()
+    return read_catalogue(document.root, base, regions.for_file(findings), findings, source)
+
+
+def read_catalogue(
+    node: Node, base: Catalogue, regions: RegionReader, findings: Findings, source: str
+) -> Catalogue:
+    """``base`` extended by a mapping of ``robots`` and ``obstacles``."""
+    entries = read.mapping(node, "catalogue", findings, CATALOGUE_KEYS)
+    if entries is None:
+        return base.without_rest()
+    sources = dict(base.sources)
+    broken = set(base.broken)
+    robots = dict(base.robots)
+    listed = read.mapping(entries.get("robots"), "'robots' of catalogue", findings)
+    for key, item in listed.entries if listed else ():
+        model = _model(key, item, findings)
+        if model is None:
+            broken.add(key.text)
+        else:
+            robots[model.name] = model
+            sources[f"robots.{model.name}"] = source
+    known = replace(base, robots=robots, broken=frozenset(broken))
+    obstacles = dict(base.obstacles)
+    listed = read.mapping(entries.get("obstacles"), "'obstacles' of catalogue", findings)
+    for key, item in listed.entries if listed else ():
+        kind = _type(key, item, known, regions, findings)
+        if kind is None:
+            broken.add(key.text)
+        else:
+            obstacles[kind.name] = kind
+            sources[f"obstacles.{kind.name}"] = source
+    return Catalogue(robots, obstacles, sources, frozenset(broken))
+
+
+def _named(key: Scalar, what: str, findings: Findings) -> str | None:
+    if NAME.fullmatch(key.text):
+        return key.text
+    hint = "use letters, digits, '_' and '-', beginning with a letter"
+    findings.add(key, f"'{clipped(key.text)}' cannot name {what}", hint)
+    return None
+
+
+def _model(key: Scalar, node: Node, findings: Findings) -> RobotModel | None:
+    before = len(findings)
+    name = _named(key, "a robot model", findings)
+    what = f"robot model {clipped(key.text)}"
+    item = read.mapping(node, what, findings, MODEL_KEYS, MODEL_REQUIRED)
+    if item is None:
+        return None
+    mobility = read.choice(item.get("mobility"), f"'mobility' of {what}", Mobility, findings)
+    layer = read.text(item.get("layer"), f"'layer' of {what}", findings)
+    capabilities = read.words(item.get("capabilities"), f"'capabilities' of {what}", findings)
+    vision = read_vision(item.get("vision"), f"'vision' of {what}", findings)
+    size, speed = (
+        read.positive(item.get(word), f"'{word}' of {what}", findings) for word in ("size", "speed")
+    )
+    timing = _timing(item.get("timing"), f"'timing' of {what}", findings)
+    if len(findings) > before or name is None or mobility is None or layer is None:
+        return None
+    return RobotModel(
+        name, mobility, layer, capabilities or frozenset(), vision, size, speed, timing
+    )
+
+
+def read_vision(node: Node | None, what: str, findings: Findings) -> float | None:
+    """A radius in regions, at least 1; None if nothing is written, or ``unlimited``."""
+    if isinstance(node, Scalar) and node.value == UNLIMITED:
+        return None
+    radius = read.finite(node, what, findings, f"a number of regions, or '{UNLIMITED}'")
+    if radius is not None and radius < 1:
+        hint = "a robot sees at least the regions next to its own"
+        findings.add(node, f"{what} is {radius:g}, and must be at least 1", hint)
+        return None
+    return radius
+
+
+def _timing(node: Node | None, what: str, findings: Findings) -> Timing:
+    """Ticks that a step takes: ``2``, or ``{least: 1, most: 3}``."""
+    if not isinstance(node, MappingNode):
+        ticks = read.integer(node, what, findings, least=1, most=MOST_TICKS)
+        return Timing() if ticks is None else Timing(ticks, ticks)
+    read.mapping(node, what, findings, TIMING_KEYS, TIMING_REQUIRED)
+    least, most = (
+        read.integer(node.get(word), f"'{word}' in {what}", findings, least=1, most=MOST_TICKS)
+        for word in TIMING_KEYS
+    )
+    if least is not None and most is not None and least > most:
+        findings.add(node, f"{what}: at least {least} and at most {most} ticks")
+    return Timing(least or 1, most or 1)
+
+
+def _type(
+    key: Scalar, node: Node, known: Catalogue, regions: RegionReader, findings: Findings
+) -> ObstacleType | None:
+    before = len(findings)
+    name = _named(key, "an obstacle type", findings)
+    what = f"obstacle type {clipped(key.text)}"
+    item = read.mapping(node, what, findings, TYPE_KEYS, TYPE_REQUIRED)
+    if item is None:
+        return None
+    action = read.text(item.get("action"), f"'action' of {what}", findings)
+    where = _resolve_at(item.get("resolve_at"), what, regions, findings)
+    blocks = _blocks(item.get("blocks"), what, known, findings)
+    has_truth = read.boolean(item.get("has_truth"), f"'has_truth' of {what}", findings)
+    if len(findings) > before or name is None or action is None:
+        return None
+    return ObstacleType(name, action, where or ResolveAt.SELF, blocks, has_truth or False)
+
+
+def _resolve_at(
+    node: Node | None, what: str, regions: RegionReader, findings: Findings
+) -> ResolveAt | frozenset[Region] | None:
+    label = f"'resolve_at' of {what}"
+    if not isinstance(node, Sequence):
+        return read.choice(node, label, ResolveAt, findings)
+    if not node.items:
+        findings.add(node, f"{label} is empty", "without a region nobody can resolve it")
+        return None
+    found = [regions.region(item, label) for item in node.items]
+    return frozenset(region for region in found if region is not None)
+
+
+def _blocks(
+    node: Node | None, what: str, known: Catalogue, findings: Findings
+) -> frozenset[str] | None:
+    label = f"'blocks' of {what}"
+    words = {*known.layers, *known.robots}
+    for item in node.items if isinstance(node, Sequence) else ():
+        word = item.value if isinstance(item, Scalar) else None
+        if not isinstance(word, str) or not word.strip() or known.broken:
+            continue  # not a word at all, or perhaps the layer of a model that is broken
+        if word not in words:
+            found = f"{label}: '{clipped(word)}' is no layer and no robot model"
+            findings.add(item, found, suggestion(word, words))
+    return read.words(node, label, findings)

@@ -1,0 +1,123 @@
+"""The ``expect:`` of a scenario: what a run of it should give."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from safenav.scenario.model import Expect, Obstacle, Outcome
+from safenav.scenario.reading.event_pattern import EventPatternReader
+from safenav.scenario.reading.regions import RegionReader
+from safenav.scenario.yaml import fields as read
+from safenav.scenario.yaml.document import Mapping, Node, Scalar, clipped
+from safenav.scenario.yaml.findings import Findings, suggestion
+
+KEYS = ("outcome", "resolved", "blocked", "helpers", "ticks", "rounds", "order", "never")
+TICK_KEYS = ("at_least", "at_most")
+
+
+class ExpectationReader:
+    """Reads expectations about the given obstacles and robots (names).
+
+    ``obstacles`` is None if they are not all known because some were reported.
+    """
+
+    def __init__(
+        self,
+        regions: RegionReader,
+        obstacles: Sequence[Obstacle] | None,
+        robots: Sequence[str],
+        findings: Findings,
+    ) -> None:
+        self._regions = regions
+        self._obstacles = obstacles
+        self._robots = robots
+        self._findings = findings
+
+    def read(self, node: Node | None) -> Expect:
+        item = read.mapping(node, "expect", self._findings, KEYS)
+        if item is None:
+            return Expect()
+        least_ticks, ticks = self._ticks(item.get("ticks"))
+        patterns = EventPatternReader(self._regions, self._robots, self._obstacle, self._findings)
+        return Expect(
+            read.choice(item.get("outcome"), "'outcome' of expect", Outcome, self._findings),
+            self._names(item.get("resolved"), "'resolved' of expect"),
+            self._names(item.get("blocked"), "'blocked' of expect"),
+            self._helpers(item.get("helpers")),
+            ticks,
+            least_ticks,
+            self._rounds(item.get("rounds")),
+            patterns.read_all(item.get("order"), "'order' of expect"),
+            patterns.read_all(item.get("never"), "'never' of expect"),
+        )
+
+    def _ticks(self, node: Node | None) -> tuple[int | None, int | None]:
+        """The least and the most ticks: ``40`` or ``{at_least: 10, at_most: 40}``."""
+        what = "'ticks' of expect"
+        if not isinstance(node, Mapping):
+            return None, read.integer(node, what, self._findings, least=1)
+        read.mapping(node, what, self._findings, TICK_KEYS)
+        least, most = (
+            read.integer(node.get(key), f"'{key}' in {what}", self._findings, least=1)
+            for key in TICK_KEYS
+        )
+        if least is not None and most is not None and least > most:
+            self._findings.add(node, f"{what}: at least {least} and at most {most}")
+        return least, most
+
+    def _rounds(self, node: Node | None) -> dict[str, int] | None:
+        """``2`` for every robot, or robot by robot."""
+        what = "'rounds' of expect"
+        if not isinstance(node, Mapping):
+            rounds = read.integer(node, what, self._findings, least=1)
+            return None if rounds is None else dict.fromkeys(self._robots, rounds)
+        found = {}
+        for key, value in node.entries:
+            rounds = read.integer(value, f"{what}, {clipped(key.text)}", self._findings)
+            if key.text not in self._robots:
+                told = f"{what}: no robot is named '{clipped(key.text)}'"
+                self._findings.add(key, told, suggestion(key.text, self._robots))
+            elif rounds is not None:
+                found[key.text] = rounds
+        return found
+
+    def _names(self, node: Node | None, what: str) -> frozenset[str] | None:
+        items = read.sequence(node, what, self._findings)
+        if items is None:
+            return None
+        found = []
+        for item in items:
+            name = read.text(item, f"an item of {what}", self._findings)
+            if name is not None:
+                found.append(self._obstacle(item, name, what))
+        return frozenset(name for name in found if name is not None)
+
+    def _helpers(self, node: Node | None) -> dict[str, str] | None:
+        item = read.mapping(node, "'helpers' of expect", self._findings)
+        if item is None:
+            return None
+        helpers = {}
+        for key, value in item.entries:
+            obstacle = self._obstacle(key, key.text, "'helpers' of expect")
+            robot = read.text(value, f"helper for {clipped(key.text)}", self._findings)
+            if robot is not None and robot not in self._robots:
+                found = f"'helpers' of expect: no robot is named '{clipped(robot)}'"
+                self._findings.add(value, found, suggestion(robot, self._robots))
+            elif robot is not None and obstacle is not None:
+                helpers[obstacle] = robot
+        return helpers
+
+    def _obstacle(self, node: Node, written: str, what: str) -> str | None:
+        """The obstacle's name with its region as a number; ``door@dock`` is understood."""
+        if self._obstacles is None:
+            return None
+        kind, _, where = written.partition("@")
+        region = self._regions.written(where)
+        for obstacle in self._obstacles:
+            if obstacle.type.name == kind and obstacle.region == region:
+                return obstacle.name
+        names = [obstacle.name for obstacle in self._obstacles]
+        hint = suggestion(written, names) or "the scenario has no obstacles"
+        assert isinstance(node, Scalar)
+        self._findings.add(node, f"{what}: there is no obstacle '{clipped(written)}'", hint)
+        return None

@@ -1,0 +1,198 @@
+"""Scenarios from YAML: everything that can be known to be wrong before a run is told here.
+
+All diagnostics are collected and raised as one InputError. The readers beside this module
+each know one item of the format; docs/scenario.md is its reference.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from safenav.scenario.catalogue import Catalogue
+from safenav.scenario.model import Coordination, Limits, Scenario, Until
+from safenav.scenario.reading.catalogue import built_in, extended, read_catalogue
+from safenav.scenario.reading.expectation import ExpectationReader
+from safenav.scenario.reading.map import read_map
+from safenav.scenario.reading.obstacles import read_obstacles
+from safenav.scenario.reading.partition import read_partition
+from safenav.scenario.reading.regions import RegionReader
+from safenav.scenario.reading.robots import read_robots
+from safenav.scenario.yaml import fields as read
+from safenav.scenario.yaml.document import Mapping, Node, Scalar
+from safenav.scenario.yaml.findings import Findings
+from safenav.scenario.yaml.source import parsed, read_source
+
+VERSION = 1
+
+Change = Callable[[Node, Findings], Node]
+"""Alters a document before it is read: a variation is checked as if it stood in the file."""
+
+KEYS = (
+    "safenav",
+    "name",
+    "map",
+    "robots",
+    "obstacles",
+    "until",
+    "limits",
+    "seed",
+    "coordination",
+    "deadlock",
+    "partition",
+    "expect",
+    "catalogue",
+)
+LIMIT_KEYS = ("ticks", "synthesis_seconds", "synthesis_memory")
+REQUIRED = {
+    "safenav": "begin the file with 'safenav: 1', the version of its format",
+    "map": "draw it: 'map:', below it 'grid: |', below that rows of '#' and '.'",
+    "robots": "name each robot with its model, start and objective",
+}
+
+
+def load_scenario(path: Path, *, reachable: bool = True) -> Scenario:
+    """The scenario in a file. ``reachable``: insist that robots can reach their targets.
+
+    Raises InputError with every diagnostic, in file order, if the file cannot be read or is
+    no valid scenario.
+    """
+    return load_with_catalogue(path, reachable=reachable)[0]
+
+
+def load_with_catalogue(path: Path, *, reachable: bool = True) -> tuple[Scenario, Catalogue]:
+    """The scenario in a file and the catalogue that its names refer to. Raises InputError."""
+    findings = Findings(str(path))
+    text = read_source(path, findings)
+    findings.raise_if_any()
+    assert text is not None
+    return _load(text, str(path), None, reachable)
+
+
+def load_scenario_text(
+    text: str, file: str = "<text>", change: Change | None = None, *, reachable: bool = True
+) -> Scenario:
+    """The scenario in a text. ``file`` is named in messages and as the scenario's source; a
+    catalogue file is looked for beside it. Raises InputError."""
+    return _load(text, file, change, reachable)[0]
+
+
+def _load(
+    text: str, file: str, change: Change | None, reachable: bool = True
+) -> tuple[Scenario, Catalogue]:
+    findings = Findings(file)
+    document = parsed(text, findings)
+    if document is None:
+        findings.raise_if_any()
+        raise AssertionError("a document that cannot be read is reported")
+    root = document.root if change is None else change(document.root, findings)
+    loader = _Loader(text, file, findings, reachable)
+    scenario = loader.read(root)
+    findings.raise_if_any()
+    assert scenario is not None
+    return scenario, loader.catalogue
+
+
+class _Loader:
+    def __init__(self, text: str, file: str, findings: Findings, reachable: bool) -> None:
+        self._lines = text.splitlines()
+        self._file = file
+        self._reachable = reachable
+        self._findings = findings
+        self.catalogue = built_in()
+
+    def read(self, root: Node) -> Scenario | None:
+        """The scenario; only to be used if nothing was reported."""
+        item = read.mapping(root, "the scenario", self._findings, KEYS, REQUIRED)
+        if item is None:
+            return None
+        self._version(item.get("safenav"))
+        regions = read_map(item.get("map"), self._lines, Path(self._file).parent, self._findings)
+        catalogue = self.catalogue = self._catalogue(item.get("catalogue"), regions)
+        robots = read_robots(
+            item.get("robots"), regions, catalogue, self._findings, self._reachable
+        )
+        before = len(self._findings)
+        obstacles = read_obstacles(
+            item.get("obstacles"), regions, catalogue, robots, self._findings
+        )
+        all_known = len(self._findings) == before and regions.world is not None
+        expectations = ExpectationReader(
+            regions, obstacles if all_known else None, _names(item.get("robots")), self._findings
+        )
+        expect = expectations.read(item.get("expect"))
+        name = read.text(item.get("name"), "'name'", self._findings)
+        until, limits = self._until(item.get("until")), self._limits(item.get("limits"))
+        seed = read.integer(item.get("seed"), "'seed'", self._findings, most=2**63 - 1)
+        coordination = read.choice(
+            item.get("coordination"), "'coordination'", Coordination, self._findings
+        )
+        deadlock = read.switch(item.get("deadlock"), "'deadlock'", self._findings)
+        partition = read_partition(item.get("partition"), regions, self._findings)
+        if regions.world is None:
+            return None
+        return Scenario(
+            name or Path(self._file).stem,
+            regions.world,
+            robots,
+            obstacles,
+            until,
+            limits,
+            seed or 0,
+            coordination or Coordination.RESYNTHESIS,
+            expect,
+            self._file,
+            deadlock is not False,
+            partition,
+        )
+
+    def _version(self, node: Node | None) -> None:
+        if node is None:
+            return
+        version = read.integer(node, "'safenav' (the version of the format)", self._findings)
+        if version is not None and version != VERSION:
+            found = f"version {version} of the scenario format is unknown"
+            self._findings.add(node, found, f"this safenav reads 'safenav: {VERSION}'")
+
+    def _catalogue(self, node: Node | None, regions: RegionReader) -> Catalogue:
+        base = built_in()
+        if node is None:
+            return base
+        if not isinstance(node, Scalar) or not isinstance(node.value, str):
+            return read_catalogue(node, base, regions, self._findings, self._file)
+        path = Path(self._file).parent / node.value
+        text = read_source(path, self._findings, node)
+        if text is None:
+            return base.without_rest()
+        return extended(base, text, regions, self._findings.beside(str(path)), str(path))
+
+    def _until(self, node: Node | None) -> Until:
+        item = read.mapping(node, "until", self._findings, ("rounds",))
+        if item is None:
+            return Until()
+        label = "'rounds' of until"
+        rounds = read.integer(item.get("rounds"), label, self._findings, least=1)
+        return Until() if rounds is None else Until(rounds)
+
+    def _limits(self, node: Node | None) -> Limits:
+        item = read.mapping(node, "limits", self._findings, LIMIT_KEYS)
+        if item is None:
+            return Limits()
+        ticks = read.integer(item.get("ticks"), "'ticks' of limits", self._findings, least=1)
+        seconds = read.positive(
+            item.get("synthesis_seconds"), "'synthesis_seconds' of limits", self._findings
+        )
+        memory = read.integer(
+            item.get("synthesis_memory"), "'synthesis_memory' of limits", self._findings, least=1
+        )
+        default = Limits()
+        return Limits(
+            ticks or default.ticks,
+            seconds or default.synthesis_seconds,
+            memory or default.synthesis_memory,
+        )
+
+
+def _names(node: Node | None) -> tuple[str, ...]:
+    """All robots that the scenario names, usable or not."""
+    return tuple(key.text for key, _ in node.entries) if isinstance(node, Mapping) else ()

@@ -1,0 +1,127 @@
+"""The ``map:`` of a scenario: drawn in it or read from a file, with names and metres."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence as Lines
+from dataclasses import replace
+from pathlib import Path
+
+from safenav.scenario.reading.grid import read_grid
+from safenav.scenario.reading.origin import read_origin
+from safenav.scenario.reading.regions import RegionReader
+from safenav.scenario.yaml import fields as read
+from safenav.scenario.yaml.document import Mapping, Node, Scalar, clipped
+from safenav.scenario.yaml.fields import mapping, wrong_type
+from safenav.scenario.yaml.findings import Findings, listed
+from safenav.world.frame import Frame
+from safenav.world.map import RegionMap
+
+FORMS: dict[str, tuple[str, ...]] = {
+    "grid": ("resolution", "origin"),
+    "image": ("rows", "cols", "threshold", "share", "resolution", "origin"),
+    "ros": ("rows", "cols", "resolution", "share"),
+    "movingai": ("rows", "cols", "share", "resolution", "origin"),
+}
+"""The forms of a map, and the further keys that have a meaning for each."""
+
+OPTIONS = tuple(dict.fromkeys(key for keys in FORMS.values() for key in keys))
+KEYS = (*FORMS, *OPTIONS, "names")
+
+NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*")
+
+_HINT = (
+    "write 'grid: |' and below it one indented line of '#' and '.' for each row, or name a file: "
+    "'image', 'ros' or 'movingai'"
+)
+
+
+def read_map(
+    node: Node | None, source: Lines[str], folder: Path, findings: Findings
+) -> RegionReader:
+    """The map with its names. ``source`` are the lines of the scenario, to find grid rows in;
+    files are looked for in ``folder``.
+
+    If the map cannot be used (which is reported) the reader knows no map, only names.
+    """
+    fields = mapping(node, "map", findings, KEYS)
+    if fields is None:
+        return RegionReader(None, {}, findings)
+    form = _form(fields, findings)
+    world = _read_form(form, fields, source, folder, findings) if form else None
+    return _with_names(world, fields, findings)
+
+
+def _form(fields: Mapping, findings: Findings) -> str | None:
+    """Which form the map has; reports keys that do not go with it."""
+    forms = [key for key, _ in fields.entries if key.text in FORMS]
+    if not forms:
+        if all(key.text in KEYS for key, _ in fields.entries):
+            findings.add(fields, f"map: one of {listed(list(FORMS))} is missing", _HINT)
+        return None
+    form = forms[0].text
+    for key in forms[1:]:
+        findings.add(key, f"map: both '{form}' and '{key.text}'", "a map has one form")
+    for key, _ in fields.entries:
+        if len(forms) == 1 and key.text in OPTIONS and key.text not in FORMS[form]:
+            having = [other for other, keys in FORMS.items() if key.text in keys]
+            hint = f"it belongs to {listed(having)}"
+            if form == "ros" and key.text == "origin":
+                hint = "the file has its own origin"
+            findings.add(key, f"map: '{key.text}' has no meaning for '{form}'", hint)
+    return form if len(forms) == 1 else None
+
+
+def _read_form(
+    form: str, fields: Mapping, source: Lines[str], folder: Path, findings: Findings
+) -> RegionMap | None:
+    node = fields.get(form)
+    assert node is not None
+    if form == "ros":
+        # Imported here: it needs numpy, which takes longer than reading a whole scenario.
+        from safenav.scenario.reading.ros_map import read_ros
+
+        return read_ros(node, fields, folder, findings)
+    frame = _frame(fields, findings)
+    if form == "grid":
+        world = read_grid(node, source, findings)
+    else:
+        # Imported here: it needs numpy, which takes longer than reading a whole scenario.
+        from safenav.scenario.reading.map_file import read_image_map, read_movingai_map
+
+        reader = read_image_map if form == "image" else read_movingai_map
+        world = reader(node, fields, folder, findings)
+    return world and replace(world, frame=frame)
+
+
+def _frame(fields: Mapping, findings: Findings) -> Frame | None:
+    """Where the map lies, if the scenario says how large regions are."""
+    side = read.positive(fields.get("resolution"), "'resolution' of map", findings)
+    node = fields.get("origin")
+    if node is not None and fields.get("resolution") is None:
+        hint = "write 'resolution', the metres that a region measures, as well"
+        findings.add(node, "map: 'origin' without 'resolution'", hint)
+    origin = read_origin(node, "'origin' of map", findings)
+    if side is None:
+        return None
+    x, y, yaw = origin or (0.0, 0.0, 0.0)
+    return Frame((side, side), (x, y), yaw)
+
+
+def _with_names(world: RegionMap | None, fields: Mapping, findings: Findings) -> RegionReader:
+    plain = RegionReader(world, {}, findings)
+    names: dict[str, int | None] = {}
+    listed = mapping(fields.get("names"), "'names' of map", findings)
+    for key, node in listed.entries if listed else ():
+        if not NAME.fullmatch(key.text):
+            hint = "use letters, digits, '_' and '-', beginning with a letter"
+            findings.add(key, f"'{clipped(key.text)}' cannot name a region", hint)
+        elif isinstance(node, Scalar) and isinstance(node.value, str):
+            wrong_type(node, f"region '{key.text}'", "a number or [row, column]", findings)
+            names[key.text] = None
+        else:
+            names[key.text] = plain.region(node, f"region '{key.text}'")
+    if world is None:
+        return RegionReader(None, names, findings)
+    known = {name: region for name, region in names.items() if region is not None}
+    return RegionReader(replace(world, names=known), names, findings)

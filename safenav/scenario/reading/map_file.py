@@ -1,0 +1,131 @@
+"""Maps in files that a scenario names: images and MovingAI maps (docs/maps.md).
+
+What is wrong with a file is told at its own line if there is one, else where the scenario
+names it.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from safenav.scenario.reading.grid import too_large
+from safenav.scenario.yaml import fields as read
+from safenav.scenario.yaml.document import Mapping, Node, Place
+from safenav.scenario.yaml.findings import Findings
+from safenav.scenario.yaml.source import read_bytes, read_source
+from safenav.world.files.flaws import MapFileError
+from safenav.world.files.image import MAX_BYTES, Image, dark, read_image
+from safenav.world.files.movingai import read_movingai as parse_movingai
+from safenav.world.files.pixels import Blocked, Layout, walls
+from safenav.world.map import MAX_REGIONS, RegionMap
+
+DEFAULT_THRESHOLD = 0.5
+
+
+def read_image_map(
+    node: Node, fields: Mapping, folder: Path, findings: Findings
+) -> RegionMap | None:
+    """``image: floor.png`` with ``rows`` and ``cols``."""
+    before = len(findings)
+    count = read_count(fields, findings)
+    if fields.get("rows") is None and fields.get("cols") is None:
+        hint = "into how many regions the image is divided: add 'rows: 20' and 'cols: 30'"
+        findings.add(node, "map: the keys 'rows' and 'cols' are missing", hint)
+    threshold = read.probability(fields.get("threshold"), "'threshold' of map", findings)
+    share = read_share(fields, findings)
+    image = read_pixels(node, folder, findings)
+    if image is None or count is None or len(findings) > before:
+        return None
+    blocked = dark(image, DEFAULT_THRESHOLD if threshold is None else threshold)
+    layout = Layout.of_count(blocked, *count)
+    return with_walls(blocked, layout, share, node, findings)
+
+
+def read_movingai_map(
+    node: Node, fields: Mapping, folder: Path, findings: Findings
+) -> RegionMap | None:
+    """``movingai: arena.map``, as it is or divided into ``rows`` and ``cols``."""
+    before = len(findings)
+    count = read_count(fields, findings)
+    share = read_share(fields, findings)
+    name = read.text(node, "'movingai' of map", findings)
+    if name is None:
+        return None
+    path = folder / name
+    text = read_source(path, findings, node)
+    if text is None:
+        return None
+    try:
+        rows = parse_movingai(text)
+    except MapFileError as error:
+        tell(error, path, node, findings)
+        return None
+    if len(findings) > before:
+        return None
+    blocked = np.array(rows, dtype=np.bool_)
+    layout = Layout.of_count(blocked, *(count or blocked.shape))
+    return with_walls(blocked, layout, share, node, findings)
+
+
+def read_pixels(node: Node, folder: Path, findings: Findings) -> Image | None:
+    """The image whose path stands there; None if it was reported."""
+    name = read.text(node, "'image' of map", findings)
+    if name is None:
+        return None
+    path = folder / name
+    data = read_bytes(path, findings, node, MAX_BYTES)
+    if data is None:
+        return None
+    try:
+        return read_image(data)
+    except MapFileError as error:
+        tell(error, path, node, findings)
+        return None
+
+
+def read_count(fields: Mapping, findings: Findings) -> tuple[int, int] | None:
+    """``rows`` and ``cols``, of which one demands the other."""
+    rows, cols = (
+        read.integer(fields.get(word), f"'{word}' of map", findings, least=1)
+        for word in ("rows", "cols")
+    )
+    for word, other in (("rows", "cols"), ("cols", "rows")):
+        node = fields.get(word)
+        if node is not None and fields.get(other) is None:
+            findings.add(node, f"map: '{word}' without '{other}'", "give both or none")
+    return None if rows is None or cols is None else (rows, cols)
+
+
+def read_share(fields: Mapping, findings: Findings) -> float:
+    """How much of a region has to be blocked; 0 for any of it."""
+    return read.probability(fields.get("share"), "'share' of map", findings) or 0.0
+
+
+def with_walls(
+    blocked: Blocked, layout: Layout, share: float, node: Node, findings: Findings
+) -> RegionMap | None:
+    """The map of that layout over the pixels; None if it was reported as of no use."""
+    if layout.rows * layout.cols > MAX_REGIONS:
+        found, hint = too_large(layout.rows, layout.cols)
+        findings.add(node, found, f"{hint}: 'rows' and 'cols' divide the file into fewer")
+        return None
+    found_walls = walls(blocked, layout, share)
+    if len(found_walls) == layout.rows * layout.cols:
+        hint = "a region is a wall as soon as any of it is: try 'share: 0.5', or more regions"
+        if bool(blocked.all()):
+            hint = "nothing in the file is free; see docs/maps.md for what counts as a wall"
+        findings.add(node, "map: every region is a wall", hint)
+        return None
+    return RegionMap(layout.rows, layout.cols, found_walls)
+
+
+def tell(error: MapFileError, path: Path, node: Node, findings: Findings) -> None:
+    """Report the flaws of a map file, those without a line of their own at ``node``."""
+    inside = findings.beside(str(path))
+    for flaw in error.flaws:
+        if flaw.line:
+            inside.add(Place(flaw.line, flaw.column), flaw.found, flaw.hint)
+        else:
+            findings.add(node, f"file '{path}': {flaw.found}", flaw.hint)

@@ -1,0 +1,231 @@
+"""Objectives of robots: ``patrol``, ``visit``, ``cover``, ``hold`` and ``ltl``."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+from safenav.formula.checking import check
+from safenav.formula.parser import FormulaError, parse
+from safenav.formula.printer import to_text
+from safenav.formula.syntax import RESERVED_WORDS, Comparison, Name, resolve_constants
+from safenav.scenario.objective import Cover, Hold, Ltl, Objective, Patrol, Target, Visit
+from safenav.scenario.reading.regions import RegionReader
+from safenav.scenario.yaml import fields as read
+from safenav.scenario.yaml.document import Node, Place, Scalar, Sequence, clipped
+from safenav.scenario.yaml.findings import Findings, suggestion
+from safenav.world.map import Heading
+from safenav.world.moves import Mobility
+
+IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+
+OWN_VARIABLES = frozenset({"region", "heading"})
+KINDS = ("patrol", "visit", "cover", "hold", "ltl")
+LTL_KEYS = ("init", "safety", "liveness", "memory")
+
+
+class ObjectiveReader:
+    """Reads the objectives of a scenario's robots, all over one map.
+
+    ``robots`` are the names of all robots: memory may not take them.
+    """
+
+    def __init__(self, regions: RegionReader, robots: frozenset[str], findings: Findings) -> None:
+        self._regions = regions
+        self._robots = robots
+        self._findings = findings
+
+    def read(self, node: Node | None, robot: str, mobility: Mobility | None) -> Objective | None:
+        """The objective, or None if there is none or it was reported."""
+        what = f"objective of {robot}"
+        item = read.mapping(node, what, self._findings, KINDS)
+        if item is None:
+            return None
+        given = [(key.text, value) for key, value in item.entries if key.text in KINDS]
+        if not item.entries:
+            hint = "say what it shall do, for example {patrol: [14, 20]}"
+            self._findings.add(item, f"{what} is empty", hint)
+        if len(given) > 1:
+            kinds = " and ".join(f"'{kind}'" for kind, _ in given)
+            self._findings.add(item, f"{what}: {kinds} at once", "choose one of them")
+        if len(given) != 1:
+            return None
+        kind, value = given[0]
+        readers: dict[str, Callable[[Node, str], Objective | None]] = {
+            "patrol": self._patrol,
+            "visit": lambda n, w: self._several(n, w, Visit),
+            "cover": lambda n, w: self._several(n, w, Cover),
+            "hold": self._hold,
+            "ltl": lambda n, w: self._ltl(n, w, mobility),
+        }
+        return readers[kind](value, f"'{kind}' of {robot}")
+
+    def _patrol(self, node: Node, what: str) -> Patrol | None:
+        targets = self._regions.targets(node, what)
+        if targets is None:
+            return None
+        if len(targets) != 2:
+            found = f"{what}: {len(targets)} targets, and a patrol has two"
+            self._findings.add(node, found, "use 'visit' or 'cover' for any number of targets")
+            return None
+        first, second = targets
+        if first is None or second is None:
+            return None
+        if first == second:
+            hint = "use 'hold' to stay at one place"
+            self._findings.add(node, f"{what}: both targets are the same", hint)
+            return None
+        if first & second:
+            shared = ", ".join(str(region) for region in sorted(first & second))
+            found = f"{what}: the targets share region {shared}"
+            self._findings.add(node, found, "use 'visit', which allows it")
+            return None
+        return Patrol(first, second)
+
+    def _several(
+        self, node: Node, what: str, kind: type[Visit] | type[Cover]
+    ) -> Visit | Cover | None:
+        found = self._regions.targets(node, what)
+        if found is None:
+            return None
+        if not found:
+            self._findings.add(node, f"{what} is empty", "name at least one target")
+            return None
+        targets: tuple[Target, ...] = tuple(target for target in found if target is not None)
+        return kind(targets) if len(targets) == len(found) else None
+
+    def _hold(self, node: Node, what: str) -> Hold | None:
+        target = self._regions.target(node, what)
+        return None if target is None else Hold(target)
+
+    def _ltl(self, node: Node, what: str, mobility: Mobility | None) -> Ltl | None:
+        before = len(self._findings)
+        item = read.mapping(node, what, self._findings, LTL_KEYS)
+        if item is None:
+            return None
+        memory = self._memory(item.get("memory"), what)
+        size = self._regions.world.size if self._regions.world else None
+        declared: dict[str, tuple[int, int] | None] = dict(memory)
+        declared["region"] = (0, size - 1 if size else 2**31 - 1)
+        if mobility is not Mobility.FREE:
+            declared["heading"] = (0, 3)
+        lines = {
+            part: self._lines(item.get(part), f"'{part}' in {what}", declared, part != "init")
+            for part in ("init", "safety", "liveness")
+        }
+        if _is_empty(item.get("safety")) and _is_empty(item.get("liveness")):
+            hint = "give it 'liveness' (what to reach again and again) or 'safety' (always)"
+            self._findings.add(item, f"{what} is empty", hint)
+        if len(self._findings) > before:
+            return None
+        return Ltl(lines["init"], lines["safety"], lines["liveness"], memory)
+
+    def _memory(self, node: Node | None, what: str) -> dict[str, tuple[int, int] | None]:
+        memory: dict[str, tuple[int, int] | None] = {}
+        item = read.mapping(node, f"'memory' in {what}", self._findings)
+        for key, value in item.entries if item else ():
+            self._memory_name(key)
+            bounds = None
+            if not (isinstance(value, Scalar) and value.value == "bool"):
+                bounds = self._bounds(value, f"memory '{clipped(key.text)}'")
+            memory[key.text] = bounds
+        return memory
+
+    def _memory_name(self, key: Scalar) -> None:
+        name = clipped(key.text)
+        if not IDENTIFIER.fullmatch(key.text):
+            hint = "use letters, digits and '_', beginning with a letter"
+            self._findings.add(key, f"'{name}' cannot name a variable", hint)
+        elif key.text in RESERVED_WORDS | OWN_VARIABLES:
+            self._findings.add(key, f"'{name}' has a meaning of its own", "use another name")
+        elif key.text in self._robots:
+            self._findings.add(key, f"'{name}' is the name of a robot", "use another name")
+
+    def _bounds(self, node: Node, what: str) -> tuple[int, int] | None:
+        if not isinstance(node, Sequence) or len(node.items) != 2:
+            expected = "'bool' or a range [lowest, highest]"
+            read.wrong_type(node, what, expected, self._findings)
+            return None
+        low = read.integer(node.items[0], f"lowest value of {what}", self._findings)
+        high = read.integer(node.items[1], f"highest value of {what}", self._findings)
+        if low is None or high is None:
+            return None
+        if low > high:
+            found = f"{what}: the range [{low}, {high}] is empty"
+            self._findings.add(node, found, "the lowest value comes first")
+            return None
+        return low, high
+
+    def _lines(
+        self,
+        node: Node | None,
+        what: str,
+        declared: dict[str, tuple[int, int] | None],
+        next_allowed: bool,
+    ) -> tuple[str, ...]:
+        if node is None:
+            return ()
+        items = (node,) if isinstance(node, Scalar) else read.sequence(node, what, self._findings)
+        lines = [self._line(item, what, declared, next_allowed) for item in items or ()]
+        return tuple(line for line in lines if line is not None)
+
+    def _line(
+        self,
+        node: Node,
+        what: str,
+        declared: dict[str, tuple[int, int] | None],
+        next_allowed: bool,
+    ) -> str | None:
+        """The formula as text with region and heading names replaced by their numbers."""
+        text = read.text(node, f"a formula of {what}", self._findings)
+        if text is None or not isinstance(node, Scalar):
+            return None
+        try:
+            formula = parse(text)
+        except FormulaError as error:
+            self._at(node, error.column, f"{what}: {error.found}", error.hint)
+            return None
+
+        def constant(name: Name, within: Comparison) -> int | None:
+            return self._constant(name, within, declared)
+
+        formula = resolve_constants(formula, constant)
+        for problem in check(formula, declared, next_allowed=next_allowed):
+            hint = problem.hint
+            if problem.unknown == "heading":
+                hint = "only robots with heading mobility have one"
+            elif problem.unknown:
+                names = {*declared, *self._regions.names}
+                hint = suggestion(problem.unknown, names)
+            self._at(node, problem.column, f"{what}: {problem.found}", hint)
+        return to_text(formula)
+
+    def _constant(
+        self, name: Name, within: Comparison, declared: dict[str, tuple[int, int] | None]
+    ) -> int | None:
+        if name.name in declared:
+            return None
+        of_heading = any(
+            isinstance(term, Name) and term.name == "heading"
+            for term in (within.left, within.right)
+        )
+        if of_heading and name.name in _HEADINGS:
+            return _HEADINGS[name.name]
+        return self._regions.names.get(name.name)
+
+    def _at(self, node: Scalar, column: int, found: str, hint: str) -> None:
+        """Report at a column of a formula: exactly if it is written in one line without
+        escapes, else at its beginning with the column told in words."""
+        if node.literal:
+            quote = 1 if node.style else 0
+            place = Place(node.place.line, node.place.column + quote + column - 1)
+            self._findings.add(place, found, hint)
+        else:
+            self._findings.add(node, f"{found} (column {column} of the formula)", hint)
+
+
+def _is_empty(node: Node | None) -> bool:
+    return node is None or (isinstance(node, Sequence) and not node.items)
+
+
+_HEADINGS = {heading.label: int(heading) for heading in Heading}

@@ -1,0 +1,97 @@
+"""The ``obstacles:`` of a scenario: the hidden ones, found only when a robot meets them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from safenav.scenario.catalogue import Catalogue
+from safenav.scenario.model import Obstacle, ObstacleType, Robot
+from safenav.scenario.reading.regions import RegionReader
+from safenav.scenario.yaml import fields as read
+from safenav.scenario.yaml.document import Mapping, Node, Scalar, clipped
+from safenav.scenario.yaml.findings import Findings, suggestion
+
+PROBABILITY = {"probability": "from 0 to 1, for example {probability: 0.5}"}
+KEYS = ("type", "region", "traversable")
+REQUIRED = {
+    "type": "an obstacle type of the catalogue, for example 'type: door'",
+    "region": "where it is, for example 'region: 47' or 'region: [3, 8]'",
+}
+
+
+def read_obstacles(
+    node: Node | None,
+    regions: RegionReader,
+    catalogue: Catalogue,
+    robots: Sequence[Robot],
+    findings: Findings,
+) -> tuple[Obstacle, ...]:
+    """The obstacles that could be read; what is wrong with the others is reported."""
+    found: dict[int, Obstacle] = {}
+    for item in read.sequence(node, "obstacles", findings) or ():
+        obstacle = _read_obstacle(item, regions, catalogue, findings)
+        if obstacle is None:
+            continue
+        first = found.setdefault(obstacle.region, obstacle)
+        if first is not obstacle:
+            message = f"{obstacle.name}: {first.name} is in this region already"
+            findings.add(_where(item), message, "a region holds one hidden obstacle")
+        for robot in robots:
+            if robot.start.region == obstacle.region and obstacle.blocks(robot):
+                message = f"{obstacle.name} is where {robot.name} starts, and blocks it"
+                findings.add(_where(item), message, "move one of them")
+    return tuple(found.values())
+
+
+def _read_obstacle(
+    node: Node, regions: RegionReader, catalogue: Catalogue, findings: Findings
+) -> Obstacle | None:
+    item = read.mapping(node, "an obstacle", findings, KEYS, REQUIRED)
+    if item is None:
+        return None
+    kind = _type(item.get("type"), catalogue, findings)
+    label = kind.name if kind else "the obstacle"
+    region = regions.region(item.get("region"), f"'region' of {label}")
+    before = len(findings)
+    truth = _truth(item.get("traversable"), kind, catalogue, findings)
+    if kind is None or region is None or len(findings) > before:
+        return None
+    return Obstacle(kind, region, truth)
+
+
+def _type(node: Node | None, catalogue: Catalogue, findings: Findings) -> ObstacleType | None:
+    word = read.text(node, "'type' of an obstacle", findings)
+    if word is None:
+        return None
+    kind = catalogue.obstacles.get(word)
+    if kind is None and not catalogue.may_hold(word):
+        hint = suggestion(word, catalogue.obstacles)
+        findings.add(node, f"unknown obstacle type '{clipped(word)}'", hint)
+    return kind
+
+
+def _truth(
+    node: Node | None, kind: ObstacleType | None, catalogue: Catalogue, findings: Findings
+) -> bool | float | None:
+    """What resolving it reveals: traversable unless the scenario says otherwise."""
+    if node is None:
+        return True if kind is not None and kind.has_truth else None
+    if kind is not None and not kind.has_truth:
+        having = [other.name for other in catalogue.obstacles.values() if other.has_truth]
+        hint = f"types that reveal a truth: {', '.join(having)}" if having else ""
+        findings.add(node, f"a {kind.name} has no 'traversable' to reveal", hint)
+        return None
+    if isinstance(node, Mapping):
+        item = read.mapping(node, "'traversable'", findings, ("probability",), PROBABILITY)
+        value = item.get("probability") if item else None
+        return read.probability(value, "'probability' of traversable", findings)
+    if isinstance(node, Scalar) and isinstance(node.value, bool):
+        return node.value
+    read.wrong_type(node, "'traversable'", "true, false or {probability: 0.5}", findings)
+    return None
+
+
+def _where(node: Node) -> Node:
+    """The region of an obstacle, to point at."""
+    region = node.get("region") if isinstance(node, Mapping) else None
+    return region or node

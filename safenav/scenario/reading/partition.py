@@ -1,0 +1,88 @@
+"""The ``partition:`` of a scenario: the cells in which a robot that is out of sight may be."""
+
+from __future__ import annotations
+
+from safenav.scenario.reading.regions import RegionReader
+from safenav.scenario.yaml import fields as read
+from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence
+from safenav.scenario.yaml.findings import Findings
+from safenav.world.map import Region, RegionMap
+from safenav.world.partition import Partition, tiles
+
+KEYS = ("tiles",)
+ROOMS = "rooms"
+
+_EXPECTED = "'rooms', {tiles: [rows, columns]}, or a list of cells [[8, 9], [12, [1, 6]]]"
+_TILES = {"tiles": "rows and columns of a tile, for example {tiles: [4, 4]}"}
+_SHOWN = 5
+
+
+def read_partition(
+    node: Node | None, regions: RegionReader, findings: Findings
+) -> tuple[frozenset[Region], ...] | None:
+    """The cells; None for the rooms of the map, or if something was reported."""
+    match node:
+        case None:
+            return None
+        case Scalar(value=word) if word == ROOMS:
+            return None
+        case Mapping():
+            return _tiles(node, regions.world, findings)
+        case Sequence():
+            return _cells(node, regions, findings)
+    read.wrong_type(node, "'partition'", _EXPECTED, findings)
+    return None
+
+
+def _tiles(
+    node: Mapping, world: RegionMap | None, findings: Findings
+) -> tuple[frozenset[Region], ...] | None:
+    what = "'tiles' of partition"
+    item = read.mapping(node, "'partition'", findings, KEYS, _TILES)
+    sides = item.get("tiles") if item else None
+    if sides is None:
+        return None
+    if not isinstance(sides, Sequence) or len(sides.items) != 2:
+        read.wrong_type(sides, what, "[rows, columns]", findings)
+        return None
+    height, width = (
+        read.integer(side, f"{word} in {what}", findings, least=1)
+        for side, word in zip(sides.items, ("rows", "columns"), strict=True)
+    )
+    if height is None or width is None or world is None:
+        return None
+    return tiles(world, height, width).cells
+
+
+def _cells(
+    node: Sequence, regions: RegionReader, findings: Findings
+) -> tuple[frozenset[Region], ...] | None:
+    """Cells as lists of regions: together all free ones, each once."""
+    before = len(findings)
+    owner: dict[Region, int] = {}
+    cells = []
+    for number, item in enumerate(node.items):
+        what = f"cell {number} of partition"
+        listed = read.sequence(item, what, findings) or ()
+        if isinstance(item, Sequence) and not listed:
+            findings.add(item, f"{what} is empty", "a cell has at least one region")
+        found = []
+        for place in listed:
+            region = regions.region(place, what)
+            if region is None:
+                continue
+            if owner.setdefault(region, number) != number:
+                twice = f"{what}: region {region} is already in cell {owner[region]}"
+                findings.add(place, twice, "a region belongs to one cell")
+            found.append(region)
+        cells.append(frozenset(found))
+    world = regions.world
+    if world is None or len(findings) > before:
+        return None
+    missing = [world.label(region) for region in world.free if region not in owner]
+    if missing:
+        more = f" and {len(missing) - _SHOWN} more" if len(missing) > _SHOWN else ""
+        told = f"'partition': free regions in no cell: {', '.join(missing[:_SHOWN])}{more}"
+        findings.add(node, told, "a robot may be anywhere: every free region needs a cell")
+        return None
+    return Partition.given(cells, world).cells

@@ -1,0 +1,135 @@
+"""Regions and targets as people write them: ``47``, ``[3, 8]``, a name, ``{any: [...]}``."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping as Names
+
+from safenav.scenario.objective import Target
+from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence, clipped
+from safenav.scenario.yaml.fields import mapping, sequence, wrong_type
+from safenav.scenario.yaml.findings import Findings, suggestion
+from safenav.world.map import Region, RegionMap
+
+_EXPECTED = "a region: 47, [row, column] or a name"
+_SET = {"any": "a target of several regions is written {any: [47, [3, 8]]}"}
+_BRACKETS = re.compile(r"\[\s*(\d{1,9})\s*,\s*(\d{1,9})\s*\]", re.ASCII)
+
+
+class RegionReader:
+    """Reads regions of one map. Without a map (it was bad) only the form is checked.
+
+    ``names`` maps declared names to regions, or to None if the declaration was bad.
+    """
+
+    def __init__(
+        self, world: RegionMap | None, names: Names[str, Region | None], findings: Findings
+    ) -> None:
+        self.world = world
+        self.names = names
+        self._findings = findings
+
+    def for_file(self, findings: Findings) -> RegionReader:
+        """The same, reporting to the findings of another file."""
+        return RegionReader(self.world, self.names, findings)
+
+    def region(self, node: Node | None, what: str) -> Region | None:
+        """A region that is no wall; None if there is none or it was reported."""
+        if node is None:
+            return None
+        region = self._number(node, what)
+        if region is not None and self.world is not None and region in self.world.walls:
+            found = f"{what}: region {self.world.label(region)} is a wall"
+            self._findings.add(node, found, self._free_nearby(region))
+            return None
+        return region
+
+    def target(self, node: Node | None, what: str) -> Target | None:
+        """One region, or ``{any: [...]}`` for a set of which any one counts."""
+        if not isinstance(node, Mapping):
+            region = self.region(node, what)
+            return None if region is None else frozenset({region})
+        fields = mapping(node, what, self._findings, ("any",), _SET)
+        items = sequence(fields.get("any") if fields else None, f"'any' of {what}", self._findings)
+        if items is None:
+            return None
+        if not items:
+            self._findings.add(node, f"{what}: a set of no regions", "name at least one region")
+            return None
+        found = [self.region(item, what) for item in items]
+        regions = frozenset(region for region in found if region is not None)
+        return regions if None not in found else None
+
+    def targets(self, node: Node | None, what: str) -> tuple[Target | None, ...] | None:
+        """A list of targets, None in place of those that were reported."""
+        if isinstance(node, Scalar | Mapping):
+            found = f"{what}: a list of targets is expected"
+            self._findings.add(node, found, "put brackets around it: [47, [3, 8], dock]")
+            return None
+        items = sequence(node, what, self._findings)
+        return None if items is None else tuple(self.target(item, what) for item in items)
+
+    def written(self, text: str) -> Region | None:
+        """The region in a name such as ``door@dock``: what stands behind the ``@``."""
+        if text.isascii() and text.isdigit() and len(text) < 10:
+            return int(text)
+        if (match := _BRACKETS.fullmatch(text)) and self.world is not None:
+            row, col = int(match[1]), int(match[2])
+            inside = row < self.world.rows and col < self.world.cols
+            return self.world.region(row, col) if inside else None
+        return self.names.get(text)
+
+    def _number(self, node: Node, what: str) -> Region | None:
+        match node:
+            case Scalar(value=bool()):
+                pass
+            case Scalar(value=int(number)):
+                return self._inside(node, number, what)
+            case Scalar(value=str(name)) if name:
+                return self._named(node, name, what)
+            case Sequence(items=(Scalar(value=int(row)), Scalar(value=int(col)))) if not (
+                isinstance(row, bool) or isinstance(col, bool)
+            ):
+                return self._at(node, row, col, what)
+        wrong_type(node, what, _EXPECTED, self._findings)
+        return None
+
+    def _named(self, node: Scalar, name: str, what: str) -> Region | None:
+        if name in self.names:
+            return self.names[name]
+        found = f"{what}: no region is named '{clipped(name)}'"
+        hint = suggestion(name, self.names) or "names are declared in 'names' of map"
+        if name.isdigit():
+            hint = f"write {clipped(name)} without quotes"
+        self._findings.add(node, found, hint)
+        return None
+
+    def _inside(self, node: Node, number: int, what: str) -> Region | None:
+        size = self.world.size if self.world is not None else None
+        if number < 0 or (size is not None and number >= size):
+            found = f"{what}: region {clipped(str(number))} is outside the map"
+            self._findings.add(node, found, self._extent())
+            return None
+        return number
+
+    def _at(self, node: Node, row: int, col: int, what: str) -> Region | None:
+        world = self.world
+        if row < 0 or col < 0 or (world and not (row < world.rows and col < world.cols)):
+            place = clipped(f"[{row}, {col}]")
+            self._findings.add(node, f"{what}: {place} is outside the map", self._extent())
+            return None
+        return world.region(row, col) if world is not None else None
+
+    def _extent(self) -> str:
+        if self.world is None:
+            return "regions are numbered from 0"
+        last = self.world.size - 1
+        rows, cols = self.world.rows - 1, self.world.cols - 1
+        return f"regions go from 0 to {last}, that is [0, 0] to [{rows}, {cols}]"
+
+    def _free_nearby(self, region: Region) -> str:
+        assert self.world is not None
+        beside = self.world.neighbours(region)
+        if not beside:
+            return "all regions beside it are walls, too"
+        return "free beside it: " + ", ".join(self.world.label(free) for free in beside)

@@ -1,0 +1,246 @@
+"""The ``robots:`` of a scenario, and whether each can do what its objective asks."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import replace
+from itertools import combinations
+
+from safenav.formula.syntax import RESERVED_WORDS
+from safenav.scenario.catalogue import Catalogue
+from safenav.scenario.model import Robot, RobotModel, Tracking, conflict
+from safenav.scenario.objective import Hold, Objective, targets_of
+from safenav.scenario.reachability import Reachability
+from safenav.scenario.reading.catalogue import read_vision
+from safenav.scenario.reading.objective import IDENTIFIER, OWN_VARIABLES, ObjectiveReader
+from safenav.scenario.reading.regions import RegionReader
+from safenav.scenario.yaml import fields as read
+from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence, clipped
+from safenav.scenario.yaml.findings import Findings, suggestion
+from safenav.world.map import Heading, RegionMap
+from safenav.world.moves import Mobility, Pose
+
+KEYS = ("model", "start", "heading", "objective", "vision", "avoids", "tracks", "tracking")
+REQUIRED = {
+    "model": "a robot model of the catalogue, for example 'model: digit'",
+    "start": "a region, for example 'start: 47' or 'start: [3, 8]'",
+    "objective": "what it shall do, for example 'objective: {patrol: [14, 20]}'",
+}
+
+_HEADINGS = {heading.label: heading for heading in Heading}
+
+
+def read_robots(
+    node: Node | None,
+    regions: RegionReader,
+    catalogue: Catalogue,
+    findings: Findings,
+    reachable: bool = True,
+) -> tuple[Robot, ...]:
+    """The robots that could be read; what is wrong with the others is reported, and with
+    ``reachable`` also that one cannot get to its targets."""
+    team = read.mapping(node, "robots", findings)
+    if team is None:
+        return ()
+    if not team.entries:
+        findings.add(team, "there are no robots", "a scenario has at least one")
+    names = frozenset(key.text for key, _ in team.entries)
+    objectives = ObjectiveReader(regions, names, findings)
+    reader = _RobotReader(regions, catalogue, objectives, names, findings, reachable)
+    found = [reader.read(key, item) for key, item in team.entries]
+    reader.check_starts()
+    reader.check_timing()
+    return tuple(robot for robot in found if robot is not None)
+
+
+class _RobotReader:
+    def __init__(
+        self,
+        regions: RegionReader,
+        catalogue: Catalogue,
+        objectives: ObjectiveReader,
+        names: Collection[str],
+        findings: Findings,
+        reachable: bool,
+    ) -> None:
+        self._reachable = reachable
+        self._regions = regions
+        self._catalogue = catalogue
+        self._objectives = objectives
+        self._names = names
+        self._findings = findings
+        self._standing: list[tuple[Robot, Node | None]] = []
+        self._tracking: dict[str, Node | None] = {}
+
+    def read(self, key: Scalar, node: Node) -> Robot | None:
+        before = len(self._findings)
+        name = clipped(key.text)
+        self._check_name(key)
+        item = read.mapping(node, f"robot {name}", self._findings, KEYS, REQUIRED)
+        if item is None:
+            return None
+        model = self._seeing(self._model(item.get("model"), name), item.get("vision"), name)
+        heading = self._heading(item, name, model)
+        start = self._regions.region(item.get("start"), f"'start' of {name}")
+        avoids = self._others(item.get("avoids"), "avoids", key.text)
+        tracks = self._others(item.get("tracks"), "tracks", key.text) or frozenset()
+        what = f"'tracking' of {name}"
+        tracking = read.choice(item.get("tracking"), what, Tracking, self._findings)
+        if start is not None and model is not None:
+            # Whatever its objective is, it stands there.
+            target = Hold(frozenset({start}))
+            there = Robot(
+                key.text, model, Pose(start), target, avoids, tracks, tracking or Tracking.NEARBY
+            )
+            self._standing.append((there, item.get("start")))
+            self._tracking[key.text] = item.get("tracking")
+        mobility = model.mobility if model else None
+        objective = self._objectives.read(item.get("objective"), name, mobility)
+        if model is None or start is None or objective is None:
+            return None
+        if mobility is Mobility.HEADING and heading is None:
+            return None
+        pose = Pose(start, heading if mobility is Mobility.HEADING else None)
+        tracking = tracking or Tracking.NEARBY
+        robot = Robot(key.text, model, pose, objective, avoids, tracks, tracking)
+        if self._reachable and self._regions.world is not None:
+            _check_reachable(robot, item.get("objective"), self._regions.world, self._findings)
+        return robot if len(self._findings) == before else None
+
+    def _check_name(self, key: Scalar) -> None:
+        shown = clipped(key.text)
+        if not IDENTIFIER.fullmatch(key.text):
+            hint = "use letters, digits and '_', beginning with a letter"
+            self._findings.add(key, f"'{shown}' cannot name a robot", hint)
+        elif key.text in RESERVED_WORDS | OWN_VARIABLES:
+            hint = "use another name: robots become variables of specifications"
+            self._findings.add(key, f"the robot name '{shown}' has a meaning of its own", hint)
+
+    def _model(self, node: Node | None, name: str) -> RobotModel | None:
+        word = read.text(node, f"'model' of {name}", self._findings)
+        if word is None:
+            return None
+        model = self._catalogue.robots.get(word)
+        if model is None and not self._catalogue.may_hold(word):
+            hint = suggestion(word, self._catalogue.robots)
+            found = f"'model' of {name}: unknown robot model '{clipped(word)}'"
+            self._findings.add(node, found, hint)
+        return model
+
+    def _heading(self, item: Mapping, name: str, model: RobotModel | None) -> Heading | None:
+        """The heading; one that the mobility does not need is checked and ignored."""
+        node = item.get("heading")
+        if node is None:
+            if model is not None and model.mobility is Mobility.HEADING:
+                found = f"robot {name}: the key 'heading' is missing"
+                hint = f"a {model.name} starts with a heading: {', '.join(_HEADINGS)}"
+                self._findings.add(item, found, hint)
+            return None
+        word = read.text(node, f"'heading' of {name}", self._findings)
+        if word is not None and word not in _HEADINGS:
+            found = f"'heading' of {name}: unknown heading '{clipped(word)}'"
+            self._findings.add(node, found, suggestion(word, _HEADINGS))
+        return _HEADINGS.get(word) if word is not None else None
+
+    def _seeing(self, model: RobotModel | None, node: Node | None, name: str) -> RobotModel | None:
+        """The model with the robot's own vision, if it has one."""
+        if node is None:
+            return model
+        vision = read_vision(node, f"'vision' of {name}", self._findings)
+        return model and replace(model, vision=vision)
+
+    def _others(self, node: Node | None, word: str, name: str) -> frozenset[str] | None:
+        """The robots in a list of names; None if there is no list."""
+        what = f"'{word}' of {clipped(name)}"
+        for item in node.items if isinstance(node, Sequence) else ():
+            other = item.value if isinstance(item, Scalar) else None
+            if not isinstance(other, str) or not other.strip():
+                continue  # told below
+            if other == name:
+                self._findings.add(item, f"{what}: a robot is not one of the others")
+            elif other not in self._names:
+                found = f"{what}: no robot is named '{clipped(other)}'"
+                hint = suggestion(other, frozenset(self._names) - {name})
+                self._findings.add(item, found, hint)
+        return read.words(node, what, self._findings)
+
+    def check_starts(self) -> None:
+        """Report robots that must never share a region and start in one."""
+        there: dict[int, list[tuple[Robot, Node | None]]] = {}
+        for robot, node in self._standing:
+            there.setdefault(robot.start.region, []).append((robot, node))
+        for crowd in there.values():
+            told = set()
+            for (first, _), (second, node) in combinations(crowd, 2):
+                if second.name not in told and conflict(first, second):
+                    told.add(second.name)
+                    region = second.start.region
+                    found = f"'start' of {second.name}: {first.name} starts in region {region}, too"
+                    self._findings.add(node, found, _why_apart(first, second))
+
+    def check_timing(self) -> None:
+        """Report robots that keep track of others step by step where steps take several ticks:
+        what their specification assumes of the others would not be true."""
+        team = [robot for robot, _ in self._standing]
+        for robot in team:
+            if robot.tracking is Tracking.NEARBY:
+                continue
+            seen = [
+                other
+                for other in team
+                if other is robot or other.name in robot.tracks or conflict(robot, other)
+            ]
+            slow = [other.name for other in seen if other.model.timing.most > 1]
+            if slow:
+                found = (
+                    f"'tracking' of {clipped(robot.name)}: {robot.tracking.value} counts on steps "
+                    f"of one tick, and those of {clipped(slow[0])} take several"
+                )
+                hint = "'tracking: nearby' is right for any timing"
+                self._findings.add(self._tracking[robot.name], found, hint)
+
+
+def _why_apart(one: Robot, other: Robot) -> str:
+    for robot, rest in ((one, other), (other, one)):
+        if robot.avoids is not None and rest.name in robot.avoids:
+            return f"{clipped(robot.name)} avoids {clipped(rest.name)}"
+    return f"robots of one layer ({clipped(one.model.layer)}) cannot share a region"
+
+
+def _check_reachable(robot: Robot, node: Node | None, world: RegionMap, findings: Findings) -> None:
+    targets = targets_of(robot.objective)
+    if not targets:
+        return
+    reach = Reachability(robot.model.mobility, robot.start, world)
+    places = _target_nodes(robot.objective, node)
+    start = world.label(robot.start.region)
+    missed = False
+    for target, place in zip(targets, places, strict=True):
+        if reach.reaches(target):
+            continue
+        missed = True
+        regions = " or ".join(world.label(region) for region in sorted(target))
+        found = f"objective of {robot.name}: {clipped(regions, 80)} cannot be reached from {start}"
+        findings.add(place, found, _why(robot, target, world))
+    if not missed and not reach.recurs(targets):
+        found = f"objective of {robot.name}: it cannot go from target to target for ever"
+        hint = "with heading mobility it cannot turn round where it gets to"
+        findings.add(node, found, hint)
+
+
+def _target_nodes(objective: Objective, node: Node | None) -> tuple[Node, ...]:
+    """Where each target is written."""
+    assert isinstance(node, Mapping)
+    value = node.entries[0][1]
+    if isinstance(objective, Hold):
+        return (value,)
+    assert isinstance(value, Sequence)
+    return value.items
+
+
+def _why(robot: Robot, target: frozenset[int], world: RegionMap) -> str:
+    if robot.model.mobility is Mobility.HEADING:
+        on_foot = Reachability(Mobility.FREE, Pose(robot.start.region), world)
+        if on_foot.reaches(target):
+            return "with heading mobility it cannot turn round on the spot: check the heading"
+    return "walls are between them"

@@ -1,0 +1,139 @@
+"""``ros: map.yaml`` in the map of a scenario: an occupancy map as ROS map_server saves it."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from fractions import Fraction
+from math import ceil
+from pathlib import Path
+
+from safenav.scenario.reading.grid import too_large
+from safenav.scenario.reading.map_file import read_count, read_pixels, read_share, with_walls
+from safenav.scenario.reading.origin import read_origin
+from safenav.scenario.yaml import fields as read
+from safenav.scenario.yaml.document import Mapping, Node, Scalar
+from safenav.scenario.yaml.findings import Findings
+from safenav.scenario.yaml.source import parsed, read_source
+from safenav.world.files.pixels import Blocked, Layout
+from safenav.world.files.ros import RosMap, occupied
+from safenav.world.frame import Frame
+from safenav.world.map import MAX_REGIONS, RegionMap
+
+REQUIRED = {
+    "image": "the path of the image, relative to this file",
+    "resolution": "metres a pixel, for example 'resolution: 0.05'",
+    "origin": "[x, y, yaw] of the lower left corner",
+    "occupied_thresh": "map_saver writes 'occupied_thresh: 0.65'",
+    "free_thresh": "map_saver writes 'free_thresh: 0.196'",
+    "negate": "map_saver writes 'negate: 0'",
+}
+
+
+class Mode(StrEnum):
+    """The modes of map_server in which white is free and black is occupied."""
+
+    TRINARY = "trinary"
+    SCALE = "scale"
+
+
+def read_ros(node: Node, fields: Mapping, folder: Path, findings: Findings) -> RegionMap | None:
+    """The map with its frame; None if it was reported."""
+    before = len(findings)
+    count = read_count(fields, findings)
+    side = read.positive(fields.get("resolution"), "'resolution' of map", findings)
+    share = read_share(fields, findings)
+    sized = [key for key, _ in fields.entries if key.text in ("rows", "cols", "resolution")]
+    if fields.get("resolution") is not None and len(sized) > 1:
+        extra = next(key for key in sized if key.text != "resolution")
+        hint = "the size of a region follows from either of them"
+        findings.add(extra, f"map: both '{extra.text}' and 'resolution'", hint)
+    name = read.text(node, "'ros' of map", findings)
+    if name is None:
+        return None
+    path = folder / name
+    text = read_source(path, findings, node)
+    if text is None:
+        return None
+    inside = findings.beside(str(path))
+    settings, blocked = _read_file(text, path, inside)
+    if settings is None or blocked is None:
+        return None
+    height, width = (pixels * settings.resolution for pixels in blocked.shape)
+    if not sized:
+        hint = (
+            f"the map measures {width:g} x {height:g} m: say how large a region is, for example "
+            "'resolution: 0.5' (metres), or give 'rows' and 'cols'"
+        )
+        findings.add(node, "map: how large are the regions?", hint)
+    if len(findings) > before:
+        return None
+    if side is not None:
+        rows, cols = ceil(height / side), ceil(width / side)
+        if rows * cols > MAX_REGIONS:
+            findings.add(fields.get("resolution"), *too_large(rows, cols))
+            return None
+        layout = Layout.of_size(blocked, _decimal(side) / _decimal(settings.resolution))
+        resolution = (side, side)
+    else:
+        assert count is not None
+        layout = Layout.of_count(blocked, *count)
+        resolution = (width / layout.cols, height / layout.rows)
+    world = with_walls(blocked, layout, share, node, findings)
+    if world is None:
+        return None
+    x, y, yaw = settings.origin
+    return RegionMap(world.rows, world.cols, world.walls, {}, Frame(resolution, (x, y), yaw))
+
+
+def _decimal(number: float) -> Fraction:
+    """What is written, not its binary neighbour: 0.5 / 0.05 is exactly 10."""
+    return Fraction(repr(number))
+
+
+def _read_file(text: str, path: Path, findings: Findings) -> tuple[RosMap | None, Blocked | None]:
+    """The settings, and the pixels of their image that are not free."""
+    document = parsed(text, findings)
+    if document is None:
+        return None, None
+    item = read.mapping(document.root, "a ROS map", findings, None, REQUIRED)
+    if item is None:
+        return None, None
+    settings = _settings(item, findings)
+    node = item.get("image")
+    image = read_pixels(node, path.parent, findings) if node is not None else None
+    if settings is None or image is None:
+        return None, None
+    return settings, occupied(image, settings)
+
+
+def _settings(item: Mapping, findings: Findings) -> RosMap | None:
+    before = len(findings)
+    node = item.get("mode")
+    if isinstance(node, Scalar) and node.value == "raw":
+        hint = "save it again with 'mode: trinary'"
+        findings.add(node, "maps of the mode 'raw', whose pixels are occupancies", hint)
+    else:
+        read.choice(node, "'mode'", Mode, findings)
+    resolution = read.positive(item.get("resolution"), "'resolution'", findings)
+    origin = read_origin(item.get("origin"), "'origin'", findings)
+    occupied_thresh, free_thresh = (
+        read.probability(item.get(word), f"'{word}'", findings)
+        for word in ("occupied_thresh", "free_thresh")
+    )
+    negate = _negate(item.get("negate"), findings)
+    if (
+        len(findings) > before
+        or resolution is None
+        or origin is None
+        or occupied_thresh is None
+        or free_thresh is None
+    ):
+        return None
+    return RosMap(resolution, origin, negate, occupied_thresh, free_thresh)
+
+
+def _negate(node: Node | None, findings: Findings) -> bool:
+    """0 or 1, as map_saver writes it, or a truth value."""
+    if isinstance(node, Scalar) and isinstance(node.value, bool):
+        return node.value
+    return read.integer(node, "'negate'", findings, most=1) == 1

@@ -1,0 +1,204 @@
+"""Typed values out of document nodes: each reader returns the value or reports why not.
+
+``what`` names the item for the message ("'rounds' of until"). A reader that returns None has
+reported; callers go on, so that one mistake does not hide another.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from collections.abc import Mapping as Wanted
+from enum import StrEnum
+from typing import TypeVar
+
+from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence, clipped
+from safenav.scenario.yaml.findings import Findings, closest, listed, suggestion
+
+E = TypeVar("E", bound=StrEnum)
+
+
+def described(node: Node) -> str:
+    """What stands there, for "found ..."."""
+    match node:
+        case Sequence(_, items):
+            return f"a list of {len(items)}" if items else "an empty list"
+        case Mapping(_, entries):
+            return "a mapping" if entries else "an empty mapping"
+        case Scalar(value=None):
+            return "nothing"
+        case Scalar(value=bool(value)):
+            return "true" if value else "false"
+        case Scalar(value=int() | float()):
+            return f"the number {clipped(node.text)}"
+        case Scalar():
+            return f"the text '{clipped(node.text)}'"
+
+
+def wrong_type(node: Node, what: str, expected: str, findings: Findings, hint: str = "") -> None:
+    """Report that a node is not of the kind that is expected."""
+    if isinstance(node, Scalar) and node.style in ("'", '"') and "number" in expected:
+        hint = hint or "numbers are written without quotes"
+    findings.add(node, f"{what}: found {described(node)}, expected {expected}", hint)
+
+
+def mapping(
+    node: Node | None,
+    what: str,
+    findings: Findings,
+    known: Iterable[str] | None = None,
+    required: Wanted[str, str] | None = None,
+) -> Mapping | None:
+    """A mapping, whose keys are ``known`` (None: any) and hold the ``required`` ones (each
+    with a hint what to write)."""
+    if node is None:
+        return None
+    if not isinstance(node, Mapping):
+        wrong_type(node, what, "a mapping (key: value)", findings)
+        return None
+    misspelt = _unknown_keys(node, what, known, findings) if known is not None else set()
+    for key_word, hint in (required or {}).items():
+        if node.get(key_word) is None and key_word not in misspelt:
+            findings.add(node, f"{what}: the key '{key_word}' is missing", hint)
+    return node
+
+
+def _unknown_keys(node: Mapping, what: str, known: Iterable[str], findings: Findings) -> set[str]:
+    """Report keys that are not known; returns the known ones that were probably meant."""
+    words = set(known)
+    free = words - {key.text for key, _ in node.entries}
+    meant = set()
+    for key, _ in node.entries:
+        if key.text not in words:
+            hint = suggestion(key.text, free)
+            findings.add(key, f"unknown key '{clipped(key.text)}' in {what}", hint)
+            meant.update(closest(key.text, free))
+    return meant
+
+
+def sequence(node: Node | None, what: str, findings: Findings) -> tuple[Node, ...] | None:
+    """The items of a list."""
+    if node is None:
+        return None
+    if not isinstance(node, Sequence):
+        shown = clipped(node.text) if isinstance(node, Scalar) else ""
+        hint = f"put brackets around it: [{shown}]" if shown else ""
+        wrong_type(node, what, "a list [...]", findings, hint)
+        return None
+    return node.items
+
+
+def text(node: Node | None, what: str, findings: Findings) -> str | None:
+    """A text that is not empty."""
+    if node is None:
+        return None
+    if not isinstance(node, Scalar) or not isinstance(node.value, str):
+        wrong_type(node, what, "a text", findings)
+        return None
+    if not node.value.strip():
+        findings.add(node, f"{what} is empty")
+        return None
+    return node.value
+
+
+def words(node: Node | None, what: str, findings: Findings) -> frozenset[str] | None:
+    """A list of words."""
+    items = sequence(node, what, findings)
+    if items is None:
+        return None
+    found = [text(item, f"an item of {what}", findings) for item in items]
+    return frozenset(word for word in found if word is not None)
+
+
+def integer(
+    node: Node | None, what: str, findings: Findings, *, least: int = 0, most: int = 2**31 - 1
+) -> int | None:
+    """A whole number from ``least`` to ``most``; true and false are none."""
+    if node is None:
+        return None
+    value = node.value if isinstance(node, Scalar) else None
+    if isinstance(value, bool) or not isinstance(value, int):
+        wrong_type(node, what, "a whole number", findings)
+        return None
+    if not least <= value <= most:
+        limits = f"at least {least}" if value < least else f"at most {most}"
+        findings.add(node, f"{what} is {clipped(str(value))}, and must be {limits}")
+        return None
+    return value
+
+
+def positive(
+    node: Node | None, what: str, findings: Findings, expected: str = "a number"
+) -> float | None:
+    """A finite number above zero."""
+    value = finite(node, what, findings, expected)
+    if value is not None and node is not None and value <= 0:
+        findings.add(node, f"{what} is {value:g}, and must be more than 0")
+        return None
+    return value
+
+
+def probability(node: Node | None, what: str, findings: Findings) -> float | None:
+    """A number from 0 to 1."""
+    value = finite(node, what, findings)
+    if value is not None and node is not None and not 0 <= value <= 1:
+        findings.add(node, f"{what} is {value:g}, and must be from 0 to 1")
+        return None
+    return value
+
+
+def finite(
+    node: Node | None, what: str, findings: Findings, expected: str = "a number"
+) -> float | None:
+    """A number that is neither infinite nor none at all (``.inf``, ``.nan``)."""
+    if node is None:
+        return None
+    value = node.value if isinstance(node, Scalar) else None
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        wrong_type(node, what, expected, findings)
+        return None
+    try:
+        number = float(value)
+    except OverflowError:
+        number = math.inf
+    if not math.isfinite(number):
+        wrong_type(node, what, "a finite number", findings)
+        return None
+    return number
+
+
+def boolean(node: Node | None, what: str, findings: Findings) -> bool | None:
+    if node is None:
+        return None
+    if not isinstance(node, Scalar) or not isinstance(node.value, bool):
+        wrong_type(node, what, "true or false", findings)
+        return None
+    return node.value
+
+
+def switch(node: Node | None, what: str, findings: Findings) -> bool | None:
+    """``on`` or ``off``, also as a truth value: ``on`` is one for readers of older YAML."""
+    if isinstance(node, Scalar) and isinstance(node.value, str) and node.value.lower() in _SWITCH:
+        return _SWITCH[node.value.lower()]
+    if node is None or (isinstance(node, Scalar) and isinstance(node.value, bool)):
+        return boolean(node, what, findings)
+    wrong_type(node, what, "on or off", findings)
+    return None
+
+
+_SWITCH = {"on": True, "off": False}
+
+
+def choice(node: Node | None, what: str, options: type[E], findings: Findings) -> E | None:
+    """A member of an enumeration, by its word."""
+    if node is None:
+        return None
+    known = [option.value for option in options]
+    if not isinstance(node, Scalar) or not isinstance(node.value, str):
+        wrong_type(node, what, f"one of {listed(known)}", findings)
+        return None
+    if node.value not in known:
+        hint = suggestion(node.value, known)
+        findings.add(node, f"{what}: unknown word '{clipped(node.value)}'", hint)
+        return None
+    return options(node.value)

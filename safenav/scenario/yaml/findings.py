@@ -1,0 +1,73 @@
+"""What is wrong with an input, collected so that all of it is told at once."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable
+
+from safenav.errors import Diagnostic, InputError
+from safenav.scenario.yaml.document import Node, Place, clipped
+
+MAX_REPORTED = 100
+
+
+class Findings:
+    """Diagnostics of one file; ``beside`` makes one for another file of the same input."""
+
+    def __init__(self, file: str) -> None:
+        self.file = file
+        self._found: list[Diagnostic] = []
+        self._files = [file]
+
+    def beside(self, file: str) -> Findings:
+        """Findings of a file that this one refers to; they are raised together."""
+        other = Findings(file)
+        other._found = self._found
+        other._files = self._files
+        self._files.append(file)
+        return other
+
+    def add(self, where: Node | Place | None, found: str, hint: str = "") -> None:
+        """One thing wrong. ``where`` is None if there is no place to point at."""
+        if where is None:
+            self._found.append(Diagnostic(self.file, 0, 0, found, hint))
+            return
+        place = where if isinstance(where, Place) else where.place
+        self._found.append(Diagnostic(self.file, place.line, place.column, found, hint))
+
+    def __len__(self) -> int:
+        return len(self._found)
+
+    def raise_if_any(self) -> None:
+        """Raise InputError with all diagnostics in file order, if there are any."""
+        if not self._found:
+            return
+        rank = {file: index for index, file in reversed(list(enumerate(self._files)))}
+        once = dict.fromkeys(self._found)
+        ordered = sorted(once, key=lambda d: (rank[d.file], d.line, d.column))
+        if len(ordered) > MAX_REPORTED:
+            more = f"and {len(ordered) - MAX_REPORTED} more"
+            ordered[MAX_REPORTED:] = [Diagnostic(self.file, 0, 0, more)]
+        raise InputError(ordered)
+
+
+def closest(word: str, known: Iterable[str]) -> list[str]:
+    """The known word that was probably meant, if there is one."""
+    from difflib import get_close_matches  # only needed when something is wrong
+
+    return get_close_matches(word[:80], sorted(known), n=1, cutoff=0.6)
+
+
+def suggestion(word: str, known: Iterable[str]) -> str:
+    """The known word that was probably meant, and all known ones if they are few."""
+    words = sorted(known)
+    close = closest(word, words)
+    parts = [f"did you mean '{close[0]}'?"] if close else []
+    if words and len(words) <= 12:
+        parts.append(f"known: {listed(words)}")
+    return " ".join(parts)
+
+
+def listed(words: Collection[str]) -> str:
+    """Words from a file in one line; not too many of them."""
+    some = [clipped(word) for word in list(words)[:12]]
+    return ", ".join(some) + (", ..." if len(words) > 12 else "")

@@ -1,0 +1,108 @@
+"""Scenario and catalogue files as text, or a message why a path is none."""
+
+from __future__ import annotations
+
+import stat
+from pathlib import Path
+
+from safenav.scenario.yaml.document import Document, DocumentError, Node, Place, read_document
+from safenav.scenario.yaml.findings import Findings
+
+MAX_BYTES = 5_000_000
+
+
+def read_source(path: Path, findings: Findings, named_at: Node | None = None) -> str | None:
+    """The text of a file; None if that is impossible, which is then reported.
+
+    ``named_at`` is where another file (that of ``findings``) names this one.
+    """
+    try:
+        return _decoded(_bytes(path, MAX_BYTES))
+    except _UnusableError as error:
+        _report(error, path, findings, named_at)
+        return None
+
+
+def read_bytes(path: Path, findings: Findings, named_at: Node, limit: int) -> bytes | None:
+    """The content of a file that is no text, of at most ``limit`` bytes; else as above."""
+    try:
+        return _bytes(path, limit)
+    except _UnusableError as error:
+        _report(error, path, findings, named_at)
+        return None
+
+
+def _report(error: _UnusableError, path: Path, findings: Findings, named_at: Node | None) -> None:
+    if named_at is None:
+        findings.add(error.place, error.found, error.hint)
+    else:
+        findings.add(named_at, f"file '{path}': {error.found}", error.hint)
+
+
+class _UnusableError(Exception):
+    def __init__(self, found: str, hint: str = "", place: Place | None = None) -> None:
+        self.found = found
+        self.hint = hint
+        self.place = place
+        super().__init__(found)
+
+
+def _bytes(path: Path, limit: int) -> bytes:
+    try:
+        kind = path.stat().st_mode
+        if stat.S_ISDIR(kind):
+            raise _UnusableError("this is a directory", "name a file in it")
+        if not stat.S_ISREG(kind):
+            # A pipe would wait for ever, /dev/zero never ends.
+            raise _UnusableError("this is not a regular file", "copy what it gives into a file")
+        with path.open("rb") as file:
+            data = file.read(limit + 1)
+    except FileNotFoundError:
+        raise _UnusableError("no such file", _neighbours(path)) from None
+    except PermissionError:
+        raise _UnusableError("permission denied", "check who may read the file") from None
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else str(error)
+        raise _UnusableError(f"not readable: {reason}") from None
+    if len(data) > limit:
+        raise _UnusableError(f"the file is larger than {limit // 1_000_000} MB")
+    return data
+
+
+def _decoded(data: bytes) -> str:
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        before = data[: error.start]
+        line_start = before.rfind(b"\n") + 1
+        column = len(before[line_start:].decode("utf-8", "replace")) + 1
+        place = Place(before.count(b"\n") + 1, column)
+        found = f"not UTF-8: byte 0x{data[error.start]:02X}"
+        raise _UnusableError(found, "save it as UTF-8", place) from None
+
+
+def parsed(text: str, findings: Findings) -> Document | None:
+    """The YAML document in a text; its flaws are reported."""
+    if len(text) > MAX_BYTES:
+        findings.add(None, f"the text is larger than {MAX_BYTES // 1_000_000} MB")
+        return None
+    try:
+        document = read_document(text)
+    except DocumentError as error:
+        findings.add(error.place, error.found, error.hint)
+        return None
+    for place, found, hint in document.flaws:
+        findings.add(place, found, hint)
+    return document
+
+
+def _neighbours(path: Path) -> str:
+    """Files of a similar name in the same directory."""
+    from difflib import get_close_matches
+
+    try:
+        names = [entry.name for entry in path.parent.iterdir() if entry.is_file()]
+    except OSError:
+        return f"the directory {path.parent} cannot be read or does not exist"
+    close = get_close_matches(path.name, names, n=1, cutoff=0.6)
+    return f"did you mean '{path.parent / close[0]}'?" if close else "check the path"

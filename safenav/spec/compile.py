@@ -1,0 +1,103 @@
+"""Compile one robot's share of a mission to a GR(1) specification (DESIGN section 4).
+
+Only what some guarantee can depend on is modelled: the robot's own pose and memory as
+outputs, what it must know of those it could collide with as inputs, nothing else.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+from safenav.scenario.objective import describe
+from safenav.spec import assignable
+from safenav.spec.motion import heading_rules, stepping, walls
+from safenav.spec.objective import encode
+from safenav.spec.others.tracking import Encoding as OthersEncoding
+from safenav.spec.others.tracking import encode_others
+from safenav.spec.specification import (
+    Constraint,
+    Origin,
+    Owner,
+    Section,
+    Specification,
+    Variable,
+)
+from safenav.spec.task import Task
+from safenav.world.map import RegionMap
+from safenav.world.moves import Mobility
+
+
+def compile_task(task: Task, world: RegionMap) -> Specification:
+    """The specification of one robot for its current task.
+
+    Source: paper, Sections III and VI; DESIGN section 4.
+    """
+    robot = task.robot
+    others = encode_others(task, world)
+    objective = encode(task.objective, f"{task.item}.objective", task.pose.region, task.memory)
+    steering, steered = _steering(task, world)
+    variables = [
+        *steering.inputs,
+        *others.inputs,
+        *others.outputs,
+        Variable("region", Owner.OUTPUT, (0, world.size - 1), f"where {robot.name} is"),
+    ]
+    if robot.model.mobility is Mobility.HEADING:
+        note = f"which way {robot.name} faces: 0 north, 1 east, 2 south, 3 west"
+        variables.append(Variable("heading", Owner.OUTPUT, (0, 3), note))
+    variables += objective.variables
+    constraints = [
+        *steering.assumptions,
+        *others.assumptions,
+        *_beginning(task),
+        *_motion(task, world, others),
+        *steering.guarantees,
+        *(steered(constraint) for constraint in objective.constraints),
+    ]
+    title = f"{robot.name} ({robot.model.name}): {describe(task.objective)}"
+    return Specification(robot.name, title, tuple(variables), tuple(constraints))
+
+
+def _steering(
+    task: Task, world: RegionMap
+) -> tuple[OthersEncoding, Callable[[Constraint], Constraint]]:
+    """What lets goals be assigned at runtime, and what that does to the robot's own goals."""
+    if not task.assignable:
+        return OthersEncoding(), lambda constraint: constraint
+    encoding = OthersEncoding(
+        assignable.inputs(task, world),
+        (),
+        tuple(assignable.assumptions(task, world)),
+        tuple(assignable.guarantees()),
+    )
+    return encoding, assignable.excused
+
+
+def assumption_names(task: Task, world: RegionMap) -> list[str]:
+    """The fairness assumptions that a task relies on, in words."""
+    rules = (
+        constraint.origin.rule
+        for constraint in encode_others(task, world).assumptions
+        if constraint.section is Section.ENV_LIVENESS
+    )
+    return list(dict.fromkeys(rules))
+
+
+def _beginning(task: Task) -> Iterator[Constraint]:
+    origin = Origin(f"{task.item}.start", "where it begins")
+    pose = task.pose
+    yield Constraint(Section.SYS_INIT, f"region = {pose.region}", origin, (pose.region,))
+    if task.robot.model.mobility is Mobility.HEADING and pose.heading is not None:
+        yield Constraint(Section.SYS_INIT, f"heading = {pose.heading:d}", origin)
+
+
+def _motion(task: Task, world: RegionMap, others: OthersEncoding) -> Iterator[Constraint]:
+    mobility = task.robot.model.mobility
+    yield from stepping("region", Section.SYS_TRANS, world, f"{task.item}.mobility")
+    if mobility is Mobility.HEADING:
+        yield from heading_rules(world, f"{task.item}.mobility")
+    yield from walls("region", Section.SYS_TRANS, world, "map")
+    for known in task.blocked:
+        origin = Origin(known.item, known.reason, "paper, eq. (3)")
+        yield Constraint(Section.SYS_TRANS, f"region' != {known.region}", origin, (known.region,))
+    yield from others.guarantees

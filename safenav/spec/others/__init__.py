@@ -1,0 +1,1 @@
+"""Other robots as the environment of one: nearby, exact, belief."""

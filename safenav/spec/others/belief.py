@@ -1,0 +1,330 @@
+"""Others by where they may be: an input ``at_NAME`` with a region, or a belief.
+
+Its values below the number of regions are regions where the robot sees the other; those above
+are beliefs: sets of cells that may hold it while it is out of sight, numbered as they can occur
+(``knowledge``). The game is as large as with exact positions near the robot and as small as
+the partition everywhere else. See docs/beliefs.md.
+
+Constraints are written for each own region (what is in sight from it) and for each belief,
+never for each pair of positions. Positions that cannot go together are left open wherever that
+makes a set of regions shorter to write.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+
+from safenav.errors import UsageError
+from safenav.scenario.objective import Target
+from safenav.spec.motion import headings, step_formula
+from safenav.spec.others.exact import out_of_my_way
+from safenav.spec.others.knowledge import (
+    Belief,
+    Knowledge,
+    TooManyBeliefsError,
+    Watch,
+    occurring,
+    watch,
+)
+from safenav.spec.specification import Constraint, Origin, Owner, Section, Variable
+from safenav.spec.task import Fairness, Observed, Task
+from safenav.world.map import Heading, Region, RegionMap
+from safenav.world.partition import rooms
+from safenav.world.sight import Regions, as_mask, members
+
+SOURCE = "design, section 4, beliefs"
+MOST_CELLS = 6
+"""Cells of an automatic partition: with more rooms than that the smallest are joined (figures in
+docs/beliefs.md)."""
+MOST_BELIEFS = 4000
+"""Beliefs that a specification may tell apart."""
+
+
+@dataclass(frozen=True)
+class Model:
+    """What can be known of one other robot, and how the input says it."""
+
+    other: Observed
+    watch: Watch
+    beliefs: tuple[Belief, ...]
+    owns: Mapping[Knowledge, Regions]
+
+    @property
+    def size(self) -> int:
+        """The number of regions, and of the first belief."""
+        return self.watch.world.size
+
+    def number(self, knowledge: Knowledge) -> int:
+        """The input's value; one beyond its range for a belief that cannot occur."""
+        if not isinstance(knowledge, frozenset):
+            return knowledge
+        known = knowledge in self.beliefs
+        return self.size + (self.beliefs.index(knowledge) if known else len(self.beliefs))
+
+
+def watch_for(task: Task, world: RegionMap) -> Watch:
+    """How the robot of a task keeps track of others: by the task's cells (default: the map's
+    rooms), within its vision, past the obstacles that the task takes for closed."""
+    partition = task.partition or rooms(world).coarsened(MOST_CELLS, world)
+    return watch(world, partition, task.robot.model.vision, task.closed)
+
+
+def known_of(other: Observed) -> Knowledge:
+    """What is known of another robot when a specification is written."""
+    return other.region if other.belief is None else other.belief
+
+
+def models(task: Task, world: RegionMap) -> tuple[Model, ...]:
+    """For each observed robot what can come to be known of it.
+
+    Raises UsageError if the partition makes too many beliefs.
+    """
+    blocked = frozenset(known.region for known in task.blocked)
+    seen_by, own = watch_for(task, world), task.pose.region
+    try:
+        return tuple(_model(seen_by, own, blocked, other) for other in task.observed)
+    except TooManyBeliefsError as error:
+        raise UsageError(f"{task.robot.name}: {error}; give a partition of fewer cells") from error
+
+
+@lru_cache(maxsize=256)
+def _model(seen_by: Watch, own: Region, blocked: frozenset[Region], other: Observed) -> Model:
+    found = occurring(seen_by, own, blocked, known_of(other), MOST_BELIEFS)
+    beliefs = [known for known in found if isinstance(known, frozenset)]
+    return Model(other, seen_by, tuple(sorted(beliefs, key=lambda b: (len(b), sorted(b)))), found)
+
+
+def inputs(task: Task, world: RegionMap) -> tuple[Variable, ...]:
+    found = []
+    for model in models(task, world):
+        other = model.other
+        note = f"where {other.name} is seen"
+        if model.beliefs:
+            note += f"; from {model.size} on out of sight and in one of these cells: "
+            note += ", ".join("+".join(map(str, sorted(belief))) for belief in model.beliefs)
+        bounds = (0, world.size - 1 + len(model.beliefs))
+        found.append(Variable(other.variable, Owner.INPUT, bounds, note))
+    return tuple(found)
+
+
+def guarantees(task: Task) -> Iterator[Constraint]:
+    """Never enter the region where another robot is seen.
+
+    That is enough: the robot sees all regions that it can step to, so it never steps into one
+    that holds somebody out of sight.
+    """
+    for other in task.observed:
+        if not other.danger:
+            continue
+        rule = f"never enter the region where {other.name} is seen"
+        origin = Origin(f"robots.{other.name}", rule, SOURCE)
+        yield Constraint(Section.SYS_TRANS, f"region' != {other.variable}'", origin)
+
+
+def assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
+    """Others move by single steps, are seen where they are in sight and believed where they are
+    not, and do not step onto this robot (they guarantee it)."""
+    for model in models(task, world):
+        item, name = f"robots.{model.other.name}", model.other.variable
+        begin = Origin(f"{item}.start", f"what is known of {model.other.name} to begin with")
+        yield Constraint(Section.ENV_INIT, f"{name} = {model.number(known_of(model.other))}", begin)
+        yield from _steps(model, item)
+        yield from _sight(model, item)
+        yield from _vanishing(model, item)
+        yield from _believing(model, item)
+        if model.other.danger:
+            polite = Origin(item, f"{model.other.name} does not step onto this robot", SOURCE)
+            yield Constraint(Section.ENV_TRANS, f"{name}' != region", polite)
+    yield from fairness(task, world)
+
+
+def fairness(task: Task, world: RegionMap) -> Iterator[Constraint]:
+    """The assumption that lets the robot get anywhere, if it makes one.
+
+    Knowledge meets it if one of the regions does where the other may be. Whenever the other
+    itself meets it, so does what is known then: the robot relies on no more than is true of the
+    other, and cannot break the assumption by looking away.
+    """
+    if task.fairness is Fairness.OUT_OF_MY_WAY:
+        yield from out_of_my_way(task, world)
+        return
+    for model in models(task, world):
+        other, item = model.other, f"robots.{model.other.name}"
+        if not other.danger:
+            continue
+        if task.fairness is Fairness.OFF_MY_TARGETS:
+            for target in task.targets:
+                rule = f"{other.name} is infinitely often not at {_words(target)}, or may not be"
+                on = [b for b in model.beliefs if model.watch.possible(b) <= target]
+                formula = f"!({_is_one_of(model, target, on)})"
+                yield Constraint(Section.ENV_LIVENESS, formula, Origin(item, rule, SOURCE))
+        elif task.fairness is Fairness.AT_ITS_TARGETS:
+            for target in other.targets:
+                rule = f"{other.name} is infinitely often at {_words(target)}, or may be"
+                on = [b for b in model.beliefs if model.watch.possible(b) & target]
+                formula = _is_one_of(model, target, on)
+                yield Constraint(Section.ENV_LIVENESS, formula, Origin(item, rule, SOURCE))
+        elif task.fairness is Fairness.OUT_OF_MY_SIGHT and model.beliefs:
+            origin = Origin(item, f"{other.name} is infinitely often out of sight", SOURCE)
+            yield Constraint(Section.ENV_LIVENESS, f"{other.variable} >= {model.size}", origin)
+
+
+def observe(task: Task, world: RegionMap, known: Mapping[str, Knowledge]) -> dict[str, int]:
+    """The inputs when this is known of the others (robot's name -> knowledge)."""
+    return {m.other.variable: m.number(known[m.other.name]) for m in models(task, world)}
+
+
+def _steps(model: Model, item: str) -> Iterator[Constraint]:
+    """From one region in sight to another by a single step."""
+    world, name, size = model.watch.world, model.other.variable, model.size
+    origin = Origin(item, "while in sight: stay, or step to a neighbouring region", SOURCE)
+    steps = [f"{name}' = {name}", *(step_formula(name, h, world) for h in headings(world))]
+    seen = f"{name} < {size} & {name}' < {size}"
+    yield Constraint(Section.ENV_TRANS, f"{seen} -> {' | '.join(steps)}", origin)
+    for column, heading in ((world.cols - 1, Heading.EAST), (0, Heading.WEST)):
+        beyond = 1 if heading is Heading.EAST else -1
+        edge = [world.region(row, column) for row in range(world.rows)]
+        wrapping = [r for r in edge if world.is_free(r) and world.is_free(r + beyond)]
+        if wrapping and world.cols > 1:
+            origin = Origin(item, f"no step {heading.label} from the map's edge", SOURCE)
+            step = step_formula(name, heading, world)
+            where = within(name, as_mask(tuple(wrapping)))
+            yield Constraint(Section.ENV_TRANS, f"{where} -> !({step})", origin)
+
+
+def _sight(model: Model, item: str) -> Iterator[Constraint]:
+    """Seen only where it is in sight."""
+    name, size, visibility = model.other.variable, model.size, model.watch.visibility
+    origin = Origin(item, f"{model.other.name} is seen only where it is in sight", SOURCE)
+    alike: dict[Regions, Regions] = {}
+    for own in members(_own_regions(model)):
+        sight = visibility.mask(own)
+        alike[sight] = alike.get(sight, 0) | 1 << own
+    for sight, owns in alike.items():
+        formula = (
+            f"{within('region', owns)} & {name}' < {size} -> {within(name, sight, prime=True)}"
+        )
+        yield Constraint(Section.ENV_TRANS, formula, origin)
+
+
+def _vanishing(model: Model, item: str) -> Iterator[Constraint]:
+    """Seen wherever it is in sight: from a known region it vanishes only by a step out of
+    sight, and is then believed in the cells of such steps."""
+    name, size = model.other.variable, model.size
+    everywhere = (1 << size) - 1
+    stays: dict[Region, Regions] = {}
+    may_vanish: dict[Region, Regions] = {}
+    plain: dict[Belief, Regions] = {}
+    several: list[tuple[Region, Belief, Regions, Regions]] = []
+    for region in _seen_regions(model):
+        owns = model.owns[region]
+        vanish = {b: owns & blind for b, blind in model.watch.outlook(region).beliefs if b}
+        vanish = {b: blind for b, blind in vanish.items() if blind}
+        in_sight = owns & ~sum(vanish.values())
+        for own in members(in_sight):
+            stays[own] = stays.get(own, 0) | 1 << region
+        for own in members(owns & ~in_sight):
+            may_vanish[own] = may_vanish.get(own, 0) | 1 << region
+        if len(vanish) == 1:
+            belief = next(iter(vanish))
+            plain[belief] = plain.get(belief, 0) | 1 << region
+        open_ = everywhere & ~owns
+        several += [
+            (region, belief, blind, blind | open_ | in_sight)
+            for belief, blind in vanish.items()
+            if len(vanish) > 1
+        ]
+    origin = Origin(item, f"{model.other.name} vanishes only by a step out of sight", SOURCE)
+    for own, regions in sorted(stays.items()):
+        where = within(name, regions, everywhere & ~may_vanish.get(own, 0))
+        yield Constraint(Section.ENV_TRANS, f"region = {own} & {where} -> {name}' < {size}", origin)
+    origin = Origin(item, f"{model.other.name} is believed where it can have vanished to", SOURCE)
+    never = everywhere & ~as_mask(_seen_regions(model))
+    for belief, regions in plain.items():
+        after = f"{name}' = {model.number(belief)}"
+        where = within(name, regions, never)
+        formula = f"{where} & {name}' >= {size} -> {after}"
+        yield Constraint(Section.ENV_TRANS, formula, origin)
+    for region, belief, owns, may in several:
+        after = f"{name}' < {size} | {name}' = {model.number(belief)}"
+        formula = f"{name} = {region} & {within('region', owns, may)} -> {after}"
+        yield Constraint(Section.ENV_TRANS, formula, origin)
+
+
+def _believing(model: Model, item: str) -> Iterator[Constraint]:
+    """From a believed cell it may appear where it can have come to, or stay out of sight; cells
+    that are in sight are believed no longer."""
+    name, size = model.other.variable, model.size
+    wall = as_mask(tuple(model.watch.world.walls))
+    for belief in model.beliefs:
+        outlook, owns = model.watch.outlook(belief), model.owns[belief]
+        cells = "+".join(map(str, sorted(belief)))
+        origin = Origin(item, f"while {model.other.name} is believed in {cells}", SOURCE)
+        source = f"{name} = {model.number(belief)}"
+        reach = within(name, outlook.reach, outlook.reach | wall, prime=True)
+        yield Constraint(Section.ENV_TRANS, f"{source} & {name}' < {size} -> {reach}", origin)
+        open_ = (1 << size) - 1 & ~owns
+        found = [(after, owns & blind) for after, blind in outlook.beliefs if owns & blind]
+        for after, blind in found:
+            then = f"{name}' < {size}"
+            if after is not None:
+                then += f" | {name}' = {model.number(after)}"
+            formula = f"{source} -> {then}"
+            if len(found) > 1:
+                formula = f"{source} & {within('region', blind, blind | open_)} -> {then}"
+            yield Constraint(Section.ENV_TRANS, formula, origin)
+
+
+def _own_regions(model: Model) -> Regions:
+    """Where this robot can be when the other moves."""
+    owns = 0
+    for regions in model.owns.values():
+        owns |= regions
+    return owns
+
+
+def _seen_regions(model: Model) -> tuple[Region, ...]:
+    return tuple(sorted(k for k in model.owns if not isinstance(k, frozenset)))
+
+
+def _is_one_of(model: Model, target: Target, beliefs: list[Belief]) -> str:
+    values = as_mask(target) | as_mask(frozenset(map(model.number, beliefs)))
+    return within(model.other.variable, values)
+
+
+def within(variable: str, must: Regions, may: Regions = 0, *, prime: bool = False) -> str:
+    """``variable`` has one of the values in ``must``, as a formula that binds like an atom;
+    values in ``may`` count or not, whichever is shorter to write."""
+    name = variable + "'" * prime
+    atoms = []
+    for first, last in _runs(must, may):
+        if first == last:
+            atoms.append(f"{name} = {first}")
+        else:
+            atoms.append(f"{name} >= {first} & {name} <= {last}")
+    if not atoms:
+        return "FALSE"
+    if len(atoms) == 1 and "&" not in atoms[0]:
+        return atoms[0]
+    return "(" + " | ".join(atoms) + ")"
+
+
+def _runs(must: Regions, may: Regions) -> Iterator[tuple[int, int]]:
+    """Runs of consecutive values that cover ``must``, from one of its values to another."""
+    first = last = -1
+    for value in members(must):
+        gap = (1 << value) - (1 << last + 1)
+        if first >= 0 and not gap & ~may:
+            last = value
+            continue
+        if first >= 0:
+            yield first, last
+        first = last = value
+    if first >= 0:
+        yield first, last
+
+
+def _words(target: Target) -> str:
+    return "|".join(str(region) for region in sorted(target))

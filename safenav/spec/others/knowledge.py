@@ -1,0 +1,176 @@
+"""What a robot knows of another one: the region where it sees it, or the cells that may hold it.
+
+Belief abstraction (Bharadwaj, Dimitrova, Topcu: Synthesis of surveillance strategies via belief
+abstraction, CDC 2018), which the paper keeps from its predecessor. From a known region, and from
+each region of the believed cells, the other may stay or step to a neighbour. Where the robot can
+see such a successor, the other is exactly there if it is seen there; all successors that it
+cannot see fold into a belief: the set of cells that contain one.
+
+How knowledge develops is defined here once. The specification is written from it, and the
+runtime keeps track with it, so that what a strategy was made for is what it is told.
+
+Source: DESIGN, section 4. The order is that of the game: the other moves first, and is looked
+for from the region where the robot stands before its own move.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+
+from safenav.world.map import Region, RegionMap
+from safenav.world.partition import Partition
+from safenav.world.sight import Regions, Visibility, as_mask, members, visible_from
+
+Belief = frozenset[int]
+"""The cells that may hold a robot that is out of sight; never empty."""
+
+Knowledge = Region | Belief
+"""Where another robot is, or what is believed of it."""
+
+
+@dataclass(frozen=True)
+class Prospect:
+    """What may be known after the next look: one of the regions that are in sight (``seen``),
+    or the ``belief`` if the other is out of sight; None if it cannot be."""
+
+    seen: frozenset[Region]
+    belief: Belief | None
+
+
+@dataclass(frozen=True)
+class Outlook:
+    """The prospects of one knowledge from all regions at once: the other may come to be in
+    ``reach``, and for each belief (or None) ``beliefs`` holds the own regions that lead to it."""
+
+    reach: Regions
+    beliefs: tuple[tuple[Belief | None, Regions], ...]
+
+
+class Watch:
+    """How a robot keeps track of others: on which map, by which cells, with which eyes."""
+
+    def __init__(self, world: RegionMap, partition: Partition, visibility: Visibility) -> None:
+        self.world = world
+        self.partition = partition
+        self.visibility = visibility
+        self._free = as_mask(world.free)
+        self._cells = tuple(as_mask(cell) for cell in partition.cells)
+        self._west = as_mask(tuple(range(0, world.size, world.cols)))
+        self._east = self._west << world.cols - 1
+        self._outlooks: dict[Knowledge, Outlook] = {}
+
+    def possible(self, knowledge: Knowledge) -> frozenset[Region]:
+        """The regions where the other may be."""
+        if isinstance(knowledge, frozenset):
+            return self.partition.regions(knowledge)
+        return frozenset({knowledge})
+
+    def update(self, own: Region, knowledge: Knowledge) -> Prospect:
+        """What may be known after the other's next move, looking from region ``own``."""
+        outlook = self.outlook(knowledge)
+        seen = frozenset(members(outlook.reach & self.visibility.mask(own)))
+        belief = next((b for b, owns in outlook.beliefs if owns >> own & 1), None)
+        return Prospect(seen, belief)
+
+    def outlook(self, knowledge: Knowledge) -> Outlook:
+        """The prospects from all free regions."""
+        known = self._outlooks.get(knowledge)
+        if known is None:
+            known = self._outlooks[knowledge] = self._look_ahead(knowledge)
+        return known
+
+    def spread(self, regions: Regions, within: Regions | None = None) -> Regions:
+        """The regions one step or none away, in ``within`` (default: all free regions)."""
+        return (
+            regions
+            | regions >> self.world.cols
+            | regions << self.world.cols
+            | (regions & ~self._east) << 1
+            | (regions & ~self._west) >> 1
+        ) & (self._free if within is None else within)
+
+    def _look_ahead(self, knowledge: Knowledge) -> Outlook:
+        if isinstance(knowledge, frozenset):
+            reach = self.spread(sum(self._cells[cell] for cell in knowledge))
+        else:
+            reach = self.spread(1 << knowledge)
+        groups: list[tuple[Belief, Regions]] = [(frozenset(), self._free)]
+        for cell, regions in enumerate(self._cells):
+            if not reach & regions:
+                continue
+            overseen = self._free  # the own regions from which all that is reached is in sight
+            for region in members(reach & regions):
+                overseen &= self.visibility.mask(region)
+                if not overseen:
+                    break
+            groups = [
+                part
+                for belief, owns in groups
+                for part in ((belief, owns & overseen), (belief | {cell}, owns & ~overseen))
+                if part[1]
+            ]
+        return Outlook(reach, tuple((belief or None, owns) for belief, owns in groups))
+
+
+@lru_cache(maxsize=64)
+def watch(
+    world: RegionMap,
+    partition: Partition,
+    radius: float | None,
+    closed: frozenset[Region] = frozenset(),
+) -> Watch:
+    """The watch with these properties, made once (see ``world.visibility`` for the last two)."""
+    return Watch(world, partition, visible_from(world, radius, closed))
+
+
+class TooManyBeliefsError(ValueError):
+    """More beliefs can occur than a specification can tell apart in reasonable time."""
+
+
+def occurring(
+    watch: Watch, own: Region, blocked: frozenset[Region], knowledge: Knowledge, most: int
+) -> Mapping[Knowledge, Regions]:
+    """All that can come to be known, each with the own regions where it may be the latest.
+
+    From ``knowledge`` in region ``own``; the robot itself steps freely, but not onto
+    ``blocked`` regions. Raises TooManyBeliefsError beyond ``most`` beliefs.
+    """
+    floor = as_mask(watch.world.free) & ~as_mask(blocked) | 1 << own
+    found: dict[Knowledge, Regions] = {knowledge: 1 << own}
+    fresh: dict[Knowledge, Regions] = dict(found)
+    queue: deque[Knowledge] = deque(found)
+    beliefs = int(isinstance(knowledge, frozenset))
+    while queue:
+        known = queue.popleft()
+        for after, owns in _following(watch, known, fresh.pop(known)):
+            new = watch.spread(owns, floor) & ~found.get(after, 0)
+            if not new:
+                continue
+            if after not in found and isinstance(after, frozenset):
+                beliefs += 1
+                if beliefs > most:
+                    raise TooManyBeliefsError(
+                        f"with {len(watch.partition.cells)} cells more than {most} beliefs occur"
+                    )
+            found[after] = found.get(after, 0) | new
+            if after not in fresh:
+                queue.append(after)
+            fresh[after] = fresh.get(after, 0) | new
+    return found
+
+
+def _following(
+    watch: Watch, knowledge: Knowledge, owns: Regions
+) -> Iterator[tuple[Knowledge, Regions]]:
+    """What may be known next, with those of the own regions from which it is."""
+    outlook = watch.outlook(knowledge)
+    for region in members(outlook.reach):
+        seers = owns & watch.visibility.mask(region)
+        if seers:
+            yield region, seers
+    for belief, blind in outlook.beliefs:
+        if belief is not None and owns & blind:
+            yield belief, owns & blind

@@ -1,0 +1,80 @@
+"""Other robots as the environment of one: which model of them, and what it observes.
+
+Three models behind one face (DESIGN section 4): what is next to the robot (``nearby``), where
+exactly everybody is (``exact``), and where everybody may be (``belief``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from safenav.scenario.model import Tracking
+from safenav.spec.others import belief, exact, nearby
+from safenav.spec.others.knowledge import Knowledge
+from safenav.spec.specification import Constraint, Variable
+from safenav.spec.task import Task
+from safenav.world.map import Region, RegionMap
+
+
+@dataclass(frozen=True)
+class Sightings:
+    """What there is to observe from a robot: where it is, which regions are taken up by those
+    whom it must not run into, and where everybody is that it keeps track of (``positions``), or
+    what it knows of that (``known``)."""
+
+    region: Region
+    taken: frozenset[Region]
+    positions: Mapping[str, Region]
+    known: Mapping[str, Knowledge] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Encoding:
+    """The others' share of a specification."""
+
+    inputs: tuple[Variable, ...] = ()
+    outputs: tuple[Variable, ...] = ()
+    assumptions: tuple[Constraint, ...] = ()
+    guarantees: tuple[Constraint, ...] = ()
+
+
+def encode_others(task: Task, world: RegionMap) -> Encoding:
+    """Encode the robots that a task observes; nothing if there are none."""
+    if not task.observed or (task.tracking is Tracking.NEARBY and not task.endangered):
+        return Encoding()
+    match task.tracking:
+        case Tracking.NEARBY:
+            return Encoding(
+                nearby.inputs(world),
+                (nearby.move_variable(),),
+                tuple(nearby.assumptions(task, world)),
+                tuple(nearby.guarantees(task, world)),
+            )
+        case Tracking.EXACT:
+            return Encoding(
+                exact.inputs(task, world),
+                (),
+                tuple(exact.assumptions(task, world)),
+                tuple(exact.guarantees(task)),
+            )
+        case Tracking.BELIEF:
+            return Encoding(
+                belief.inputs(task, world),
+                (),
+                tuple(belief.assumptions(task, world)),
+                tuple(belief.guarantees(task)),
+            )
+
+
+def observe(task: Task, world: RegionMap, sightings: Sightings) -> dict[str, int]:
+    """The inputs of a task's strategy for what there is to observe."""
+    if not task.observed or (task.tracking is Tracking.NEARBY and not task.endangered):
+        return {}
+    match task.tracking:
+        case Tracking.NEARBY:
+            return nearby.observe(sightings.region, sightings.taken, world)
+        case Tracking.EXACT:
+            return exact.observe(task, sightings.positions)
+        case Tracking.BELIEF:
+            return belief.observe(task, world, sightings.known)

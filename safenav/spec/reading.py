@@ -1,0 +1,83 @@
+"""Structured-slugs text read back as a Specification, so that any file can be verified.
+
+The formulas stay text (in infix notation); a comment above a constraint becomes part of its
+origin, next to the line number.
+"""
+
+from __future__ import annotations
+
+import re
+
+from safenav.errors import Diagnostic, InputError
+from safenav.formula.prefix import to_infix
+from safenav.spec.specification import (
+    Constraint,
+    Origin,
+    Owner,
+    Section,
+    Specification,
+    Variable,
+)
+
+_INTEGER = re.compile(r"([^\s:]+)\s*:\s*(\d+)\s*\.\.\.\s*(\d+)\Z")
+_BOOLEAN = re.compile(r"[A-Za-z_][\w.@]*\Z")
+
+
+def read_specification(text: str, file: str = "-", robot: str = "robot") -> Specification:
+    """The specification that structured-slugs ``text`` holds.
+
+    Raises InputError with all lines that belong nowhere. Formulas are read when they are used.
+    """
+    variables: list[Variable] = []
+    constraints: list[Constraint] = []
+    problems: list[Diagnostic] = []
+    section: Owner | Section | None = None
+    title = comment = ""
+    for number, raw in enumerate(text.splitlines(), 1):
+        line = raw.strip()
+        if not line:
+            comment = ""
+        elif line.startswith("#"):
+            comment = line.lstrip("# ")
+            title = title or comment
+        elif line.startswith("["):
+            section = _section(line)
+            if section is None:
+                hint = "sections: " + " ".join(f"[{s}]" for s in (*Owner, *Section))
+                problems.append(Diagnostic(file, number, 1, f"unknown section {line}", hint))
+        elif isinstance(section, Owner):
+            variable = _variable(line, section, comment)
+            if variable is None:
+                hint = "write a name, or name:min...max with min <= max"
+                problems.append(Diagnostic(file, number, 1, f"'{line}' declares nothing", hint))
+            elif any(v.name == variable.name for v in variables):
+                problems.append(Diagnostic(file, number, 1, f"{variable.name} is declared twice"))
+            else:
+                variables.append(variable)
+            comment = ""
+        elif section is not None:
+            constraints.append(
+                Constraint(section, to_infix(line), Origin(f"{file}:{number}", comment))
+            )
+        elif not problems:
+            problems.append(Diagnostic(file, number, 1, f"'{line}' stands before any section"))
+    if problems:
+        raise InputError(problems)
+    # A strategy counts inputs before outputs, in whichever order the sections came.
+    ordered = sorted(variables, key=lambda v: list(Owner).index(v.owner))
+    return Specification(robot, title or file, tuple(ordered), tuple(constraints))
+
+
+def _section(line: str) -> Owner | Section | None:
+    name = line.strip("[]").strip()
+    if name in set(Owner):
+        return Owner(name)
+    return Section(name) if name in set(Section) else None
+
+
+def _variable(line: str, owner: Owner, note: str) -> Variable | None:
+    integer = _INTEGER.match(line)
+    if integer:
+        low, high = int(integer[2]), int(integer[3])
+        return Variable(integer[1], owner, (low, high), note) if low <= high else None
+    return Variable(line, owner, None, note) if _BOOLEAN.match(line) else None

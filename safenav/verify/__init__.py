@@ -1,0 +1,1 @@
+"""An automaton checked against the text of its specification."""

@@ -1,0 +1,307 @@
+"""How many ways there are to complete a partial transition, without listing them.
+
+For each row of known values (a state, say): how many valuations of the unknown variables (the
+next inputs, say) satisfy all constraints. 2^n valuations are never gone through:
+
+- variables that no constraint connects are counted apart and multiplied;
+- a constraint sees few of the known variables, so its verdict on every value of an unknown
+  is worked out once for each valuation of those, as a bit mask, and looked up for the rows;
+- connected variables whose joint domain is large are split by the values of one of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+from math import prod
+from operator import itemgetter
+
+from safenav.errors import ResourceLimitError
+from safenav.formula.evaluator import evaluate
+from safenav.formula.syntax import (
+    And,
+    Comparison,
+    Constant,
+    Formula,
+    Iff,
+    Implies,
+    Name,
+    Next,
+    Not,
+    Number,
+    Or,
+    Sum,
+    Xor,
+)
+from safenav.spec.specification import Variable
+from safenav.verify.bitparallel import Evaluator, Vector
+
+_JOINT_DOMAIN = 1 << 12
+_BLOCK_BITS = 1 << 22
+_MOST_ROWS = 1 << 22
+
+Row = tuple[int, ...]
+"""Values of the known places, in their order."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """A variable now, or (``primed``) in the next state."""
+
+    variable: Variable
+    primed: bool
+
+    @property
+    def key(self) -> tuple[str, bool]:
+        return self.variable.name, self.primed
+
+    @property
+    def range(self) -> range:
+        low, high = self.variable.bounds or (0, 1)
+        return range(low, high + 1)
+
+
+Key = tuple[str, bool]
+
+
+@dataclass(frozen=True)
+class Condition:
+    """A formula with the places that it speaks of."""
+
+    formula: Formula
+    places: frozenset[Key]
+
+
+def condition_of(formula: Formula) -> Condition:
+    return Condition(formula, frozenset(_keys(formula, False)))
+
+
+class Completions:
+    """Completes rows over ``known`` places with values of ``unknown`` ones."""
+
+    def __init__(
+        self, known: Sequence[Place], unknown: Sequence[Place], conditions: Sequence[Condition]
+    ) -> None:
+        self._known = tuple(known)
+        self._unknown = tuple(unknown)
+        self._conditions = tuple(conditions)
+
+    def count(self, rows: Sequence[Row]) -> list[int]:
+        """The number of completions of each row.
+
+        Raises ResourceLimitError if the constraints tie too many unknowns together.
+        """
+        index = {place.key: i for i, place in enumerate(self._known)}
+        return _count(rows, index, self._unknown, self._conditions)
+
+    def each(self, row: Row) -> Iterator[Row]:
+        """The completions of one row, in ascending order of values, one by one."""
+        values: tuple[dict[str, int | bool], dict[str, int | bool]] = ({}, {})
+        for place, value in zip(self._known, row, strict=True):
+            values[place.primed][place.variable.name] = value
+        known = {place.key for place in self._known}
+        due: list[list[Formula]] = []
+        for condition in self._conditions:
+            if condition.places <= known and not evaluate(condition.formula, *values):
+                return
+        for place in self._unknown:
+            before = set(known)
+            known.add(place.key)
+            due.append(
+                [
+                    c.formula
+                    for c in self._conditions
+                    if c.places <= known and not c.places <= before
+                ]
+            )
+        yield from _backtrack(self._unknown, due, values, ())
+
+
+def _backtrack(
+    unknown: Sequence[Place],
+    due: Sequence[Sequence[Formula]],
+    values: tuple[dict[str, int | bool], dict[str, int | bool]],
+    chosen: Row,
+) -> Iterator[Row]:
+    depth = len(chosen)
+    if depth == len(unknown):
+        yield chosen
+        return
+    place = unknown[depth]
+    for value in place.range:
+        values[place.primed][place.variable.name] = value
+        if all(evaluate(formula, *values) for formula in due[depth]):
+            yield from _backtrack(unknown, due, values, (*chosen, value))
+
+
+def _count(
+    rows: Sequence[Row],
+    index: Mapping[Key, int],
+    unknown: Sequence[Place],
+    conditions: Sequence[Condition],
+) -> list[int]:
+    free = {place.key for place in unknown}
+    settled = [c for c in conditions if not c.places & free]
+    totals = [mask & 1 for mask in _masks(rows, index, (), settled)]
+    for part, tied in _components(unknown, [c for c in conditions if c.places & free]):
+        counts = _count_component(rows, index, part, tied)
+        totals = [total * count for total, count in zip(totals, counts, strict=True)]
+    return totals
+
+
+def _count_component(
+    rows: Sequence[Row],
+    index: Mapping[Key, int],
+    part: Sequence[Place],
+    tied: Sequence[Condition],
+) -> list[int]:
+    domain = prod(len(place.range) for place in part)
+    if not tied:
+        return [domain] * len(rows)
+    if len(part) == 1 or domain <= _JOINT_DOMAIN:
+        return [mask.bit_count() for mask in _masks(rows, index, part, tied)]
+    seen = frozenset().union(*(c.places for c in tied))
+    keys, distinct = _projected(rows, index, seen)
+    split = max(part, key=lambda place: sum(place.key in c.places for c in tied))
+    rest = [place for place in part if place is not split]
+    places = sorted((k for k in index if k in seen), key=index.__getitem__)
+    deeper = {key: i for i, key in enumerate((*places, split.key))}
+    if len(distinct) * len(split.range) > _MOST_ROWS:
+        raise ResourceLimitError(
+            "the strategy is too large to verify: its constraints tie too many variables together"
+        )
+    counts = dict.fromkeys(distinct, 0)
+    extended = [(*key, value) for key in distinct for value in split.range]
+    settled = [c for c in tied if not c.places & {place.key for place in rest}]
+    possible = _masks(extended, deeper, (), settled)
+    alive = [row for row, mask in zip(extended, possible, strict=True) if mask & 1]
+    later = [c for c in tied if c not in settled]
+    for row, count in zip(alive, _count(alive, deeper, rest, later), strict=True):
+        counts[row[:-1]] += count
+    return [counts[key] for key in keys]
+
+
+def _components(
+    unknown: Sequence[Place], conditions: Sequence[Condition]
+) -> Iterator[tuple[list[Place], list[Condition]]]:
+    """Unknown places that constraints tie together, with those constraints."""
+    leader = {place.key: place.key for place in unknown}
+
+    def find(key: Key) -> Key:
+        while leader[key] != key:
+            key = leader[key]
+        return key
+
+    for condition in conditions:
+        first, *others = [find(key) for key in condition.places if key in leader]
+        for other in others:
+            leader[find(other)] = find(first)
+    members: dict[Key, list[Place]] = {}
+    tied: dict[Key, list[Condition]] = {}
+    for place in unknown:
+        members.setdefault(find(place.key), []).append(place)
+    for condition in conditions:
+        key = next(key for key in condition.places if key in leader)
+        tied.setdefault(find(key), []).append(condition)
+    for key, part in members.items():
+        yield part, tied.get(key, [])
+
+
+def _masks(
+    rows: Sequence[Row],
+    index: Mapping[Key, int],
+    part: Sequence[Place],
+    conditions: Sequence[Condition],
+) -> list[int]:
+    """For each row, the valuations of ``part`` (bit d: the d-th of their product) that satisfy
+    all conditions. Conditions that see the same known places are worked out together."""
+    domain = prod(len(place.range) for place in part)
+    masks = [(1 << domain) - 1] * len(rows)
+    free = {place.key for place in part}
+    by_support: dict[frozenset[Key], list[Formula]] = {}
+    for condition in conditions:
+        by_support.setdefault(condition.places - free, []).append(condition.formula)
+    for support, formulas in by_support.items():
+        keys, distinct = _projected(rows, index, support)
+        places = sorted((k for k in index if k in support), key=index.__getitem__)
+        allowed: dict[Row, int] = {}
+        block = max(1, _BLOCK_BITS // domain)
+        for start in range(0, len(distinct), block):
+            some = distinct[start : start + block]
+            allowed.update(zip(some, _block(some, places, part, formulas), strict=True))
+        masks = [mask & allowed[key] for mask, key in zip(masks, keys, strict=True)]
+    return masks
+
+
+def _projected(
+    rows: Sequence[Row], index: Mapping[Key, int], support: frozenset[Key]
+) -> tuple[list[Row], list[Row]]:
+    """What each row says about ``support``, and the different things that are said."""
+    columns = sorted(index[key] for key in support if key in index)
+    if not columns:
+        keys: list[Row] = [()] * len(rows)
+    elif len(columns) == 1:
+        keys = [(row[columns[0]],) for row in rows]
+    else:
+        keys = list(map(itemgetter(*columns), rows))
+    return keys, list(dict.fromkeys(keys))
+
+
+def _block(
+    keys: Sequence[Row], places: Sequence[Key], part: Sequence[Place], formulas: Sequence[Formula]
+) -> list[int]:
+    """Evaluate on all pairs of a key and a valuation of ``part``; a mask for each key."""
+    valuations = list(product(*(place.range for place in part)))
+    width = (len(valuations) + 7) // 8  # bytes that a key has in each plane
+    unknown = {place.key: i for i, place in enumerate(part)}
+    known = {key: i for i, key in enumerate(places)}
+
+    def lookup(name: str, primed: bool) -> Vector:
+        column = unknown.get((name, primed))
+        if column is not None:
+            values = [valuation[column] for valuation in valuations]
+            return [
+                int.from_bytes(_packed([v >> bit & 1 for v in values], width) * len(keys), "little")
+                for bit in range(max(1, max(values).bit_length()))
+            ]
+        column = known[name, primed]
+        values = [key[column] for key in keys]
+        blanks = (bytes(width), b"\xff" * width)
+        return [
+            int.from_bytes(b"".join([blanks[v >> bit & 1] for v in values]), "little")
+            for bit in range(max(1, max(values).bit_length()))
+        ]
+
+    evaluator = Evaluator(len(keys) * width * 8, lookup)
+    result = evaluator.everywhere
+    for formula in formulas:
+        result &= evaluator.holds(formula)
+    data = result.to_bytes(len(keys) * width, "little")
+    inside = (1 << len(valuations)) - 1
+    return [
+        int.from_bytes(data[i : i + width], "little") & inside for i in range(0, len(data), width)
+    ]
+
+
+def _packed(bits: Sequence[int], width: int) -> bytes:
+    return sum(bit << i for i, bit in enumerate(bits)).to_bytes(width, "little")
+
+
+def _keys(formula: Formula | Number | Sum, primed: bool) -> Iterator[Key]:
+    """Occurrences of variables; those inside ``next(...)`` count as primed."""
+    match formula:
+        case Name(name, own_prime):
+            yield name, primed or own_prime
+        case Constant() | Number():
+            pass
+        case Next(operand):
+            yield from _keys(operand, True)
+        case Not(operand):
+            yield from _keys(operand, primed)
+        case And(parts) | Or(parts) | Xor(parts) | Sum(parts):
+            for part in parts:
+                yield from _keys(part, primed)
+        case Implies(left, right) | Iff(left, right) | Comparison(_, left, right):
+            yield from _keys(left, primed)
+            yield from _keys(right, primed)

@@ -1,0 +1,151 @@
+"""The check of a counterstrategy: an automaton of the environment that the system cannot beat.
+
+In each node the environment has chosen one next input; the successors are all that the system
+may answer. It is a proof that a specification is unrealizable if
+
+- the start nodes have one input that ENV_INIT allows, and all outputs that SYS_INIT allows;
+- the next inputs satisfy ENV_TRANS, and every answer that SYS_TRANS allows is there (a node
+  without successors: some next input leaves the system no answer);
+- every cycle meets each assumption of ENV_LIVENESS, and no cycle meets all goals.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import islice
+
+from safenav.formula.evaluator import evaluate
+from safenav.spec.specification import Owner, Section, Specification
+from safenav.synthesis.strategy import Strategy
+from safenav.verify.automaton import Automaton, Clause, clauses
+from safenav.verify.cycles import fair_cycle
+from safenav.verify.findings import Failure, Fault
+
+_SOME = 256
+
+
+def counterstrategy_starts(spec: Specification, counterstrategy: Strategy) -> tuple[int, ...]:
+    """The leading nodes that share the first one's inputs, are all different, and satisfy
+    ENV_INIT and SYS_INIT."""
+    initial = [*clauses(spec, Section.ENV_INIT), *clauses(spec, Section.SYS_INIT)]
+    inputs = [variable.name for variable in spec.owned(Owner.INPUT)]
+    first: list[int] | None = None
+    seen: set[tuple[int, ...]] = set()
+    for node, state in enumerate(counterstrategy.states):
+        values = counterstrategy.values(node)
+        given = [values[name] for name in inputs]
+        first = given if first is None else first
+        if given != first or tuple(state) in seen:
+            break
+        if not all(evaluate(clause.formula, values) for clause in initial):
+            break
+        seen.add(tuple(state))
+    return tuple(range(len(seen)))
+
+
+def counterstrategy_failures(automaton: Automaton) -> Iterator[Failure]:
+    """Everything that is wrong with a counterstrategy whose starts are known."""
+    yield from _start_failures(automaton)
+    yield from automaton.range_failures()
+    assumed = automaton.clauses(Section.ENV_TRANS)
+    promised = automaton.clauses(Section.SYS_TRANS)
+    fair = automaton.clauses(Section.ENV_LIVENESS)
+    goals = automaton.clauses(Section.SYS_LIVENESS)
+    together = [*assumed, *promised, *fair, *goals]
+    violated = automaton.violated([clause.formula for clause in together])
+    for k, clause in enumerate((*assumed, *promised)):
+        if violated[k]:
+            fault = Fault.FORBIDDEN_INPUT if k < len(assumed) else Fault.BROKEN_GUARANTEE
+            source, target = automaton.edges[violated[k][0]]
+            yield automaton.failure(fault, source, successor=target, clause=clause)
+    yield from _answer_failures(automaton, assumed, promised)
+    live = violated[len(assumed) + len(promised) :]
+    for clause, unmet in zip(fair, live, strict=False):
+        yield from _starvation(automaton, clause, unmet)
+    yield from _goals_met(automaton, live[len(fair) :])
+
+
+def _start_failures(automaton: Automaton) -> Iterator[Failure]:
+    spec = automaton.spec
+    inputs = [p for p in automaton.current if p.variable.owner is Owner.INPUT]
+    outputs = [p for p in automaton.current if p.variable.owner is Owner.OUTPUT]
+    answers = automaton.completions(inputs, outputs, automaton.clauses(Section.SYS_INIT))
+    if automaton.starts:
+        chosen = automaton.part(automaton.starts[0], Owner.INPUT)
+        covered = {automaton.part(node, Owner.OUTPUT) for node in automaton.starts}
+        if answers.count([chosen])[0] != len(covered):
+            missing = next((row for row in answers.each(chosen) if row not in covered), None)
+            if missing is not None:
+                detail = f"for the initial output {automaton.move_in_words(outputs, missing)}"
+                yield Failure(Fault.NO_START, detail=detail)
+        return
+    # Without a start, the system must be unable to answer some initial input.
+    openings = automaton.completions((), inputs, automaton.clauses(Section.ENV_INIT)).each(())
+    while rows := list(islice(openings, _SOME)):
+        if 0 in answers.count(rows):
+            return
+    yield Failure(Fault.NO_START, detail=f"of the counterstrategy for {spec.robot}")
+
+
+def _answer_failures(
+    automaton: Automaton, assumed: Sequence[Clause], promised: Sequence[Clause]
+) -> Iterator[Failure]:
+    """One input chosen, and each answer of the system to it once."""
+    choices = automaton.completions(automaton.current, automaton.next_inputs, assumed)
+    known = (*automaton.current, *automaton.next_inputs)
+    answers = automaton.completions(known, automaton.next_outputs, promised)
+    moving = [node for node in automaton.nodes if automaton.strategy.transitions[node]]
+    rows = []
+    for node in moving:
+        target = automaton.strategy.transitions[node][0]
+        rows.append((*automaton.values[node], *automaton.part(target, Owner.INPUT)))
+    reported: set[Fault] = set()
+    for node, row, count in zip(moving, rows, answers.count(rows), strict=True):
+        targets = automaton.strategy.transitions[node]
+        inputs = {automaton.part(target, Owner.INPUT) for target in targets}
+        outputs = [automaton.part(target, Owner.OUTPUT) for target in targets]
+        if len(inputs) > 1:
+            if Fault.SEVERAL_INPUTS not in reported:
+                reported.add(Fault.SEVERAL_INPUTS)
+                yield automaton.failure(Fault.SEVERAL_INPUTS, node)
+            continue
+        if len(set(outputs)) < len(outputs) and Fault.SEVERAL_SUCCESSORS not in reported:
+            reported.add(Fault.SEVERAL_SUCCESSORS)
+            twice = next(o for k, o in enumerate(outputs) if o in outputs[:k])
+            detail = f"for {automaton.move_in_words(automaton.next_outputs, twice)}"
+            yield automaton.failure(Fault.SEVERAL_SUCCESSORS, node, detail=detail)
+        if Fault.MISSING_SUCCESSOR in reported or count <= 0 or len(set(outputs)) == count:
+            continue
+        missing = next((o for o in answers.each(row) if o not in outputs), None)
+        if missing is not None:
+            reported.add(Fault.MISSING_SUCCESSOR)
+            detail = f"for {automaton.move_in_words(automaton.next_outputs, missing)}"
+            yield automaton.failure(Fault.MISSING_SUCCESSOR, node, detail=detail)
+    for node in automaton.nodes:
+        if automaton.strategy.transitions[node]:
+            continue
+        state = automaton.values[node]
+        found = choices.each(state)
+        while some := list(islice(found, _SOME)):
+            if 0 in answers.count([(*state, *row) for row in some]):
+                break
+        else:
+            detail = "there is no successor, but an answer to each next input"
+            yield automaton.failure(Fault.MISSING_SUCCESSOR, node, detail=detail)
+            return
+
+
+def _starvation(
+    automaton: Automaton, assumption: Clause, unmet: Sequence[int]
+) -> Iterator[Failure]:
+    """A cycle of transitions that do not meet the assumption."""
+    cycle = fair_cycle(automaton.edges, unmet, ())
+    if cycle is not None:
+        yield automaton.failure(Fault.STARVED_ASSUMPTION, cycle[0], clause=assumption, cycle=cycle)
+
+
+def _goals_met(automaton: Automaton, unmet: Sequence[Sequence[int]]) -> Iterator[Failure]:
+    """A component in which each goal is met somewhere."""
+    cycle = fair_cycle(automaton.edges, range(len(automaton.edges)), unmet)
+    if cycle is not None:
+        yield automaton.failure(Fault.GOALS_MET, cycle[0], cycle=cycle)

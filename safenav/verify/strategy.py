@@ -1,0 +1,155 @@
+"""An independent check that a strategy keeps its promise (DESIGN section 10).
+
+It shares nothing with the synthesizer but the automaton and the specification's text: that is
+parsed and evaluated here, on the explicit graph. A strategy is right if
+
+- every initial input that ENV_INIT allows has a node to start from, which satisfies SYS_INIT;
+- every node has exactly one successor for each next input that ENV_TRANS allows, and no other;
+- every transition satisfies SYS_TRANS, and every value is within its range;
+- no cycle meets all assumptions of ENV_LIVENESS and misses a goal of SYS_LIVENESS.
+
+Once the environment has broken an assumption, nothing is promised and nothing is checked. For
+counterstrategies see ``verify_counterstrategy``; the same with the players' roles exchanged.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from safenav.formula.evaluator import evaluate
+from safenav.spec.specification import Constraint, Owner, Section, Specification
+from safenav.synthesis.strategy import Strategy
+from safenav.verify.automaton import Automaton, Clause
+from safenav.verify.counterstrategy import counterstrategy_failures, counterstrategy_starts
+from safenav.verify.cycles import fair_cycle
+from safenav.verify.findings import Failure, Fault, Verification
+
+
+def verify_strategy(spec: Specification, strategy: Strategy) -> Verification:
+    """Check a strategy of the system.
+
+    Raises InputError if the specification cannot be read, ResourceLimitError if its
+    assumptions tie so many inputs together that they cannot be counted.
+    """
+    automaton = Automaton(spec, strategy, strategy.initial())
+    return _verification(automaton, _strategy_failures(automaton))
+
+
+def verify_counterstrategy(spec: Specification, counterstrategy: Strategy) -> Verification:
+    """Check a strategy of the environment: the proof that no strategy of the system exists."""
+    starts = counterstrategy_starts(spec, counterstrategy)
+    automaton = Automaton(spec, counterstrategy, starts)
+    return _verification(automaton, counterstrategy_failures(automaton))
+
+
+def first_failure(
+    spec: Specification, automaton: Strategy, is_counterstrategy: bool = False
+) -> str | None:
+    """The first thing wrong with an automaton, in words; None if it keeps its promise.
+
+    A synthesizer takes this as its ``verifier``. Raises as ``verify_strategy`` does.
+    """
+    check = verify_counterstrategy if is_counterstrategy else verify_strategy
+    verification = check(spec, automaton)
+    return None if verification.ok else str(verification.failures[0])
+
+
+def _verification(automaton: Automaton, failures: Iterator[Failure]) -> Verification:
+    return Verification(tuple(failures), len(automaton.nodes), len(automaton.edges))
+
+
+def _strategy_failures(automaton: Automaton) -> Iterator[Failure]:
+    yield from _start_failures(automaton)
+    yield from automaton.range_failures()
+    assumed = automaton.clauses(Section.ENV_TRANS)
+    promised = automaton.clauses(Section.SYS_TRANS)
+    fair = automaton.clauses(Section.ENV_LIVENESS)
+    goals = automaton.clauses(Section.SYS_LIVENESS)
+    together = [*assumed, *promised, *fair, *goals]
+    violated = iter(automaton.violated([clause.formula for clause in together]))
+    forbidden: set[int] = set()
+    for clauses_of, fault in (
+        (assumed, Fault.FORBIDDEN_INPUT),
+        (promised, Fault.BROKEN_GUARANTEE),
+    ):
+        for clause in clauses_of:
+            wrong = next(violated)
+            if fault is Fault.FORBIDDEN_INPUT:
+                forbidden.update(wrong)
+            if wrong:
+                source, target = automaton.edges[wrong[0]]
+                yield automaton.failure(fault, source, successor=target, clause=clause)
+    yield from _successor_failures(automaton, assumed, forbidden)
+    unfair = [next(violated) for _ in fair]
+    for clause in goals:
+        yield from _starvation(automaton, clause, next(violated), unfair)
+
+
+def _start_failures(automaton: Automaton) -> Iterator[Failure]:
+    """Each initial input of the environment needs a start; the starts satisfy both INITs."""
+    inputs = automaton.spec.owned(Owner.INPUT)
+    unknown = [place for place in automaton.current if place.variable in inputs]
+    assumed = automaton.clauses(Section.ENV_INIT)
+    completions = automaton.completions((), unknown, assumed)
+    covered = {automaton.part(node, Owner.INPUT) for node in automaton.starts}
+    if completions.count([()])[0] == len(covered):
+        return
+    missing = next((row for row in completions.each(()) if row not in covered), None)
+    if missing is None:
+        return
+    detail = f"for the initial input {automaton.move_in_words(unknown, missing)}"
+    yield Failure(
+        Fault.NO_START, constraint=_why_no_start(automaton), detail=detail if unknown else ""
+    )
+
+
+def _why_no_start(automaton: Automaton) -> Constraint | None:
+    """What the automaton's first node violates, if that is why it has no start at all."""
+    if automaton.starts or not len(automaton.strategy.nodes):
+        return None
+    values = automaton.strategy.values(0)
+    for section in (Section.ENV_INIT, Section.SYS_INIT):
+        for clause in automaton.clauses(section):
+            if not evaluate(clause.formula, values):
+                return clause.constraint
+    return None
+
+
+def _successor_failures(
+    automaton: Automaton, assumed: Sequence[Clause], forbidden: set[int]
+) -> Iterator[Failure]:
+    """One successor for each allowed next input: as many different ones as are allowed."""
+    completions = automaton.completions(automaton.current, automaton.next_inputs, assumed)
+    rows = [automaton.values[node] for node in automaton.nodes]
+    allowed = completions.count(rows)
+    edge = 0
+    reported: set[Fault] = set()
+    for node, row, count in zip(automaton.nodes, rows, allowed, strict=True):
+        targets = automaton.strategy.transitions[node]
+        inputs = [automaton.part(target, Owner.INPUT) for target in targets]
+        different = set(inputs)
+        if len(different) < len(inputs) and Fault.SEVERAL_SUCCESSORS not in reported:
+            reported.add(Fault.SEVERAL_SUCCESSORS)
+            twice = next(i for k, i in enumerate(inputs) if i in inputs[:k])
+            detail = f"for {automaton.move_in_words(automaton.next_inputs, twice)}"
+            yield automaton.failure(Fault.SEVERAL_SUCCESSORS, node, detail=detail)
+        if forbidden:
+            legal = {i for k, i in enumerate(inputs) if edge + k not in forbidden}
+        else:
+            legal = different
+        edge += len(targets)
+        if len(legal) != count and Fault.MISSING_SUCCESSOR not in reported:
+            missing = next((i for i in completions.each(row) if i not in legal), None)
+            if missing is not None:
+                reported.add(Fault.MISSING_SUCCESSOR)
+                detail = f"for {automaton.move_in_words(automaton.next_inputs, missing)}"
+                yield automaton.failure(Fault.MISSING_SUCCESSOR, node, detail=detail)
+
+
+def _starvation(
+    automaton: Automaton, goal: Clause, missing: Sequence[int], unfair: Sequence[Sequence[int]]
+) -> Iterator[Failure]:
+    """A component of the transitions that miss the goal in which every assumption is met."""
+    cycle = fair_cycle(automaton.edges, missing, unfair)
+    if cycle is not None:
+        yield automaton.failure(Fault.STARVED_GOAL, cycle[0], clause=goal, cycle=cycle)

@@ -1,0 +1,1 @@
+"""Maps in files: images, ROS map_server, MovingAI."""

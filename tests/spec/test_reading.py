@@ -1,0 +1,150 @@
+"""Reading structured-slugs text back: sections, ranges, comments, and prefix lines."""
+
+from __future__ import annotations
+
+import os
+from itertools import product
+from pathlib import Path
+from random import Random
+
+import pytest
+
+from oracle import inputs_first, random_specification, to_structuredslugs
+from safenav.errors import InputError
+from safenav.formula.evaluator import evaluate
+from safenav.formula.parser import parse
+from safenav.formula.prefix import to_infix
+from safenav.formula.printer import to_text
+from safenav.spec.reading import read_specification
+from safenav.spec.specification import Owner, Section, Specification, Variable
+from safenav.synthesis.binary import Binary
+from safenav.synthesis.cache import Cache
+from safenav.synthesis.outcome import Verdict
+from safenav.synthesis.slugs import Synthesizer
+from safenav.verify.strategy import first_failure, verify_counterstrategy, verify_strategy
+
+
+def test_what_was_printed_is_read(patrol: Specification) -> None:
+    again = read_specification(patrol.to_structuredslugs(), "again", "carrier")
+    assert again.variables == patrol.variables
+    assert [(c.section, c.formula) for c in again.constraints] == [
+        (c.section, c.formula) for c in patrol.constraints
+    ]
+    assert again.title == patrol.title
+
+
+def test_a_constraint_remembers_its_line_and_comment(patrol: Specification) -> None:
+    step, _ = patrol.section(Section.SYS_TRANS)
+    assert step.origin.item == "patrol.structuredslugs:19"
+    assert step.origin.rule == "robots.carrier: one region a tick"
+
+
+def test_sections_may_come_in_any_order_and_again() -> None:
+    spec = read_specification(
+        "[SYS_TRANS]\ny' = y\n[OUTPUT]\ny : 2 ... 4\n[INPUT]\nx\n[SYS_TRANS]\ny' > 2 | x\n"
+        "[OUTPUT]\nz\n"
+    )
+    assert spec.variables == (
+        Variable("x", Owner.INPUT),
+        Variable("y", Owner.OUTPUT, (2, 4)),
+        Variable("z", Owner.OUTPUT),
+    )
+    assert [c.formula for c in spec.section(Section.SYS_TRANS)] == ["y' = y", "y' > 2 | x"]
+
+
+def test_everything_wrong_is_told_with_its_line() -> None:
+    text = "[INPUT]\nx:5...3\nx y\nz\nz\n[SYSTRANS]\n[OUTPUT]\nw:-1...3\n"
+    with pytest.raises(InputError) as raised:
+        read_specification(text, "broken.structuredslugs")
+    places = [(d.file, d.line) for d in raised.value.diagnostics]
+    assert places == [("broken.structuredslugs", line) for line in (2, 3, 5, 6, 8)]
+
+
+def test_text_before_the_first_section_is_refused() -> None:
+    with pytest.raises(InputError, match="before any section"):
+        read_specification("x' = 3\n")
+
+
+@pytest.mark.parametrize(
+    ("line", "infix"),
+    [
+        ("& a b'", "a & b'"),
+        ("| ! a & b c'", "!a | b & c'"),
+        ("^ a b", "a ^ b"),
+        ("! | a b", "!(a | b)"),
+        ("| a | b | c a", "a | b | c | a"),
+        ("$ 3 & a b ! ? 0 | ? 0 ? 1 ", "a & b | !(a & b)"),
+        ("| 0 & 1 a", "FALSE | TRUE & a"),
+        ("1", "TRUE"),
+        ("! a", "!a"),
+        ("! a & b", "!a & b"),
+        ("a & b", "a & b"),
+        ("!(a | b)", "!(a | b)"),
+    ],
+)
+def test_prefix_lines_mean_what_their_infix_says(line: str, infix: str) -> None:
+    ours, theirs = parse(to_infix(line)), parse(infix)
+    for now in product((0, 1), repeat=3):
+        for then in product((0, 1), repeat=3):
+            states = dict(zip("abc", now, strict=True)), dict(zip("abc", then, strict=True))
+            assert evaluate(ours, *states) == evaluate(theirs, *states)
+
+
+def test_a_long_chain_in_prefix_notation_stays_flat() -> None:
+    """Generated files have disjunctions of hundreds of literals; nesting is limited."""
+    line = "| a " * 500 + "! b"
+    assert to_text(parse(to_infix(line))).count("|") == 500
+
+
+@pytest.mark.parametrize("line", ["& a", "| a b c", "? 0", "$ 2 a", "& a =", "$ x a", "! ! "])
+def test_a_line_that_is_neither_stays_and_is_refused_when_it_is_used(line: str) -> None:
+    spec = read_specification(f"[INPUT]\na\nb\nc\n[ENV_TRANS]\n{line}\n")
+    (constraint,) = spec.constraints
+    assert constraint.formula == line.strip()
+
+
+def test_a_random_file_reads_as_the_synthesizer_reads_it(slugs: Binary) -> None:
+    """All spellings: what is read back gives the strategy that the file itself gives."""
+    synthesizer = Synthesizer(slugs, cache=Cache.off(), verifier=first_failure)
+    for seed in range(60):
+        source = Random(seed)
+        reference = inputs_first(random_specification(source, integers=True, bits=4))
+        spec = read_specification(to_structuredslugs(reference, source))
+        result = synthesizer.synthesize(spec)
+        if result.verdict is Verdict.UNREALIZABLE:
+            assert synthesizer.counterstrategy(spec).verified
+        else:
+            assert result.verified
+
+
+def _corpus() -> Path:
+    named = os.environ.get("SAFENAV_CORPUS")
+    root = Path(__file__).resolve().parents[2]
+    return Path(named) if named else root.parent / "shared" / "corpus"
+
+
+CORPUS = sorted(_corpus().glob("*/*.structuredslugs"))
+LARGE = ("basicEvasion", "Belief_Evasion_fine")
+
+
+@pytest.mark.skipif(not CORPUS, reason="no corpus of specifications; set SAFENAV_CORPUS")
+@pytest.mark.parametrize(
+    "file",
+    [
+        pytest.param(file, id=file.stem, marks=[pytest.mark.slow] * (file.stat().st_size > 20_000))
+        for file in CORPUS
+        if not file.stem.startswith(LARGE)
+    ],
+)
+def test_published_specifications_are_verified(slugs: Binary, file: Path) -> None:
+    spec = read_specification(file.read_text(), file.name)
+    synthesizer = Synthesizer(slugs, cache=Cache.off())
+    result = synthesizer.synthesize(spec)
+    if result.verdict is Verdict.UNREALIZABLE:
+        counterstrategy = synthesizer.counterstrategy(spec).strategy
+        assert counterstrategy is not None
+        verification = verify_counterstrategy(spec, counterstrategy)
+    else:
+        assert result.strategy is not None
+        verification = verify_strategy(spec, result.strategy)
+    assert verification.ok, str(verification.failures[0])

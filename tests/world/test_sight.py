@@ -1,0 +1,177 @@
+"""Visibility: the definition, held against exact geometry with fractions."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from fractions import Fraction
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from safenav.world.map import RegionMap
+from safenav.world.sight import visible_from
+
+ROOMS = RegionMap.from_grid(
+    [
+        "#############",
+        "#...#...#...#",
+        "#...#...#...#",
+        "#...........#",
+        "#...#...#...#",
+        "#...#...#...#",
+        "#############",
+    ]
+)
+RADII = st.sampled_from([1.0, 1.5, 2.0, 2.5, 4.0, None])
+
+
+@st.composite
+def maps(draw: st.DrawFn) -> RegionMap:
+    rows, cols = draw(st.integers(1, 6)), draw(st.integers(1, 7))
+    cell = st.sampled_from("...#")
+    return RegionMap.from_grid(
+        ["".join(draw(st.lists(cell, min_size=cols, max_size=cols))) for _ in range(rows)]
+    )
+
+
+@st.composite
+def situations(draw: st.DrawFn) -> tuple[RegionMap, float | None, frozenset[int]]:
+    world = draw(maps())
+    closed = draw(st.frozensets(st.integers(0, world.size - 1), max_size=3))
+    return world, draw(RADII), closed
+
+
+def within_open_square(
+    source: tuple[int, int], target: tuple[int, int], square: tuple[int, int]
+) -> bool:
+    """Whether the segment between two centres meets the interior of a unit square: clip it by
+    the four sides (Liang and Barsky 1984) and see whether more than a point is left."""
+    enter, leave = Fraction(0), Fraction(1)
+    for axis in (0, 1):
+        start, length = source[axis], target[axis] - source[axis]
+        low = square[axis] - Fraction(1, 2)
+        if length == 0:
+            if not low < start < low + 1:
+                return False
+            continue
+        ends = sorted(((low - start) / length, (low + 1 - start) / length))
+        enter, leave = max(enter, ends[0]), min(leave, ends[1])
+    return enter < leave
+
+
+def corners_hit(source: tuple[int, int], target: tuple[int, int]) -> Iterator[tuple[int, int]]:
+    """The corners exactly on the segment, as (row, col) of the square to their north-west."""
+    for row in range(min(source[0], target[0]), max(source[0], target[0])):
+        for col in range(min(source[1], target[1]), max(source[1], target[1])):
+            to_corner = (row + Fraction(1, 2) - source[0], col + Fraction(1, 2) - source[1])
+            to_target = (target[0] - source[0], target[1] - source[1])
+            if to_corner[0] * to_target[1] == to_corner[1] * to_target[0]:
+                yield row, col
+
+
+def visible(
+    world: RegionMap, radius: float | None, closed: frozenset[int], source: int, target: int
+) -> bool:
+    """The definition, word by word."""
+    if not (world.is_free(source) and world.is_free(target)):
+        return False
+    s, t = world.position(source), world.position(target)
+    if radius is not None and (s[0] - t[0]) ** 2 + (s[1] - t[1]) ** 2 > Fraction(radius) ** 2:
+        return False
+    opaque = {world.position(r) for r in (world.walls | closed) - {source, target}}
+    if any(within_open_square(s, t, square) for square in opaque):
+        return False
+    for row, col in corners_hit(s, t):
+        around = {(row + down, col + right) for down in (0, 1) for right in (0, 1)}
+        beside = {square for square in around if not within_open_square(s, t, square)}
+        assert len(beside) == 2
+        if beside <= opaque:
+            return False
+    return True
+
+
+@settings(max_examples=150, deadline=None)
+@given(situations())
+def test_visibility_is_what_exact_geometry_says(
+    situation: tuple[RegionMap, float | None, frozenset[int]],
+) -> None:
+    world, radius, closed = situation
+    sight = visible_from(world, radius, closed)
+    for source in range(world.size):
+        expected = {t for t in range(world.size) if visible(world, radius, closed, source, t)}
+        assert sight.from_(source) == expected
+        assert {t for t in range(world.size) if sight.sees(source, t)} == expected
+
+
+@settings(max_examples=100, deadline=None)
+@given(situations())
+def test_visibility_is_symmetric_and_reaches_all_neighbours(
+    situation: tuple[RegionMap, float | None, frozenset[int]],
+) -> None:
+    world, radius, closed = situation
+    sight = visible_from(world, radius, closed)
+    for source in world.free:
+        assert {source, *world.neighbours(source)} <= sight.from_(source)
+        assert all(sight.sees(target, source) for target in sight.from_(source))
+
+
+@settings(max_examples=100, deadline=None)
+@given(maps(), st.integers(0, 41))
+def test_a_larger_radius_shows_more_and_a_closed_obstacle_less(world: RegionMap, shut: int) -> None:
+    near, far = visible_from(world, 2.0), visible_from(world, 3.0)
+    unlimited = visible_from(world, None)
+    behind = visible_from(world, None, frozenset({shut}))
+    for source in world.free:
+        assert near.from_(source) <= far.from_(source) <= unlimited.from_(source)
+        assert behind.from_(source) <= unlimited.from_(source)
+
+
+def test_a_wall_blocks_the_view_and_a_doorway_opens_it() -> None:
+    sight = visible_from(ROOMS, None)
+    assert not sight.sees(ROOMS.region(2, 3), ROOMS.region(2, 5))
+    assert sight.sees(ROOMS.region(3, 1), ROOMS.region(3, 11))
+    assert not visible_from(ROOMS, 4.0).sees(ROOMS.region(3, 1), ROOMS.region(3, 6))
+
+
+def test_a_closed_door_is_seen_but_not_seen_through() -> None:
+    door = ROOMS.region(3, 8)
+    sight = visible_from(ROOMS, None, frozenset({door}))
+    assert sight.sees(ROOMS.region(3, 6), door)
+    assert not sight.sees(ROOMS.region(3, 6), ROOMS.region(3, 9))
+    assert sight.sees(door, ROOMS.region(3, 6)) and sight.sees(door, ROOMS.region(3, 10))
+
+
+def test_a_line_through_a_corner_passes_one_wall_but_not_between_two() -> None:
+    past_one = RegionMap.from_grid([".#", ".."])
+    between_two = RegionMap.from_grid([".#", "#."])
+    assert visible_from(past_one, None).sees(0, 3)
+    assert not visible_from(between_two, None).sees(0, 3)
+
+
+def test_a_radius_is_measured_between_centres() -> None:
+    world = RegionMap.from_grid(["......"] * 6)
+    sight = visible_from(world, 5.0)
+    assert sight.sees(0, world.region(0, 5)) and sight.sees(0, world.region(3, 4))
+    assert not sight.sees(0, world.region(4, 4))
+
+
+@pytest.mark.parametrize("radius", [0.0, 0.9, -3.0, float("nan")])
+def test_a_robot_that_cannot_see_its_neighbours_is_refused(radius: float) -> None:
+    with pytest.raises(ValueError, match="vision radius"):
+        visible_from(ROOMS, radius)
+
+
+def test_visibility_is_computed_once() -> None:
+    same = RegionMap.from_grid(ROOMS.grid_rows())
+    assert visible_from(ROOMS, 4.0) is visible_from(same, 4.0)
+    assert visible_from(ROOMS, 4.0) is not visible_from(ROOMS, 4.0, frozenset({47}))
+
+
+def test_a_large_open_map_takes_less_than_two_seconds() -> None:
+    world = RegionMap.from_grid(["." * 50] * 50)
+    begun = time.process_time()
+    sight = visible_from(world, None)
+    assert sum(len(sight.from_(region)) for region in world.free) == 2500**2
+    assert time.process_time() - begun < 2
