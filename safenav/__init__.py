@@ -9,21 +9,60 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from safenav.audit.check import check_trace as check_trace
     from safenav.runtime.environment import World as World
     from safenav.runtime.mission import Mission as Mission
+    from safenav.runtime.trace import TraceWriter as TraceWriter
+    from safenav.scenario.model import Obstacle as Obstacle
+    from safenav.scenario.model import Robot as Robot
+    from safenav.scenario.model import Scenario as Scenario
+    from safenav.scenario.reading.catalogue import built_in as built_in
     from safenav.scenario.reading.loader import load_scenario as load_scenario
+    from safenav.spec.compile import compile_task as compile_task
+    from safenav.spec.task import Task as Task
     from safenav.synthesis.slugs import Synthesizer as Synthesizer
+    from safenav.verify.strategy import first_failure as first_failure
+    from safenav.world.map import Heading as Heading
+    from safenav.world.moves import Pose as Pose
 
 __version__ = "0.1.0"
 
-__all__ = ["Mission", "Synthesizer", "World", "__version__", "load_scenario"]
-
 _HOMES = {
+    "Heading": "safenav.world.map",
     "Mission": "safenav.runtime.mission",
+    "Obstacle": "safenav.scenario.model",
+    "Pose": "safenav.world.moves",
+    "Robot": "safenav.scenario.model",
+    "Scenario": "safenav.scenario.model",
     "Synthesizer": "safenav.synthesis.slugs",
+    "Task": "safenav.spec.task",
+    "TraceWriter": "safenav.runtime.trace",
     "World": "safenav.runtime.environment",
+    "built_in": "safenav.scenario.reading.catalogue",
+    "check_trace": "safenav.audit.check",
+    "compile_task": "safenav.spec.compile",
+    "first_failure": "safenav.verify.strategy",
     "load_scenario": "safenav.scenario.reading.loader",
 }
+
+__all__ = [
+    "Heading",
+    "Mission",
+    "Obstacle",
+    "Pose",
+    "Robot",
+    "Scenario",
+    "Synthesizer",
+    "Task",
+    "TraceWriter",
+    "World",
+    "__version__",
+    "built_in",
+    "check_trace",
+    "compile_task",
+    "first_failure",
+    "load_scenario",
+]
 
 
 def __getattr__(name: str) -> object:

@@ -14,8 +14,8 @@ import pytest
 from safenav.report.page.html import embedded, page_of
 from safenav.report.replay.timeline import Replay
 
-HTML = Path(__file__).parents[2] / "safenav" / "report" / "html"
-FRONT = HTML / "front"
+PAGE = Path(__file__).parents[2] / "safenav" / "report" / "page"
+FRONT = PAGE / "front"
 ASSETS = ("replay.js", "replay.css")
 
 
@@ -26,7 +26,7 @@ def test_the_bundle_was_built_from_these_sources(name: str) -> None:
     sources = sorted(f"src/{path.name}" for path in (FRONT / "src").iterdir())
     for source in [*sources, "build.mjs", "package-lock.json", "tsconfig.json"]:
         digest.update(f"{source}\n".encode() + (FRONT / source).read_bytes())
-    stamp = (HTML / "assets" / name).read_text().splitlines()[0]
+    stamp = (PAGE / "assets" / name).read_text().splitlines()[0]
     assert stamp == f"/* sources {digest.hexdigest()} */"
 
 
@@ -51,7 +51,7 @@ def test_types_are_right() -> None:
 
 
 def test_the_bundle_is_small() -> None:
-    assert sum((HTML / "assets" / name).stat().st_size for name in ASSETS) < 150_000
+    assert sum((PAGE / "assets" / name).stat().st_size for name in ASSETS) < 150_000
 
 
 def test_a_long_run_of_many_robots_stays_under_a_megabyte(replays: dict[str, Replay]) -> None:

@@ -101,7 +101,7 @@ def test_valid_scenarios_have_the_right_shape(file: Path) -> None:
 
 @pytest.mark.parametrize("name", ["robots", "obstacles"])
 def test_the_built_in_catalogue_has_the_right_shape(name: str) -> None:
-    file = Path(str(catalogue.__file__)).with_suffix("") / f"{name}.yaml"
+    file = Path(str(catalogue.__file__)).parents[1] / "built_in" / f"{name}.yaml"
     part = {**SCHEMA["$defs"]["catalogue"], "$defs": SCHEMA["$defs"]}
     assert list(Draft202012Validator(part).iter_errors(read(file))) == []
 
