@@ -1,4 +1,4 @@
-/* sources 9e8b9ba47776b26139c8d41d6cb207ae8ad581e93e44400092259c8c9d942e97 */
+/* sources 37347eea8b572f3689ef179684437a80b8265b90a92321a0b024a98509e97dc1 */
 /* Contains Preact:
 The MIT License (MIT)
 
