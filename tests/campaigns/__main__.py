@@ -1,0 +1,73 @@
+"""A campaign from the shell: ``python -m campaigns --family tight --seeds 0:500`` (in tests/).
+
+Counts outcomes by family; writes the smallest mission of each kind of finding into a folder.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections import Counter, defaultdict
+from pathlib import Path
+
+import yaml
+
+from campaigns.command import Command, Forked
+from campaigns.generate.families import FAMILIES, mission
+from campaigns.verdict import judge
+
+
+def main() -> int:
+    """Play the seeds of the families; 1 if there is a finding."""
+    options = _options()
+    command = Forked() if options.forked else Command()
+    found = 0
+    for family in options.family:
+        counts: Counter[str] = Counter()
+        seeds: defaultdict[str, list[int]] = defaultdict(list)
+        smallest: dict[str, str] = {}
+        times = []
+        for seed in range(*options.seeds):
+            data = mission(family, seed)
+            result = judge(data, command, options.seconds, options.budget)
+            counts[result.kind] += 1
+            times.append(result.seconds)
+            if result.is_finding:
+                seeds[result.kind].append(seed)
+                text = yaml.safe_dump(data, sort_keys=False)
+                story = "".join(f"# {line}\n" for line in result.detail.splitlines())
+                if len(text) < len(smallest.get(result.kind, text + " ")):
+                    smallest[result.kind] = text
+                    options.out.mkdir(parents=True, exist_ok=True)
+                    kind = "".join(c if c.isalnum() else "_" for c in result.kind)
+                    (options.out / f"{family}_{kind}.yaml").write_text(story + text)
+        found += sum(map(len, seeds.values()))
+        times.sort()
+        print(
+            f"{family}: {dict(counts)}; median {times[len(times) // 2]:.2f} s, "
+            f"worst {times[-1]:.1f} s"
+        )
+        for kind, which in sorted(seeds.items()):
+            print(f"  {kind}: {', '.join(map(str, which[:40]))}")
+        sys.stdout.flush()
+    return int(found > 0)
+
+
+def _options() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="campaigns", description=__doc__)
+    parser.add_argument("--family", nargs="+", choices=FAMILIES, required=True)
+    parser.add_argument("--seeds", type=_range, default=(0, 100), help="first:behind")
+    parser.add_argument("--seconds", type=float, default=30.0, help="for one run")
+    parser.add_argument("--budget", type=int, default=200_000, help="states of the judge")
+    parser.add_argument("--out", type=Path, default=Path("build/findings"))
+    parser.add_argument("--forked", action="store_true", help="import safenav once")
+    return parser.parse_args()
+
+
+def _range(text: str) -> tuple[int, int]:
+    first, behind = text.split(":")
+    return int(first), int(behind)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

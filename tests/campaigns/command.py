@@ -1,0 +1,120 @@
+"""The ``safenav`` command as users call it, with an end to waiting for it."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import pkgutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+BINARY = Path(sys.executable).parent / "safenav"
+
+
+@dataclass(frozen=True)
+class Ended:
+    """How a call ended. ``exit``: its status, None if only SIGKILL ended it. ``interrupted``:
+    SIGINT was sent because it took too long; ``deaf``: for how many seconds it went on."""
+
+    exit: int | None
+    output: str
+    errors: str
+    seconds: float
+    interrupted: bool = False
+    deaf: float = 0.0
+
+
+class Command:
+    """Calls the installed program, each time in a process of its own."""
+
+    def call(self, arguments: Sequence[str | Path], seconds: float, patience: float = 5.0) -> Ended:
+        """Run ``safenav`` with these arguments. After ``seconds`` it gets a SIGINT, after
+        ``patience`` more a SIGKILL."""
+        words = list(map(str, arguments))
+        with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
+            begun = time.monotonic()
+            process = self._start(words, out.fileno(), err.fileno())
+            exit_status = _wait(process, begun + seconds)
+            interrupted = exit_status is None
+            deaf = 0.0
+            if exit_status is None:
+                sent = time.monotonic()
+                os.kill(process, signal.SIGINT)
+                exit_status = _wait(process, sent + patience)
+                deaf = time.monotonic() - sent
+            if exit_status is None:
+                os.killpg(process, signal.SIGKILL)
+                os.waitpid(process, 0)
+            spent = time.monotonic() - begun
+            texts = []
+            for stream in (out, err):
+                stream.seek(0)
+                texts.append(stream.read().decode(errors="replace"))
+        return Ended(exit_status, texts[0], texts[1], spent, interrupted, deaf)
+
+    def _start(self, words: list[str], out: int, err: int) -> int:
+        process = subprocess.Popen(
+            [str(BINARY), *words],
+            stdout=out,
+            stderr=err,
+            stdin=subprocess.DEVNULL,
+            start_new_session=True,
+        )
+        process.returncode = 0  # waited for below, by its number
+        return process.pid
+
+
+class Forked(Command):
+    """Calls the same entry point in a forked copy of this process, which has imported all of
+    safenav already: for thousands of calls."""
+
+    def __init__(self) -> None:
+        import safenav
+
+        for module in pkgutil.walk_packages(safenav.__path__, "safenav."):
+            if not module.name.endswith("__main__"):
+                importlib.import_module(module.name)
+
+    def _start(self, words: list[str], out: int, err: int) -> int:
+        sys.stdout.flush()
+        sys.stderr.flush()
+        child = os.fork()
+        if child:
+            return child
+        status = 4
+        try:
+            os.setsid()
+            os.dup2(out, 1)
+            os.dup2(err, 2)
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+            sys.argv = ["safenav", *words]
+            from safenav.cli import main
+
+            main()
+            status = 0
+        except SystemExit as ended:
+            status = ended.code if isinstance(ended.code, int) else int(ended.code is not None)
+        finally:
+            sys.stdout.flush()
+            sys.stderr.flush()
+            os._exit(status)
+        return child
+
+
+def _wait(process: int, until: float) -> int | None:
+    """The exit status of a child; None if it has not ended at that time."""
+    pause = 0.005
+    while True:
+        done, status = os.waitpid(process, os.WNOHANG)
+        if done:
+            return os.waitstatus_to_exitcode(status)
+        if time.monotonic() >= until:
+            return None
+        time.sleep(pause)
+        pause = min(pause * 1.3, 0.1)

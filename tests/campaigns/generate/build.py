@@ -1,0 +1,191 @@
+"""What all families of missions draw from: maps, models, objectives, obstacles.
+
+Everything follows from a ``Random``; each piece is plain data, as a scenario's YAML holds it.
+"""
+
+from __future__ import annotations
+
+from random import Random
+from typing import Any
+
+from campaigns.judge.mission import HEADINGS, Mission, read_mission
+from campaigns.judge.poses import Poses
+
+ACTIONS = ("push", "sense", "clear", "lift")
+
+Data = dict[str, Any]
+
+
+class Draft:
+    """A scenario in the making, on a grid of rows of text."""
+
+    def __init__(self, random: Random, grid: list[str], name: str) -> None:
+        self.random = random
+        self.grid = grid
+        self.cols = len(grid[0])
+        self.free = [
+            r * self.cols + c
+            for r, row in enumerate(grid)
+            for c, cell in enumerate(row)
+            if cell == "."
+        ]
+        self.models: dict[str, Data] = {}
+        self.types: dict[str, Data] = {}
+        self.robots: dict[str, Data] = {}
+        self.obstacles: list[Data] = []
+        self.name = name
+
+    def beside(self, region: int) -> list[int]:
+        return [
+            r
+            for r in (region - self.cols, region + 1, region + self.cols, region - 1)
+            if r in set(self.free)
+        ]
+
+    def narrow(self) -> list[int]:
+        """Regions with walls on two opposite sides: doorways and corridors."""
+        free = set(self.free)
+        return [
+            r
+            for r in self.free
+            if not ({r - 1, r + 1} & free and {r - self.cols, r + self.cols} & free)
+        ]
+
+    def data(self, rounds: int, ticks: int, seed: int) -> Data:
+        found: Data = {"safenav": 1, "name": self.name, "map": {"grid": self.grid}}
+        found["robots"] = self.robots
+        if self.obstacles:
+            found["obstacles"] = self.obstacles
+        catalogue = {"robots": self.models, "obstacles": self.types}
+        catalogue = {key: value for key, value in catalogue.items() if value}
+        if catalogue:
+            found["catalogue"] = catalogue
+        found |= {"until": {"rounds": rounds}, "limits": {"ticks": ticks}, "seed": seed}
+        return found
+
+    def mission(self) -> Mission:
+        return read_mission(self.data(1, 1, 0))
+
+    def robot(self, name: str, model: str, start: int, objective: Data, **more: Any) -> None:
+        entry: Data = {"model": model, "start": start, "objective": objective, **more}
+        if self._mobility(model) == "heading":
+            entry["heading"] = self.random.choice(HEADINGS)
+        self.robots[name] = entry
+
+    def place(
+        self, name: str, model: str, kinds: tuple[str, ...], taken: set[int], **more: Any
+    ) -> bool:
+        """A robot at a free start with an objective that it could meet for ever by itself;
+        False if a dozen attempts give none."""
+        choice = [region for region in self.free if region not in taken]
+        for _ in range(12 if choice else 0):
+            start = self.random.choice(choice)
+            kind = self.random.choice(kinds)
+            self.robot(name, model, start, self.objective(kind, start), **more)
+            if self.can_go_on(name):
+                taken.add(start)
+                return True
+        self.robots.pop(name, None)
+        return False
+
+    def objective(self, kind: str, start: int) -> Data:
+        random = self.random
+        match kind:
+            case "hold":
+                return {"hold": random.choice(self.free)}
+            case "patrol":
+                return {"patrol": random.sample(self.free, 2)}
+            case "ltl":
+                goals = random.sample(self.free, random.randint(1, min(2, len(self.free))))
+                never = [r for r in random.sample(self.free, 1) if r not in goals and r != start]
+                found = {"liveness": [f"region = {goal}" for goal in goals]}
+                if never and random.random() < 0.5:
+                    found["safety"] = [f"region' != {region}" for region in never]
+                return {"ltl": found}
+            case _:
+                count = min(random.randint(1, 3), len(self.free))
+                targets: list[Any] = random.sample(self.free, count)
+                if len(self.free) > count + 1 and random.random() < 0.15:
+                    other = random.choice([r for r in self.free if r not in targets])
+                    targets[-1] = {"any": [targets[-1], other]}
+                return {kind: targets}
+
+    def timing(self) -> Any:
+        return self.random.choice([1, 1, 1, 2, {"least": 1, "most": 3}])
+
+    def obstacle(self, kind: str, region: int, **more: Any) -> bool:
+        """An obstacle of the type, unless one is there or it would be on a robot's start."""
+        taken = {one["region"] for one in self.obstacles}
+        starts = {robot["start"] for robot in self.robots.values()}
+        if region in taken or region in starts:
+            return False
+        self.obstacles.append({"type": kind, "region": region, **more})
+        return True
+
+    def _mobility(self, model: str) -> str:
+        if model in self.models:
+            return str(self.models[model]["mobility"])
+        return {"digit": "heading", "quadcopter": "free"}[model]
+
+    def can_go_on(self, name: str) -> bool:
+        mission = self.mission()
+        robot = next(robot for robot in mission.robots if robot.name == name)
+        graph = Poses(mission, robot)
+        start = graph.index.get(robot.start)
+        return start is not None and bool(graph.live(frozenset()) >> start & 1)
+
+
+def rooms(random: Random, down: int, across: int, height: int, width: int) -> list[str]:
+    """Rooms with doors one region wide: every two neighbours of a tree are joined, and some
+    others."""
+    rows, cols = down * (height + 1) + 1, across * (width + 1) + 1
+    cells = [["#"] * cols for _ in range(rows)]
+    for r in range(rows):
+        for c in range(cols):
+            if r % (height + 1) and c % (width + 1):
+                cells[r][c] = "."
+    joined: dict[tuple[int, int], tuple[int, int]] = {}
+
+    def root(room: tuple[int, int]) -> tuple[int, int]:
+        while room in joined:
+            room = joined[room]
+        return room
+
+    pairs = [((r, c), (r, c + 1)) for r in range(down) for c in range(across - 1)]
+    pairs += [((r, c), (r + 1, c)) for r in range(down - 1) for c in range(across)]
+    random.shuffle(pairs)
+    for one, other in pairs:
+        if root(one) == root(other) and random.random() > 0.3:
+            continue
+        if root(one) != root(other):
+            joined[root(one)] = root(other)
+        top, left = one[0] * (height + 1), one[1] * (width + 1)
+        if one[0] == other[0]:
+            cells[top + random.randint(1, height)][left + width + 1] = "."
+        else:
+            cells[top + height + 1][left + random.randint(1, width)] = "."
+    return ["".join(row) for row in cells]
+
+
+def scattered(random: Random, rows: int, cols: int, walls: float) -> list[str]:
+    """A room with walls in it, all free regions connected: the largest part is kept."""
+    inner = [["#" if random.random() < walls else "." for _ in range(cols)] for _ in range(rows)]
+    parts: list[set[tuple[int, int]]] = []
+    left = {(r, c) for r in range(rows) for c in range(cols) if inner[r][c] == "."}
+    while left:
+        pending, part = [min(left)], {min(left)}
+        while pending:
+            r, c = pending.pop()
+            for to in ((r + 1, c), (r - 1, c), (r, c + 1), (r, c - 1)):
+                if to in left and to not in part:
+                    part.add(to)
+                    pending.append(to)
+        parts.append(part)
+        left -= part
+    kept = max(parts, key=lambda part: (len(part), min(part)), default=set())
+    body = ["".join("." if (r, c) in kept else "#" for c in range(cols)) for r in range(rows)]
+    return ["#" * (cols + 2), *(f"#{row}#" for row in body), "#" * (cols + 2)]
+
+
+def open_floor(rows: int, cols: int) -> list[str]:
+    return ["#" * (cols + 2), *(f"#{'.' * cols}#" for _ in range(rows)), "#" * (cols + 2)]

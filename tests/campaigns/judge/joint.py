@@ -1,0 +1,185 @@
+"""Can a team that shares its floor complete a mission? The game tree, exhaustively.
+
+A state is where every robot is, how far each is with its objective and what is left of each
+obstacle. One robot moves at a time, into a region that nobody in conflict with it is in. Robots
+perform actions wherever they can. The mission is complete when all have met their objectives
+``rounds`` times since the last resolution and each could go on by itself. States that look
+nearer to that come first; the answer ``NO`` means that there is no other state.
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Iterator
+from itertools import product
+
+from campaigns.judge.mission import Mission, Need, Pose, Robot
+from campaigns.judge.poses import Poses
+from campaigns.judge.situation import FIRST, Answer, Progress, Situation, Stage, walls
+
+Stages = tuple[tuple[str, Stage], ...]
+State = tuple[tuple[Pose, ...], tuple[Progress, ...], Stages]
+
+
+def can_complete(mission: Mission, begin: Situation, budget: int = 200_000) -> Answer:
+    """Whether the team can complete the mission; ``budget``: states looked at."""
+    return Joint(mission, begin).search(budget)
+
+
+class Joint:
+    """The states of a mission from some situation on."""
+
+    def __init__(self, mission: Mission, begin: Situation) -> None:
+        self.mission = mission
+        self.begin = begin
+        self.robots = mission.robots
+        names = [robot.name for robot in self.robots]
+        self.rivals = [[names.index(other) for other in mission.conflicts[name]] for name in names]
+        self.graphs = [Poses(mission, robot) for robot in self.robots]
+        self.ways = [
+            [graph.distances(target) for target in robot.targets]
+            for graph, robot in zip(self.graphs, self.robots, strict=True)
+        ]
+        self._walls: dict[Stages, list[frozenset[int]]] = {}
+
+    def search(self, budget: int) -> Answer:
+        """Best first, each state once."""
+        queue: list[tuple[float, int, State]] = []
+        seen: set[State] = set()
+        for state in self.starts():
+            if state not in seen:
+                seen.add(state)
+                heapq.heappush(queue, (self._distance(state), len(seen), state))
+        while queue:
+            _, _, state = heapq.heappop(queue)
+            if self.is_complete(state):
+                return Answer.YES
+            for after in self.successors(state):
+                if after not in seen:
+                    if len(seen) >= budget:
+                        return Answer.OVER_BUDGET
+                    seen.add(after)
+                    heapq.heappush(queue, (self._distance(after), len(seen), after))
+        return Answer.NO
+
+    def starts(self) -> list[State]:
+        """The state itself, and where a patrol has met nothing yet, its other order, too."""
+        choices = []
+        for robot in self.robots:
+            first = self.begin.progress[robot.name]
+            free = robot.either_first and robot.in_order and first == (0, 0)
+            choices.append([(k, 0) for k in range(len(robot.targets))] if free else [first])
+        poses = tuple(self.begin.poses[robot.name] for robot in self.robots)
+        stages = tuple(sorted(self.begin.stages.items()))
+        return [self._settled(poses, progress, stages) for progress in product(*choices)]
+
+    def successors(self, state: State) -> Iterator[State]:
+        poses, progress, stages = state
+        closed = self._closed(stages)
+        for k, robot in enumerate(self.robots):
+            taken = {poses[other][0] for other in self.rivals[k]}
+            for pose in self.mission.steps(robot, poses[k]):
+                if pose[0] not in taken and pose[0] not in closed[k]:
+                    yield self._settled((*poses[:k], pose, *poses[k + 1 :]), progress, stages)
+
+    def is_complete(self, state: State) -> bool:
+        poses, progress, stages = state
+        closed = self._closed(stages)
+        return all(
+            self._rounds(robot, met) >= self.mission.rounds
+            and graph.live(closed[k]) >> graph.index[poses[k]] & 1
+            for k, (robot, graph, met) in enumerate(
+                zip(self.robots, self.graphs, progress, strict=True)
+            )
+        )
+
+    def _closed(self, stages: Stages) -> list[frozenset[int]]:
+        known = self._walls.get(stages)
+        if known is None:
+            named = dict(stages)
+            known = [walls(self.mission, r.name, named, self.begin.sealed) for r in self.robots]
+            self._walls[stages] = known
+        return known
+
+    def _settled(
+        self, poses: tuple[Pose, ...], progress: tuple[Progress, ...], stages: Stages
+    ) -> State:
+        """With all done that robots do where they stand: actions, then goals."""
+        named = dict(stages)
+        resolved = False
+        for name, stage in stages:
+            now: Stage | None = stage
+            while now is not None and (after := self._performed(name, now, poses)) != now:
+                now = after
+            if now is None:
+                del named[name]
+                resolved = True
+            else:
+                named[name] = now
+        if resolved:
+            progress = tuple(
+                (next_, 0) if robot.in_order else (0, 0)
+                for robot, (next_, _) in zip(self.robots, progress, strict=True)
+            )
+        met = tuple(
+            self._met(robot, pose[0], one)
+            for robot, pose, one in zip(self.robots, poses, progress, strict=True)
+        )
+        return poses, met, tuple(sorted(named.items()))
+
+    def _performed(self, name: str, stage: Stage, poses: tuple[Pose, ...]) -> Stage | None:
+        """The stage after what the robots where they stand can do; None: resolved."""
+        index, done = stage
+        needs = self.mission.obstacles[name].needs
+        here = self._able(needs[index], poses) - done
+        if needs[index].together and len(here) < needs[index].robots:
+            return stage
+        done |= here
+        if len(done) < needs[index].robots:
+            return index, frozenset(done)
+        return (index + 1, FIRST[1]) if index + 1 < len(needs) else None
+
+    def _able(self, need: Need, poses: tuple[Pose, ...]) -> frozenset[str]:
+        return frozenset(
+            robot.name
+            for robot, pose in zip(self.robots, poses, strict=True)
+            if need.action in robot.capabilities and pose[0] in need.at
+        )
+
+    def _met(self, robot: Robot, region: int, progress: Progress) -> Progress:
+        next_, count = progress
+        most = self.mission.rounds * (len(robot.targets) if robot.in_order else 1)
+        while count < most:
+            if robot.in_order:
+                if region not in robot.targets[next_]:
+                    break
+                next_, count = (next_ + 1) % len(robot.targets), count + 1
+            else:
+                covered = next_
+                for k, target in enumerate(robot.targets):
+                    covered |= (region in target) << k
+                if covered == (1 << len(robot.targets)) - 1:
+                    next_, count = 0, count + 1
+                    continue
+                return covered, count
+        return next_, count
+
+    def _rounds(self, robot: Robot, progress: Progress) -> int:
+        return progress[1] // len(robot.targets) if robot.in_order else progress[1]
+
+    def _distance(self, state: State) -> float:
+        """An estimate only: goals to meet, steps to the next, obstacles that are left."""
+        poses, progress, stages = state
+        total = 5.0 * len(stages)
+        for k, (robot, (next_, count)) in enumerate(zip(self.robots, progress, strict=True)):
+            targets = len(robot.targets)
+            if robot.in_order:
+                left = self.mission.rounds * targets - count
+                ways = [self.ways[k][next_]]
+            else:
+                left = (self.mission.rounds - count) * targets - next_.bit_count()
+                ways = [way for j, way in enumerate(self.ways[k]) if not next_ >> j & 1]
+            total += 8 * left
+            if left > 0:
+                total += min((way.get(poses[k], 99) for way in ways), default=0)
+        return total

@@ -1,0 +1,281 @@
+"""A mission as the judge sees it, read from a scenario's data by code of its own.
+
+It reads the part of docs/scenario.md that the campaigns generate (grids in place, regions as
+numbers or row and column, formulas of two shapes) and raises ``NotJudgedError`` for the rest. It
+shares nothing with safenav: a mistake there must not hide here.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+HEADINGS = ("north", "east", "south", "west")
+STEPS = ((-1, 0), (0, 1), (1, 0), (0, -1))
+NO_HEADING = -1
+
+Pose = tuple[int, int]
+"""A region, and the index of a heading or ``NO_HEADING``."""
+
+BUILT_IN_ROBOTS: dict[str, dict[str, Any]] = {
+    "digit": {"mobility": "heading", "layer": "ground", "capabilities": ["push"]},
+    "quadcopter": {"mobility": "free", "layer": "air", "capabilities": ["sense"]},
+}
+BUILT_IN_OBSTACLES: dict[str, dict[str, Any]] = {
+    "door": {"action": "push", "resolve_at": "self"},
+    "uncertainty": {"action": "sense", "resolve_at": "neighbours", "has_truth": True},
+}
+
+GOAL = re.compile(r"^region = (\d+)$")
+NEVER = re.compile(r"^region' != (\d+)$")
+
+
+class NotJudgedError(Exception):
+    """The scenario uses something of which the judge knows nothing."""
+
+
+@dataclass(frozen=True)
+class Robot:
+    """``in_order``: whether its targets are met in turn (``cover``: in any order). ``forbidden``:
+    regions that its own formulas exclude. ``either_first``: whether it may begin at any target,
+    since a patrol begins with the other one where that is what can be done."""
+
+    name: str
+    has_heading: bool
+    layer: str
+    capabilities: frozenset[str]
+    start: Pose
+    targets: tuple[frozenset[int], ...]
+    in_order: bool = True
+    either_first: bool = False
+    forbidden: frozenset[int] = frozenset()
+    formulas: bool = False
+
+
+@dataclass(frozen=True)
+class Need:
+    """``robots`` distinct ones perform ``action`` on regions ``at``, ``together`` or in any
+    order one after the other."""
+
+    action: str
+    robots: int
+    at: frozenset[int]
+    together: bool
+
+
+@dataclass(frozen=True)
+class Obstacle:
+    """``blocks``: names of robots of the layers and models that it blocks, capable or not.
+    ``since``, ``until``: ticks at which it appears and goes by itself."""
+
+    name: str
+    region: int
+    needs: tuple[Need, ...]
+    blocks: frozenset[str]
+    has_truth: bool
+    since: int | None
+    until: int | None
+
+
+@dataclass(frozen=True)
+class Mission:
+    rows: int
+    cols: int
+    free: frozenset[int]
+    robots: tuple[Robot, ...]
+    obstacles: Mapping[str, Obstacle]
+    conflicts: Mapping[str, frozenset[str]]
+    rounds: int
+
+    @cached_property
+    def crowded(self) -> bool:
+        """Whether any two robots must keep apart."""
+        return any(self.conflicts.values())
+
+    def neighbour(self, region: int, way: int) -> int | None:
+        """The free region one step away, or None."""
+        south, east = STEPS[way]
+        col = region % self.cols + east
+        to = region + south * self.cols + east
+        return to if 0 <= col < self.cols and to in self.free else None
+
+    def steps(self, robot: Robot, pose: Pose) -> list[Pose]:
+        """The poses one step away: never backwards with a heading."""
+        region, heading = pose
+        found = []
+        for way in range(4):
+            to = self.neighbour(region, way)
+            if to is None or to in robot.forbidden:
+                continue
+            if not robot.has_heading:
+                found.append((to, NO_HEADING))
+            elif way != (heading + 2) % 4:
+                found.append((to, way))
+        return found
+
+    def blocked(self, robot: Robot, obstacle: Obstacle, need: int) -> bool:
+        """Whether the robot may not enter it: the obstacle blocks it, and it lacks an action
+        of those that are still needed."""
+        wanted = {one.action for one in obstacle.needs[need:]}
+        return robot.name in obstacle.blocks and not wanted <= robot.capabilities
+
+
+def read_mission(data: Mapping[str, Any]) -> Mission:
+    """The mission of a scenario's data (as YAML gives it)."""
+    grid = data["map"].get("grid")
+    if grid is None:
+        raise NotJudgedError("the map is in another file")
+    rows = grid.split() if isinstance(grid, str) else list(grid)
+    cols = len(rows[0])
+    place = _Places(cols)
+    free = frozenset(
+        r * cols + c for r, row in enumerate(rows) for c, cell in enumerate(row) if cell != "#"
+    )
+    own = data.get("catalogue") or {}
+    models = BUILT_IN_ROBOTS | own.get("robots", {})
+    types = BUILT_IN_OBSTACLES | own.get("obstacles", {})
+    entries = data["robots"]
+    robots = tuple(_robot(name, entry, models, place) for name, entry in entries.items())
+    obstacles = [
+        _obstacle(entry, types, entries, models, free, place) for entry in data.get("obstacles", [])
+    ]
+    return Mission(
+        len(rows),
+        cols,
+        free,
+        robots,
+        {one.name: one for one in obstacles},
+        _conflicts(robots, entries),
+        (data.get("until") or {}).get("rounds", 2),
+    )
+
+
+class _Places:
+    """Regions as a scenario writes them."""
+
+    def __init__(self, cols: int) -> None:
+        self.cols = cols
+
+    def one(self, written: Any) -> int:
+        if isinstance(written, int):
+            return written
+        if isinstance(written, list) and len(written) == 2:
+            return written[0] * self.cols + written[1]
+        raise NotJudgedError(f"a region written as {written!r}")
+
+    def any(self, written: Any) -> frozenset[int]:
+        if isinstance(written, dict):
+            return frozenset(map(self.one, written["any"]))
+        return frozenset([self.one(written)])
+
+    def around(self, region: int, free: frozenset[int]) -> frozenset[int]:
+        row, col = divmod(region, self.cols)
+        beside = [(row + south, col + east) for south, east in STEPS]
+        return frozenset(r * self.cols + c for r, c in beside if 0 <= c < self.cols) & free
+
+
+def _robot(name: str, entry: Mapping[str, Any], models: Mapping[str, Any], at: _Places) -> Robot:
+    model = models[entry["model"]]
+    has_heading = model["mobility"] == "heading"
+    heading = HEADINGS.index(entry["heading"]) if has_heading else NO_HEADING
+    ((kind, written),) = entry["objective"].items()
+    in_order, forbidden, formulas = True, frozenset[int](), False
+    match kind:
+        case "patrol" | "visit" | "cover":
+            targets = tuple(map(at.any, written))
+            in_order = kind != "cover"
+        case "hold":
+            targets = (at.any(written),)
+        case "ltl":
+            targets, forbidden = _formulas(written)
+            formulas = True
+        case _:
+            raise NotJudgedError(f"the objective {kind}")
+    return Robot(
+        name,
+        has_heading,
+        model["layer"],
+        frozenset(model.get("capabilities", ())),
+        (at.one(entry["start"]), heading),
+        targets,
+        in_order,
+        kind == "patrol" or formulas,
+        forbidden,
+        formulas,
+    )
+
+
+def _formulas(written: Mapping[str, Any]) -> tuple[tuple[frozenset[int], ...], frozenset[int]]:
+    targets, forbidden = [], []
+    for line in written.get("liveness", []):
+        goal = GOAL.match(line)
+        if goal is None:
+            raise NotJudgedError(f"the goal {line}")
+        targets.append(frozenset([int(goal[1])]))
+    for line in written.get("safety", []):
+        never = NEVER.match(line)
+        if never is None:
+            raise NotJudgedError(f"the formula {line}")
+        forbidden.append(int(never[1]))
+    return tuple(targets), frozenset(forbidden)
+
+
+def _obstacle(
+    entry: Mapping[str, Any],
+    types: Mapping[str, Any],
+    robots: Mapping[str, Any],
+    models: Mapping[str, Any],
+    free: frozenset[int],
+    place: _Places,
+) -> Obstacle:
+    kind = types[entry["type"]]
+    region = place.one(entry["region"])
+    needs = kind.get("needs") or [{"action": kind["action"], "at": kind.get("resolve_at", "self")}]
+    listed = kind.get("blocks")
+    blocks = [
+        name
+        for name, robot in robots.items()
+        if listed is None or {robot["model"], models[robot["model"]]["layer"]} & set(listed)
+    ]
+    return Obstacle(
+        f"{entry['type']}@{region}",
+        region,
+        tuple(_need(need, region, free, place) for need in needs),
+        frozenset(blocks),
+        bool(kind.get("has_truth")),
+        entry.get("from"),
+        entry.get("until"),
+    )
+
+
+def _need(need: Mapping[str, Any], region: int, free: frozenset[int], place: _Places) -> Need:
+    at = need.get("at", "self")
+    match at:
+        case "self":
+            where = frozenset([region])
+        case "neighbours":
+            where = place.around(region, free)
+        case _:
+            where = frozenset(map(place.one, at))
+    return Need(need["action"], need.get("robots", 1), where, bool(need.get("together")))
+
+
+def _conflicts(
+    robots: tuple[Robot, ...], entries: Mapping[str, Any]
+) -> Mapping[str, frozenset[str]]:
+    """Two robots keep apart as soon as one of them avoids the other."""
+    layers = {robot.name: robot.layer for robot in robots}
+
+    def avoids(one: str, other: str) -> bool:
+        listed = entries[one].get("avoids")
+        return layers[one] == layers[other] if listed is None else other in listed
+
+    return {
+        one: frozenset(
+            other for other in layers if other != one and (avoids(one, other) or avoids(other, one))
+        )
+        for one in layers
+    }

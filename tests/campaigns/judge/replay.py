@@ -1,0 +1,176 @@
+"""The moment at which a trace ends, worked out from its moves by the rules of docs/scenario.md.
+
+Reads lines as plain data. What the robots know are the obstacles that they met; how far each is
+follows from its goal lines since the last resolution; what is left of an obstacle follows from
+where robots stood.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from campaigns.judge.mission import HEADINGS, NO_HEADING, Mission, Need, Pose, Robot
+from campaigns.judge.situation import FIRST, Progress, Situation, Stage
+
+Line = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Ending:
+    """``situation``: with what the robots know; ``really``: with what is there. ``visits``: of
+    each robot, the regions it was in since the last resolution. ``problems``: what a trace
+    tells otherwise than its own moves."""
+
+    situation: Situation
+    really: Situation
+    visits: Mapping[str, list[int]]
+    problems: list[str]
+
+
+def replay(mission: Mission, trace: Sequence[Line]) -> Ending:
+    """Follow a trace to its last line."""
+    now = _Replay(mission)
+    for line in trace:
+        now.follow(line)
+    return now.ending()
+
+
+class _Replay:
+    def __init__(self, mission: Mission) -> None:
+        self.mission = mission
+        self.robots: dict[str, Robot] = {robot.name: robot for robot in mission.robots}
+        self.poses: dict[str, Pose] = {name: robot.start for name, robot in self.robots.items()}
+        self.toward: dict[str, int | None] = dict.fromkeys(self.robots)
+        self.there: dict[str, Stage] = {
+            name: FIRST for name, one in mission.obstacles.items() if not one.since
+        }
+        self.met: set[str] = set()
+        self.sealed: set[str] = set()
+        self.goals: dict[str, list[tuple[int, int]]] = {name: [] for name in self.robots}
+        self.visits = {name: [robot.start[0]] for name, robot in self.robots.items()}
+        self.problems: list[str] = []
+
+    def follow(self, line: Line) -> None:
+        match line["type"]:
+            case "move":
+                self._moved(line)
+            case "violation":
+                self.met.add(line["obstacle"])
+            case "goal":
+                self.goals[line["robot"]].append((line["goal"], line["round"]))
+            case "appeared":
+                self.there[line["obstacle"]] = FIRST
+                self.met.discard(line["obstacle"])
+                self.sealed.discard(line["obstacle"])
+            case "gone":
+                self.there.pop(line["obstacle"], None)
+                self.sealed.discard(line["obstacle"])
+            case "resolved":
+                self._resolved(line)
+            case _:
+                pass
+
+    def ending(self) -> Ending:
+        poses = {name: self._arriving(name) for name in self.robots}
+        progress = {name: self._progress(robot) for name, robot in self.robots.items()}
+        known = {name: stage for name, stage in self.there.items() if name in self.met}
+        for name, (index, _) in self.there.items():
+            needs = self.mission.obstacles[name].needs
+            if index >= len(needs) and not any(need.together for need in needs):
+                self.problems.append(f"{name} has all it needs and is not resolved")
+        sealed = frozenset(self.sealed)
+        return Ending(
+            Situation(poses, progress, known, sealed),
+            Situation(poses, progress, dict(self.there), sealed),
+            self.visits,
+            self.problems,
+        )
+
+    def _moved(self, line: Line) -> None:
+        name, region = line["robot"], line["to"]
+        heading = HEADINGS.index(line["heading"]) if line["heading"] else NO_HEADING
+        self.poses[name] = (
+            region,
+            heading if self.robots[name].has_heading else NO_HEADING,
+        )
+        self.toward[name] = line.get("toward")
+        self.visits[name].append(region)
+        for obstacle, stage in self.there.items():
+            self.there[obstacle] = self._performed(obstacle, stage, name)
+
+    def _performed(self, obstacle: str, stage: Stage, mover: str) -> Stage:
+        """The stage after the mover's turn; a need that is met goes over to the next."""
+        index, done = stage
+        needs = self.mission.obstacles[obstacle].needs
+        if index >= len(needs) or not self._stands(mover, needs[index]):
+            return stage
+        if needs[index].together:
+            group = {name for name in self.robots if self._stands(name, needs[index])}
+            done = frozenset(group) if len(group) >= needs[index].robots else done
+        else:
+            done |= {mover}
+        if len(done) >= needs[index].robots:
+            return index + 1, FIRST[1]
+        return index, done
+
+    def _stands(self, name: str, need: Need) -> bool:
+        return need.action in self.robots[name].capabilities and self.poses[name][0] in need.at
+
+    def _resolved(self, line: Line) -> None:
+        name = line["obstacle"]
+        stage = self.there.pop(name, None)
+        if stage is None:
+            self.problems.append(f"{name} is resolved, but it is not there")
+        elif stage[0] < len(self.mission.obstacles[name].needs):
+            self.problems.append(f"{name} is resolved at {stage}, before all is done")
+        if line.get("traversable") is False:
+            self.sealed.add(name)
+        self.met.discard(name)
+        for robot in self.robots:
+            self.goals[robot].clear()
+            self.visits[robot] = [self.poses[robot][0]]
+
+    def _arriving(self, name: str) -> Pose:
+        """A robot on its way is taken for where it is going."""
+        bound, (region, heading) = self.toward[name], self.poses[name]
+        if bound is None:
+            return region, heading
+        if not self.robots[name].has_heading:
+            return bound, NO_HEADING
+        way = next(w for w in range(4) if self.mission.neighbour(region, w) == bound)
+        return bound, way
+
+    def _progress(self, robot: Robot) -> Progress:
+        """The rounds that are surely done; of a round in progress nothing counts but what is
+        next, so that what the judge finds possible is."""
+        goals = self.goals[robot.name]
+        count = len(robot.targets)
+        rounds = min(goals[-1][1], len(goals) // count) if goals else 0
+        if not robot.in_order or robot.formulas:
+            return (0, rounds if not robot.in_order else rounds * count)
+        next_ = (goals[-1][0] + 1) % count if goals and goals[-1][0] < count else 0
+        return (next_, rounds * count)
+
+
+def rounds_done(robot: Robot, visits: Sequence[int]) -> int:
+    """The most rounds that these visits can be, wherever counting began."""
+    count = len(robot.targets)
+    if not robot.in_order or robot.formulas:
+        rounds, covered = 0, set[int]()
+        for region in visits:
+            covered |= {k for k, target in enumerate(robot.targets) if region in target}
+            if len(covered) == count:
+                rounds += 1
+                covered = set()
+        return rounds
+    best = 0
+    for first in range(count):
+        met = 0
+        for region in visits:
+            for _ in range(count):  # a region may count for several targets, each once
+                met += region in robot.targets[(first + met) % count]
+        # A round ends at the last target, wherever it began.
+        best = max(best, (met + first) // count)
+    return best

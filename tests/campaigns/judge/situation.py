@@ -1,0 +1,62 @@
+"""From where the judge asks: the question whether a mission can still be completed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+
+from campaigns.judge.mission import Mission, Obstacle, Pose
+
+
+class Answer(Enum):
+    """Whether the mission can be completed."""
+
+    YES = "yes"
+    NO = "no"
+    OVER_BUDGET = "over budget"
+
+
+Stage = tuple[int, frozenset[str]]
+"""Of an obstacle: the index of the next need, and who has performed it already."""
+
+FIRST: Stage = (0, frozenset())
+
+Progress = tuple[int, int]
+"""Of a robot: what is next (``in_order``: an index; otherwise the targets covered, bit by bit),
+and how many goals (otherwise: rounds) it has met since the last resolution."""
+
+
+@dataclass(frozen=True)
+class Situation:
+    """A moment of a mission. ``stages``: the obstacles that are known and unresolved; those not
+    listed are absent. ``sealed``: those found to be untraversable for good."""
+
+    poses: Mapping[str, Pose]
+    progress: Mapping[str, Progress]
+    stages: Mapping[str, Stage]
+    sealed: frozenset[str] = frozenset()
+
+
+def at_start(mission: Mission) -> Situation:
+    """Before the first move, with nothing known: what is hidden is taken for absent."""
+    return Situation(
+        {robot.name: robot.start for robot in mission.robots},
+        {robot.name: (0, 0) for robot in mission.robots},
+        {},
+    )
+
+
+def walls(
+    mission: Mission, name: str, stages: Mapping[str, Stage], sealed: frozenset[str]
+) -> frozenset[int]:
+    """The regions that obstacles close to a robot."""
+    robot = next(one for one in mission.robots if one.name == name)
+
+    def closes(obstacle: Obstacle) -> bool:
+        if obstacle.name in sealed:
+            return mission.blocked(robot, obstacle, 0)
+        stage = stages.get(obstacle.name)
+        return stage is not None and mission.blocked(robot, obstacle, stage[0])
+
+    return frozenset(one.region for one in mission.obstacles.values() if closes(one))

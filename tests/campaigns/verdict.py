@@ -1,0 +1,140 @@
+"""Plays a mission and judges how it ended.
+
+``completed`` must be accepted by ``check-trace`` and be so by the moves alone;
+``operator_needed`` must be accepted with its proof, and the judge's own search must find, from
+where the run ended and (if nothing was hidden) from its start, that nothing can be done.
+Everything else is a finding.
+"""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from campaigns.command import Command, Ended
+from campaigns.judge import independent, joint
+from campaigns.judge.mission import Mission, read_mission
+from campaigns.judge.replay import Ending, replay, rounds_done
+from campaigns.judge.situation import Answer, Situation, at_start
+
+GOOD = ("completed", "proven")
+UNDECIDED = "over budget"
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """``kind``: ``completed``, ``proven`` (the operator is needed), ``over budget`` (the run
+    says so, and the judge could not finish its search), or what is wrong."""
+
+    kind: str
+    detail: str
+    seconds: float
+    lines: tuple[Mapping[str, Any], ...] = ()
+
+    @property
+    def is_finding(self) -> bool:
+        return self.kind not in (*GOOD, UNDECIDED)
+
+
+def judge(
+    data: Mapping[str, Any], command: Command, seconds: float = 60.0, budget: int = 200_000
+) -> Judgement:
+    """Play the mission of a scenario's data through the command line and judge it."""
+    with tempfile.TemporaryDirectory() as folder:
+        file, trace = Path(folder) / "mission.yaml", Path(folder) / "mission.jsonl"
+        file.write_text(yaml.safe_dump(dict(data), sort_keys=False), encoding="utf-8")
+        run = command.call(["run", file, "--no-map", "--trace", trace], seconds)
+        lines = read_lines(trace)
+        early = _broken_off(run, lines)
+        if early is not None:
+            return Judgement(*early, run.seconds, lines)
+        mission = read_mission(data)
+        ending = replay(mission, lines)
+        outcome = lines[-1]
+        kind, detail = _judge_outcome(mission, ending, outcome, run, budget)
+        if kind in (*GOOD, UNDECIDED):
+            checked = command.call(["check-trace", trace], max(seconds, 60.0))
+            if checked.exit != 0:
+                kind, detail = "refused by check-trace", (checked.output + checked.errors)[-600:]
+        return Judgement(kind, detail, run.seconds, lines)
+
+
+def read_lines(trace: Path) -> tuple[Mapping[str, Any], ...]:
+    """The whole lines of a trace."""
+    if not trace.exists():
+        return ()
+    text = trace.read_text(encoding="utf-8")
+    return tuple(json.loads(line) for line in text.splitlines(keepends=True) if line[-1] == "\n")
+
+
+def can_complete(mission: Mission, begin: Situation, budget: int) -> Answer:
+    """The answer of the search that suits the mission."""
+    if mission.crowded:
+        return joint.can_complete(mission, begin, budget)
+    return independent.can_complete(mission, begin, budget)
+
+
+def _broken_off(run: Ended, lines: tuple[Mapping[str, Any], ...]) -> tuple[str, str] | None:
+    told = (run.output[-300:] + run.errors[-900:]).strip()
+    if run.exit is None:
+        return "hang", f"not even SIGINT ended it after {run.seconds:.0f} s"
+    if run.interrupted:
+        return "slow", f"no end after {run.seconds:.0f} s; SIGINT took {run.deaf:.1f} s"
+    if run.exit == 2:
+        return "refused", told
+    if run.exit not in (0, 1, 3) or "Traceback" in run.errors:
+        return "crash", told
+    if not lines or lines[-1]["type"] != "outcome":
+        return "no outcome", told
+    return None
+
+
+def _judge_outcome(
+    mission: Mission, ending: Ending, outcome: Mapping[str, Any], run: Ended, budget: int
+) -> tuple[str, str]:
+    if ending.problems:
+        return "inconsistent", "; ".join(ending.problems)
+    match outcome["outcome"]:
+        case "completed":
+            return _completed(mission, ending, run)
+        case "operator_needed":
+            return _operator_needed(mission, ending, outcome, run, budget)
+        case other:
+            answer = can_complete(mission, ending.situation, budget)
+            return other, f"exit {run.exit}; the judge: {answer.value}; {outcome['explanation']}"
+
+
+def _completed(mission: Mission, ending: Ending, run: Ended) -> tuple[str, str]:
+    for robot in mission.robots:
+        done = rounds_done(robot, ending.visits[robot.name])
+        if done < mission.rounds:
+            return "not completed", f"{robot.name} has done {done} rounds of {mission.rounds}"
+    if run.exit != 0:
+        return "exit status", f"completed with {run.exit}"
+    return "completed", ""
+
+
+def _operator_needed(
+    mission: Mission, ending: Ending, outcome: Mapping[str, Any], run: Ended, budget: int
+) -> tuple[str, str]:
+    cause = str(outcome.get("cause"))
+    if run.exit != 1:
+        return "exit status", f"operator_needed with {run.exit}"
+    begins = [("from its end", ending.situation)]
+    if not mission.obstacles:
+        begins.append(("from its start", at_start(mission)))
+    answers = []
+    for where, begin in begins:
+        answer = can_complete(mission, begin, budget)
+        if answer is Answer.YES:
+            return f"given up: {cause}", f"it can be completed {where}: {outcome['explanation']}"
+        answers.append(answer)
+    if Answer.OVER_BUDGET in answers:
+        return UNDECIDED, cause
+    return "proven", cause
