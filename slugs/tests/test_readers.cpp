@@ -20,8 +20,6 @@ Language language(const std::string &text) { return language_of(Source("test", t
 void test_slugsin_keeps_the_order_of_the_file() {
   const Specification s = reading::read("[OUTPUT]\nb\n[INPUT]\na\n[OUTPUT]\nc\n[INPUT]\nd\n");
   EXPECT_EQ(names(s), "b/o a/i c/o d/i");
-  const std::vector<std::uint32_t> printed = {1, 3, 0, 2};
-  EXPECT(s.print_order() == printed);
   EXPECT_EQ(s.variables[2].line, 6);
 }
 

@@ -23,7 +23,7 @@ class Node:
 
 @dataclass(frozen=True)
 class Automaton:
-    variables: tuple[str, ...]  # as printed: inputs, then outputs
+    variables: tuple[str, ...]  # as declared
     nodes: tuple[Node, ...]
 
 
@@ -39,10 +39,11 @@ def to_json(specification: Specification, automaton: Automaton) -> str:
         f'\t"trans": [{_joined(node.successors)}]\n}}'
         for number, node in enumerate(automaton.nodes)
     )
+    end = "\n\n" if automaton.nodes else ""
     variables = ", ".join(f'"{name}"' for name in automaton.variables)
     return (
         f'{{"version": 0,\n "slugs": "0.0.1",\n\n "variables": [{variables}],\n\n'
-        f' "nodes": {{\n{nodes}\n\n}}}}\n'
+        f' "nodes": {{\n{nodes}{end}}}}}\n'
     )
 
 
@@ -55,17 +56,16 @@ def to_text(specification: Specification, automaton: Automaton) -> str:
             f"{name}:{bit}" for name, bit in zip(automaton.variables, bits, strict=True)
         )
         lines.append(f"State {number} with rank {node.rank} -> <{values}>\n")
-        after = f"successors : {_joined(node.successors)}" if node.successors else "no successors."
-        lines.append(f"\tWith {after}\n")
+        lines.append(f"\tWith successors : {_joined(node.successors)}\n")
     return "".join(lines)
 
 
 def from_json(specification: Specification, text: str) -> Automaton:
-    """Read an automaton back; the order of the bits becomes the declared one again."""
+    """Read an automaton back."""
     try:
         data = json.loads(text)
         variables = tuple(data["variables"])
-        if variables != specification.printed_bits:
+        if variables != specification.bits:
             raise MalformedAutomatonError(f"variables are {variables}")
         nodes = data["nodes"]
         parsed = tuple(
@@ -79,14 +79,13 @@ def from_json(specification: Specification, text: str) -> Automaton:
 
 def printed_state(specification: Specification, state: int) -> list[int]:
     """The bits of a state in the order in which a strategy prints them."""
-    bits = specification.bits
-    value = {bit: state >> (len(bits) - 1 - i) & 1 for i, bit in enumerate(bits)}
-    return [value[bit] for bit in specification.printed_bits]
+    count = len(specification.bits)
+    return [state >> (count - 1 - i) & 1 for i in range(count)]
 
 
 def _parse_node(specification: Specification, node: dict[str, Any], count: int) -> Node:
     bits = specification.bits
-    value = dict(zip(specification.printed_bits, node["state"], strict=True))
+    value = dict(zip(bits, node["state"], strict=True))
     if not set(value.values()) <= {0, 1}:
         raise MalformedAutomatonError(f"state {node['state']} has other values than 0 and 1")
     successors = tuple(int(successor) for successor in node["trans"])

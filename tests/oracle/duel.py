@@ -143,13 +143,12 @@ class Duel:
         specification = game.specification
         expected = extract(solution)
         text = to_json(specification, expected)
-        # The published samples do not say how no nodes at all are printed.
-        if output != text and (expected.nodes or _parsed(specification, output) != expected):
+        if output != text:
             found = _parsed(specification, output)
             sound = found is not None and not check_strategy(game, found, ROBOTICS in told)
             kind = "sound but other" if sound else "wrong"
             yield f"{kind} strategy\n--- expected\n{text}\n--- found\n{output}"
-        if source.random() < 0.1 and expected.nodes:
+        if source.random() < 0.5:
             plain = self.run("--explicitStrategy", *told, name).output
             if plain != to_text(specification, expected):
                 yield f"wrong text form\n{plain}"
@@ -184,7 +183,7 @@ class Duel:
         except (ValueError, LookupError) as error:
             yield f"cannot be read ({error!r}): {answer.output}\n{answer.errors}"
             return
-        if translated.specification.printed_bits != game.specification.printed_bits:
+        if translated.specification.bits != game.specification.bits:
             yield f"has other variables: {answer.output}"
         elif _reachable_play(translated) != _reachable_play(game):
             yield f"is another game: {answer.output}"

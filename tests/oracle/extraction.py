@@ -32,7 +32,7 @@ def extract(solution: Solution) -> Automaton:
         )
         successors = tuple(number(t, advance(solution, goal, state, t)) for t in chosen)
         nodes.append(Node(state, goal, successors))
-    return Automaton(game.specification.printed_bits, tuple(nodes))
+    return Automaton(game.specification.bits, tuple(nodes))
 
 
 def advance(solution: Solution, goal: int, state: int, successor: int) -> int:

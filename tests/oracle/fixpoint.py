@@ -53,17 +53,17 @@ def solve(game: Game, bias_for_action: bool = False) -> Solution:
 def _least(
     game: Game, goal: int, winning: StateSet, bias_for_action: bool
 ) -> tuple[StateSet, list[TransitionSet]]:
+    """mu Y, with what each round records: waiting builds on what the round began with."""
     sets: list[TransitionSet] = []
     reached = 0
     while True:
         union = reached
         if bias_for_action:
             union = _plain_steps(game, goal, winning, reached, sets)
-        base = union if bias_for_action else reached
         for i in range(len(game.assumptions)):
             waiting = game.all_states
             while True:
-                transitions = TransitionSet(base, i, waiting)
+                transitions = TransitionSet(reached, i, waiting)
                 smaller = controllable(game, goal, winning, transitions)
                 if smaller == waiting:
                     break

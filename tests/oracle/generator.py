@@ -41,7 +41,7 @@ def random_specification(
     source: Random, integers: bool = False, bits: int = 5, many_goals: bool = False
 ) -> Specification:
     """A specification of at most `bits` bits; with integers it can only be written infix."""
-    assumptions = (3, 4, 6) if many_goals else (0, 0, 1, 1, 2, 3)
+    assumptions = (3, 4, 6) if many_goals else (0, 1, 1, 2, 3, 4)
     guarantees = (6, 7, 9) if many_goals else (0, 1, 1, 2, 2, 3, 5)
     variables = _variables(source, integers, bits)
     inputs = tuple(v for v in variables if v.owner == "input")

@@ -121,7 +121,7 @@ def _unfold(solution: ParitySolution, starts: list[Place], follow: _Follow) -> A
                 numbers[successor] = len(queue)
                 queue.append(successor)
         nodes.append(Node(place.state, place.guarantee, tuple(numbers[s] for s in successors)))
-    return Automaton(solution.game.specification.printed_bits, tuple(nodes))
+    return Automaton(solution.game.specification.bits, tuple(nodes))
 
 
 def _arrive(game: Game, place: Place, state: int) -> Place:

@@ -44,18 +44,8 @@ class Specification:
 
     @property
     def bits(self) -> tuple[str, ...]:
+        """In the order in which a strategy prints them."""
         return tuple(bit for variable in self.variables for bit in variable.bits)
-
-    @property
-    def printed_bits(self) -> tuple[str, ...]:
-        """The order in which a strategy prints a state: inputs, then outputs."""
-        return tuple(
-            bit
-            for owner in ("input", "output")
-            for variable in self.variables
-            if variable.owner == owner
-            for bit in variable.bits
-        )
 
     def is_boolean(self) -> bool:
         """Whether it can be written in slugsin as it stands."""

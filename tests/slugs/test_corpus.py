@@ -17,9 +17,24 @@ import pytest
 STRATEGY = ("--explicitStrategy", "--jsonOutput")
 COUNTERSTRATEGY = ("--counterStrategy", "--jsonOutput")
 TIMEOUT = 300
-SLOW = ("basicEvasion", "Belief_Evasion", "coop_0", "bunny_many_goals_8", "genbuf_20")
+SLOW = (
+    "basicEvasion",
+    "Belief_Evasion",
+    "coop_0",
+    "bunny_many_goals_8",
+    "bunny_many_goals_20",
+    "genbuf_20",
+    "genbuf_40",
+    "genbuf_60",
+    "jcss12_6",
+    "jcss12_8",
+    "synt15_24",
+    "synt15_25",
+    "synt15_28",
+    "synt15_30",
+)
 # Their strategies have hundreds of megabytes and more: only the verdict is asked for.
-HUGE = ("genbuf_10", "genbuf_20", "synt15_5", "synt15_10")
+HUGE = ("genbuf_10", "synt15_5", "synt15_10", *SLOW[4:])
 
 
 @dataclass(frozen=True)

@@ -29,24 +29,22 @@ void set(Truth &truth, unsigned lane, bool value) {
 
 CheckModel::CheckModel(const Specification &specification, const ExplicitStrategy &strategy,
                        const Budget &budget)
-    : specification(specification), strategy(strategy), budget(budget),
-      printed_at_(specification.variables.size()) {
-  const std::vector<std::uint32_t> order = specification.print_order();
-  if (strategy.variables.size() != order.size())
+    : specification(specification), strategy(strategy), budget(budget) {
+  const std::vector<Variable> &variables = specification.variables;
+  if (strategy.variables.size() != variables.size())
     throw Rejection("the strategy has " + std::to_string(strategy.variables.size()) +
-                    " variables, the specification " + std::to_string(order.size()));
-  for (std::uint32_t i = 0; i < order.size(); ++i) {
-    const Variable &variable = specification.variables[order[i]];
+                    " variables, the specification " + std::to_string(variables.size()));
+  for (std::uint32_t i = 0; i < variables.size(); ++i) {
+    const Variable &variable = variables[i];
     if (strategy.variables[i] != variable.name)
       throw Rejection("variable " + std::to_string(i) + " of the strategy is '" +
                       printable(strategy.variables[i]) + "', expected '" + printable(variable.name) + "'");
-    printed_at_[order[i]] = i;
-    of_owner_[variable.owner == Owner::Input ? 0 : 1].push_back(order[i]);
+    of_owner_[variable.owner == Owner::Input ? 0 : 1].push_back(i);
   }
   for (Node node = 0; node < strategy.size(); ++node) {
-    if (strategy.bit_count[node] != order.size())
+    if (strategy.bit_count[node] != variables.size())
       throw Rejection(name(node) + ": its state has " + std::to_string(strategy.bit_count[node]) +
-                      " bits, expected " + std::to_string(order.size()));
+                      " bits, expected " + std::to_string(variables.size()));
     for (std::uint64_t edge = strategy.first_edge[node]; edge < strategy.first_edge[node + 1]; ++edge)
       if (strategy.successors[edge] == ExplicitStrategy::missing)
         throw Rejection(name(node) + ": its successor " + std::to_string(strategy.named[edge]) +

@@ -58,11 +58,10 @@ public:
 
 private:
   bool bit(Node node, std::uint32_t variable) const {
-    return strategy.bits[strategy.first_bit[node] + printed_at_[variable]];
+    return strategy.bits[strategy.first_bit[node] + variable];
   }
 
-  std::vector<std::uint32_t> printed_at_;         // position of each variable in a state
-  std::vector<std::uint32_t> of_owner_[2];        // variables of each owner in order
+  std::vector<std::uint32_t> of_owner_[2]; // variables of each owner in order
   std::vector<std::vector<bool>> env_live_edges_; // for each assumption
   std::vector<std::vector<bool>> sys_live_edges_; // for each guarantee
 };

@@ -15,9 +15,9 @@ namespace slugs {
 
 enum class Owner : std::uint8_t { Input, Output };
 
-// One bit.  Specification::variables is in declaration order, which fixes the
-// lexicographic order of states; a strategy prints all inputs, then all
-// outputs, each in that order.
+// One bit.  Specification::variables is in declaration order (in structuredslugs
+// all inputs come first), which fixes the lexicographic order of states and the
+// order in which a strategy prints their bits.
 struct Variable {
   std::string name;
   Owner owner;
@@ -59,9 +59,6 @@ struct Specification {
   const std::vector<Constraint> &operator[](Section s) const {
     return constraints[static_cast<std::size_t>(s)];
   }
-
-  // Indices into variables in the order in which a strategy prints them.
-  std::vector<std::uint32_t> print_order() const;
 };
 
 } // namespace slugs

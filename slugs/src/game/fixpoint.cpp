@@ -120,6 +120,9 @@ Bdd Fixpoint::reach_goal(std::size_t j) {
     ++statistics_.y_iterations[j];
     Round round;
     Bdd larger = y;
+    // Upstream waits with the targets with which the round began, so with a bias
+    // for action not with those that the plain steps have just added.
+    const Bdd open_before = order_ == Steps::BiasForAction ? open : Bdd();
     if (order_ != Steps::Plain) {
       // Steps that rely on no assumption are far cheaper than waiting.
       for (;;) {
@@ -132,11 +135,12 @@ Bdd Fixpoint::reach_goal(std::size_t j) {
         larger = next;
       }
     }
+    const Bdd &unanswered = order_ == Steps::BiasForAction ? open_before : open;
     for (std::size_t i = 0; i < game_.assumptions.size(); ++i) {
       Bdd start = z_;
       if (!before.empty())
         start &= before[std::min(k, before.size() - 1)].waiting[i].thaw(store);
-      const Bdd waiting = wait(open, start, i, statistics_.x_iterations[j]);
+      const Bdd waiting = wait(unanswered, start, i, statistics_.x_iterations[j]);
       round.waiting.emplace_back(store, waiting);
       larger |= waiting;
     }

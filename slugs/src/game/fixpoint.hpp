@@ -15,8 +15,8 @@ namespace slugs {
 // are all of waiting in earlier rounds.  From waiting[i] the system reaches the
 // goal, or comes closer, or stays in waiting[i] while assumption i fails.  With a
 // bias for action there are first `steps`, the ever larger sets of states that a
-// least fixpoint without assumptions comes closer to; the last one is what
-// waiting builds on.
+// least fixpoint without assumptions comes closer to, from those of earlier
+// rounds on; waiting relies on none of what they add.
 struct Round {
   std::vector<FrozenBdd> steps;
   std::vector<FrozenBdd> waiting;

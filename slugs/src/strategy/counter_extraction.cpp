@@ -21,8 +21,7 @@ public:
       : game_(game), robotics_init_(robotics_init), sink_(sink), statistics_(statistics),
         nodes_(words_for(game.store.bits()), game.store.account()), initial_(fixpoint.initial()),
         functions_(functions(game, fixpoint)), cofactor_(game.store, functions_),
-        successors_(game, Successors::Answers::All), ranks_(game.store, cofactor_, game.assumptions),
-        print_order_(game.specification.print_order()) {}
+        successors_(game, Successors::Answers::All), ranks_(game.store, cofactor_, game.assumptions) {}
 
   void run() {
     BddStore &store = game_.store;
@@ -30,7 +29,7 @@ public:
     const std::size_t collect_at = 2 * store.live_nodes() + (1u << 18);
     meet_initial();
     sink_.begin();
-    std::vector<bool> bits(print_order_.size());
+    std::vector<bool> bits(game_.store.bits());
     std::vector<Word> state(words_for(store.bits()));
     for (std::size_t id = 0; id < nodes_.size(); ++id) {
       store.account().budget().check();
@@ -44,7 +43,7 @@ public:
       const std::uint32_t rank = nodes_.rank(id);
       find_successors(state.data(), rank);
       for (std::size_t k = 0; k < bits.size(); ++k)
-        bits[k] = get_bit(state.data(), print_order_[k]);
+        bits[k] = get_bit(state.data(), k);
       sink_.node(id, rank, bits, list_);
       ++statistics_.strategy_nodes;
       statistics_.strategy_edges += list_.size();
@@ -133,7 +132,6 @@ private:
   StateCofactor cofactor_;
   Successors successors_;
   Ranks ranks_;
-  std::vector<std::uint32_t> print_order_;
   std::vector<std::uint64_t> list_;
 };
 

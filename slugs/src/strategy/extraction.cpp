@@ -27,7 +27,7 @@ public:
       : game_(game), sink_(sink), statistics_(statistics),
         nodes_(words_for(game.store.bits()), game.store.account()), strategies_(game, fixpoint),
         cofactor_(game.store, game.guarantees), successors_(game, Successors::Answers::Least),
-        ranks_(game.store, cofactor_, game.guarantees), print_order_(game.specification.print_order()) {}
+        ranks_(game.store, cofactor_, game.guarantees) {}
 
   void run(const Bdd &winning) {
     const CollectionPause no_collection(game_.store);
@@ -37,7 +37,7 @@ public:
     std::vector<Word> valuation(words_for(game_.store.bits()));
     meet_initial((winning & game_.env_init & game_.sys_init).edge(), 0, valuation);
     sink_.begin();
-    std::vector<bool> bits(print_order_.size());
+    std::vector<bool> bits(game_.store.bits());
     std::vector<Word> state(valuation.size());
     for (std::size_t id = 0; id < nodes_.size(); ++id) {
       if ((id & 0x3FF) == 0)
@@ -46,7 +46,7 @@ public:
       const std::uint32_t rank = nodes_.rank(id);
       const std::vector<std::uint64_t> &list = successors(state.data(), rank);
       for (std::size_t k = 0; k < bits.size(); ++k)
-        bits[k] = get_bit(state.data(), print_order_[k]);
+        bits[k] = get_bit(state.data(), k);
       sink_.node(id, rank, bits, list);
       ++statistics_.strategy_nodes;
       statistics_.strategy_edges += list.size();
@@ -126,7 +126,6 @@ private:
   StateCofactor cofactor_;
   Successors successors_;
   Ranks ranks_;
-  std::vector<std::uint32_t> print_order_;
   std::unordered_map<Key, std::vector<std::uint64_t>, KeyHash> remembered_;
   std::size_t remembered_numbers_ = 0;
   std::size_t collect_at_ = 0;

@@ -10,9 +10,9 @@ JsonStrategy::JsonStrategy(const Specification &specification, std::ostream &out
 void JsonStrategy::begin() {
   out_ << "{\"version\": 0,\n \"slugs\": \"0.0.1\",\n\n \"variables\": [";
   std::string_view separator = "";
-  for (const std::uint32_t v : specification_.print_order()) {
+  for (const Variable &variable : specification_.variables) {
     out_ << separator << '"';
-    for (const char c : specification_.variables[v].name) {
+    for (const char c : variable.name) {
       if (c == '"' || c == '\\')
         out_ << '\\';
       out_ << c;
@@ -25,6 +25,7 @@ void JsonStrategy::begin() {
 
 void JsonStrategy::node(std::uint64_t id, std::uint32_t rank, const std::vector<bool> &state,
                         const std::vector<std::uint64_t> &successors) {
+  any_nodes_ = true;
   out_ << (id ? ",\n\n\"" : "\"") << id << "\": {\n\t\"rank\": " << rank << ",\n\t\"state\": [";
   for (std::size_t k = 0; k < state.size(); ++k)
     out_ << (k ? ", " : "") << (state[k] ? '1' : '0');
@@ -40,7 +41,7 @@ void JsonStrategy::node(std::uint64_t id, std::uint32_t rank, const std::vector<
 }
 
 void JsonStrategy::end() {
-  out_ << "\n\n}}\n";
+  out_ << (any_nodes_ ? "\n\n}}\n" : "}}\n");
   out_.flush();
 }
 

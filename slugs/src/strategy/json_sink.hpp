@@ -19,6 +19,7 @@ public:
 private:
   const Specification &specification_;
   OutputBuffer out_;
+  bool any_nodes_ = false;
 };
 
 } // namespace slugs

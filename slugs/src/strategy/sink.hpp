@@ -13,7 +13,7 @@ public:
   virtual ~StrategySink() = default;
   virtual void begin() = 0;
   // Nodes come with ids 0, 1, 2, ... in this order.  `state` holds one bit per
-  // variable in Specification::print_order().  Initial nodes come first.
+  // variable in the order of Specification::variables.  Initial nodes come first.
   virtual void node(std::uint64_t id, std::uint32_t rank, const std::vector<bool> &state,
                     const std::vector<std::uint64_t> &successors) = 0;
   virtual void end() = 0;

@@ -5,8 +5,8 @@
 namespace slugs {
 
 TextStrategy::TextStrategy(const Specification &specification, std::ostream &out) : out_(out) {
-  for (const std::uint32_t v : specification.print_order())
-    names_.push_back(specification.variables[v].name + ':');
+  for (const Variable &variable : specification.variables)
+    names_.push_back(variable.name + ':');
 }
 
 void TextStrategy::begin() {}
@@ -16,7 +16,7 @@ void TextStrategy::node(std::uint64_t id, std::uint32_t rank, const std::vector<
   out_ << "State " << id << " with rank " << rank << " -> <";
   for (std::size_t k = 0; k < state.size(); ++k)
     out_ << (k ? ", " : "") << names_[k] << (state[k] ? '1' : '0');
-  out_ << (successors.empty() ? ">\n\tWith no successors." : ">\n\tWith successors : ");
+  out_ << ">\n\tWith successors : ";
   for (std::size_t k = 0; k < successors.size(); ++k) {
     if (k)
       out_ << ", ";
