@@ -61,7 +61,7 @@ private:
     return strategy.bits[strategy.first_bit[node] + variable];
   }
 
-  std::vector<std::uint32_t> of_owner_[2]; // variables of each owner in order
+  std::vector<std::uint32_t> of_owner_[2];        // variables of each owner in order
   std::vector<std::vector<bool>> env_live_edges_; // for each assumption
   std::vector<std::vector<bool>> sys_live_edges_; // for each guarantee
 };
