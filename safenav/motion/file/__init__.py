@@ -1,0 +1,1 @@
+"""The motion file: JSON Lines, metres, seconds, radians (docs/motion.md)."""

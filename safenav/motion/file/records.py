@@ -1,0 +1,245 @@
+"""The lines of a motion file as typed data (docs/motion.md, version 1).
+
+Positions are in the frame of the map: x east, y north, z up, the origin at its south-western
+corner, in metres; ``t``, ``t0`` and ``t1`` are seconds since the start of the motion; angles are
+radians counter-clockwise from east. ``tick`` is the tick of the trace that a line carries out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+VERSION = 1
+
+Point = tuple[float, float]
+State = tuple[float, float, float, float]
+"""x, y, vx, vy."""
+Numbers = tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Header:
+    """``trace``: sha256 of the trace; ``side``: metres of a region; ``origin``: x, y and yaw of
+    the map's south-western corner in the world; ``robots``: how each moves, with its ``kind``,
+    its parameters and its limits; ``seed``, ``gust`` (m/s) and ``push`` (m/s): disturbances."""
+
+    trace: str
+    safenav: str
+    side: float
+    rows: int
+    cols: int
+    origin: tuple[float, float, float]
+    robots: Mapping[str, Mapping[str, object]]
+    seed: int
+    gust: float
+    push: float
+
+
+@dataclass(frozen=True)
+class Foothold:
+    """A foot on the ground from ``down`` to ``up``; ``side``: 1 is the left one, -1 the right."""
+
+    x: float
+    y: float
+    yaw: float
+    side: int
+    down: float
+    up: float
+
+
+@dataclass(frozen=True)
+class Swing:
+    """A foot in the air: x, y and yaw are quintics in time between ``start`` and ``goal``
+    (positions, then velocities; no acceleration at either end); its height is
+    64 clearance u^3 (1-u)^3 with u from ``u0`` to ``u1``."""
+
+    side: int
+    t0: float
+    t1: float
+    u0: float
+    u1: float
+    start: Numbers
+    goal: Numbers
+
+
+@dataclass(frozen=True)
+class Phase:
+    """The centre of pressure, constant for some seconds."""
+
+    seconds: float
+    x: float
+    y: float
+
+
+@dataclass(frozen=True)
+class Piece:
+    """What all pieces of motion have: a robot's motion has no gaps."""
+
+    robot: str
+    tick: int
+    primitive: str
+    origin: int
+    to: int
+    t0: float
+    t1: float
+
+
+@dataclass(frozen=True)
+class Segment(Piece):
+    """A walker. ``turning``: yaw before, yaw after, and the times between which the body turns;
+    ``start``, ``goal``: states of the centre of mass."""
+
+    phases: tuple[Phase, ...]
+    feet: tuple[Foothold, ...]
+    swings: tuple[Swing, ...]
+    turning: tuple[float, float, float, float]
+    start: State
+    goal: State
+
+
+@dataclass(frozen=True)
+class Curve:
+    """Polynomials in the seconds since the curve's begin, lowest power first."""
+
+    seconds: float
+    x: Numbers
+    y: Numbers
+    z: Numbers
+    yaw: Numbers
+
+
+@dataclass(frozen=True)
+class Flight(Piece):
+    """A flyer's reference, or the way of a disc."""
+
+    curves: tuple[Curve, ...]
+
+
+@dataclass(frozen=True)
+class Arc:
+    """A unicycle's way of constant curvature (1/m) from a pose: ``way`` is the polynomial of the
+    distance, or with no curvature that of the angle by which it turns on the spot."""
+
+    seconds: float
+    x: float
+    y: float
+    yaw: float
+    curvature: float | None
+    way: Numbers
+
+
+@dataclass(frozen=True)
+class Drive(Piece):
+    """A rover."""
+
+    arcs: tuple[Arc, ...]
+
+
+@dataclass(frozen=True)
+class Track:
+    """How a flyer followed its reference in wind: rows of a flight that was simulated, every
+    ``step`` seconds from ``t0``: position, velocity, quaternion (w, x, y, z), thrust, wind (m/s,
+    x and y)."""
+
+    robot: str
+    tick: int
+    t0: float
+    step: float
+    rows: tuple[Numbers, ...]
+
+
+@dataclass(frozen=True)
+class Push:
+    """A blow that changes the velocity of a walker's mass at once, by metres per second."""
+
+    robot: str
+    tick: int
+    t: float
+    dx: float
+    dy: float
+
+
+@dataclass(frozen=True)
+class Reserve:
+    """From ``t`` on the region is the robot's."""
+
+    robot: str
+    tick: int
+    region: int
+    t: float
+
+
+@dataclass(frozen=True)
+class Release:
+    """From ``t`` on it is not."""
+
+    robot: str
+    tick: int
+    region: int
+    t: float
+
+
+@dataclass(frozen=True)
+class Action:
+    """A robot resolves an obstacle; it counts as resolved from ``t1`` on."""
+
+    robot: str
+    tick: int
+    action: str
+    obstacle: str
+    region: int
+    t0: float
+    t1: float
+
+
+@dataclass(frozen=True)
+class Wait:
+    """A robot waits. ``cause``: ``region`` (another one has to leave it), ``obstacle`` (has to be
+    resolved), ``synthesis`` (something has to happen first that its new strategy answers);
+    ``on``: the robot and ``on_tick`` the turn that it waits for."""
+
+    robot: str
+    tick: int
+    t0: float
+    t1: float
+    cause: str
+    on: str
+    on_tick: int
+
+
+@dataclass(frozen=True)
+class Link:
+    """A part of the longest chain: what a robot did without anybody being able to do it
+    earlier."""
+
+    robot: str
+    tick: int
+    what: str
+    t0: float
+    t1: float
+    cause: str
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """``busy`` and ``waiting``: seconds of each robot until its last move or action ended;
+    ``chain``: the longest chain of the dependency graph, whose length is the makespan."""
+
+    makespan: float
+    busy: Mapping[str, float]
+    waiting: Mapping[str, float]
+    chain: tuple[Link, ...]
+
+
+Line = Segment | Flight | Drive | Track | Push | Reserve | Release | Action | Wait
+Moving = Segment | Flight | Drive
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A whole motion file; ``lines`` in the order of their times."""
+
+    header: Header
+    lines: tuple[Line, ...]
+    outcome: Outcome

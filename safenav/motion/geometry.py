@@ -1,0 +1,82 @@
+"""Regions in metres: the floor of a map, boxes, headings and margins.
+
+The frame of a motion: x east, y north, origin at the south-western corner of the map, metres,
+radians counter-clockwise from east.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+HEADINGS = ("east", "north", "west", "south")
+"""In the order of quarter turns counter-clockwise."""
+
+_WAYS = {"east": (1, 0), "north": (0, 1), "west": (-1, 0), "south": (0, -1)}
+
+
+@dataclass(frozen=True)
+class Box:
+    """A rectangle along the axes, in metres."""
+
+    west: float
+    south: float
+    east: float
+    north: float
+
+
+@dataclass(frozen=True)
+class Floor:
+    """A map of square regions: ``side`` metres each, numbered in reading order."""
+
+    rows: int
+    cols: int
+    side: float
+
+    def centre(self, region: int) -> tuple[float, float]:
+        row, col = divmod(region, self.cols)
+        return (col + 0.5) * self.side, (self.rows - row - 0.5) * self.side
+
+    def box(self, region: int) -> Box:
+        x, y = self.centre(region)
+        half = self.side / 2
+        return Box(x - half, y - half, x + half, y + half)
+
+    def heading(self, origin: int, to: int) -> str:
+        """The heading of a step between two regions that lie side by side."""
+        (row, col), (next_row, next_col) = divmod(origin, self.cols), divmod(to, self.cols)
+        way = (next_col - col, row - next_row)
+        return next(name for name, step in _WAYS.items() if step == way)
+
+
+def yaw(heading: str) -> float:
+    """A heading in radians, counter-clockwise from east, in (-pi, pi]."""
+    return (0.0, pi / 2, pi, -pi / 2)[HEADINGS.index(heading)]
+
+
+def turn(before: str, after: str) -> int:
+    """Quarter turns counter-clockwise between two headings: -1, 0, 1 or 2."""
+    quarters = (HEADINGS.index(after) - HEADINGS.index(before)) % 4
+    return quarters - 4 if quarters == 3 else quarters
+
+
+def rotation(heading: str) -> Array:
+    """The matrix that turns east into a heading: of zeros and ones, so that it is exact."""
+    x, y = _WAYS[heading]
+    return np.array([[x, -y], [y, x]], dtype=float)
+
+
+def margin(points: Array, boxes: list[Box]) -> Array:
+    """How far inside the union of boxes each of the points (n, 2) is, in metres; negative
+    outside. The boxes are one box, or two that share a side (a step of a robot), so that the
+    union is a rectangle."""
+    west, south = min(b.west for b in boxes), min(b.south for b in boxes)
+    east, north = max(b.east for b in boxes), max(b.north for b in boxes)
+    x, y = points[:, 0], points[:, 1]
+    inside: Array = np.minimum.reduce([x - west, east - x, y - south, north - y])
+    return inside

@@ -1,0 +1,93 @@
+"""What every kind of motion answers: how one robot moves, acts, halts and rests.
+
+A mover owns where its robot is in space and time. The timing decides when; the mover says how,
+and how long it takes. It never leaves the region it is in, except by a move to the next one.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from safenav.motion.file.records import Moving
+from safenav.motion.geometry import Floor
+
+Values = Mapping[str, float]
+"""Parameters of a kind by name (safenav.scenario.motion)."""
+
+
+@dataclass(frozen=True)
+class Errand:
+    """A move between two regions that lie side by side.
+
+    ``heading``: after it; ``then``: the heading of the move after the next one has begun, or
+    None if the robot does not move again; ``short``: an obstacle stands across the middle of
+    ``to``, and the robot is to resolve it there, so it stays in the first half of the region.
+    """
+
+    tick: int
+    origin: int
+    to: int
+    heading: str
+    then: str | None = None
+    short: bool = False
+
+
+class Mover(ABC):
+    """A robot in motion. ``time`` is the end, in seconds, of what it has done so far.
+
+    A kind of motion is a subclass, constructed with the robot's name, the floor, the region and
+    the heading (or None) where it starts, its size (metres), and the values of its parameters.
+    Raises UsageError if it cannot move so on this floor.
+    """
+
+    time: float = 0.0
+
+    def __init__(
+        self,
+        robot: str,
+        floor: Floor,
+        region: int,
+        heading: str | None,
+        size: float,
+        values: Values,
+    ) -> None:
+        self.robot = robot
+        self.floor = floor
+        self.region = region
+        self.heading = heading
+        self.size = size
+        self.values = values
+
+    @property
+    def rolling(self) -> bool:
+        """Whether it is in the midst of motion: it then goes on at once, or halts first."""
+        return False
+
+    @abstractmethod
+    def move(self, errand: Errand) -> list[Moving]:
+        """Carry out a move that begins now."""
+
+    @abstractmethod
+    def rest(self, tick: int, until: float) -> list[Moving]:
+        """Stay at rest until then."""
+
+    def halt(self, tick: int) -> list[Moving]:
+        """Come to rest within the region."""
+        del tick
+        return []
+
+    def face(self, tick: int, region: int) -> list[Moving]:
+        """Turn towards a region beside this one, to act on it; its own: stay as it is."""
+        del tick, region
+        return []
+
+    def resume(self, tick: int) -> list[Moving]:
+        """Go on to where a robot usually rests, after an action that kept it short of it."""
+        del tick
+        return []
+
+    @abstractmethod
+    def limits(self) -> Mapping[str, float]:
+        """What it keeps to, for the header of the motion: at least ``size`` in metres."""

@@ -1,0 +1,1 @@
+"""A biped as a prismatic inverted pendulum that steps: gait, primitives, recovery."""

@@ -1,0 +1,296 @@
+"""The moves that a walker is made of, each planned once in a frame of its own.
+
+Local frame: the walker enters its region at the origin, heading along x. A *walking pose* is at
+apex, one step length inside, on the centre line, at the gait's speed, the other foot in mid-air;
+a *standing pose* is at rest two lengths inside with both feet on the ground. Every primitive
+leads from one of them to one of them, exactly, so primitives compose for ever and nothing
+accumulates: each begins at the pose of an absolute region.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from itertools import pairwise
+from math import cos, log, pi, sin
+
+import numpy as np
+
+from safenav.motion.file.records import Foothold, Swing
+from safenav.motion.pendulum import Array, Keyframe, placed, step_times
+from safenav.motion.walker.gait import Gait
+
+LEFT, RIGHT = 1, -1
+
+ARC_STEPS = 4
+FULL_SPEED = 0.45
+ARC_SPEEDS = {2: (0.3, 0.4, 0.4, 0.5), 1: (0.3, 0.25, 0.25, 0.5)}
+"""Apex speeds on the arc by its radius in step lengths, in m/s at ``FULL_SPEED``."""
+ARC_SHARES = {2: (0.7, 1.15), 1: (1.0, 1.15)}
+"""Shares of the chord that the first and the last step of an arc take."""
+START_SPEED = 0.15
+"""Metres per second over the first foot."""
+SHIFT_SECONDS = 0.3
+"""Half of the double support in which the mass leans before the first step."""
+SETTLE_SECONDS = 0.6
+"""Half of the double support in which the mass comes to rest."""
+
+
+@dataclass(frozen=True)
+class Primitive:
+    """A move in its local frame. ``pressures`` (phases, 2): the centre of pressure, constant
+    in each phase; ``start``, ``goal``: states of the mass; ``turn``: quarter turns to the left;
+    ``turning``: when the body turns; ``foot``: the stance foot at the end, 0 if it stands."""
+
+    name: str
+    durations: Array
+    pressures: Array
+    start: Array
+    goal: Array
+    footholds: tuple[Foothold, ...]
+    swings: tuple[Swing, ...]
+    turn: int
+    turning: tuple[float, float]
+    foot: int
+
+    @property
+    def seconds(self) -> float:
+        return float(self.durations.sum())
+
+
+@dataclass(frozen=True)
+class _Apex:
+    """A keyframe of the centre line: position, heading, speed, stance foot."""
+
+    x: float
+    y: float
+    yaw: float
+    speed: float
+    foot: int
+
+
+@lru_cache(maxsize=512)
+def walk(gait: Gait, turn: int, foot: int) -> Primitive:
+    """From walking pose to walking pose of the next region, beginning on ``foot``."""
+    line = [_Apex(gait.length, 0.0, 0.0, gait.speed, foot)]
+    if turn == 0:
+        _straight(line, gait, gait.steps, gait.speed)
+    else:
+        approach = gait.approach(1)
+        if (approach % 2 == 0) != (foot == turn):
+            approach += 1  # the outer foot is to swing first on the arc
+        _turned(line, gait, turn, approach)
+    return _stepping(f"walk {_WORDS[turn]}", gait, line, turn)
+
+
+@lru_cache(maxsize=512)
+def start(gait: Gait, turn: int, foot: int) -> Primitive:
+    """From standing pose to walking pose of the next region; of a straight start ``foot`` is
+    the stance foot at the end, of a turn the arc decides."""
+    room = gait.approach(2)
+    first = -foot if turn == 0 else turn * (-1) ** room
+    line = [_Apex(2 * gait.length, 0.0, 0.0, min(START_SPEED, gait.speed), first)]
+    if turn == 0:
+        _straight(line, gait, gait.steps - 1, gait.speed)
+    else:
+        _turned(line, gait, turn, room)
+    return _stepping(f"start {_WORDS[turn]}", gait, line, turn, standing=True)
+
+
+@lru_cache(maxsize=64)
+def stop(gait: Gait, foot: int) -> Primitive:
+    """From walking pose to standing pose: a step onto the capture point, then the feet close,
+    and the mass settles between them."""
+    omega, offset, length = gait.omega, gait.walker.foot, gait.length
+    step = log(length * omega / gait.speed) / omega
+    lean = offset - (offset - gait.sway) * np.exp(omega * step)
+    close = log(offset / (offset + lean)) / omega
+    settle = SETTLE_SECONDS
+    durations = np.array([step, close, settle, settle])
+    place = 2 * length
+    pressures = np.array(
+        [[length, foot * offset], [place, -foot * offset], [place, 0.0], [place, 0.0]]
+    )
+    goal = np.array([place, 0.0, 0.0, 0.0])
+    begin = _walking(gait, length, foot)
+    weights = np.array([0.0, 0.0, 1.0, 1.0])
+    pressures = placed(durations, pressures, begin, goal, weights, omega)
+    closed, end = step + close, float(durations.sum())
+    footholds = (
+        Foothold(length, foot * offset, 0.0, foot, 0.0, step),
+        Foothold(place, -foot * offset, 0.0, -foot, step, end),
+        Foothold(place, foot * offset, 0.0, foot, closed, end),
+    )
+    resting, landed, beside = (_at_rest(hold) for hold in footholds)
+    swings = (
+        Swing(-foot, 0.0, step, 0.5, 1.0, _passing(gait, length, 0.0, 0.0, -foot), landed),
+        Swing(foot, step, closed, 0.0, 1.0, resting, beside),
+    )
+    return Primitive("stop", durations, pressures, begin, goal, footholds, swings, 0, (0.0, 0.0), 0)
+
+
+def stand(gait: Gait, seconds: float) -> Primitive:
+    """At rest in the standing pose."""
+    x, offset = 2 * gait.length, gait.walker.foot
+    rest = np.array([x, 0.0, 0.0, 0.0])
+    feet = tuple(Foothold(x, side * offset, 0.0, side, 0.0, seconds) for side in (LEFT, RIGHT))
+    where = np.array([[x, 0.0]])
+    span = np.array([seconds])
+    return Primitive("stand", span, where, rest, rest, feet, (), 0, (0.0, 0.0), 0)
+
+
+_WORDS = {0: "straight", LEFT: "left", RIGHT: "right"}
+
+
+def _straight(line: list[_Apex], gait: Gait, steps: int, speed: float) -> None:
+    """Steps straight on, with the speed rising evenly to ``speed``."""
+    first = line[-1]
+    for step in range(1, steps + 1):
+        share = step / steps
+        pace = first.speed + (speed - first.speed) * share
+        foot = first.foot * (-1) ** step
+        line.append(_Apex(first.x + step * gait.length, first.y, first.yaw, pace, foot))
+
+
+def _turned(line: list[_Apex], gait: Gait, turn: int, approach: int) -> None:
+    """A quarter turn: straight steps, an arc, and a tail to the walking pose beside it."""
+    _straight(line, gait, approach, line[0].speed)
+    first = line[-1]
+    half, length = gait.side / 2, gait.length
+    radius = half - first.x
+    size = max(1, round(radius / length))
+    early, late = ARC_SHARES[size]
+    chord = 2 * radius * sin(pi / 4 / ARC_STEPS)
+    quarter = pi / 2 / ARC_STEPS
+    pace = gait.speed / FULL_SPEED
+    x, y = first.x, first.y
+    for step, share in enumerate((early, 2 - early, 2 - late, late)):
+        middle = (step + 0.5) * quarter
+        x += chord * share * cos(middle)
+        y += chord * share * sin(middle) * turn
+        foot = first.foot * (-1) ** (step + 1)
+        speed = ARC_SPEEDS[size][step] * pace
+        line.append(_Apex(x, y, (step + 1) * quarter * turn, speed, foot))
+    last = line[-1]
+    steps = round((half + length - radius) / length)
+    end = (half, turn * (half + length))
+    for step in range(1, steps + 1):
+        share = step / steps
+        there = (last.x + (end[0] - last.x) * share, last.y + (end[1] - last.y) * share)
+        foot = last.foot * (-1) ** step
+        line.append(_Apex(*there, turn * pi / 2, gait.speed, foot))
+
+
+def _stepping(
+    name: str, gait: Gait, line: list[_Apex], turn: int, standing: bool = False
+) -> Primitive:
+    """Plans the steps along a line of apexes; ``standing`` leans onto the first foot before."""
+    omega, offset = gait.omega, gait.walker.foot
+    feet = np.array(
+        [[a.x - a.foot * offset * sin(a.yaw), a.y + a.foot * offset * cos(a.yaw)] for a in line]
+    )
+    durations = _durations(gait, line, feet)
+    pressures = feet
+    weights = np.ones(len(line))
+    weights[0] = weights[-1] = 0.0
+    lead = 0
+    if standing:
+        lead = 2
+        middle = np.array([[line[0].x, 0.0]] * lead)
+        durations = np.concatenate([[SHIFT_SECONDS] * lead, durations])
+        pressures = np.concatenate([middle, feet])
+        weights = np.concatenate([np.ones(lead), weights])
+    first, last = line[0], line[-1]
+    begin = np.array([first.x, 0.0, 0.0, 0.0]) if standing else _walking(gait, first.x, first.foot)
+    goal = _placed_walking(gait, last)
+    pressures = placed(durations, pressures, begin, goal, weights, omega)
+    feet = pressures[lead:]
+    times = np.concatenate([[0.0], np.cumsum(durations)])[lead:]
+    arc = [index for index, apex in enumerate(line) if 0 < abs(apex.yaw) < pi / 2]
+    turning = (float(times[arc[0]]), float(times[arc[-1] + 2])) if arc else (0.0, 0.0)
+    footholds = _footholds(line, feet, times, offset if standing else None)
+    swings = _swings(gait, line, footholds, times, standing)
+    return Primitive(
+        name, durations, pressures, begin, goal, footholds, swings, turn, turning, last.foot
+    )
+
+
+def _durations(gait: Gait, line: list[_Apex], feet: Array) -> Array:
+    """Seconds on each foot: from half a step before its apex to half a step after it."""
+    seconds = np.zeros(len(line))
+    for index, (here, there) in enumerate(pairwise(line)):
+        way = np.array([cos(there.yaw), sin(there.yaw)])
+        body = np.array(
+            [
+                here.x - here.foot * gait.sway * sin(here.yaw),
+                here.y + here.foot * gait.sway * cos(here.yaw),
+            ]
+        )
+        speed = here.speed * cos(there.yaw - here.yaw)
+        place = Keyframe(0.0, speed, float((feet[index] - body) @ way))
+        reach = float((feet[index + 1] - body) @ way)
+        on_this, on_next = step_times(gait.omega, place, Keyframe(reach, there.speed, reach))
+        seconds[index] += on_this
+        seconds[index + 1] += on_next
+    return seconds
+
+
+def _footholds(
+    line: list[_Apex], feet: Array, times: Array, aside: float | None
+) -> tuple[Foothold, ...]:
+    """Where the feet stand, in the order in which they land; ``aside``: the walker stands at
+    first, with its other foot as far on the other side."""
+    holds = [
+        Foothold(float(x), float(y), apex.yaw, apex.foot, float(times[i]), float(times[i + 1]))
+        for i, (apex, (x, y)) in enumerate(zip(line, feet, strict=True))
+    ]
+    if aside is None:
+        return tuple(holds)
+    first = replace(holds[0], down=0.0)
+    other = Foothold(first.x, -first.side * aside, 0.0, -first.side, 0.0, float(times[0]))
+    return (other, first, *holds[1:])
+
+
+def _swings(
+    gait: Gait, line: list[_Apex], holds: tuple[Foothold, ...], times: Array, standing: bool
+) -> tuple[Swing, ...]:
+    """The ways of the feet between their holds; at a walking pose a foot is half-way."""
+    swings = []
+    first, last = line[0], line[-1]
+    if not standing:
+        second = holds[1]
+        passing = _passing(gait, first.x, first.y, first.yaw, second.side)
+        swings.append(Swing(second.side, 0.0, second.down, 0.5, 1.0, passing, _at_rest(second)))
+    for before, after in zip(holds, holds[2:], strict=False):
+        u = (before.side, before.up, after.down, 0.0, 1.0)
+        swings.append(Swing(*u, _at_rest(before), _at_rest(after)))
+    before = holds[-2]
+    passing = _passing(gait, last.x, last.y, last.yaw, before.side)
+    swings.append(
+        Swing(before.side, before.up, float(times[-1]), 0.0, 0.5, _at_rest(before), passing)
+    )
+    return tuple(swings)
+
+
+def _at_rest(hold: Foothold) -> tuple[float, ...]:
+    return (hold.x, hold.y, hold.yaw, 0.0, 0.0, 0.0)
+
+
+def _passing(gait: Gait, x: float, y: float, yaw: float, side: int) -> tuple[float, ...]:
+    """The swing foot abreast of the stance foot in the periodic gait."""
+    offset = side * gait.walker.foot
+    speed = 1.875 * 2 * gait.length / gait.seconds
+    along = (cos(yaw), sin(yaw))
+    place = (x - offset * along[1], y + offset * along[0], yaw)
+    return (*place, speed * along[0], speed * along[1], 0.0)
+
+
+def _walking(gait: Gait, x: float, foot: int) -> Array:
+    """The state of the mass at a walking pose on the centre line along x."""
+    return np.array([x, foot * gait.sway, gait.speed, 0.0])
+
+
+def _placed_walking(gait: Gait, apex: _Apex) -> Array:
+    way = np.array([cos(apex.yaw), sin(apex.yaw)])
+    aside = np.array([-way[1], way[0]]) * apex.foot * gait.sway
+    return np.concatenate([np.array([apex.x, apex.y]) + aside, way * gait.speed])
