@@ -50,8 +50,8 @@ class Floor:
     def heading(self, origin: int, to: int) -> str:
         """The heading of a step between two regions that lie side by side."""
         (row, col), (next_row, next_col) = divmod(origin, self.cols), divmod(to, self.cols)
-        way = (next_col - col, row - next_row)
-        return next(name for name, step in _WAYS.items() if step == way)
+        step = (next_col - col, row - next_row)
+        return next(name for name, ahead in _WAYS.items() if ahead == step)
 
 
 def yaw(heading: str) -> float:
@@ -65,10 +65,9 @@ def turn(before: str, after: str) -> int:
     return quarters - 4 if quarters == 3 else quarters
 
 
-def rotation(heading: str) -> Array:
-    """The matrix that turns east into a heading: of zeros and ones, so that it is exact."""
-    x, y = _WAYS[heading]
-    return np.array([[x, -y], [y, x]], dtype=float)
+def way(heading: str) -> tuple[int, int]:
+    """A heading as a unit vector of whole numbers, so that turning by it is exact."""
+    return _WAYS[heading]
 
 
 def margin(points: Array, boxes: list[Box]) -> Array:

@@ -6,9 +6,8 @@ Lines of types that this version does not know are skipped, and so are further f
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Hashable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import fields
-from functools import lru_cache
 from math import isfinite
 from pathlib import Path
 from types import NoneType, UnionType
@@ -95,11 +94,16 @@ def _record(kind: type[T], data: Mapping[str, Any], renamed: Mapping[str, str]) 
     return kind(**values)
 
 
-@lru_cache(maxsize=64)
-def _readers(kind: Hashable) -> tuple[tuple[str, Callable[[Any], Any]], ...]:
-    assert isinstance(kind, type)
-    hints = get_type_hints(kind)
-    return tuple((field.name, _reader(hints[field.name])) for field in fields(kind))
+_READERS: dict[str, tuple[tuple[str, Callable[[Any], Any]], ...]] = {}
+"""The readers of a record's fields by the record's name: type hints are slow to resolve."""
+
+
+def _readers(kind: type[Any]) -> tuple[tuple[str, Callable[[Any], Any]], ...]:
+    if kind.__name__ not in _READERS:
+        hints = get_type_hints(kind)
+        found = tuple((field.name, _reader(hints[field.name])) for field in fields(kind))
+        _READERS[kind.__name__] = found
+    return _READERS[kind.__name__]
 
 
 def _reader(hint: Any) -> Callable[[Any], Any]:

@@ -46,11 +46,8 @@ RENAMED = {"origin": "from"}
 def text_of(motion: Motion) -> str:
     """The lines of the file."""
     header = motion.header
-    first = {"type": "header", "motion": VERSION, **_object(header, {})}
-    lines = [
-        first,
-        *({"type": NAMES[type(line)], **_object(line, RENAMED)} for line in motion.lines),
-    ]
+    lines: list[dict[str, object]] = [{"type": "header", "motion": VERSION, **_object(header, {})}]
+    lines += [{"type": NAMES[type(line)], **_object(line, RENAMED)} for line in motion.lines]
     lines.append({"type": "outcome", **_object(motion.outcome, {})})
     return "".join(json.dumps(line, separators=(",", ":")) + "\n" for line in lines)
 

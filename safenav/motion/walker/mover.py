@@ -3,23 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import asdict
 from math import pi
-
-import numpy as np
 
 from safenav.errors import UsageError
 from safenav.motion.file.records import Foothold, Moving, Phase, Piece, Segment, Swing
-from safenav.motion.geometry import Floor, rotation, turn, yaw
+from safenav.motion.geometry import Floor, turn, way, yaw
 from safenav.motion.mover import Errand, Mover, Values
 from safenav.motion.pendulum import Array
 from safenav.motion.walker import primitives
 from safenav.motion.walker.gait import Walker, gait_on
+from safenav.motion.walker.limits import LIMITS, broken, most_demanding
 from safenav.motion.walker.primitives import LEFT, Primitive
-
-LIMITS = {"step": 0.65, "aside": 0.2, "friction": 0.45, "swing": 3.0}
-"""Longest step (m), least lateral distance of the feet (m), most friction needed, and fastest
-swing foot (m/s)."""
 
 
 class WalkerMover(Mover):
@@ -39,17 +34,17 @@ class WalkerMover(Mover):
         walker = Walker(size, *(values[name] for name in names))
         try:
             self.gait = gait_on(floor.side, walker)
-            for primitive in (primitives.walk, primitives.start):
-                for way in (0, 1, -1):
-                    primitive(self.gait, way, LEFT)
+            fault = broken(most_demanding(self.gait))
         except UsageError as error:
             raise UsageError(f"{robot}: {error}") from error
-        except ValueError as error:
+        except ValueError:  # a step of an arc whose mass never gets over its foot
+            fault = "the mass would fall back on an arc"
+        if fault is not None:
             raise UsageError(
-                f"{robot}: a walker {walker.height:g} m high at {walker.speed:g} m/s cannot make "
-                f"the turns of regions of {floor.side:g} m\n"
+                f"{robot}: a walker {walker.height:g} m high at {walker.speed:g} m/s cannot turn "
+                f"on regions of {floor.side:g} m: {fault}\n"
                 "    change 'speed' or 'height' of its model"
-            ) from error
+            )
         self.foot = 0
 
     @property
@@ -59,16 +54,16 @@ class WalkerMover(Mover):
     def limits(self) -> Mapping[str, float]:
         walker = self.gait.walker
         own = {"size": self.size, "omega": self.gait.omega, "height": walker.height}
-        return {**own, "foot": walker.foot, "clearance": walker.clearance, **LIMITS}
+        return {**own, "foot": walker.foot, "clearance": walker.clearance, **asdict(LIMITS)}
 
     def move(self, errand: Errand) -> list[Moving]:
         assert self.heading is not None
-        way = turn(self.heading, errand.heading)
+        quarters = turn(self.heading, errand.heading)
         if self.foot:
-            primitive = primitives.walk(self.gait, way, self.foot)
+            primitive = primitives.walk(self.gait, quarters, self.foot)
         else:
             then = turn(errand.heading, errand.then) if errand.then else 0
-            primitive = primitives.start(self.gait, way, then or LEFT)
+            primitive = primitives.start(self.gait, quarters, then or LEFT)
         return [self._carried_out(primitive, errand.tick, errand.to, errand.heading)]
 
     def halt(self, tick: int) -> list[Moving]:
@@ -101,15 +96,16 @@ class Placing:
     a heading enters a region."""
 
     def __init__(self, floor: Floor, region: int, heading: str) -> None:
-        self._rotation = rotation(heading)
+        self._cos, self._sin = way(heading)
         x, y = floor.centre(region)
-        self._origin = np.array([x, y]) - self._rotation[:, 0] * (floor.side / 2)
+        half = floor.side / 2
+        self._x, self._y = x - self._cos * half, y - self._sin * half
         self._yaw = yaw(heading)
 
     def segment(self, who: Piece, primitive: Primitive) -> Segment:
         """The primitive in the frame of the map."""
-        points = self._points(primitive.pressures)
-        phases = zip(primitive.durations.tolist(), points.tolist(), strict=True)
+        pressures = (self._point(x, y) for x, y in primitive.pressures.tolist())
+        phases = zip(primitive.durations.tolist(), pressures, strict=True)
         begin, end = primitive.turning
         return Segment(
             who.robot,
@@ -127,23 +123,24 @@ class Placing:
             goal=self._state(primitive.goal),
         )
 
-    def _points(self, points: Array) -> Array:
-        placed: Array = points @ self._rotation.T + self._origin
-        return placed
+    def _point(self, x: float, y: float) -> tuple[float, float]:
+        return self._x + self._cos * x - self._sin * y, self._y + self._sin * x + self._cos * y
+
+    def _turned(self, x: float, y: float) -> tuple[float, float]:
+        return self._cos * x - self._sin * y, self._sin * x + self._cos * y
 
     def _state(self, state: Array) -> tuple[float, float, float, float]:
-        x, y = (self._rotation @ state[:2] + self._origin).tolist()
-        vx, vy = (self._rotation @ state[2:]).tolist()
-        return x, y, vx, vy
+        x, y, vx, vy = state.tolist()
+        return (*self._point(x, y), *self._turned(vx, vy))
 
     def _foot(self, hold: Foothold) -> Foothold:
-        x, y = self._points(np.array([hold.x, hold.y])).tolist()
-        return replace(hold, x=x, y=y, yaw=hold.yaw + self._yaw)
+        x, y = self._point(hold.x, hold.y)
+        return Foothold(x, y, hold.yaw + self._yaw, hold.side, hold.down, hold.up)
 
     def _swing(self, swing: Swing) -> Swing:
-        return replace(swing, start=self._passed(swing.start), goal=self._passed(swing.goal))
+        start, goal = self._passed(swing.start), self._passed(swing.goal)
+        return Swing(swing.side, swing.t0, swing.t1, swing.u0, swing.u1, start, goal)
 
     def _passed(self, state: tuple[float, ...]) -> tuple[float, ...]:
         x, y, yaw, vx, vy, turning = state
-        there = self._state(np.array([x, y, vx, vy]))
-        return (*there[:2], yaw + self._yaw, *there[2:], turning)
+        return (*self._point(x, y), yaw + self._yaw, *self._turned(vx, vy), turning)

@@ -1,0 +1,38 @@
+"""Polynomials in time, lowest power first: quintics between states at rest or in motion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+PEAK = 1.875
+"""The highest speed of a quintic from rest to rest, over its mean speed."""
+
+
+def quintic(
+    seconds: float, start: float, speed: float, goal: float, goal_speed: float
+) -> tuple[float, ...]:
+    """The six coefficients of the quintic between two positions and speeds, without
+    acceleration at both ends."""
+    way = goal - start
+    v0, v1 = speed * seconds, goal_speed * seconds
+    fourth, fifth = -15 * way + 8 * v0 + 7 * v1, 6 * way - 3 * v0 - 3 * v1
+    shape = (start, v0, 0.0, 10 * way - 6 * v0 - 4 * v1, fourth, fifth)
+    return tuple(value / seconds**power for power, value in enumerate(shape))
+
+
+def values(coefficients: Sequence[float], times: Array) -> Array:
+    """The polynomial at these times."""
+    total = np.full_like(times, coefficients[-1], dtype=float)
+    for coefficient in reversed(coefficients[:-1]):
+        total = total * times + coefficient
+    return total
+
+
+def derivative(coefficients: Sequence[float]) -> tuple[float, ...]:
+    """The coefficients of its derivative; a constant has the derivative 0."""
+    return tuple(k * c for k, c in enumerate(coefficients))[1:] or (0.0,)

@@ -1,0 +1,103 @@
+"""What a walker's primitives demand of it, and whether that is within its limits."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from functools import lru_cache
+from itertools import pairwise
+from math import cos, hypot, sin
+
+import numpy as np
+
+from safenav.motion.pendulum import sampled
+from safenav.motion.polynomial import derivative, quintic, values
+from safenav.motion.walker import primitives
+from safenav.motion.walker.gait import Gait
+from safenav.motion.walker.primitives import LEFT, RIGHT, Primitive
+
+SAMPLES = 200
+
+
+@dataclass(frozen=True)
+class Demand:
+    """The longest step (m), the least distance by which a foot lands on its own side of the
+    other (m), the friction needed (of the ground's normal force), the fastest swing (m/s)."""
+
+    step: float
+    aside: float
+    friction: float
+    swing: float
+
+
+LIMITS = Demand(step=0.65, aside=0.2, friction=0.45, swing=3.0)
+"""What MOTION's walker promises; ``aside`` is a lower bound, the others are upper ones."""
+
+
+def demand(gait: Gait, primitive: Primitive) -> Demand:
+    """What one primitive demands."""
+    times = np.linspace(0, primitive.seconds, SAMPLES)
+    states, pressures = sampled(
+        primitive.durations,
+        primitive.pressures,
+        primitive.start,
+        primitive.goal,
+        times,
+        gait.omega,
+    )
+    off = np.hypot(*(states[:, :2] - pressures).T).max()
+    step, aside = 0.0, np.inf
+    for before, after in pairwise(primitive.footholds):
+        way = (after.x - before.x, after.y - before.y)
+        step = max(step, hypot(*way))
+        if before.side != after.side:
+            yaw = (before.yaw + after.yaw) / 2
+            aside = min(aside, after.side * (way[1] * cos(yaw) - way[0] * sin(yaw)))
+    fastest = 0.0
+    for swing in primitive.swings:
+        span = np.linspace(0, swing.t1 - swing.t0, 50)
+        paths = (
+            quintic(
+                swing.t1 - swing.t0,
+                swing.start[i],
+                swing.start[i + 3],
+                swing.goal[i],
+                swing.goal[i + 3],
+            )
+            for i in (0, 1)
+        )
+        speed = np.hypot(*(values(derivative(path), span) for path in paths))
+        fastest = max(fastest, float(speed.max()))
+    return Demand(step, aside, float(off) / gait.walker.height, fastest)
+
+
+@lru_cache(maxsize=64)
+def most_demanding(gait: Gait) -> Demand:
+    """What the primitives of a gait demand at most."""
+    found = [primitives.stop(gait, LEFT)]
+    for way in (0, 1, -1):
+        found += [primitives.walk(gait, way, LEFT), primitives.start(gait, way, LEFT)]
+    found.append(primitives.walk(gait, LEFT, RIGHT))
+    all_of = [demand(gait, primitive) for primitive in found]
+    return Demand(
+        step=max(d.step for d in all_of),
+        aside=min(d.aside for d in all_of),
+        friction=max(d.friction for d in all_of),
+        swing=max(d.swing for d in all_of),
+    )
+
+
+def broken(found: Demand) -> str | None:
+    """The first limit that a demand breaks, in words; None if it keeps all."""
+    for field in fields(Demand):
+        value, limit = getattr(found, field.name), getattr(LIMITS, field.name)
+        if (value < limit) if field.name == "aside" else (value > limit):
+            return _WORDS[field.name].format(value=value, limit=limit)
+    return None
+
+
+_WORDS = {
+    "step": "a step of {value:.2f} m is longer than {limit:g} m",
+    "aside": "its feet come within {value:.2f} m of each other, the least is {limit:g} m",
+    "friction": "it needs a friction of {value:.2f}, more than {limit:g}",
+    "swing": "a foot swings at {value:.1f} m/s, faster than {limit:g} m/s",
+}

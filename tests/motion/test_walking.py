@@ -1,0 +1,195 @@
+"""What a walker promises on flat ground: exact joins, dynamics, room, feet that stay apart."""
+
+from __future__ import annotations
+
+import os
+import random
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from motion.walking import inside, lateral_order, longest_step, mass, swing_path
+from safenav.errors import UsageError
+from safenav.motion.file.records import Segment
+from safenav.motion.geometry import HEADINGS, Floor
+from safenav.motion.mover import Errand
+from safenav.motion.walker.mover import WalkerMover
+
+VALUES = {"speed": 0.45, "height": 0.8, "foot": 0.18, "clearance": 0.12}
+SIZE = 60
+MOVES = int(os.environ.get("SAFENAV_MOTION_MOVES", "10000"))
+STEPS = {"east": (0, 1), "north": (-1, 0), "west": (0, -1), "south": (1, 0)}
+
+
+def walker(side: float = 2.7, region: int = SIZE * SIZE // 2 + SIZE // 2) -> WalkerMover:
+    floor = Floor(SIZE, SIZE, side)
+    return WalkerMover("digit", floor, region, "east", 0.6, VALUES)
+
+
+def beside(region: int, heading: str) -> int | None:
+    row, col = divmod(region, SIZE)
+    down, right = STEPS[heading]
+    row, col = row + down, col + right
+    return row * SIZE + col if 0 <= row < SIZE and 0 <= col < SIZE else None
+
+
+def wandering(mover: WalkerMover, moves: int, seed: int) -> list[Segment]:
+    """Random moves, straight on or a quarter turn, with stops and starts in between."""
+    chance = random.Random(seed)
+    found: list[Segment] = []
+    for tick in range(1, moves + 1):
+        if chance.random() < 0.1:
+            found += mover.halt(tick)
+            if chance.random() < 0.5:
+                found += mover.rest(tick, mover.time + chance.uniform(0.1, 3))
+        quarter = HEADINGS.index(mover.heading)
+        ways = [HEADINGS[(quarter + turn) % 4] for turn in (-1, 0, 1)]
+        chance.shuffle(ways)
+        heading = next(way for way in ways if beside(mover.region, way) is not None)
+        found += mover.move(Errand(tick, mover.region, beside(mover.region, heading), heading))
+    return found
+
+
+def centres(side: float) -> dict[int, np.ndarray]:
+    floor = Floor(SIZE, SIZE, side)
+    return {region: np.array(floor.centre(region)) for region in range(SIZE * SIZE)}
+
+
+def every_primitive(side: float) -> list[Segment]:
+    """Three of each primitive, from a walk that is long enough to hold them all."""
+    found: dict[str, list[Segment]] = {}
+    for segment in wandering(walker(side), 400, seed=1):
+        found.setdefault(segment.primitive, []).append(segment)
+    ways = ("straight", "left", "right")
+    wanted = {"stop", "stand", *(f"{kind} {way}" for kind in ("walk", "start") for way in ways)}
+    assert set(found) == wanted
+    return [segment for segments in found.values() for segment in segments[:3]]
+
+
+def test_ten_thousand_random_moves_join_exactly_and_nothing_grows() -> None:
+    found = wandering(walker(), MOVES, seed=7)
+    gaps = [
+        float(np.abs(np.subtract(before.goal, after.start)).max())
+        for before, after in pairwise(found)
+    ]
+    assert max(gaps[-1000:]) < 1e-9
+    assert max(gaps) < 1e-9
+    assert all(before.t1 == after.t0 for before, after in pairwise(found))
+
+
+def test_mass_starts_and_ends_where_the_segment_says() -> None:
+    omega = walker().gait.omega
+    for segment in every_primitive(2.7):
+        path = mass(segment, omega)
+        ends = np.concatenate([path["c"][[0, -1]], path["v"][[0, -1]]], axis=1)
+        np.testing.assert_allclose(ends[0], segment.start, atol=1e-9)
+        np.testing.assert_allclose(ends[1], segment.goal, atol=1e-9)
+
+
+def test_mass_obeys_the_pendulum_at_each_sample() -> None:
+    """Differences of the velocity are the pull of the pendulum, to the order of the step."""
+    omega = walker().gait.omega
+    for segment in every_primitive(2.7):
+        path = mass(segment, omega, per_phase=400)
+        seconds = np.diff(path["t"])
+        smooth = seconds > 0
+        pull = np.diff(path["v"], axis=0)[smooth] / seconds[smooth, None]
+        middle = ((path["c"][1:] + path["c"][:-1]) / 2 - path["p"][1:])[smooth]
+        assert np.abs(pull - omega**2 * middle).max() < 1e-4
+
+
+@pytest.mark.parametrize("side", [1.8, 2.4, 2.7, 3.0, 3.7, 4.4, 6.0])
+def test_walker_keeps_to_its_limits_on_regions_of(side: float) -> None:
+    mover = walker(side)
+    where = centres(side)
+    for segment in every_primitive(side):
+        path = mass(segment, mover.gait.omega)
+        feet = np.array([[foot.x, foot.y] for foot in segment.feet])
+        pull = np.hypot(*(path["c"] - path["p"]).T) / mover.gait.walker.height
+        assert pull.max() < 0.45
+        assert lateral_order(segment) >= 0.2
+        assert longest_step(segment) <= 0.65
+        assert inside(path["c"], segment, where, side) >= 0.3 - 1e-9
+        assert inside(feet, segment, where, side) >= 0.25
+        for swing in segment.swings:
+            places, speeds = swing_path(swing)
+            assert speeds.max() <= 3.0
+            assert inside(places[:, :2], segment, where, side) >= 0.25
+
+
+def test_mass_stays_40_cm_and_feet_25_cm_inside_regions_of_2_7_m() -> None:
+    where = centres(2.7)
+    for segment in every_primitive(2.7):
+        assert inside(mass(segment, walker().gait.omega)["c"], segment, where, 2.7) >= 0.40
+        feet = np.array([[foot.x, foot.y] for foot in segment.feet])
+        assert inside(feet, segment, where, 2.7) >= 0.25
+
+
+def test_swing_foot_passes_the_standing_foot_at_a_distance() -> None:
+    for segment in every_primitive(2.7):
+        for swing in segment.swings:
+            places, _ = swing_path(swing)
+            middle = (swing.t0 + swing.t1) / 2
+            standing = [
+                foot
+                for foot in segment.feet
+                if foot.side != swing.side and foot.down <= middle <= foot.up
+            ]
+            assert len(standing) == 1
+            apart = np.hypot(places[:, 0] - standing[0].x, places[:, 1] - standing[0].y)
+            assert apart.min() > 0.2
+
+
+def test_swings_join_footholds_and_each_other() -> None:
+    """In position, and across moves in velocity, so that no foot ever jumps."""
+    found = wandering(walker(), 200, seed=2)
+    for segment in found:
+        for swing in segment.swings:
+            if swing.u1 == 1.0:
+                landed = [f for f in segment.feet if f.side == swing.side and f.down == swing.t1]
+                assert len(landed) == 1
+                np.testing.assert_allclose(swing.goal[:2], (landed[0].x, landed[0].y), atol=1e-12)
+    for before, after in pairwise(found):
+        if before.swings and after.swings and before.swings[-1].u1 == 0.5:
+            goal, start = np.array(before.swings[-1].goal), np.array(after.swings[0].start)
+            np.testing.assert_allclose(goal[[0, 1, 3, 4]], start[[0, 1, 3, 4]], atol=1e-9)
+            assert np.cos(goal[2] - start[2]) == pytest.approx(1)
+
+
+def test_centre_of_pressure_is_between_the_feet_in_double_support() -> None:
+    for segment in every_primitive(2.7):
+        begin = 0.0
+        for phase in segment.phases:
+            middle = begin + phase.seconds / 2
+            holds = [foot for foot in segment.feet if foot.down <= middle <= foot.up]
+            begin += phase.seconds
+            if len(holds) == 1:
+                assert (phase.x, phase.y) == pytest.approx((holds[0].x, holds[0].y), abs=1e-9)
+                continue
+            one, other = (np.array([hold.x, hold.y]) for hold in holds)
+            along = (other - one) / np.hypot(*(other - one))
+            way = np.array([phase.x, phase.y]) - one
+            assert 0 <= way @ along <= np.hypot(*(other - one))
+            assert abs(way[0] * along[1] - way[1] * along[0]) < 0.05
+
+
+def test_turn_on_the_good_foot_is_faster() -> None:
+    mover = walker()
+    left = {}
+    for foot in (1, -1):
+        mover.foot, mover.heading, mover.region = foot, "east", 200
+        (segment,) = mover.move(Errand(1, 200, 200 - SIZE, "north"))
+        left[foot] = segment.t1 - segment.t0
+    assert left[1] < left[-1]
+
+
+@pytest.mark.parametrize(("side", "words"), [(1.2, "1.2 m"), (0.5, "0.5 m"), (1.7, "1.8 m")])
+def test_small_regions_are_refused_with_the_reason(side: float, words: str) -> None:
+    with pytest.raises(UsageError, match=words):
+        walker(side)
+
+
+def test_gait_that_cannot_turn_is_refused() -> None:
+    with pytest.raises(UsageError, match=r"cannot turn on regions of 2\.7 m"):
+        WalkerMover("digit", Floor(3, 3, 2.7), 4, "east", 0.6, {**VALUES, "speed": 1.2})

@@ -1,0 +1,84 @@
+"""Judges a walker's segments by definitions of its own: quintics by their boundary values, the
+pendulum by its differential equation, distances by geometry."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from safenav.motion.file.records import Segment, Swing
+
+
+def mass(segment: Segment, omega: float, per_phase: int = 40) -> dict[str, np.ndarray]:
+    """Times, positions, velocities and centres of pressure, by the closed form of each phase:
+    the two exponentials that meet the start of the move (eta) and its goal (xi)."""
+    phases = segment.phases
+    pressures = np.array([[p.x, p.y] for p in phases])
+    start, goal = np.array(segment.start), np.array(segment.goal)
+    eta = [start[:2] - start[2:] / omega]
+    for phase, p in zip(phases, pressures, strict=True):
+        eta.append(p + (eta[-1] - p) * np.exp(-omega * phase.seconds))
+    xi = [goal[:2] + goal[2:] / omega]
+    for phase, p in zip(reversed(phases), pressures[::-1], strict=True):
+        xi.insert(0, p + (xi[0] - p) * np.exp(-omega * phase.seconds))
+    rows: dict[str, list[np.ndarray]] = {"t": [], "c": [], "v": [], "p": []}
+    begin = 0.0
+    for index, (phase, p) in enumerate(zip(phases, pressures, strict=True)):
+        t = np.linspace(0, phase.seconds, per_phase)[:, None]
+        forward = p + (eta[index] - p) * np.exp(-omega * t)
+        backward = p + (xi[index + 1] - p) * np.exp(-omega * (phase.seconds - t))
+        rows["t"].append(begin + t[:, 0])
+        rows["c"].append((forward + backward) / 2)
+        rows["v"].append(omega * (backward - forward) / 2)
+        rows["p"].append(np.repeat(p[None], per_phase, axis=0))
+        begin += phase.seconds
+    return {name: np.concatenate(parts) for name, parts in rows.items()}
+
+
+def lateral_order(segment: Segment) -> float:
+    """The least distance by which a foot lands on its own side of the one before."""
+    least = np.inf
+    for before, after in pairwise(segment.feet):
+        if before.side == after.side:
+            continue
+        yaw = (before.yaw + after.yaw) / 2
+        across = (after.x - before.x) * -np.sin(yaw) + (after.y - before.y) * np.cos(yaw)
+        least = min(least, across * after.side)
+    return float(least)
+
+
+def longest_step(segment: Segment) -> float:
+    steps = pairwise(segment.feet)
+    return max(float(np.hypot(b.x - a.x, b.y - a.y)) for a, b in steps)
+
+
+def swing_path(swing: Swing, count: int = 60) -> tuple[np.ndarray, np.ndarray]:
+    """Positions (count, 3: x, y, yaw) and horizontal speeds: six boundary values fix a quintic."""
+    seconds = swing.t1 - swing.t0
+    start, goal = np.array(swing.start), np.array(swing.goal)
+    powers = np.arange(6)
+
+    def row(t: float, derivative: int) -> np.ndarray:
+        factor = np.ones(6)
+        for k in range(derivative):
+            factor = factor * np.maximum(powers - k, 0)
+        return factor * t ** np.maximum(powers - derivative, 0)
+
+    matrix = np.array([row(t, d) for t in (0.0, seconds) for d in (0, 1, 2)])
+    zero = np.zeros(3)
+    values = np.array([start[:3], start[3:], zero, goal[:3], goal[3:], zero])
+    coefficients = np.linalg.solve(matrix, values)
+    times = np.linspace(0, seconds, count)
+    places = np.array([row(t, 0) @ coefficients for t in times])
+    speeds = np.array([row(t, 1) @ coefficients for t in times])
+    return places, np.hypot(speeds[:, 0], speeds[:, 1])
+
+
+def inside(
+    points: np.ndarray, segment: Segment, centre: dict[int, np.ndarray], side: float
+) -> float:
+    """How far inside the regions left and entered all points are; negative outside."""
+    ends = np.array([centre[segment.origin], centre[segment.to]])
+    low, high = ends.min(axis=0) - side / 2, ends.max(axis=0) + side / 2
+    return float(min((points - low).min(), (high - points).min()))
