@@ -8,7 +8,7 @@ JOBS   ?= 2
 SLUGS_BUILD := slugs/build
 
 .DEFAULT_GOAL := help
-.PHONY: help run test lint format slugs slugs-test fuzz front bench clean install
+.PHONY: help run test quick lint format slugs slugs-test fuzz front bench clean install
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -17,8 +17,12 @@ run: install ## install everything, build slugs/, run case study 1
 	$(BIN)/safenav run scenarios/case_study_1.yaml
 
 test: install lint slugs-test ## lint, types, C++ tests, Python tests
-	$(BIN)/pytest
-	$(BIN)/safenav batch scenarios --jobs $(JOBS) --junit build/scenarios.xml
+	$(BIN)/pytest -n $(JOBS) --dist worksteal
+
+QUICK := tests/architecture tests/audit tests/formula tests/scenario tests/world
+
+quick: install lint ## lint, types and unit tests, in under a minute
+	$(BIN)/pytest -n $(JOBS) --dist worksteal -q -m "not slow" $(QUICK)
 
 install: $(VENV)/.installed
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from safenav.spec.compile import compile_task as compile_task
     from safenav.spec.task import Task as Task
     from safenav.synthesis.slugs import Synthesizer as Synthesizer
-    from safenav.verify.strategy import first_failure as first_failure
+    from safenav.verify.verification import first_failure as first_failure
     from safenav.world.map import Heading as Heading
     from safenav.world.moves import Pose as Pose
 
@@ -41,7 +41,7 @@ _HOMES = {
     "built_in": "safenav.scenario.reading.catalogue",
     "check_trace": "safenav.audit.check",
     "compile_task": "safenav.spec.compile",
-    "first_failure": "safenav.verify.strategy",
+    "first_failure": "safenav.verify.verification",
     "load_scenario": "safenav.scenario.reading.loader",
 }
 

@@ -26,9 +26,9 @@ from safenav.synthesis.binary import VARIABLE as SLUGS_VARIABLE
 from safenav.synthesis.binary import Binary, find_binary
 from safenav.synthesis.cache import VARIABLE as CACHE_VARIABLE
 from safenav.synthesis.cache import Cache
-from safenav.synthesis.outcome import Verdict
 from safenav.synthesis.slugs import Synthesizer
-from safenav.verify.strategy import first_failure
+from safenav.synthesis.verdict import Verdict
+from safenav.verify.verification import first_failure
 
 REQUIRED = ("click", "PyYAML", "networkx", "numpy")
 OPTIONAL = {

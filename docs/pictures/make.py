@@ -25,8 +25,8 @@ from report.browser import Browser  # noqa: E402
 from safenav.report.page.html import page_of  # noqa: E402
 from safenav.report.picture.palette import Palette  # noqa: E402
 from safenav.report.picture.scene import Options, svg_of  # noqa: E402
+from safenav.report.replay.perception import shading_of  # noqa: E402
 from safenav.report.replay.reading import read_replay  # noqa: E402
-from safenav.report.replay.shading import shading_of  # noqa: E402
 from safenav.report.replay.timeline import EventKind, Replay  # noqa: E402
 
 

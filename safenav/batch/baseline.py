@@ -38,7 +38,7 @@ class Changed:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class BaselineComparison:
     """``new`` and ``gone`` are names of cases that only one of the two batches has a result
     for; ``slower`` is ordered by what was lost, worst first."""
 
@@ -53,10 +53,10 @@ def compare(
     former: Mapping[str, Result],
     ratio: float = RATIO,
     not_run: Iterable[str] = (),
-) -> Comparison:
+) -> BaselineComparison:
     """What is different now. ``ratio``: times the former seconds, from which it is slower;
     ``not_run``: names of cases that are still there, but without a result."""
-    found = Comparison()
+    found = BaselineComparison()
     seen = set(not_run)
     for result in results:
         seen.add(result.name)

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import safenav
-from safenav.batch.baseline import Comparison
-from safenav.batch.cases.case import Result, Verdict
+from safenav.batch.baseline import BaselineComparison
+from safenav.batch.cases.case import CaseVerdict, Result
 from safenav.batch.session import Report
 from safenav.errors import UsageError
 
@@ -36,7 +36,7 @@ COLUMNS = (
 
 def counts(report: Report) -> dict[str, int]:
     """Cases by verdict; verdicts that nothing has are left out, but for ``passed``."""
-    found = {Verdict.PASSED.value: 0}
+    found = {CaseVerdict.PASSED.value: 0}
     for result in report.in_order:
         found[result.verdict.value] = found.get(result.verdict.value, 0) + 1
     if report.left:
@@ -44,7 +44,7 @@ def counts(report: Report) -> dict[str, int]:
     return found
 
 
-def to_json(report: Report, comparison: Comparison | None = None) -> str:
+def to_json(report: Report, comparison: BaselineComparison | None = None) -> str:
     """Everything that is known of the batch."""
     data: dict[str, Any] = {
         "batch": VERSION,

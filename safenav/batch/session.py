@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Protocol
 
 from safenav.batch.cases.case import Case, Result
-from safenav.batch.state import StateFile
+from safenav.batch.journal import StateFile
 from safenav.batch.workers.backend import Arrival, Backend
 
 Artifacts = Callable[[Result, Path | None], list[str]]

@@ -125,9 +125,9 @@ def command(
         from safenav.batch.baseline import compare
         from safenav.batch.cases.case import Conditions
         from safenav.batch.cases.search import find_cases
+        from safenav.batch.journal import StateFile
         from safenav.batch.results_file import read_results, to_csv, to_json
         from safenav.batch.session import run_batch
-        from safenav.batch.state import StateFile
         from safenav.report.batches.failure import FailureFolder
         from safenav.report.batches.junit import to_junit
         from safenav.report.batches.progress import ProgressLine

@@ -33,7 +33,7 @@ def command(
     """Draw SCENARIO as it is before the run: region numbers, starts, objectives, hidden
     obstacles. Without -o as text on the terminal."""
     from safenav.report.picture.scenario import scenario_text, scene_of, sight_of
-    from safenav.report.replay.shading import shading_lines
+    from safenav.report.replay.perception import shading_lines
     from safenav.scenario.reading.loader import load_scenario
 
     plan = load_scenario(scenario)

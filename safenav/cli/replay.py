@@ -71,8 +71,8 @@ def command(
     (the default), as a picture of one moment, as a film, or on the terminal."""
     from safenav.outfile import write_bytes
     from safenav.report.picture.scene import Options, svg_of
+    from safenav.report.replay.perception import shading_of
     from safenav.report.replay.reading import read_replay
-    from safenav.report.replay.shading import shading_of
 
     if sum((svg is not None, png is not None, gif, terminal)) > 1:
         raise UsageError("choose one of --svg, --png, --gif and --terminal")
@@ -122,7 +122,7 @@ def _tick(replay: Replay, written: str) -> int:
 
 
 def _check_viewer(replay: Replay, robot: str) -> None:
-    from safenav.report.replay.shading import viewers
+    from safenav.report.replay.perception import viewers
 
     names = [track.name for track in replay.robots]
     if robot not in names:

@@ -57,7 +57,7 @@ def command(
     from safenav.runtime.trace import Listener, TraceWriter
     from safenav.scenario.reading.loader import load_scenario
     from safenav.synthesis.slugs import Synthesizer
-    from safenav.verify.strategy import first_failure
+    from safenav.verify.verification import first_failure
 
     plan = load_scenario(scenario)
     if seed is not None:

@@ -57,7 +57,7 @@ def command(
     from safenav.runtime.controllers import first_answers
     from safenav.scenario.reading.loader import load_scenario
     from safenav.synthesis.slugs import Synthesizer
-    from safenav.verify.strategy import first_failure
+    from safenav.verify.verification import first_failure
 
     if plot and output is None:
         raise UsageError("--plot writes files: name a directory with -o")

@@ -40,9 +40,9 @@ def command(specification: str, strategy: str, counterstrategy: bool, as_json: b
     What is wrong is told with the constraint, where it comes from, and a shortest path to it.
     """
     from safenav.report.terminal.strategy_failure import failure_lines, verification_data
-    from safenav.spec.reading import read_specification
+    from safenav.spec.parsing import read_specification
     from safenav.synthesis.strategy import Strategy
-    from safenav.verify.strategy import verify_counterstrategy, verify_strategy
+    from safenav.verify.verification import verify_counterstrategy, verify_strategy
 
     if specification == strategy == "-":
         raise click.UsageError("only one of SPECIFICATION and STRATEGY can be standard input")

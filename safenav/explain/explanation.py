@@ -104,7 +104,7 @@ def is_guarantee(constraint: Constraint) -> bool:
     return constraint.section in (Section.SYS_INIT, Section.SYS_TRANS, Section.SYS_LIVENESS)
 
 
-class Ending(StrEnum):
+class WitnessEnd(StrEnum):
     """How a witness ends."""
 
     CONFINED = "confined"
@@ -146,7 +146,7 @@ class Witness:
     ``goal``: what is never met. ``confined``: the regions within reach (CONFINED).
     """
 
-    ending: Ending
+    ending: WitnessEnd
     moments: tuple[Moment, ...] = ()
     cycle: tuple[Moment, ...] = ()
     pressure: tuple[tuple[str, int], ...] = ()

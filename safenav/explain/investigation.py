@@ -12,9 +12,9 @@ from safenav.errors import SafenavError
 from safenav.explain.assumption import helpful_assumptions
 from safenav.explain.core import find_core
 from safenav.explain.diagnosis import diagnose, held_ways
-from safenav.explain.explanation import Cause, Core, Ending, Explanation, Witness
+from safenav.explain.explanation import Cause, Core, Explanation, Witness, WitnessEnd
 from safenav.explain.realizability import Questions
-from safenav.explain.repair import Judge, Problem, find_repairs
+from safenav.explain.repair import Judge, RepairProblem, find_repairs
 from safenav.explain.witness import confinement, play_out
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import Ltl
@@ -49,7 +49,7 @@ def explain(scenario: Scenario, task: Task, synthesizer: Synthesizer, judge: Jud
                 replace(found, cause=Cause.PARKED_ROBOT, culprits=holding),
             )
     deadline = time.monotonic() + REPAIR_SECONDS
-    problem = Problem(scenario, task, cause, found, deadline)
+    problem = RepairProblem(scenario, task, cause, found, deadline)
     repairs = find_repairs(problem, judge)
     if cause in (Cause.CORNERED, Cause.KEPT_AWAY):
         repairs += tuple(helpful_assumptions(spec, task, world, ask))
@@ -71,7 +71,10 @@ def _played_out(
 def _cause(core: Core, witness: Witness | None, task: Task) -> Cause:
     """What is left once the map and the mobility are not the reason by themselves."""
     if not core.alone:
-        stuck = witness is not None and witness.ending in (Ending.STUCK, Ending.NO_BEGINNING)
+        stuck = witness is not None and witness.ending in (
+            WitnessEnd.STUCK,
+            WitnessEnd.NO_BEGINNING,
+        )
         return Cause.CORNERED if stuck else Cause.KEPT_AWAY
     known = {k.item for k in task.blocked}
     items = [member.origin.item for member in core.members]

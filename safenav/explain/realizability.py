@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from safenav.spec.specification import Constraint, Owner, Section, Specification
-from safenav.synthesis.outcome import Verdict
 from safenav.synthesis.slugs import Synthesizer
+from safenav.synthesis.verdict import Verdict
 
 _COOPERATIVE = {
     Section.ENV_INIT: Section.SYS_INIT,

@@ -48,7 +48,7 @@ _FIRST: dict[Cause, tuple[RepairKind, ...]] = {
 
 
 @dataclass(frozen=True)
-class Problem:
+class RepairProblem:
     """What is to be repaired."""
 
     scenario: Scenario
@@ -67,7 +67,7 @@ class Problem:
         return self.scenario.robot(self.task.robot.name)
 
 
-def find_repairs(problem: Problem, judge: Judge) -> tuple[Repair, ...]:
+def find_repairs(problem: RepairProblem, judge: Judge) -> tuple[Repair, ...]:
     """Repairs that work, those of the likeliest kind first, found before the deadline."""
     found: list[Repair] = []
     for kind in _FIRST[problem.cause]:
@@ -83,7 +83,7 @@ def find_repairs(problem: Problem, judge: Judge) -> tuple[Repair, ...]:
     return tuple(found)
 
 
-def _candidates(kind: RepairKind, problem: Problem) -> Iterator[Repair]:
+def _candidates(kind: RepairKind, problem: RepairProblem) -> Iterator[Repair]:
     match kind:
         case K.OPEN_WALL | K.REMOVE_WALLS:
             return map_repairs(
@@ -107,7 +107,7 @@ def _candidates(kind: RepairKind, problem: Problem) -> Iterator[Repair]:
             return iter(())
 
 
-def _headings(problem: Problem) -> Iterator[Repair]:
+def _headings(problem: RepairProblem) -> Iterator[Repair]:
     robot = problem.robot
     if robot.model.mobility is not Mobility.HEADING:
         return
@@ -118,7 +118,7 @@ def _headings(problem: Problem) -> Iterator[Repair]:
             yield _with_robots(K.HEADING, problem, [changed], (item, heading.label))
 
 
-def _starts(problem: Problem) -> Iterator[Repair]:
+def _starts(problem: RepairProblem) -> Iterator[Repair]:
     """Another start, nearest first, from which the robot could do it alone."""
     scenario, robot = problem.scenario, problem.robot
     taken = {other.start.region for other in scenario.robots if other is not robot}
@@ -142,7 +142,7 @@ def _starts(problem: Problem) -> Iterator[Repair]:
                 break
 
 
-def _mobility(problem: Problem) -> Iterator[Repair]:
+def _mobility(problem: RepairProblem) -> Iterator[Repair]:
     robot = problem.robot
     if robot.model.mobility is Mobility.HEADING:
         model = replace(robot.model, mobility=Mobility.FREE)
@@ -151,7 +151,7 @@ def _mobility(problem: Problem) -> Iterator[Repair]:
         yield _with_robots(K.MOBILITY, problem, [changed], (item, Mobility.FREE.value))
 
 
-def _objectives(problem: Problem) -> Iterator[Repair]:
+def _objectives(problem: RepairProblem) -> Iterator[Repair]:
     robot = problem.robot
     for objective in _milder(robot.objective):
         changed = replace(robot, objective=objective)
@@ -177,7 +177,7 @@ def _milder(objective: Objective) -> Iterator[Objective]:
         yield Visit((target,))
 
 
-def _other_starts(problem: Problem) -> Iterator[Repair]:
+def _other_starts(problem: RepairProblem) -> Iterator[Repair]:
     """Those in the way stand somewhere else; if they hold their place, they hold that one."""
     scenario, robot = problem.scenario, problem.robot
     names = [k.item.removeprefix("robots.") for k in problem.diagnosis.culprits]
@@ -200,7 +200,7 @@ def _other_starts(problem: Problem) -> Iterator[Repair]:
             yield _with_robots(K.OTHER_START, problem, [moved], *change)
 
 
-def _avoids(problem: Problem) -> Iterator[Repair]:
+def _avoids(problem: RepairProblem) -> Iterator[Repair]:
     """Two robots may share a region after all (one of them can step over the other, say)."""
     scenario, robot = problem.scenario, problem.robot
     dangers = [o for o in scenario.robots if o is not robot and scenario.conflict(robot, o)]
@@ -221,7 +221,7 @@ def _avoids(problem: Problem) -> Iterator[Repair]:
         )
 
 
-def _trackings(problem: Problem) -> Iterator[Repair]:
+def _trackings(problem: RepairProblem) -> Iterator[Repair]:
     robot = problem.robot
     for tracking in Tracking:
         if tracking is not robot.tracking:
@@ -230,7 +230,9 @@ def _trackings(problem: Problem) -> Iterator[Repair]:
             yield _with_robots(K.TRACKING, problem, [changed], (item, tracking.value))
 
 
-def _hopeful(robot: Robot, problem: Problem, blocked: frozenset[Region] | None = None) -> bool:
+def _hopeful(
+    robot: Robot, problem: RepairProblem, blocked: frozenset[Region] | None = None
+) -> bool:
     """Whether the robot could do it alone, past those who stay where they are."""
     if isinstance(robot.objective, Ltl):
         return True
@@ -241,7 +243,7 @@ def _hopeful(robot: Robot, problem: Problem, blocked: frozenset[Region] | None =
     return solo.winnable
 
 
-def _rooms_with_all_targets(problem: Problem) -> set[Region]:
+def _rooms_with_all_targets(problem: RepairProblem) -> set[Region]:
     """The regions from which somebody who can turn gets to every target."""
     world, targets = problem.scenario.map, problem.task.targets
     if not targets:
@@ -266,7 +268,7 @@ def _nearest(region: Region, scenario: Scenario) -> list[Region]:
 
 
 def _with_robots(
-    kind: RepairKind, problem: Problem, changed: list[Robot], *change: tuple[str, str]
+    kind: RepairKind, problem: RepairProblem, changed: list[Robot], *change: tuple[str, str]
 ) -> Repair:
     new = {robot.name: robot for robot in changed}
     robots = tuple(new.get(robot.name, robot) for robot in problem.scenario.robots)

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from safenav.spec.specification import Constraint, Origin, Section, Specification
-from safenav.synthesis.outcome import Verdict
 from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.strategy import Strategy
+from safenav.synthesis.verdict import Verdict
 from safenav.verify.automaton import Automaton
 from safenav.verify.cycles import cyclic_parts
 

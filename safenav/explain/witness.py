@@ -11,7 +11,7 @@ from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import islice, product
 
-from safenav.explain.explanation import Cause, Diagnosis, Dilemma, Ending, Moment, Witness
+from safenav.explain.explanation import Cause, Diagnosis, Dilemma, Moment, Witness, WitnessEnd
 from safenav.formula.evaluator import evaluate
 from safenav.scenario.objective import Cover, Patrol, Target, Visit
 from safenav.spec.specification import Constraint, Owner, Section, Specification
@@ -30,7 +30,7 @@ def confinement(found: Diagnosis) -> Witness | None:
     """The story that needs no game: the regions that it can get to, and none of the target."""
     if found.cause is None or not (found.lost or found.cause is Cause.CROSSING):
         return None
-    return Witness(Ending.CONFINED, confined=found.confined)
+    return Witness(WitnessEnd.CONFINED, confined=found.confined)
 
 
 def play_out(
@@ -40,7 +40,7 @@ def play_out(
     that it still can, then comes as near as it can to one that it cannot meet any more."""
     starts = counterstrategy_starts(spec, counterstrategy)
     if not starts:
-        return Witness(Ending.NO_BEGINNING)
+        return Witness(WitnessEnd.NO_BEGINNING)
     play = _Play(spec, counterstrategy, task, world)
     walk = play.goals_first(min(starts, key=play.distance))
     passed = len(walk) - 1  # the last moment in which a goal was met
@@ -50,14 +50,14 @@ def play_out(
             cycle = tuple(walk[walk.index(node, passed) :])
             moments = tuple(map(play.moment, walk))
             goal = play.starved(cycle)
-            return Witness(Ending.STARVED, moments, tuple(map(play.moment, cycle)), goal=goal)
+            return Witness(WitnessEnd.STARVED, moments, tuple(map(play.moment, cycle)), goal=goal)
         walk.append(node)
     moments = tuple(map(play.moment, walk))
     if play.answers(walk[-1]):
-        return Witness(Ending.STARVED, moments)
+        return Witness(WitnessEnd.STARVED, moments)
     pressure = play.pressure(walk[-1])
     return Witness(
-        Ending.STUCK,
+        WitnessEnd.STUCK,
         moments,
         pressure=tuple(pressure.items()),
         dilemmas=tuple(play.dilemmas(walk[-1], pressure)),

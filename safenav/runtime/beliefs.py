@@ -11,7 +11,7 @@ from collections.abc import Mapping
 
 from safenav.scenario.model import Tracking
 from safenav.spec.others.belief import known_of, watch_for
-from safenav.spec.others.knowledge import Knowledge, Watch, watch
+from safenav.spec.others.knowledge import Knowledge, Tracker, watch
 from safenav.spec.task import Task
 from safenav.world.map import Region, RegionMap
 from safenav.world.partition import Partition
@@ -31,7 +31,7 @@ class BeliefTracker:
         self._watch = watch(world, partition, radius, closed)
 
     @classmethod
-    def by(cls, watch: Watch) -> BeliefTracker:
+    def by(cls, watch: Tracker) -> BeliefTracker:
         """The tracker that keeps track by a given watch."""
         visibility = watch.visibility
         return cls(watch.world, watch.partition, visibility.radius, visibility.closed)

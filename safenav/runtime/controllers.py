@@ -21,9 +21,9 @@ from safenav.scenario.objective import Hold, Ltl, Target, targets_of, to_data
 from safenav.spec.assignable import Switch, places
 from safenav.spec.compile import assumption_names, compile_task
 from safenav.spec.task import LADDERS, Fairness, Known, Observed, Task
-from safenav.synthesis.outcome import SynthesisResult, Verdict
 from safenav.synthesis.slugs import Listener as SynthesisListener
 from safenav.synthesis.slugs import Synthesizer
+from safenav.synthesis.verdict import SynthesisResult, Verdict
 from safenav.world.map import Region
 from safenav.world.partition import Partition
 

@@ -28,7 +28,7 @@ from safenav.runtime.turn import LostError, Turns
 from safenav.scenario.model import Coordination, Outcome, Robot, Scenario
 from safenav.synthesis.slugs import Listener as SynthesisListener
 from safenav.synthesis.slugs import Synthesizer
-from safenav.verify.strategy import first_failure
+from safenav.verify.verification import first_failure
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from safenav.runtime.progress import Progress
 from safenav.scenario.model import Obstacle
 from safenav.scenario.objective import Hold, Ltl, Objective, Target, Visit
 from safenav.spec.assignable import Signal
-from safenav.spec.motion import one_of
+from safenav.spec.movement import one_of
 from safenav.world.map import Region
 
 

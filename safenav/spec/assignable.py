@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from safenav.scenario.objective import Objective, Patrol, Visit
-from safenav.spec.motion import one_of
+from safenav.spec.movement import one_of
 from safenav.spec.specification import Constraint, Origin, Owner, Section, Variable
 from safenav.spec.task import Task
 from safenav.world.map import Region, RegionMap

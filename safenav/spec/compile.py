@@ -10,10 +10,9 @@ from collections.abc import Callable, Iterator
 
 from safenav.scenario.objective import describe
 from safenav.spec import assignable
-from safenav.spec.motion import heading_rules, stepping, walls
+from safenav.spec.movement import heading_rules, stepping, walls
 from safenav.spec.objective import encode
-from safenav.spec.others.tracking import Encoding as OthersEncoding
-from safenav.spec.others.tracking import encode_others
+from safenav.spec.others.tracking import OthersEncoding, encode_others
 from safenav.spec.specification import (
     Constraint,
     Origin,

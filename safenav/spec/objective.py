@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 from safenav.scenario.objective import Cover, Hold, Ltl, Objective, Patrol, Visit, describe
-from safenav.spec.motion import one_of
+from safenav.spec.movement import one_of
 from safenav.spec.specification import Constraint, Origin, Owner, Section, Variable
 from safenav.world.map import Region
 
@@ -37,14 +37,14 @@ NO_MEMORY = Memory()
 
 
 @dataclass(frozen=True)
-class Encoding:
+class ObjectiveEncoding:
     """An objective's share of a specification."""
 
     variables: tuple[Variable, ...]
     constraints: tuple[Constraint, ...]
 
 
-def encode(objective: Objective, item: str, region: Region, memory: Memory) -> Encoding:
+def encode(objective: Objective, item: str, region: Region, memory: Memory) -> ObjectiveEncoding:
     """Encode an objective for a robot that stands in ``region`` and remembers ``memory``.
 
     ``item`` is the scenario item that the constraints' origins name.
@@ -53,23 +53,23 @@ def encode(objective: Objective, item: str, region: Region, memory: Memory) -> E
     match objective:
         case Patrol():
             variables = (Variable("scout", Owner.OUTPUT, None, "true: the second target is next"),)
-            return Encoding(variables, tuple(_patrol(objective, item, region, memory)))
+            return ObjectiveEncoding(variables, tuple(_patrol(objective, item, region, memory)))
         case Visit(targets):
             if len(targets) == 1:
-                return Encoding((), tuple(_recur(objective, item)))
+                return ObjectiveEncoding((), tuple(_recur(objective, item)))
             bounds = (0, len(targets) - 1)
             variables = (Variable("goal", Owner.OUTPUT, bounds, "the target whose turn it is"),)
-            return Encoding(variables, tuple(_visit(objective, item, memory)))
+            return ObjectiveEncoding(variables, tuple(_visit(objective, item, memory)))
         case Cover():
-            return Encoding((), tuple(_recur(objective, item)))
+            return ObjectiveEncoding((), tuple(_recur(objective, item)))
         case Hold():
-            return Encoding((), tuple(_hold(objective, item)))
+            return ObjectiveEncoding((), tuple(_hold(objective, item)))
         case Ltl():
             variables = tuple(
                 Variable(name, Owner.OUTPUT, bounds, "memory of the objective")
                 for name, bounds in objective.memory.items()
             )
-            return Encoding(variables, tuple(_ltl(objective, item, memory)))
+            return ObjectiveEncoding(variables, tuple(_ltl(objective, item, memory)))
 
 
 def patrol_starts_with_second(objective: Patrol, region: Region, memory: Memory) -> bool:

@@ -12,8 +12,8 @@ from enum import IntEnum
 
 from safenav.errors import SynthesizerError
 from safenav.synthesis.binary import VARIABLE, Binary
-from safenav.synthesis.outcome import Verdict
 from safenav.synthesis.process import Finished
+from safenav.synthesis.verdict import Verdict
 
 _RESULT = re.compile(rb"^RESULT: Specification is (realizable|unrealizable)\b", re.MULTILINE)
 _OUT_OF_MEMORY = re.compile(
@@ -22,7 +22,7 @@ _OUT_OF_MEMORY = re.compile(
 _INTERRUPTED = re.compile(rb"interrupted", re.IGNORECASE)
 
 
-class Status(IntEnum):
+class AnswerStatus(IntEnum):
     """Exit statuses of our binary (``slugs --help``)."""
 
     REALIZABLE = 0
@@ -38,11 +38,11 @@ def verdict_of(finished: Finished, binary: Binary, robot: str) -> Verdict:
     said = _RESULT.findall(finished.stderr)
     if finished.status < 0:
         return _killed(finished, binary, robot)
-    if binary.native and finished.status == Status.RESOURCE_LIMIT:
+    if binary.native and finished.status == AnswerStatus.RESOURCE_LIMIT:
         if _OUT_OF_MEMORY.search(finished.stderr):
             return Verdict.OUT_OF_MEMORY
         return Verdict.INTERRUPTED if _INTERRUPTED.search(finished.stderr) else Verdict.TIMEOUT
-    if binary.native and finished.status == Status.BAD_INPUT:
+    if binary.native and finished.status == AnswerStatus.BAD_INPUT:
         raise failure("rejects the specification", finished, binary, robot)
     if not said:
         if _OUT_OF_MEMORY.search(finished.stderr):
@@ -50,7 +50,7 @@ def verdict_of(finished: Finished, binary: Binary, robot: str) -> Verdict:
         problem = f"gave no verdict (exit status {finished.status})"
         raise failure(problem, finished, binary, robot)
     verdict = Verdict(said[-1].decode())
-    if binary.native and finished.status != Status[verdict.name]:
+    if binary.native and finished.status != AnswerStatus[verdict.name]:
         problem = f"said {verdict}, but ended with exit status {finished.status}"
         raise failure(problem, finished, binary, robot)
     return verdict

@@ -18,7 +18,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from safenav.synthesis.outcome import Verdict
+from safenav.synthesis.verdict import Verdict
 
 VARIABLE = "SAFENAV_CACHE"
 """Environment variable: the directory, or ``off``."""

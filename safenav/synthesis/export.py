@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from safenav.spec.specification import Owner, Section, Specification, Variable
-from safenav.synthesis.outcome import SynthesisResult
 from safenav.synthesis.strategy import Strategy, bit_names
+from safenav.synthesis.verdict import SynthesisResult
 from safenav.world.map import Heading
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ _NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
 @dataclass(frozen=True)
-class Statistics:
+class StrategySize:
     """The size of a synthesis. ``goals`` of the specification; ``bits`` of a state;
     ``seconds`` that the synthesizer took. None where there is no strategy."""
 
@@ -96,10 +96,10 @@ def in_words(strategy: Strategy, values: Mapping[str, int], owner: Owner) -> str
     return " ".join(_value_in_words(variable, values[variable.name]) for variable in owned)
 
 
-def statistics_of(spec: Specification, result: SynthesisResult) -> Statistics:
+def statistics_of(spec: Specification, result: SynthesisResult) -> StrategySize:
     """The figures of one synthesis, for a table."""
     strategy = result.strategy
-    return Statistics(
+    return StrategySize(
         robot=result.robot,
         verdict=result.verdict.value,
         states=None if strategy is None else len(strategy.nodes),

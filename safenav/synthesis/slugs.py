@@ -24,9 +24,9 @@ from safenav.spec.specification import Section, Specification
 from safenav.synthesis.answer import failure, verdict_of
 from safenav.synthesis.binary import Binary, find_binary, find_own_binary
 from safenav.synthesis.cache import Cache, Entry, key_of
-from safenav.synthesis.outcome import SynthesisResult, Verdict
 from safenav.synthesis.process import Crew, DismissedError, Finished, limited, orderly_termination
 from safenav.synthesis.strategy import Strategy
+from safenav.synthesis.verdict import SynthesisResult, Verdict
 
 _HEARTBEAT_SECONDS = 1.0
 _OVERTIME_SECONDS = 1.0
@@ -66,7 +66,7 @@ class Phase(StrEnum):
 
 
 @dataclass(frozen=True)
-class Progress:
+class SynthesisProgress:
     """Something happened in a synthesis: it started, still runs (told once a second), or
     finished with a result. ``index``: which of the specifications asked about."""
 
@@ -77,7 +77,7 @@ class Progress:
     result: SynthesisResult | None = None
 
 
-Listener = Callable[[Progress], None]
+Listener = Callable[[SynthesisProgress], None]
 
 Verifier = Callable[[Specification, Strategy, bool], str | None]
 """Checks an automaton against its specification (the flag: it is a counterstrategy); what is
@@ -169,7 +169,7 @@ class Synthesizer:
                 continue
             results[index] = remembered
             elapsed = time.monotonic() - begun
-            tell(Progress(index, spec.robot, Phase.FINISHED, elapsed, remembered))
+            tell(SynthesisProgress(index, spec.robot, Phase.FINISHED, elapsed, remembered))
         if jobs:
             with orderly_termination():
                 self._work_off(jobs, results, tell)
@@ -362,8 +362,8 @@ class _Job:
 
     def progress(
         self, phase: Phase, seconds: float, result: SynthesisResult | None = None
-    ) -> Progress:
-        return Progress(self.index, self.robot, phase, seconds, result)
+    ) -> SynthesisProgress:
+        return SynthesisProgress(self.index, self.robot, phase, seconds, result)
 
 
 _News = tuple[_Job, Finished | BaseException | None]

@@ -17,9 +17,9 @@ from safenav.spec.specification import Constraint, Owner, Section, Specification
 from safenav.synthesis.export import in_words
 from safenav.synthesis.strategy import Field, Strategy
 from safenav.verify.bitparallel import Evaluator, Vector, add, rows_of
-from safenav.verify.completions import Completions, Condition, Place, Row, condition_of
+from safenav.verify.completions import Completions, Condition, Row, Slot, condition_of
 from safenav.verify.cycles import Edge
-from safenav.verify.findings import Failure, Fault
+from safenav.verify.failures import Failure, Fault
 
 _BLOCK_EDGES = 1 << 16
 _DIGITS = bytes.maketrans(b"\x00\x01", b"01")
@@ -46,9 +46,9 @@ class Automaton:
         self.spec = spec
         self.strategy = strategy
         self.starts = tuple(starts)
-        self.current = tuple(Place(v, False) for v in spec.variables)
-        self.next_inputs = tuple(Place(v, True) for v in spec.owned(Owner.INPUT))
-        self.next_outputs = tuple(Place(v, True) for v in spec.owned(Owner.OUTPUT))
+        self.current = tuple(Slot(v, False) for v in spec.variables)
+        self.next_inputs = tuple(Slot(v, True) for v in spec.owned(Owner.INPUT))
+        self.next_outputs = tuple(Slot(v, True) for v in spec.owned(Owner.OUTPUT))
         self._parent = {node: node for node in self.starts}
         self.nodes = list(self._parent)
         for node in self.nodes:  # grows while it is gone through: breadth first
@@ -103,7 +103,7 @@ class Automaton:
                     break
 
     def completions(
-        self, known: Sequence[Place], unknown: Sequence[Place], found: Sequence[Clause]
+        self, known: Sequence[Slot], unknown: Sequence[Slot], found: Sequence[Clause]
     ) -> Completions:
         return Completions(known, unknown, [clause.condition for clause in found])
 
@@ -140,7 +140,7 @@ class Automaton:
         words = [in_words(self.strategy, values, o) for o in (Owner.OUTPUT, Owner.INPUT)]
         return " ".join(filter(None, words))
 
-    def move_in_words(self, places: Sequence[Place], row: Row) -> str:
+    def move_in_words(self, places: Sequence[Slot], row: Row) -> str:
         """A valuation of inputs or of outputs."""
         if not places:
             return "nothing to choose"

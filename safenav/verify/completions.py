@@ -46,7 +46,7 @@ Row = tuple[int, ...]
 
 
 @dataclass(frozen=True)
-class Place:
+class Slot:
     """A variable now, or (``primed``) in the next state."""
 
     variable: Variable
@@ -81,7 +81,7 @@ class Completions:
     """Completes rows over ``known`` places with values of ``unknown`` ones."""
 
     def __init__(
-        self, known: Sequence[Place], unknown: Sequence[Place], conditions: Sequence[Condition]
+        self, known: Sequence[Slot], unknown: Sequence[Slot], conditions: Sequence[Condition]
     ) -> None:
         self._known = tuple(known)
         self._unknown = tuple(unknown)
@@ -119,7 +119,7 @@ class Completions:
 
 
 def _backtrack(
-    unknown: Sequence[Place],
+    unknown: Sequence[Slot],
     due: Sequence[Sequence[Formula]],
     values: tuple[dict[str, int | bool], dict[str, int | bool]],
     chosen: Row,
@@ -138,7 +138,7 @@ def _backtrack(
 def _count(
     rows: Sequence[Row],
     index: Mapping[Key, int],
-    unknown: Sequence[Place],
+    unknown: Sequence[Slot],
     conditions: Sequence[Condition],
 ) -> list[int]:
     free = {place.key for place in unknown}
@@ -153,7 +153,7 @@ def _count(
 def _count_component(
     rows: Sequence[Row],
     index: Mapping[Key, int],
-    part: Sequence[Place],
+    part: Sequence[Slot],
     tied: Sequence[Condition],
 ) -> list[int]:
     domain = prod(len(place.range) for place in part)
@@ -183,8 +183,8 @@ def _count_component(
 
 
 def _components(
-    unknown: Sequence[Place], conditions: Sequence[Condition]
-) -> Iterator[tuple[list[Place], list[Condition]]]:
+    unknown: Sequence[Slot], conditions: Sequence[Condition]
+) -> Iterator[tuple[list[Slot], list[Condition]]]:
     """Unknown places that constraints tie together, with those constraints."""
     leader = {place.key: place.key for place in unknown}
 
@@ -197,7 +197,7 @@ def _components(
         first, *others = [find(key) for key in condition.places if key in leader]
         for other in others:
             leader[find(other)] = find(first)
-    members: dict[Key, list[Place]] = {}
+    members: dict[Key, list[Slot]] = {}
     tied: dict[Key, list[Condition]] = {}
     for place in unknown:
         members.setdefault(find(place.key), []).append(place)
@@ -211,7 +211,7 @@ def _components(
 def _masks(
     rows: Sequence[Row],
     index: Mapping[Key, int],
-    part: Sequence[Place],
+    part: Sequence[Slot],
     conditions: Sequence[Condition],
 ) -> list[int]:
     """For each row, the valuations of ``part`` (bit d: the d-th of their product) that satisfy
@@ -249,7 +249,7 @@ def _projected(
 
 
 def _block(
-    keys: Sequence[Row], places: Sequence[Key], part: Sequence[Place], formulas: Sequence[Formula]
+    keys: Sequence[Row], places: Sequence[Key], part: Sequence[Slot], formulas: Sequence[Formula]
 ) -> list[int]:
     """Evaluate on all pairs of a key and a valuation of ``part``; a mask for each key."""
     valuations = list(product(*(place.range for place in part)))

@@ -19,7 +19,7 @@ from safenav.spec.specification import Owner, Section, Specification
 from safenav.synthesis.strategy import Strategy
 from safenav.verify.automaton import Automaton, Clause, clauses
 from safenav.verify.cycles import fair_cycle
-from safenav.verify.findings import Failure, Fault
+from safenav.verify.failures import Failure, Fault
 
 _SOME = 256
 

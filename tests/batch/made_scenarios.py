@@ -16,8 +16,8 @@ if [ "$1" = --version ]; then echo "slugs 9.9.9"; exit 0; fi
 spec=$(cat)
 echo $$ >> {log}
 case "$spec" in
-  *sleeper*) exec sleep 60 ;;
-  *crasher*) kill -SEGV $PPID; exec sleep 60 ;;
+  *sleeper*) exec sleep 900 ;;
+  *crasher*) kill -SEGV $PPID; exec sleep 900 ;;
   *slow*) sleep 0.3 ;;
   *broken*) echo "out of order" >&2; exit 4 ;;
   *flaky*) if [ $(wc -l < {log}) -lt 3 ]; then exit 4; fi ;;

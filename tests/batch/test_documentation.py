@@ -12,7 +12,7 @@ import yaml
 
 from batch.made_scenarios import Write
 from safenav.batch.baseline import NOISE_SECONDS, RATIO
-from safenav.batch.cases.case import Verdict
+from safenav.batch.cases.case import CaseVerdict
 from safenav.batch.cases.matrix import read_matrix
 from safenav.batch.cases.search import find_cases
 from safenav.cli.batch import command
@@ -48,7 +48,7 @@ def test_commands_are_understood(line: str) -> None:
 
 
 def test_the_documentation_names_every_verdict_option_and_threshold() -> None:
-    for verdict in Verdict:
+    for verdict in CaseVerdict:
         assert f"| `{verdict.value}` |" in BATCH
     options = {option for parameter in command.params for option in parameter.opts}
     named = set(re.findall(r"(?<!-)--[a-z][a-z-]+", BATCH + CI))

@@ -14,8 +14,8 @@ from pathlib import Path
 import pytest
 import xmlschema
 
-from safenav.batch.baseline import Comparison, compare
-from safenav.batch.cases.case import Case, Result, Verdict, without_a_run
+from safenav.batch.baseline import BaselineComparison, compare
+from safenav.batch.cases.case import Case, CaseVerdict, Result, without_a_run
 from safenav.batch.results_file import read_results, to_csv, to_json
 from safenav.batch.session import Report
 from safenav.errors import UsageError
@@ -30,7 +30,7 @@ def case(name: str, **settings: int) -> Case:
 
 
 def ran(name: str, seconds: float = 1.0, wrong: str = "", **measured: object) -> Result:
-    verdict = Verdict.DIFFERENT if wrong else Verdict.PASSED
+    verdict = CaseVerdict.DIFFERENT if wrong else CaseVerdict.PASSED
     result = without_a_run(case(name), verdict, [wrong] if wrong else [])
     result = replace(result, outcome="completed", ticks=40, rounds={"quad": 2}, seconds=seconds)
     return replace(result, wall_seconds=seconds + 0.01, **measured)  # type: ignore[arg-type]
@@ -43,7 +43,7 @@ def report(*results: Result, not_run: int = 0) -> Report:
 
 
 CRASH = without_a_run(
-    case("b/crash.yaml"), Verdict.CRASHED, ["killed by \x1b SIGSEGV <&>"], "Fatal\x00: ü 🚪 ]]>"
+    case("b/crash.yaml"), CaseVerdict.CRASHED, ["killed by \x1b SIGSEGV <&>"], "Fatal\x00: ü 🚪 ]]>"
 )
 FLAKY = ran("a/flaky.yaml", attempts=2, earlier=["it was different"])
 MIXED = report(
@@ -144,7 +144,7 @@ def test_the_table_has_what_failed_first_and_then_what_was_slow() -> None:
     assert text.endswith("14 passed, 1 different, 1 crashed in 7.5 s")
 
 
-def compared(before: list[Result], now: list[Result], ratio: float = 1.5) -> Comparison:
+def compared(before: list[Result], now: list[Result], ratio: float = 1.5) -> BaselineComparison:
     return compare(now, {result.name: result for result in before}, ratio)
 
 

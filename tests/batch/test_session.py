@@ -8,15 +8,15 @@ from pathlib import Path
 
 import pytest
 
-from safenav.batch.cases.case import Case, Result, Verdict, without_a_run
+from safenav.batch.cases.case import Case, CaseVerdict, Result, without_a_run
+from safenav.batch.journal import StateFile
 from safenav.batch.session import Report, run_batch
-from safenav.batch.state import StateFile
 from safenav.batch.workers.backend import Arrival
 from safenav.errors import UsageError
 
 CASES = tuple(Case(f"{letter}.yaml", f"{letter}.yaml", letter) for letter in "abcd")
 
-Script = Callable[[Case, int], Verdict]
+Script = Callable[[Case, int], CaseVerdict]
 
 
 class Scripted:
@@ -37,7 +37,7 @@ class Scripted:
         case = self._todo.popleft()
         self.asked.append(case.name)
         verdict = self._script(case, self.asked.count(case.name))
-        reasons = [] if verdict is Verdict.PASSED else [f"reason {len(self.asked)}"]
+        reasons = [] if verdict is CaseVerdict.PASSED else [f"reason {len(self.asked)}"]
         trace = None
         if self._traces is not None:
             trace = self._traces / f"{len(self.asked)}.jsonl"
@@ -51,21 +51,21 @@ class Scripted:
         self.closed = True
 
 
-def passing(case: Case, attempt: int) -> Verdict:
+def passing(case: Case, attempt: int) -> CaseVerdict:
     del case, attempt
-    return Verdict.PASSED
+    return CaseVerdict.PASSED
 
 
 def failing(*letters: str, until: int = 99) -> Script:
-    def script(case: Case, attempt: int) -> Verdict:
+    def script(case: Case, attempt: int) -> CaseVerdict:
         bad = case.name[0] in letters and attempt < until
-        return Verdict.DIFFERENT if bad else Verdict.PASSED
+        return CaseVerdict.DIFFERENT if bad else CaseVerdict.PASSED
 
     return script
 
 
 def interrupted_at(letter: str) -> Script:
-    def script(case: Case, attempt: int) -> Verdict:
+    def script(case: Case, attempt: int) -> CaseVerdict:
         if case.name[0] == letter:
             raise KeyboardInterrupt
         return passing(case, attempt)
@@ -110,7 +110,9 @@ def test_the_retry_limit_is_a_limit() -> None:
 
 
 def test_what_is_no_scenario_is_not_tried_again() -> None:
-    backend = Scripted(lambda case, _: Verdict.INVALID if case is CASES[0] else Verdict.PASSED)
+    backend = Scripted(
+        lambda case, _: CaseVerdict.INVALID if case is CASES[0] else CaseVerdict.PASSED
+    )
     run_batch(CASES, backend, retries=5)
     assert backend.asked.count("a.yaml") == 1
 
@@ -227,5 +229,5 @@ def test_traces_of_failures_are_kept_and_the_others_removed(tmp_path: Path) -> N
 
 
 def test_a_result_survives_its_way_through_a_file() -> None:
-    result = Result("n", "f", {"seed": [1, None]}, "abc", Verdict.HUNG, ["r"], rounds={"a": 2})
+    result = Result("n", "f", {"seed": [1, None]}, "abc", CaseVerdict.HUNG, ["r"], rounds={"a": 2})
     assert Result.from_record(result.record() | {"from a later version": 1}) == result

@@ -19,8 +19,8 @@ from safenav.scenario.reading.loader import load_scenario_text
 from safenav.spec.compile import compile_task
 from safenav.spec.objective import NO_MEMORY
 from safenav.spec.task import Fairness, Known, Observed, Task
-from safenav.synthesis.outcome import Verdict
 from safenav.synthesis.slugs import Synthesizer
+from safenav.synthesis.verdict import Verdict
 from safenav.world.map import Heading, RegionMap
 from safenav.world.moves import Mobility, Pose
 

@@ -10,16 +10,16 @@ from pathlib import Path
 import pytest
 
 from safenav.errors import InputError
-from safenav.explain.explanation import Cause, Ending, Explanation, RepairKind
+from safenav.explain.explanation import Cause, Explanation, RepairKind, WitnessEnd
 from safenav.runtime.controllers import first_answers
 from safenav.runtime.explanation import explain_team
 from safenav.runtime.mission import Mission, default_synthesizer
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario
 from safenav.spec.compile import compile_task
-from safenav.synthesis.outcome import Verdict
 from safenav.synthesis.slugs import Synthesizer
-from safenav.verify.strategy import first_failure
+from safenav.synthesis.verdict import Verdict
+from safenav.verify.verification import first_failure
 from safenav.world.moves import Pose, moves
 
 FOLDER = Path(__file__).parents[2] / "scenarios" / "unrealizable"
@@ -114,17 +114,17 @@ def test_the_witness_moves_as_the_robot_can(file: Path) -> None:
     for before, after in pairwise(poses):
         assert after in moves(mobility, before, world)
     match witness.ending:
-        case Ending.CONFINED:
+        case WitnessEnd.CONFINED:
             assert found.task.pose.region in witness.confined
             for target in found.diagnosis.lost:
                 assert not target & witness.confined
-        case Ending.STUCK:
+        case WitnessEnd.STUCK:
             tried = {(d.region, d.heading) for d in witness.dilemmas}
             assert tried == {(p.region, p.heading) for p in moves(mobility, poses[-1], world)}
-        case Ending.STARVED:
+        case WitnessEnd.STARVED:
             assert witness.cycle
             assert witness.goal is not None
-        case Ending.NO_BEGINNING:
+        case WitnessEnd.NO_BEGINNING:
             assert poses == []
 
 

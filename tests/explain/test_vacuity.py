@@ -17,11 +17,11 @@ from safenav.formula.parser import parse
 from safenav.runtime.controllers import first_answers
 from safenav.runtime.mission import default_synthesizer
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
-from safenav.spec.reading import read_specification
+from safenav.spec.parsing import read_specification
 from safenav.spec.specification import Section
 from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.strategy import Strategy
-from safenav.verify.strategy import first_failure
+from safenav.verify.verification import first_failure
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 

@@ -11,7 +11,7 @@ import pytest
 
 from explain.conftest import Invoke
 from safenav.cli.verify import command
-from safenav.spec.reading import read_specification
+from safenav.spec.parsing import read_specification
 from safenav.synthesis.slugs import Synthesizer
 
 DOOR = """\

@@ -141,7 +141,7 @@ def test_signals_at_random_moments(safenav: Process, number: signal.Signals) -> 
 
 def _wait_for(trace: Path, process: subprocess.Popen[str]) -> None:
     """Until the run has begun: before that there is nothing to lose."""
-    deadline = time.monotonic() + 60
+    deadline = time.monotonic() + 300
     while not (trace.exists() and trace.stat().st_size):
         assert process.poll() is None
         assert time.monotonic() < deadline

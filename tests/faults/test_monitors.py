@@ -17,9 +17,9 @@ from safenav.runtime.trace import TraceWriter
 from safenav.scenario.model import Outcome, Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.spec.specification import Specification
-from safenav.synthesis.outcome import SynthesisResult
 from safenav.synthesis.slugs import Listener, Synthesizer
 from safenav.synthesis.strategy import Strategy
+from safenav.synthesis.verdict import SynthesisResult
 from safenav.world.moves import Pose
 
 

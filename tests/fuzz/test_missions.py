@@ -30,9 +30,9 @@ from safenav.scenario.reading.loader import load_scenario_text
 from safenav.spec.compile import compile_task
 from safenav.spec.specification import Specification
 from safenav.synthesis.cache import Cache
-from safenav.synthesis.outcome import Verdict
 from safenav.synthesis.slugs import Synthesizer
-from safenav.verify.strategy import first_failure
+from safenav.synthesis.verdict import Verdict
+from safenav.verify.verification import first_failure
 
 
 def play(data: dict[str, Any]) -> tuple[Scenario, list[Event], Outcome] | None:

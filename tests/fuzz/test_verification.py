@@ -19,12 +19,12 @@ from safenav.errors import InputError, UsageError
 from safenav.runtime.controllers import first_answers
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.spec.compile import compile_task
-from safenav.spec.reading import read_specification
+from safenav.spec.parsing import read_specification
 from safenav.spec.specification import Specification
 from safenav.synthesis.cache import Cache
-from safenav.synthesis.outcome import Verdict
 from safenav.synthesis.slugs import Synthesizer
-from safenav.verify.strategy import first_failure
+from safenav.synthesis.verdict import Verdict
+from safenav.verify.verification import first_failure
 
 SPECIFICATIONS = 1000
 

@@ -19,8 +19,8 @@ from safenav.report.page.encode import encoded
 from safenav.report.page.html import page_of
 from safenav.report.page.region_sets import RegionSets, written
 from safenav.report.picture.scene import Options, svg_of
+from safenav.report.replay.perception import Sight, shading_lines, shading_of, viewers
 from safenav.report.replay.reading import read_replay
-from safenav.report.replay.shading import Sight, shading_lines, shading_of, viewers
 from safenav.report.replay.timeline import EventKind, Replay
 from safenav.report.replay.wording import regions_words
 from safenav.report.terminal.replay import frame

@@ -18,15 +18,15 @@ from safenav.scenario.model import Robot, RobotModel, Tracking
 from safenav.scenario.objective import Visit
 from safenav.scenario.reading.loader import load_scenario
 from safenav.spec.compile import compile_task
-from safenav.spec.motion import headings
+from safenav.spec.movement import headings
 from safenav.spec.others import belief
 from safenav.spec.others.knowledge import Knowledge, occurring
-from safenav.spec.others.tracking import Encoding, encode_others
+from safenav.spec.others.tracking import OthersEncoding, encode_others
 from safenav.spec.specification import Section
 from safenav.spec.task import LADDERS, Fairness, Known, Observed, Task
-from safenav.synthesis.outcome import Verdict
 from safenav.synthesis.slugs import Synthesizer
-from safenav.verify.strategy import first_failure
+from safenav.synthesis.verdict import Verdict
+from safenav.verify.verification import first_failure
 from safenav.world.map import Region, RegionMap
 from safenav.world.moves import Mobility, Pose
 from safenav.world.partition import Partition
@@ -403,5 +403,5 @@ def _task(fairness: Fairness, danger: bool = True) -> Task:
     )
 
 
-def _encoding(world: RegionMap, danger: bool = True) -> Encoding:
+def _encoding(world: RegionMap, danger: bool = True) -> OthersEncoding:
     return encode_others(_task(Fairness.OFF_MY_TARGETS, danger), world)

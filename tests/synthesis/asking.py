@@ -10,8 +10,8 @@ from pathlib import Path
 from safenav.spec.specification import Constraint, Origin, Section, Specification
 from safenav.synthesis.binary import Binary
 from safenav.synthesis.cache import Cache
-from safenav.synthesis.outcome import Verdict
 from safenav.synthesis.slugs import Synthesizer
+from safenav.synthesis.verdict import Verdict
 
 Script = Callable[[str], Binary]
 Answering = Callable[..., Binary]

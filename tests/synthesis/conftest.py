@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from safenav.spec.reading import read_specification
+from safenav.spec.parsing import read_specification
 from safenav.spec.specification import Specification
 from safenav.synthesis.binary import Binary, find_own_binary
 

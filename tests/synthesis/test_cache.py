@@ -14,8 +14,8 @@ import pytest
 from safenav.spec.specification import Specification
 from safenav.synthesis.binary import Binary
 from safenav.synthesis.cache import Cache, CacheWarning, Entry, key_of
-from safenav.synthesis.outcome import Verdict
 from safenav.synthesis.slugs import Synthesizer
+from safenav.synthesis.verdict import Verdict
 
 KEY = "ab" + "0" * 62
 ENTRY = Entry(Verdict.REALIZABLE, 0.125, b'{"nodes": "\n\xff"}')
@@ -247,7 +247,7 @@ _WRITER = """
 import sys
 from pathlib import Path
 from safenav.synthesis.cache import Cache, Entry
-from safenav.synthesis.outcome import Verdict
+from safenav.synthesis.verdict import Verdict
 cache = Cache(Path(sys.argv[1]), limit_bytes=2_000_000)
 for turn in range(60):
     for number in range(4):

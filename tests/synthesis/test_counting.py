@@ -13,7 +13,7 @@ from safenav.formula.syntax import Formula
 from safenav.spec.specification import Owner, Variable
 from safenav.verify import completions
 from safenav.verify.bitparallel import Evaluator, rows_of
-from safenav.verify.completions import Completions, Place, condition_of
+from safenav.verify.completions import Completions, Slot, condition_of
 
 VARIABLES = (
     Variable("p", Owner.INPUT),
@@ -49,7 +49,7 @@ def _random_formula(rng: random.Random, primes: str, depth: int = 3) -> str:
 
 
 def _ranges(names: str) -> list[range]:
-    return [Place(BY_NAME[name], False).range for name in names]
+    return [Slot(BY_NAME[name], False).range for name in names]
 
 
 def _assignments(names: str) -> list[dict[str, int]]:
@@ -77,8 +77,8 @@ def test_counting_is_going_through_all(joint: int, monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(completions, "_JOINT_DOMAIN", joint)
     monkeypatch.setattr(completions, "_BLOCK_BITS", 64)
     rng = random.Random(joint)
-    known = [Place(BY_NAME[name], False) for name in "pxqyz"]
-    unknown = [Place(BY_NAME[name], True) for name in "pxz"]
+    known = [Slot(BY_NAME[name], False) for name in "pxqyz"]
+    unknown = [Slot(BY_NAME[name], True) for name in "pxz"]
     followers = _assignments("pxz")
     for _ in range(60):
         formulas = [parse(_random_formula(rng, "pxz")) for _ in range(rng.randrange(4))]
@@ -104,9 +104,9 @@ def _following(
 def test_unconnected_variables_are_not_multiplied_out() -> None:
     """Sixty Boolean inputs have 2^60 valuations; counting them takes no time."""
     inputs = [Variable(f"b{i}", Owner.INPUT) for i in range(60)]
-    unknown = [Place(variable, True) for variable in inputs]
+    unknown = [Slot(variable, True) for variable in inputs]
     formulas = [condition_of(parse("b0 -> b0'")), condition_of(parse("b1' | b2'"))]
-    counter = Completions([Place(inputs[0], False)], unknown, formulas)
+    counter = Completions([Slot(inputs[0], False)], unknown, formulas)
     assert counter.count([(0,), (1,)]) == [3 * 2**58, 3 * 2**57]
 
 
@@ -114,7 +114,7 @@ def test_a_large_map_is_counted_by_looking_up() -> None:
     """2,500 regions, 2,500 rows: the constraint is evaluated for each pair, once, together."""
     here = Variable("x", Owner.INPUT, (0, 2499))
     near = "x' <= x + 1 & x <= x' + 1 | x' = x + 50 | x = x' + 50"
-    counter = Completions([Place(here, False)], [Place(here, True)], [condition_of(parse(near))])
+    counter = Completions([Slot(here, False)], [Slot(here, True)], [condition_of(parse(near))])
     counts = counter.count([(i,) for i in range(2500)])
     assert counts[0] == 3
     assert counts[1] == counts[2498] == 4

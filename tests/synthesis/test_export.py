@@ -13,8 +13,8 @@ import pytest
 
 from safenav.spec.specification import Owner, Specification, Variable
 from safenav.synthesis.export import in_words, statistics_of, to_dot, to_graphml, to_networkx
-from safenav.synthesis.outcome import SynthesisResult, Verdict
 from safenav.synthesis.strategy import Strategy
+from safenav.synthesis.verdict import SynthesisResult, Verdict
 
 
 @pytest.fixture

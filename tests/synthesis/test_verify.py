@@ -8,14 +8,14 @@ from typing import Any
 import pytest
 
 from safenav.errors import InputError
-from safenav.spec.reading import read_specification
+from safenav.spec.parsing import read_specification
 from safenav.spec.specification import Constraint, Origin, Section, Specification
 from safenav.synthesis.binary import Binary
 from safenav.synthesis.cache import Cache
-from safenav.synthesis.outcome import Verdict
 from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.strategy import Strategy
-from safenav.verify.strategy import (
+from safenav.synthesis.verdict import Verdict
+from safenav.verify.verification import (
     Failure,
     Fault,
     first_failure,
@@ -342,7 +342,7 @@ def test_verification_of_small_strategies_loads_nothing_heavy() -> None:
     import sys
 
     code = (
-        "import sys, safenav.verify.strategy\n"
+        "import sys, safenav.verify.verification\n"
         "print(sorted({'numpy', 'networkx', 'scipy'} & set(sys.modules)))"
     )
     printed = subprocess.run(

@@ -20,16 +20,16 @@ import pytest
 import oracle
 from safenav.formula.evaluator import evaluate
 from safenav.formula.parser import parse
-from safenav.spec.reading import read_specification
+from safenav.spec.parsing import read_specification
 from safenav.spec.specification import Owner, Section, Specification
 from safenav.synthesis.binary import Binary
 from safenav.synthesis.cache import Cache
-from safenav.synthesis.outcome import Verdict
 from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.strategy import Strategy
-from safenav.verify.completions import Place
+from safenav.synthesis.verdict import Verdict
+from safenav.verify.completions import Slot
 from safenav.verify.counterstrategy import counterstrategy_starts
-from safenav.verify.strategy import (
+from safenav.verify.verification import (
     Failure,
     Fault,
     Verification,
@@ -310,7 +310,7 @@ def _something_is_missing(sample: Sample, strategy: Strategy, node: int) -> bool
 
 def _valuations(spec: Specification, owner: Owner) -> Iterator[dict[str, int]]:
     owned = spec.owned(owner)
-    for values in product(*(Place(v, False).range for v in owned)):
+    for values in product(*(Slot(v, False).range for v in owned)):
         yield dict(zip((v.name for v in owned), values, strict=True))
 
 

@@ -97,12 +97,8 @@ def test_what_is_beyond_the_pixels_is_blocked() -> None:
 
 
 @pytest.mark.parametrize("share", [0.0, 0.3])
-def test_large_images_are_divided_in_a_moment(share: float) -> None:
-    import time
-
+def test_large_images_are_divided(share: float) -> None:
     blocked: Blocked = np.zeros((4001, 3999), dtype=np.bool_)
     blocked[100:103] = True
-    begun = time.process_time()
     found = walls(blocked, Layout.of_count(blocked, 100, 100), share)
-    assert time.process_time() - begun < 5
     assert found == (frozenset(range(200, 300)) if share == 0 else frozenset())

@@ -15,7 +15,7 @@ Settings = Mapping[str, Any]
 """Dotted path into the scenario (``limits.ticks``) -> the value that replaces what is there."""
 
 
-class Verdict(StrEnum):
+class CaseVerdict(StrEnum):
     """What came of one case."""
 
     PASSED = "passed"
@@ -75,7 +75,7 @@ class Result:
     file: str
     settings: dict[str, Any]
     fingerprint: str
-    verdict: Verdict
+    verdict: CaseVerdict
     reasons: list[str] = field(default_factory=list)
     detail: str = ""
     scenario: str | None = None
@@ -97,12 +97,12 @@ class Result:
 
     @property
     def passed(self) -> bool:
-        return self.verdict is Verdict.PASSED
+        return self.verdict is CaseVerdict.PASSED
 
     @property
     def worth_another_try(self) -> bool:
         """Whether running it again could give anything else."""
-        return self.verdict is not Verdict.INVALID
+        return self.verdict is not CaseVerdict.INVALID
 
     @property
     def flaky(self) -> bool:
@@ -124,11 +124,11 @@ class Result:
         are not known are passed over: a later version may have written them."""
         known = {entry.name for entry in fields(Result)}
         data = {key: value for key, value in record.items() if key in known}
-        data["verdict"] = Verdict(record["verdict"])
+        data["verdict"] = CaseVerdict(record["verdict"])
         return Result(**data)
 
 
-def without_a_run(case: Case, verdict: Verdict, reasons: list[str], detail: str = "") -> Result:
+def without_a_run(case: Case, verdict: CaseVerdict, reasons: list[str], detail: str = "") -> Result:
     """The result of a case that has no outcome to tell."""
     return Result(
         case.name, case.file, dict(case.settings), case.fingerprint, verdict, reasons, detail

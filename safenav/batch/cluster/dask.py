@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import safenav
-from safenav.batch.cases.case import Case, Conditions, Result, Verdict, without_a_run
+from safenav.batch.cases.case import Case, CaseVerdict, Conditions, Result, without_a_run
 from safenav.batch.cluster import remote
 from safenav.batch.workers.backend import Arrival
 from safenav.errors import SafenavError, UsageError
@@ -98,7 +98,7 @@ class DaskCluster:
             record, content = future.result()
             result = Result.from_record(record)
         except SafenavError as error:
-            result = without_a_run(case, Verdict.ERROR, [str(error)])
+            result = without_a_run(case, CaseVerdict.ERROR, [str(error)])
             content = b""
         except Exception as error:
             result = self._failed(case, future, error)
@@ -117,8 +117,8 @@ class DaskCluster:
         kind = type(error).__name__
         if kind == "KilledWorker":
             reason = f"the Dask workers that ran it died, one after the other: {error}"
-            return without_a_run(case, Verdict.CRASHED, [reason])
-        return without_a_run(case, Verdict.ERROR, [f"on the cluster: {kind}: {error}"])
+            return without_a_run(case, CaseVerdict.CRASHED, [reason])
+        return without_a_run(case, CaseVerdict.ERROR, [f"on the cluster: {kind}: {error}"])
 
     def _kept(self, content: bytes) -> Path | None:
         if not content or self._traces is None:

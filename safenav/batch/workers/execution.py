@@ -10,7 +10,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from safenav.batch.cases.case import Case, Conditions, Result, Verdict, without_a_run
+from safenav.batch.cases.case import Case, CaseVerdict, Conditions, Result, without_a_run
 from safenav.batch.cases.variation import varied
 from safenav.errors import Diagnostic, InputError, ResourceLimitError, SafenavError
 from safenav.runtime.expectation import Ledger, differences
@@ -20,7 +20,7 @@ from safenav.scenario.model import Outcome, Scenario
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from safenav.synthesis.binary import Binary, find_binary
 from safenav.synthesis.slugs import Synthesizer
-from safenav.verify.strategy import first_failure
+from safenav.verify.verification import first_failure
 
 
 def execute(case: Case, conditions: Conditions, trace: Path | None = None) -> Result:
@@ -30,14 +30,14 @@ def execute(case: Case, conditions: Conditions, trace: Path | None = None) -> Re
         scenario = load(case)
         result = _run(case, scenario, conditions, trace)
     except InputError as error:
-        result = without_a_run(case, Verdict.INVALID, [_told(d) for d in error.diagnostics])
+        result = without_a_run(case, CaseVerdict.INVALID, [_told(d) for d in error.diagnostics])
     except ResourceLimitError as error:
-        result = without_a_run(case, Verdict.LIMIT, [str(error)])
+        result = without_a_run(case, CaseVerdict.LIMIT, [str(error)])
     except SafenavError as error:
-        result = without_a_run(case, Verdict.ERROR, [str(error)])
+        result = without_a_run(case, CaseVerdict.ERROR, [str(error)])
     except Exception as error:
         reason = f"internal error: {type(error).__name__}: {error}"
-        result = without_a_run(case, Verdict.ERROR, [reason], traceback.format_exc())
+        result = without_a_run(case, CaseVerdict.ERROR, [reason], traceback.format_exc())
     return replace(result, wall_seconds=round(time.monotonic() - begun, 6))
 
 
@@ -87,7 +87,7 @@ def _run(case: Case, scenario: Scenario, conditions: Conditions, trace: Path | N
         "synthesis_seconds": ended.synthesis_seconds,
         "seconds": ended.seconds,
     }
-    verdict = Verdict.DIFFERENT if wrong else Verdict.PASSED
+    verdict = CaseVerdict.DIFFERENT if wrong else CaseVerdict.PASSED
     return replace(without_a_run(case, verdict, wrong), **measured)
 
 

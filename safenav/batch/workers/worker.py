@@ -16,9 +16,9 @@ from collections.abc import Iterable
 from dataclasses import asdict, replace
 from pathlib import Path
 
-from safenav.batch.cases.case import Case, Conditions, Result, Verdict, without_a_run
+from safenav.batch.cases.case import Case, CaseVerdict, Conditions, Result, without_a_run
+from safenav.batch.workers.case_process import READY
 from safenav.batch.workers.offspring import MARK, kill_family, kill_orphans
-from safenav.batch.workers.process import READY
 from safenav.errors import SafenavError
 
 _START_SECONDS = 60.0
@@ -29,7 +29,7 @@ _STACK_SECONDS = 0.5
 _ROOT = str(Path(__file__).resolve().parents[3])
 _PROGRAM = (
     f"import sys; sys.path.append({_ROOT!r}); "
-    "from safenav.batch.workers.process import main; main()"
+    "from safenav.batch.workers.case_process import main; main()"
 )
 
 
@@ -159,7 +159,7 @@ class Worker:
             raise SafenavError(f"a worker process does not start ({_death(status)})\n{words}")
         assert self.case is not None
         reason = f"the process that ran it died: {_death(status)}"
-        return self._timed(without_a_run(self.case, Verdict.CRASHED, [reason], words))
+        return self._timed(without_a_run(self.case, CaseVerdict.CRASHED, [reason], words))
 
     def _hung(self) -> Result:
         if not self._ready:
@@ -176,7 +176,7 @@ class Worker:
         words = self._last_words()
         assert self.case is not None
         reason = f"no end after {self._limit:g} s; it was stopped"
-        result = self._timed(without_a_run(self.case, Verdict.HUNG, [reason], words))
+        result = self._timed(without_a_run(self.case, CaseVerdict.HUNG, [reason], words))
         self.end()
         return result
 

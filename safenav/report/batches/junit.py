@@ -14,7 +14,7 @@ from collections.abc import Iterable
 from datetime import UTC, datetime
 from pathlib import PurePath
 
-from safenav.batch.cases.case import Case, Result, Verdict
+from safenav.batch.cases.case import Case, CaseVerdict, Result
 from safenav.batch.session import Report
 
 # What XML 1.0 cannot hold, not even as a reference.
@@ -41,7 +41,7 @@ def to_junit(report: Report, *, when: datetime | None = None) -> str:
 
 def _count(element: ET.Element, results: Iterable[Result], cases: int) -> None:
     done = list(results)
-    failures = sum(result.verdict is Verdict.DIFFERENT for result in done)
+    failures = sum(result.verdict is CaseVerdict.DIFFERENT for result in done)
     errors = sum(not result.passed for result in done) - failures
     element.set("tests", str(cases))
     element.set("failures", str(failures))
@@ -60,7 +60,7 @@ def _testcase(suite: ET.Element, folder: str, case: Case, result: Result | None)
         return
     element.set("time", f"{result.wall_seconds:.3f}")
     if not result.passed:
-        word = "failure" if result.verdict is Verdict.DIFFERENT else "error"
+        word = "failure" if result.verdict is CaseVerdict.DIFFERENT else "error"
         message = _clean("; ".join(result.reasons))
         child = ET.SubElement(element, word, message=message, type=result.verdict.value)
         child.text = _clean("\n".join(told(result)))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from safenav.batch.baseline import Comparison
+from safenav.batch.baseline import BaselineComparison
 from safenav.batch.cases.case import Result
 from safenav.batch.results_file import counts
 from safenav.batch.session import Report
@@ -14,7 +14,9 @@ _REASONS = 3
 _NAMES = 20
 
 
-def summary(report: Report, comparison: Comparison | None = None, slowest: int = 10) -> list[str]:
+def summary(
+    report: Report, comparison: BaselineComparison | None = None, slowest: int = 10
+) -> list[str]:
     """Lines: a table with the failed cases first, then the ``slowest`` that passed; their
     reasons; the comparison; the sum of it all."""
     failed = report.failed
@@ -63,7 +65,7 @@ def _why(result: Result) -> list[str]:
     return lines
 
 
-def _compared(comparison: Comparison) -> list[str]:
+def _compared(comparison: BaselineComparison) -> list[str]:
     lines = []
     for changed in comparison.changed:
         lines += [f"changed: {changed.name}", *(f"  {what}" for what in changed.what)]

@@ -10,7 +10,7 @@ from typing import Any
 
 from safenav.report.page.region_sets import RegionSets
 from safenav.report.picture.glyphs import EVENT_MARKS, NOSE, STATUS_MARKS, looks
-from safenav.report.replay.shading import Sight, viewers
+from safenav.report.replay.perception import Sight, viewers
 from safenav.report.replay.timeline import Belief, Changes, Frame, Replay, Track
 from safenav.report.replay.wording import objective_words, seconds_words
 from safenav.scenario.objective import Objective, targets_of

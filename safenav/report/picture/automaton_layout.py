@@ -34,7 +34,7 @@ class Arrow:
 
 
 @dataclass(frozen=True)
-class Layout:
+class BoxLayout:
     """``centres`` of the boxes by node, the arrows, and the size of the whole."""
 
     centres: tuple[Point, ...]
@@ -73,7 +73,7 @@ def laid_out(
     initial: Sequence[int],
     transitions: Sequence[Sequence[int]],
     box: tuple[float, float],
-) -> Layout:
+) -> BoxLayout:
     """The layout for boxes of that width and height."""
     layers = layers_of(initial, transitions)
     columns = _columns(layers, box)
@@ -100,7 +100,7 @@ def laid_out(
         for node in layer
         for successor in transitions[node]
     )
-    return Layout(
+    return BoxLayout(
         tuple(centres[node] for node in range(len(transitions))),
         arrows,
         GUTTER + columns * (width + GUTTER),

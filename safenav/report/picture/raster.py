@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 from safenav.errors import UsageError
 from safenav.report.picture.scene import Options, svg_of
 from safenav.report.picture.text import FONTS
-from safenav.report.replay.shading import Shading, shading_of
+from safenav.report.replay.perception import Shading, shading_of
 from safenav.report.replay.timeline import EventKind, Replay
 
 if TYPE_CHECKING:

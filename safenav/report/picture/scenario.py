@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from safenav.report.replay.shading import Shading
+from safenav.report.replay.perception import Shading
 from safenav.report.replay.timeline import Hidden, Placed, Scene, Status
 from safenav.report.terminal.map import MapPicture, Marker, draw, letters
 from safenav.scenario.model import Scenario

@@ -20,7 +20,7 @@ from safenav.report.picture.legend import Row, key_row, legend_of
 from safenav.report.picture.shading import draw_shading, draw_taken, shading_rows, taken_row
 from safenav.report.picture.svg import SvgWriter, number
 from safenav.report.picture.text import wrapped
-from safenav.report.replay.shading import Shading
+from safenav.report.replay.perception import Shading
 from safenav.report.replay.timeline import EventKind, Hidden, Placed, Scene, Status
 from safenav.scenario.objective import targets_of
 from safenav.world.map import Region

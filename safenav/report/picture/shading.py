@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from safenav.report.picture.glyphs import Look
 from safenav.report.picture.legend import Row, lines_of
 from safenav.report.picture.svg import SvgWriter, number
-from safenav.report.replay.shading import Shading
+from safenav.report.replay.perception import Shading
 from safenav.report.replay.timeline import Belief, Placed
 from safenav.world.map import Region, RegionMap
 

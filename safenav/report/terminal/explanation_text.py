@@ -11,13 +11,13 @@ from safenav.explain.explanation import (
     Cause,
     Core,
     Dilemma,
-    Ending,
     Explanation,
     Member,
     Moment,
     Repair,
     RepairKind,
     Witness,
+    WitnessEnd,
 )
 from safenav.explain.summary import why_words
 from safenav.report.terminal.map import MapPicture, Marker, draw, letters
@@ -111,17 +111,17 @@ def witness_lines(witness: Witness, found: Explanation, world: RegionMap) -> Ite
     """The story of a failure."""
     robot = found.robot
     match witness.ending:
-        case Ending.CONFINED:
+        case WitnessEnd.CONFINED:
             yield f"{robot} can only get to {_regions(sorted(witness.confined), world)}."
             return
-        case Ending.NO_BEGINNING:
+        case WitnessEnd.NO_BEGINNING:
             yield f"{robot} cannot even begin: no start satisfies its guarantees."
             return
     for moment in witness.moments[:_SHOWN]:
         yield _moment_words(moment, found, world)
     if len(witness.moments) > _SHOWN:
         yield f"... {len(witness.moments) - _SHOWN} more moments"
-    if witness.ending is Ending.STUCK:
+    if witness.ending is WitnessEnd.STUCK:
         last = witness.moments[-1]
         happens = _inputs_words(witness.pressure, world)
         if happens:

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import click
 
-from safenav.report.replay.shading import shading_lines, shading_of, viewers
+from safenav.report.replay.perception import shading_lines, shading_of, viewers
 from safenav.report.replay.timeline import EventKind, Replay, Status
 from safenav.report.replay.wording import objective_words
 from safenav.report.terminal.map import MapPicture, Marker, draw, letters

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from safenav.spec.specification import Constraint, Owner
 from safenav.synthesis.export import in_words
 from safenav.synthesis.strategy import Strategy
-from safenav.verify.findings import Failure, Verification
+from safenav.verify.failures import Failure, Verification
 
 _SHOWN_STEPS = 24
 

@@ -6,7 +6,7 @@ import sys
 
 import click
 
-from safenav.synthesis.slugs import Phase, Progress
+from safenav.synthesis.slugs import Phase, SynthesisProgress
 
 
 class WaitingLine:
@@ -20,7 +20,7 @@ class WaitingLine:
         self._shown = False
         self._told = 0
 
-    def __call__(self, progress: Progress) -> None:
+    def __call__(self, progress: SynthesisProgress) -> None:
         if progress.phase is Phase.RUNNING:
             text = f"synthesizing {progress.robot}: {progress.seconds:.0f} s"
             if self._live:

@@ -18,13 +18,13 @@ from functools import lru_cache
 
 from safenav.errors import UsageError
 from safenav.scenario.objective import Target
-from safenav.spec.motion import headings, step_formula
+from safenav.spec.movement import headings, step_formula
 from safenav.spec.others.exact import out_of_my_way
 from safenav.spec.others.knowledge import (
     Belief,
     Knowledge,
     TooManyBeliefsError,
-    Watch,
+    Tracker,
     occurring,
     watch,
 )
@@ -47,7 +47,7 @@ class Model:
     """What can be known of one other robot, and how the input says it."""
 
     other: Observed
-    watch: Watch
+    watch: Tracker
     beliefs: tuple[Belief, ...]
     owns: Mapping[Knowledge, Regions]
 
@@ -64,7 +64,7 @@ class Model:
         return self.size + (self.beliefs.index(knowledge) if known else len(self.beliefs))
 
 
-def watch_for(task: Task, world: RegionMap) -> Watch:
+def watch_for(task: Task, world: RegionMap) -> Tracker:
     """How the robot of a task keeps track of others: by the task's cells (default: the map's
     rooms), within its vision, past the obstacles that the task takes for closed."""
     partition = task.partition or rooms(world).coarsened(MOST_CELLS, world)
@@ -90,7 +90,7 @@ def models(task: Task, world: RegionMap) -> tuple[Model, ...]:
 
 
 @lru_cache(maxsize=256)
-def _model(seen_by: Watch, own: Region, blocked: frozenset[Region], other: Observed) -> Model:
+def _model(seen_by: Tracker, own: Region, blocked: frozenset[Region], other: Observed) -> Model:
     found = occurring(seen_by, own, blocked, known_of(other), MOST_BELIEFS)
     beliefs = [known for known in found if isinstance(known, frozenset)]
     return Model(other, seen_by, tuple(sorted(beliefs, key=lambda b: (len(b), sorted(b)))), found)

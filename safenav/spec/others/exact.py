@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from safenav.scenario.objective import Target
-from safenav.spec.motion import headings, on_side, one_of, stepping, walls
+from safenav.spec.movement import headings, on_side, one_of, stepping, walls
 from safenav.spec.specification import Constraint, Origin, Owner, Section, Variable
 from safenav.spec.task import Fairness, Task
 from safenav.world.map import Region, RegionMap

@@ -49,7 +49,7 @@ class Outlook:
     beliefs: tuple[tuple[Belief | None, Regions], ...]
 
 
-class Watch:
+class Tracker:
     """How a robot keeps track of others: on which map, by which cells, with which eyes."""
 
     def __init__(self, world: RegionMap, partition: Partition, visibility: Visibility) -> None:
@@ -121,9 +121,9 @@ def watch(
     partition: Partition,
     radius: float | None,
     closed: frozenset[Region] = frozenset(),
-) -> Watch:
+) -> Tracker:
     """The watch with these properties, made once (see ``world.visibility`` for the last two)."""
-    return Watch(world, partition, visible_from(world, radius, closed))
+    return Tracker(world, partition, visible_from(world, radius, closed))
 
 
 class TooManyBeliefsError(ValueError):
@@ -131,7 +131,7 @@ class TooManyBeliefsError(ValueError):
 
 
 def occurring(
-    watch: Watch, own: Region, blocked: frozenset[Region], knowledge: Knowledge, most: int
+    watch: Tracker, own: Region, blocked: frozenset[Region], knowledge: Knowledge, most: int
 ) -> Mapping[Knowledge, Regions]:
     """All that can come to be known, each with the own regions where it may be the latest.
 
@@ -163,7 +163,7 @@ def occurring(
 
 
 def _following(
-    watch: Watch, knowledge: Knowledge, owns: Regions
+    watch: Tracker, knowledge: Knowledge, owns: Regions
 ) -> Iterator[tuple[Knowledge, Regions]]:
     """What may be known next, with those of the own regions from which it is."""
     outlook = watch.outlook(knowledge)

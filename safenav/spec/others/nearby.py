@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 from itertools import combinations
 
-from safenav.spec.motion import headings, one_of, step_formula
+from safenav.spec.movement import headings, one_of, step_formula
 from safenav.spec.specification import Constraint, Origin, Owner, Section, Variable
 from safenav.spec.task import Fairness, Task
 from safenav.world.map import Heading, Region, RegionMap

@@ -30,7 +30,7 @@ class Sightings:
 
 
 @dataclass(frozen=True)
-class Encoding:
+class OthersEncoding:
     """The others' share of a specification."""
 
     inputs: tuple[Variable, ...] = ()
@@ -39,27 +39,27 @@ class Encoding:
     guarantees: tuple[Constraint, ...] = ()
 
 
-def encode_others(task: Task, world: RegionMap) -> Encoding:
+def encode_others(task: Task, world: RegionMap) -> OthersEncoding:
     """Encode the robots that a task observes; nothing if there are none."""
     if not task.observed or (task.tracking is Tracking.NEARBY and not task.endangered):
-        return Encoding()
+        return OthersEncoding()
     match task.tracking:
         case Tracking.NEARBY:
-            return Encoding(
+            return OthersEncoding(
                 nearby.inputs(world),
                 (nearby.move_variable(),),
                 tuple(nearby.assumptions(task, world)),
                 tuple(nearby.guarantees(task, world)),
             )
         case Tracking.EXACT:
-            return Encoding(
+            return OthersEncoding(
                 exact.inputs(task, world),
                 (),
                 tuple(exact.assumptions(task, world)),
                 tuple(exact.guarantees(task)),
             )
         case Tracking.BELIEF:
-            return Encoding(
+            return OthersEncoding(
                 belief.inputs(task, world),
                 (),
                 tuple(belief.assumptions(task, world)),

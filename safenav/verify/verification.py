@@ -22,7 +22,7 @@ from safenav.synthesis.strategy import Strategy
 from safenav.verify.automaton import Automaton, Clause
 from safenav.verify.counterstrategy import counterstrategy_failures, counterstrategy_starts
 from safenav.verify.cycles import fair_cycle
-from safenav.verify.findings import Failure, Fault, Verification
+from safenav.verify.failures import Failure, Fault, Verification
 
 
 def verify_strategy(spec: Specification, strategy: Strategy) -> Verification:

@@ -1,0 +1,87 @@
+"""Imports go downwards only, in the order that docs/architecture.md lists; lazy ones, too."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import networkx
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PACKAGE = ROOT / "safenav"
+FACES = {"safenav", "safenav.cli"}
+"""The library's face re-exports; the command line's lists its commands."""
+
+
+def modules() -> dict[str, Path]:
+    """Every module of the package by its dotted name."""
+    found = {}
+    for path in PACKAGE.rglob("*.py"):
+        parts = path.relative_to(ROOT).with_suffix("").parts
+        name = ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+        found[name] = path
+    return found
+
+
+MODULES = modules()
+
+
+def imports(name: str) -> Iterator[str]:
+    """The modules of safenav that a module imports anywhere in its text."""
+    for node in ast.walk(ast.parse(MODULES[name].read_text())):
+        if isinstance(node, ast.ImportFrom) and node.module and node.level == 0:
+            for alias in node.names:
+                inner = f"{node.module}.{alias.name}"
+                yield inner if inner in MODULES else node.module
+        elif isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+
+
+def own(name: str) -> list[str]:
+    return [other for other in imports(name) if other.split(".")[0] == "safenav"]
+
+
+def layers() -> list[str]:
+    """The layers from the top down, as documented."""
+    text = (ROOT / "docs" / "architecture.md").read_text()
+    listed = re.search(r"```layers\n(.*?)```", text, re.DOTALL)
+    assert listed is not None
+    return [line.split()[0] for line in listed[1].splitlines()]
+
+
+def layer_of(name: str) -> str:
+    return name.split(".")[1]
+
+
+def test_every_package_has_its_layer() -> None:
+    there = {layer_of(name) for name in MODULES if name != "safenav"}
+    assert there <= set(layers())
+
+
+@pytest.mark.parametrize("name", sorted(set(MODULES) - {"safenav"}))
+def test_imports_go_downwards(name: str) -> None:
+    order = layers()
+    height = order.index(layer_of(name))
+    upwards = [
+        other for other in own(name) if other != "safenav" and order.index(layer_of(other)) < height
+    ]
+    assert upwards == []
+
+
+def test_no_modules_import_each_other() -> None:
+    graph = networkx.DiGraph(
+        (name, other) for name in MODULES for other in own(name) if "safenav" not in (name, other)
+    )
+    circles = [sorted(part) for part in networkx.strongly_connected_components(graph)]
+    assert [circle for circle in circles if len(circle) > 1] == []
+
+
+def test_a_package_s_init_is_a_docstring() -> None:
+    faces = {name for name, path in MODULES.items() if path.name == "__init__.py"} - FACES
+    assert faces
+    for name in faces:
+        body = ast.parse(MODULES[name].read_text()).body
+        assert len(body) == 1 and isinstance(body[0], ast.Expr), name
