@@ -27,7 +27,7 @@ class Diagnostic:
     """One thing wrong with an input, told so that it can be mended.
 
     ``line`` and ``column`` count from 1; 0 means that there is no place to point at.
-    ``found`` is what is wrong, ``hint`` what to do about it.
+    ``found`` says what is wrong, ``hint`` what to do about it.
     """
 
     file: str

@@ -84,7 +84,7 @@ _FILE = click.Path(path_type=Path, dir_okay=False, allow_dash=True)
     type=click.FloatRange(min=1),
     default=1.5,
     show_default=True,
-    help="Slower than the baseline is what takes so many times as long.",
+    help="Report a scenario that took more than this many times its baseline.",
 )
 @click.option(
     "--slowest",

@@ -37,7 +37,7 @@ def command(specification: str, strategy: str, counterstrategy: bool, as_json: b
     Either may be `-` for standard input.
 
     Initial states, one answer to each allowed input, safety, and no cycle that starves a goal.
-    What is wrong is told with the constraint, where it comes from, and a shortest path to it.
+    A failure names the constraint, its origin, and a shortest path to it.
     """
     from safenav.report.terminal.strategy_failure import failure_lines, verification_data
     from safenav.spec.parsing import read_specification

@@ -1,6 +1,6 @@
 """Assumptions that would help: what the other robots would have to promise.
 
-A scenario cannot make them, but whoever writes the others' objectives can see to it.
+A scenario cannot state them, but its author can choose the others' objectives so that they hold.
 """
 
 from __future__ import annotations

@@ -141,8 +141,8 @@ class Dilemma:
 class Witness:
     """How it fails although it does its best.
 
-    ``moments`` from the start on; ``cycle`` is what then goes on for ever (STARVED). For
-    STUCK: ``pressure`` is what the others do last, ``dilemmas`` why no answer is left.
+    ``moments`` from the start on; then ``cycle`` repeats for ever (STARVED). For
+    STUCK: ``pressure`` holds the others' last moves, ``dilemmas`` why no answer is left.
     ``goal``: what is never met. ``confined``: the regions within reach (CONFINED).
     """
 

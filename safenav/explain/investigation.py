@@ -1,6 +1,6 @@
 """The whole explanation of one robot: cause, core, witness, repairs.
 
-What graph search can tell is told first; the game is asked for the rest.
+Graph search answers first; the game answers the rest.
 """
 
 from __future__ import annotations

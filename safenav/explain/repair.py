@@ -49,7 +49,7 @@ _FIRST: dict[Cause, tuple[RepairKind, ...]] = {
 
 @dataclass(frozen=True)
 class RepairProblem:
-    """What is to be repaired."""
+    """The robot and the reasons for which a repair is sought."""
 
     scenario: Scenario
     task: Task

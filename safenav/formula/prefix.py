@@ -23,7 +23,7 @@ def to_infix(line: str) -> str:
     try:
         return _Prefix(_TOKEN.findall(line)).whole()
     except (IndexError, ValueError, RecursionError):
-        return line  # neither: whoever uses it says what is wrong with it
+        return line  # neither: the caller reports what is wrong with it
 
 
 def _is_infix(line: str) -> bool:

@@ -1,6 +1,6 @@
 """A scenario as data: map, robots, hidden obstacles, when to stop, what to expect.
 
-Immutable and already validated (see ``safenav.scenario.reading.loader``): whoever holds a Scenario
+Immutable and already validated (see ``safenav.scenario.reading.loader``): who holds a Scenario
 need not check it again.
 """
 

@@ -123,7 +123,7 @@ def inputs(task: Task, world: RegionMap) -> tuple[Variable, ...]:
     del task
     return (
         Variable("request", Owner.INPUT, None, "the robot is asked to go somewhere"),
-        Variable("wait", Owner.INPUT, None, "the robot is told to stay where it is"),
+        Variable("wait", Owner.INPUT, None, "the robot shall stay where it is"),
         Variable("assigned", Owner.INPUT, (0, world.size - 1), "where it is asked to go"),
     )
 

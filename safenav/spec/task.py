@@ -1,4 +1,4 @@
-"""What one robot is to be synthesized for: everything that its specification depends on."""
+"""The input of one synthesis: everything that a robot's specification depends on."""
 
 from __future__ import annotations
 

@@ -353,7 +353,7 @@ class _Job:
 
     @property
     def options(self) -> tuple[str, ...]:
-        """What the binary is told. A strategy that relies on fairness assumptions shall move
+        """The options for the binary. A strategy that relies on fairness assumptions shall move
         on where it can by itself, and wait for the others only where it must."""
         options = self.question.options
         if self.question is Question.STRATEGY and self.spec.section(Section.ENV_LIVENESS):

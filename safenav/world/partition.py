@@ -1,7 +1,7 @@
 """Cells of a map: where a robot that is out of sight may be, without saying where exactly.
 
-A partition divides all free regions among cells. It is given by whoever writes the scenario
-(``given``), or found on the map:
+A partition divides all free regions among cells. The scenario gives it
+(``given``), or it is found on the map:
 
 ``rooms``   Open floor is what lies in a fully free 2 x 2 square; rooms are the connected pieces
             of it. What is left is narrow. A narrow piece of at most two regions is a doorway (or
@@ -70,7 +70,7 @@ class Partition:
         """The partition with the smallest cell joined to its smallest neighbour (to any cell if
         it has none) until there are at most ``most``.
 
-        What is believed with it is what would be believed without it, or more.
+        Beliefs with it contain the beliefs without it.
         """
         cells = list(self.cells)
         while len(cells) > max(1, most):

@@ -12,7 +12,7 @@ from ``s`` if
 
 Walls neither see nor are seen. The definition does not tell the ends of the segment apart, so
 visibility is symmetric; the four neighbours of a region, and the region itself, are always
-visible, so whoever is out of sight is at least two steps away.
+visible, so a robot that is out of sight is at least two steps away.
 
 All lines with the same offset cross the same squares, shifted. So the whole map is one integer
 with a bit for each region, in rows padded to twice their width so that a shift never carries a

@@ -136,7 +136,7 @@ def test_the_rooms_are_told_apart_by_the_walls_between_them() -> None:
     assert found.core.alone
 
 
-def test_whoever_could_open_the_wall_does_it_in_a_run() -> None:
+def test_a_robot_that_can_open_the_wall_opens_it_in_a_run() -> None:
     found = _explained(FOLDER / "separate_rooms.yaml")
     repair = found.repairs[0]
     assert repair.scenario is not None

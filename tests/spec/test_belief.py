@@ -307,7 +307,7 @@ def test_out_of_the_way_means_not_on_that_side(scene: Scene, data: st.DataObject
             assert evaluate(formula, {"region": look.before}, following) == free
 
 
-def test_whoever_is_no_danger_is_only_kept_track_of() -> None:
+def test_a_harmless_robot_is_tracked_but_not_avoided() -> None:
     world = RegionMap.from_grid(["....", "...."])
     encoding = _encoding(world, danger=False)
     assert [variable.name for variable in encoding.inputs] == ["at_other"]

@@ -67,7 +67,7 @@ class Conditions:
 @dataclass(frozen=True)
 class Result:
     """What one case gave. ``reasons`` says what is wrong, one sentence each; ``detail`` is
-    more for whoever looks into it (a traceback, last words); ``earlier`` holds the reasons of
+    more for a reader who looks into it (a traceback, last words); ``earlier`` holds the reasons of
     former attempts. ``seconds`` is the run itself,
     ``wall_seconds`` all of the time from handing it out to having the answer."""
 

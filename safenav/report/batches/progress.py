@@ -38,7 +38,7 @@ class ProgressLine:
             self._show(_state(report, ()))
 
     def clear(self) -> None:
-        """Remove the line: something else is to be written."""
+        """Remove the line, to make room for other output."""
         if self._live:
             click.echo("\r\033[K", nl=False, err=True)
 

@@ -83,7 +83,7 @@ def write_gif(
 ) -> None:
     """The run as an animated GIF; it rests where something is found, asked for or resolved.
 
-    ``progress`` is told the number of finished frames. Raises UsageError if the extra
+    ``progress`` receives the number of finished frames. Raises UsageError if the extra
     ``pictures`` is not installed.
     """
     try:

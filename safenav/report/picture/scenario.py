@@ -70,7 +70,7 @@ def _targets(objective: Objective) -> list[Region]:
 
 
 def _numbered(scenario: Scenario, sign: dict[str, str], digits: int) -> list[str]:
-    """Each region as a mark and its number. Robots are told before obstacles and targets."""
+    """Each region as a mark and its number. Robots come before obstacles and targets."""
     marks: dict[Region, str] = {}
     for robot in scenario.robots:
         for region in _targets(robot.objective):

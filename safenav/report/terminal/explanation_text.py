@@ -170,7 +170,7 @@ def _others(found: Explanation) -> str:
 
 
 def _in_order(core: Core) -> list[Member]:
-    """Walls as one member after all others: they are told together."""
+    """Walls come as one member, after all others."""
     walls = [m for m in core.members if m.origin.item == "map"]
     rest = [m for m in core.members if m.origin.item != "map"]
     if len(walls) < 2:

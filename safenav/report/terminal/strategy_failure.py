@@ -1,6 +1,6 @@
 """What is wrong with a strategy, for people and for machines.
 
-A path is told in values (``region=47 heading=east``), so that nobody has to look up nodes.
+Paths show values (``region=47 heading=east``), so that nobody has to look up nodes.
 """
 
 from __future__ import annotations

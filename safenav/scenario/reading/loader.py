@@ -1,4 +1,4 @@
-"""Scenarios from YAML: everything that can be known to be wrong before a run is told here.
+"""Scenarios from YAML: everything that can be known to be wrong before a run is reported here.
 
 All diagnostics are collected and raised as one InputError. The readers beside this module
 each know one item of the format; docs/scenario.md is its reference.

@@ -1,6 +1,6 @@
 """Maps in files that a scenario names: images and MovingAI maps (docs/maps.md).
 
-What is wrong with a file is told at its own line if there is one, else where the scenario
+A message points at the line of the file if there is one, else to the place where the scenario
 names it.
 """
 

@@ -1,4 +1,4 @@
-"""What is wrong with an input, collected so that all of it is told at once."""
+"""Everything wrong with an input, collected so that one run reports all of it."""
 
 from __future__ import annotations
 

@@ -7,7 +7,8 @@ see such a successor, the other is exactly there if it is seen there; all succes
 cannot see fold into a belief: the set of cells that contain one.
 
 How knowledge develops is defined here once. The specification is written from it, and the
-runtime keeps track with it, so that what a strategy was made for is what it is told.
+runtime keeps track with it, so that a strategy receives exactly the observations that it was
+made for.
 
 Source: DESIGN, section 4. The order is that of the game: the other moves first, and is looked
 for from the region where the robot stands before its own move.
