@@ -1,0 +1,157 @@
+"""Duties: who does what now, derived afresh from where everybody is and what is known.
+
+The rules (docs/coordination.md): requests are served oldest first, as many as can be served
+together; one plan for all of them is walked in order, and a step is a duty now if nothing before
+it concerns its obstacle or its robots. Nothing here remembers anything.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from safenav.runtime.coordination.problem import Stages
+from safenav.runtime.coordination.proofs import Proof, refute
+from safenav.runtime.coordination.solve import Plan, Sets, Solver, Step
+from safenav.runtime.poses import Mask, bits
+
+
+@dataclass(frozen=True)
+class Duty:
+    """``gate`` is to be served by the robot; ``goal``: the poses where it may do so and the team
+    can go on afterwards."""
+
+    gate: int
+    need: int
+    group: tuple[int, ...]
+    goal: Mask
+
+
+@dataclass(frozen=True)
+class Settlement:
+    """What follows from a state of the team.
+
+    ``served``: the obstacles that will be resolved, in the order of their requests; the other
+    open ones are walls for now. ``plan``: the steps to come. ``duties``: by robot. ``reserved``:
+    robots of later steps. ``kept``: for each robot the poses that it may go to without anybody
+    losing what can still be completed. ``proof``: why nobody can go on; nothing else counts then.
+    """
+
+    served: tuple[int, ...] = ()
+    plan: Plan = ()
+    duties: Mapping[int, Duty] = field(default_factory=dict)
+    reserved: frozenset[int] = frozenset()
+    kept: tuple[Mask, ...] = ()
+    proof: Proof | None = None
+
+
+def settle(
+    solver: Solver,
+    poses: tuple[int, ...],
+    stages: Stages,
+    requests: Sequence[int],
+    present: Mapping[int, tuple[int, ...]],
+) -> Settlement:
+    """Duties for robots at ``poses``. ``requests``: open obstacles, the oldest first; ``present``:
+    who serves an obstacle already. Raises SpentError."""
+    sets = solver.sets(poses, stages)
+    if not solver.feasible(sets, stages):
+        return Settlement(proof=refute(solver, sets, stages))
+    served: list[int] = []
+    for gate in requests:
+        if solver.feasible(sets, stages, frozenset({*served, gate})):
+            served.append(gate)
+    plan = solver.plan(poses, stages, frozenset(served), present)
+    assert plan is not None, "what can be done can be planned"
+    duties, reserved = _walk(solver, plan, sets, stages, frozenset(served))
+    kept = tuple(
+        _kept(solver, i, sets, stages, frozenset(served), duties.get(i))
+        for i in range(len(solver.problem.members))
+    )
+    return Settlement(tuple(served), plan, duties, reserved, kept)
+
+
+def _walk(
+    solver: Solver, plan: Plan, sets: Sets, stages: Stages, served: frozenset[int]
+) -> tuple[dict[int, Duty], frozenset[int]]:
+    """The steps that are duties now; the robots of the others are reserved for them."""
+    duties: dict[int, Duty] = {}
+    begun: set[int] = set()
+    busy: set[int] = set()
+    for step in plan:
+        need = solver.problem.next_need(step.gate, stages)
+        ready = step.gate not in begun and not busy & set(step.group)
+        begun.add(step.gate)
+        busy.update(step.group)
+        if not ready:
+            continue
+        at = tuple(
+            solver.reach(i, sets[i], stages)
+            & solver.problem.members[i].graph.poses_on(need.regions)
+            for i in step.group
+        )
+        if not all(at):
+            continue
+        for robot, there in zip(step.group, at, strict=True):
+            now = Step(step.gate, step.need, step.group, at)
+            goal = _lasting(solver, now, robot, there, sets, stages, served)
+            duties[robot] = Duty(step.gate, step.need, step.group, goal or there)
+    return duties, frozenset(busy - duties.keys())
+
+
+def _lasting(
+    solver: Solver,
+    step: Step,
+    robot: int,
+    there: Mask,
+    sets: Sets,
+    stages: Stages,
+    served: frozenset[int],
+) -> Mask:
+    """The poses of ``there`` from which everybody can go on once the step is done."""
+    after, then = solver.after(step, sets, stages)
+    return _sifted(solver, robot, there, after, then, served)
+
+
+def _kept(
+    solver: Solver,
+    robot: int,
+    sets: Sets,
+    stages: Stages,
+    served: frozenset[int],
+    duty: Duty | None,
+) -> Mask:
+    """The poses that a robot may go to: it can come back, or the team can go on from there."""
+    reach = solver.reach(robot, sets[robot], stages)
+    lost = reach & ~sets[robot]
+    found = sets[robot] | _sifted(solver, robot, lost, sets, stages, served)
+    return found if duty is None else found | duty.goal
+
+
+def _sifted(
+    solver: Solver,
+    robot: int,
+    candidates: Mask,
+    sets: Sets,
+    stages: Stages,
+    served: frozenset[int],
+) -> Mask:
+    """The candidate poses from which ``served`` can be served and everybody go on.
+
+    If that is possible from a pose, it is from all those that lead there; if it is not, it is
+    from none that the pose leads to. So each question settles many poses.
+    """
+    graph = solver.problem.members[robot].graph
+    allowed = solver.problem.allowed(robot, stages)
+    good = 0
+    left = candidates
+    while left:
+        pose = 1 << next(bits(left))
+        at = graph.around(pose, allowed)
+        if solver.feasible((*sets[:robot], at, *sets[robot + 1 :]), stages, served):
+            found = graph.back(pose, allowed | pose) & left | pose
+            good |= found
+            left &= ~found
+        else:
+            left &= ~(graph.closure(pose, allowed) | pose)
+    return good & candidates

@@ -1,0 +1,146 @@
+"""What coordination decides about, as data: robots that get around, obstacles that need actions.
+
+Frozen and without any reference to a running mission, so that every decision of this package is
+a function of it. Robots are numbered in the scenario's order, obstacles as they were met.
+Obstacles that are known to stay (the paper's set O) are no longer among them: they are missing
+from the ``floor`` of those whom they block.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations
+
+from safenav.runtime.poses import Mask, PoseGraph
+
+
+class SpentError(Exception):
+    """A search has used up its budget: nothing is proven."""
+
+
+@dataclass(frozen=True)
+class Need:
+    """One thing that an obstacle needs: ``robots`` distinct ones that can do ``action``, each on
+    one of ``regions`` (a mask), all in the same tick if ``together``."""
+
+    action: str
+    robots: int
+    regions: Mask
+    together: bool = False
+
+
+@dataclass(frozen=True)
+class Gate:
+    """An obstacle that is known and not resolved. ``blocks``: the robots that cannot pass."""
+
+    name: str
+    region: int
+    blocks: frozenset[int]
+    needs: tuple[Need, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Member:
+    """A robot as coordination sees it. ``floor``: the poses that it may be in as far as walls,
+    obstacles that stay and its own safety lines go. ``targets``: pose masks, in order; ``cyclic``:
+    they count in this order only. ``ticks``: of its slowest step."""
+
+    name: str
+    graph: PoseGraph
+    floor: Mask
+    targets: tuple[Mask, ...]
+    cyclic: bool
+    holds: bool
+    capabilities: frozenset[str]
+    ticks: int = 1
+
+    @property
+    def turns(self) -> bool:
+        """Whether some moves cannot be undone by the way they came."""
+        return self.graph.blocks > 1
+
+
+@dataclass(frozen=True)
+class Stage:
+    """How far an obstacle is resolved: the need that is next, and who has met its part of it."""
+
+    need: int = 0
+    done: frozenset[int] = frozenset()
+
+
+Stages = tuple[Stage, ...]
+"""The stage of each obstacle."""
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """A team and the obstacles that it knows. ``conflicts``: for each robot those with which it
+    must never share a region."""
+
+    members: tuple[Member, ...]
+    gates: tuple[Gate, ...]
+    conflicts: tuple[frozenset[int], ...]
+
+    def resolved(self, gate: int, stages: Stages) -> bool:
+        return stages[gate].need >= len(self.gates[gate].needs)
+
+    def open(self, stages: Stages) -> list[int]:
+        """The obstacles that are not resolved."""
+        return [gate for gate in range(len(self.gates)) if not self.resolved(gate, stages)]
+
+    def next_need(self, gate: int, stages: Stages) -> Need:
+        return self.gates[gate].needs[stages[gate].need]
+
+    def allowed(self, robot: int, stages: Stages) -> Mask:
+        """The poses that a robot may be in while the open obstacles are walls for those whom
+        they block."""
+        closed = tuple(gate for gate in self.open(stages) if robot in self.gates[gate].blocks)
+        return self._floors(robot, closed)
+
+    def able(self, gate: int, stages: Stages) -> list[int]:
+        """The robots that can do something for the obstacle's next need, in the team's order."""
+        need = self.next_need(gate, stages)
+        done = stages[gate].done
+        return [
+            i for i, m in enumerate(self.members) if need.action in m.capabilities and i not in done
+        ]
+
+    def missing(self, gate: int, stages: Stages) -> int:
+        """How many more robots the next need takes."""
+        return self.next_need(gate, stages).robots - len(stages[gate].done)
+
+    def advanced(self, gate: int, stages: Stages) -> Stages:
+        """The stages after the next need of an obstacle is met."""
+        after = Stage(stages[gate].need + 1)
+        return (*stages[:gate], after, *stages[gate + 1 :])
+
+    @property
+    def nothing_done(self) -> Stages:
+        return (Stage(),) * len(self.gates)
+
+    @cached_property
+    def shared_floor(self) -> bool:
+        return any(self.conflicts)
+
+    def _floors(self, robot: int, closed: tuple[int, ...]) -> Mask:
+        key = (robot, closed)
+        found = self._memo.get(key)
+        if found is None:
+            member = self.members[robot]
+            walls = 0
+            for gate in closed:
+                walls |= 1 << self.gates[gate].region
+            found = self._memo[key] = member.floor & ~member.graph.poses_on(walls)
+        return found
+
+    @cached_property
+    def _memo(self) -> dict[tuple[int, tuple[int, ...]], Mask]:
+        return {}
+
+
+def groups(candidates: list[int], size: int) -> Iterator[tuple[int, ...]]:
+    """The groups of that size, those with the first candidates first."""
+    if size <= len(candidates):
+        yield from combinations(candidates, size)

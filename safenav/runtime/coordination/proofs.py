@@ -1,0 +1,106 @@
+"""Proofs that a mission cannot be completed, as data that others can check.
+
+A closure table: the poses that each robot can reach when everything is resolved that can be at
+all, and the obstacles that can never be. Where one-way choices matter, a tree: every choice that
+there is, and a proof after each. Nobody's collisions count here, so the proofs hold all the more
+with them; the joint search has a proof of its own (``safenav.runtime.traffic``).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from safenav.runtime.coordination.problem import Stages
+from safenav.runtime.coordination.solve import Sets, Solver
+from safenav.runtime.poses import Mask
+
+
+@dataclass(frozen=True)
+class Reach:
+    """Where a robot can get, and whether it can go on for ever there."""
+
+    poses: Mask
+    live: bool
+
+
+@dataclass(frozen=True)
+class Closure:
+    """What can be resolved and what never can; where each robot gets with the former resolved."""
+
+    resolved: tuple[int, ...]
+    never: tuple[int, ...]
+    robots: tuple[Reach, ...]
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A step that could come next, and why it does not help. ``lossless``: no other step need be
+    looked at, for this one loses nothing."""
+
+    gate: int
+    need: int
+    group: tuple[int, ...]
+    lossless: bool
+    proof: Proof
+
+
+@dataclass(frozen=True)
+class Tree:
+    """All choices that there are, each refuted."""
+
+    choices: tuple[Choice, ...]
+
+
+Proof = Closure | Tree
+
+
+def closure_of(solver: Solver, sets: Sets, stages: Stages) -> Closure:
+    """The least fixpoint over open obstacles: one can be resolved if for each of its needs enough
+    capable robots can get to its regions, all that can be resolved being out of the way.
+
+    Optimistic: robots do not collide, and nobody is lost by a one-way choice. What is ``never``
+    resolved here cannot be resolved at all.
+    """
+    problem = solver.problem
+    given = stages
+    grown = True
+    while grown:
+        grown = False
+        for gate in problem.open(stages):
+            needs = problem.gates[gate].needs[stages[gate].need :]
+            enough = all(
+                sum(
+                    need.action in member.capabilities
+                    and bool(solver.reach(i, sets[i], stages) & member.graph.poses_on(need.regions))
+                    for i, member in enumerate(problem.members)
+                )
+                >= need.robots
+                for need in needs
+            )
+            if enough:
+                while not problem.resolved(gate, stages):
+                    stages = problem.advanced(gate, stages)
+                grown = True
+    never = tuple(problem.open(stages))
+    resolved = tuple(gate for gate in problem.open(given) if gate not in never)
+    robots = tuple(
+        Reach(solver.reach(i, poses, stages), solver.goes_on(i, poses, stages))
+        for i, poses in enumerate(sets)
+    )
+    return Closure(resolved, never, robots)
+
+
+def refute(solver: Solver, sets: Sets, stages: Stages) -> Proof:
+    """Why ``solver.feasible(sets, stages)`` is False."""
+    closure = closure_of(solver, sets, stages)
+    if not all(reach.live for reach in closure.robots):
+        return closure
+    options = solver.options(sets, None, stages, {})
+    if options and options[0].lossless:
+        options = options[:1]
+    choices = []
+    for option in options:
+        step = option.step
+        proof = refute(solver, *solver.after(step, sets, stages))
+        choices.append(Choice(step.gate, step.need, step.group, option.lossless, proof))
+    return Tree(tuple(choices))

@@ -1,0 +1,264 @@
+"""SOLVE: in which order who resolves what, so that everybody can go on in the end.
+
+Robots are sets of poses here, those that each may choose to be in, and do not collide. A step
+meets one need of one obstacle: a group of capable robots goes where it can be met. Resolving only
+opens ways, and a step after which each robot of the group can come back to wherever it may have
+been loses nothing. So such a step is taken at once, and only one-way choices are branched over.
+Without collisions the search fails iff no order of moves and resolutions keeps everybody able to
+go on (docs/coordination.md).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+from safenav.runtime.coordination.problem import Problem, SpentError, Stages, groups
+from safenav.runtime.poses import Mask
+
+BUDGET = 20_000
+"""Nodes of one search; the largest trees seen had three."""
+
+Sets = tuple[Mask, ...]
+"""For each robot the poses that it may choose to be in."""
+
+
+@dataclass(frozen=True)
+class Step:
+    """One need of one obstacle, met by ``group``; ``at``: in which poses each may meet it."""
+
+    gate: int
+    need: int
+    group: tuple[int, ...]
+    at: tuple[Mask, ...]
+
+
+Plan = tuple[Step, ...]
+
+
+@dataclass(frozen=True)
+class Option:
+    """A step that could come next, with what speaks for it."""
+
+    step: Step
+    lossless: bool
+    rank: tuple[int, int, int, tuple[int, ...]]
+
+
+@dataclass
+class Solver:
+    """Answers questions about one problem; equal ones from memory.
+
+    ``stopping`` is called now and then and raises to end a search from outside.
+    """
+
+    problem: Problem
+    stopping: Callable[[], None] = lambda: None
+    budget: int = BUDGET
+    _memo: dict[tuple[Sets, Stages, frozenset[int]], Plan | None] = field(default_factory=dict)
+    _nodes: int = 0
+
+    def sets(self, poses: tuple[int, ...], stages: Stages) -> Sets:
+        """Everybody where they are: the poses that each can go back and forth between, which is
+        the same for all that follows."""
+        return tuple(self.set_of(i, 1 << pose, stages) for i, pose in enumerate(poses))
+
+    def set_of(self, robot: int, poses: Mask, stages: Stages) -> Mask:
+        """``poses`` of a robot, or all that are as good as a single one."""
+        if poses & (poses - 1):
+            return poses
+        return self.problem.members[robot].graph.around(poses, self.problem.allowed(robot, stages))
+
+    def feasible(self, sets: Sets, stages: Stages, wanted: frozenset[int] = frozenset()) -> bool:
+        """Whether ``wanted`` can be resolved and everybody go on for ever. Raises SpentError."""
+        self._nodes = 0
+        return self._solve(sets, None, stages, wanted, {}) is not None
+
+    def plan(
+        self,
+        poses: tuple[int, ...],
+        stages: Stages,
+        wanted: frozenset[int],
+        present: Mapping[int, tuple[int, ...]],
+    ) -> Plan | None:
+        """The steps, without those that nothing needs: by whoever is there first, in ticks, but
+        by the ``present`` helpers of an obstacle where they will do. Raises SpentError."""
+        self._nodes = 0
+        sets = self.sets(poses, stages)
+        origins = tuple(1 << pose for pose in poses)
+        found = self._solve(sets, origins, stages, wanted, present)
+        return None if found is None else self._pruned(found, sets, stages, wanted)
+
+    def goes_on(self, robot: int, poses: Mask, stages: Stages) -> bool:
+        """Whether a robot can go on for ever from some of ``poses``, obstacles being walls."""
+        member = self.problem.members[robot]
+        allowed = self.problem.allowed(robot, stages)
+        reach = member.graph.closure(poses, allowed)
+        return bool(reach & member.graph.live(member.targets, allowed))
+
+    def reach(self, robot: int, poses: Mask, stages: Stages) -> Mask:
+        """Where a robot can get while the open obstacles are walls."""
+        allowed = self.problem.allowed(robot, stages)
+        return self.problem.members[robot].graph.closure(poses, allowed)
+
+    def after(self, step: Step, sets: Sets, stages: Stages) -> tuple[Sets, Stages]:
+        """Sets and stages once a step is done."""
+        changed = list(sets)
+        for robot, at in zip(step.group, step.at, strict=True):
+            changed[robot] = at
+        return tuple(changed), self.problem.advanced(step.gate, stages)
+
+    def options(
+        self,
+        sets: Sets,
+        origins: Sets | None,
+        stages: Stages,
+        present: Mapping[int, tuple[int, ...]],
+    ) -> list[Option]:
+        """All steps that could come next, the best first."""
+        found = [
+            option
+            for gate in self.problem.open(stages)
+            for option in self._options_for(gate, sets, origins, stages, present)
+        ]
+        return sorted(found, key=lambda option: (not option.lossless, option.rank))
+
+    def _solve(
+        self,
+        sets: Sets,
+        origins: Sets | None,
+        stages: Stages,
+        wanted: frozenset[int],
+        present: Mapping[int, tuple[int, ...]],
+    ) -> Plan | None:
+        key = (sets, stages, wanted)
+        if origins is None and key in self._memo:
+            return self._memo[key]
+        self._nodes += 1
+        if self._nodes > self.budget:
+            raise SpentError
+        self.stopping()
+        found = self._search(sets, origins, stages, wanted, present)
+        if origins is None or found is None:
+            self._memo[key] = found
+        return found
+
+    def _search(
+        self,
+        sets: Sets,
+        origins: Sets | None,
+        stages: Stages,
+        wanted: frozenset[int],
+        present: Mapping[int, tuple[int, ...]],
+    ) -> Plan | None:
+        done = all(self.problem.resolved(gate, stages) for gate in wanted)
+        if done and all(self.goes_on(i, poses, stages) for i, poses in enumerate(sets)):
+            return ()
+        for option in self.options(sets, origins, stages, present):
+            step = option.step
+            after, then = self.after(step, sets, stages)
+            there = None if origins is None else self.after(step, origins, stages)[0]
+            rest = self._solve(after, there, then, wanted, present)
+            if rest is not None:
+                return (step, *rest)
+            if option.lossless:
+                return None  # nothing was lost by it, so nothing else would do either
+        return None
+
+    def _options_for(
+        self,
+        gate: int,
+        sets: Sets,
+        origins: Sets | None,
+        stages: Stages,
+        present: Mapping[int, tuple[int, ...]],
+    ) -> list[Option]:
+        problem = self.problem
+        need = problem.next_need(gate, stages)
+        then = problem.advanced(gate, stages)
+        places: dict[int, Mask] = {}
+        ticks: dict[int, int] = {}
+        for robot in problem.able(gate, stages):
+            member = problem.members[robot]
+            allowed = problem.allowed(robot, stages)
+            there = member.graph.closure(sets[robot], allowed) & member.graph.poses_on(need.regions)
+            if there:
+                places[robot] = there
+                if origins is not None:
+                    steps = member.graph.steps_between(origins[robot], there, allowed)
+                    ticks[robot] = (steps or 0) * member.ticks
+        helping = present.get(gate, ())
+        able = sorted(places, key=lambda i: (i not in helping, ticks.get(i, 0), i))
+        back = {i: self._comes_back(i, places[i], sets[i], then) for i in able}
+        able.sort(key=lambda i: not back[i])
+        found = []
+        for group in groups(able, max(1, problem.missing(gate, stages))):
+            if need.together and not self._fits(group, places):
+                continue
+            lossless = all(back[i] for i in group)
+            slowest = max(ticks.get(i, 0) for i in group)
+            strangers = sum(i not in helping for i in group)
+            step = Step(gate, stages[gate].need, group, tuple(places[i] for i in group))
+            found.append(Option(step, lossless, (strangers, slowest, gate, group)))
+            if lossless:
+                break  # the first group is the best of those that lose nothing
+        return found
+
+    def _comes_back(self, robot: int, there: Mask, before: Mask, stages: Stages) -> bool:
+        return not before & ~self.reach(robot, there, stages)
+
+    def _fits(self, group: tuple[int, ...], places: Mapping[int, Mask]) -> bool:
+        """Whether all of a group can stand there at once: robots in conflict on regions of their
+        own (bipartite matching; others may share)."""
+        problem = self.problem
+        crowd = [i for i in group if problem.conflicts[i] & set(group)]
+        taken: dict[int, int] = {}
+
+        def place(robot: int, tried: set[int]) -> bool:
+            regions = problem.members[robot].graph.regions_of(places[robot])
+            while regions:
+                low = regions & -regions
+                regions ^= low
+                if low in tried:
+                    continue
+                tried.add(low)
+                other = taken.get(low)
+                if other is None or place(other, tried):
+                    taken[low] = robot
+                    return True
+            return False
+
+        return all(place(robot, set()) for robot in crowd)
+
+    def _pruned(self, plan: Plan, sets: Sets, stages: Stages, wanted: frozenset[int]) -> Plan:
+        """The plan without the obstacles that can stay as they are."""
+        for gate in dict.fromkeys(step.gate for step in reversed(plan)):
+            if gate in wanted:
+                continue
+            shorter = tuple(step for step in plan if step.gate != gate)
+            rebuilt = self._replayed(shorter, sets, stages, wanted)
+            if rebuilt is not None:
+                plan = rebuilt
+        return plan
+
+    def _replayed(
+        self, plan: Plan, sets: Sets, stages: Stages, wanted: frozenset[int]
+    ) -> Plan | None:
+        """The same steps with the poses as they are now; None if that does not do any more."""
+        rebuilt = []
+        for step in plan:
+            need = self.problem.next_need(step.gate, stages)
+            at = []
+            for robot in step.group:
+                here = self.problem.members[robot].graph.poses_on(need.regions)
+                at.append(self.reach(robot, sets[robot], stages) & here)
+            places = dict(zip(step.group, at, strict=True))
+            if not all(at) or (need.together and not self._fits(step.group, places)):
+                return None
+            fresh = Step(step.gate, step.need, step.group, tuple(at))
+            rebuilt.append(fresh)
+            sets, stages = self.after(fresh, sets, stages)
+        done = all(self.problem.resolved(gate, stages) for gate in wanted)
+        if done and all(self.goes_on(i, poses, stages) for i, poses in enumerate(sets)):
+            return tuple(rebuilt)
+        return None

@@ -1,0 +1,104 @@
+"""A joint plan in execution: who must have left before whom may enter.
+
+A plan is kept as what each robot does one after the other, and as an order between the robots: a
+step into a region waits until those who were there before have arrived elsewhere (an action
+dependency graph; Hoenig et al.: Persistent and robust execution of MAPF schedules in warehouses,
+RA-L 2019). So no delay can break it, and every execution is a prefix of an order of the plan.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+Ways = tuple[tuple[int, ...], ...]
+"""For each robot the poses that it takes one after the other, the first where it stands."""
+
+
+@dataclass(frozen=True)
+class Order:
+    """``robot`` takes its step ``step`` only after ``other`` has taken its step ``before``. Step
+    k leads from pose k to pose k + 1 of a robot's way."""
+
+    robot: int
+    step: int
+    other: int
+    before: int
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """The ways of a plan and the order between them."""
+
+    ways: Ways
+    orders: tuple[Order, ...]
+
+
+def schedule(
+    states: Sequence[tuple[int, ...]], sizes: Sequence[int], conflicts: Sequence[frozenset[int]]
+) -> Schedule:
+    """The schedule of joint poses that follow one another. ``sizes``: regions of each robot's
+    map, to tell a pose's region."""
+    count = len(sizes)
+    ways = [[states[0][i]] for i in range(count)]
+    stays: dict[int, list[tuple[int, int, int]]] = {}  # region -> (robot, came by, left by) steps
+    present: dict[int, list[int]] = {}
+    for i in range(count):
+        region = states[0][i] % sizes[i]
+        stays.setdefault(region, []).append((i, -1, -1))
+        present[i] = [region, len(stays[region]) - 1]
+    orders: list[Order] = []
+    for joint in states[1:]:
+        moving = [i for i in range(count) if joint[i] != ways[i][-1]]
+        for i in moving:  # everybody leaves before anybody enters: the order within a step
+            region, place = present[i]
+            step = len(ways[i]) - 1
+            robot, came, _ = stays[region][place]
+            stays[region][place] = (robot, came, step)
+        for i in moving:
+            step = len(ways[i]) - 1
+            region = joint[i] % sizes[i]
+            latest: dict[int, int] = {}
+            for robot, _, left in stays.get(region, ()):
+                if robot in conflicts[i]:
+                    latest[robot] = left
+            orders += [Order(i, step, robot, left) for robot, left in latest.items()]
+            ways[i].append(joint[i])
+            stays.setdefault(region, []).append((i, step, -1))
+            present[i] = [region, len(stays[region]) - 1]
+    return Schedule(tuple(map(tuple, ways)), tuple(orders))
+
+
+@dataclass
+class Execution:
+    """How far each robot is on its way. ``taken``: steps that it has arrived by."""
+
+    schedule: Schedule
+    taken: list[int] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.taken = [0] * len(self.schedule.ways)
+        self._waits: dict[tuple[int, int], list[Order]] = {}
+        for order in self.schedule.orders:
+            self._waits.setdefault((order.robot, order.step), []).append(order)
+
+    @property
+    def finished(self) -> bool:
+        """Whether everybody is at the end of its way."""
+        ways = self.schedule.ways
+        return all(taken == len(way) - 1 for taken, way in zip(self.taken, ways, strict=True))
+
+    def next(self, robot: int) -> int | None:
+        """The pose that a robot may step to now; None if it is done or must wait."""
+        step = self.taken[robot]
+        way = self.schedule.ways[robot]
+        if step == len(way) - 1:
+            return None
+        for order in self._waits.get((robot, step), ()):
+            if self.taken[order.other] <= order.before:
+                return None
+        return way[step + 1]
+
+    def arrived(self, robot: int) -> None:
+        """A robot has taken its next step."""
+        self.taken[robot] += 1

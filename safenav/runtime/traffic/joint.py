@@ -1,0 +1,211 @@
+"""Joint states of a team: where everybody is, how far it is, how far obstacles are resolved.
+
+One robot's step is one transition; waiting costs nothing. The states that can be reached, and the
+condition for the end of the mission, are defined here once, for plans and for proofs alike, and
+in words in docs/trace.md, for those who check the proofs.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+
+from safenav.runtime.coordination.problem import Problem, Stage, Stages
+from safenav.runtime.poses import Mask
+
+Count = tuple[int, int, int]
+"""How far a robot is since the last resolution: the target whose turn it is (0 where targets
+have no order), those seen in this round (a mask; 0 where they have one), goals or rounds met."""
+
+DONE_HOLDING = 1
+
+
+@dataclass(frozen=True)
+class Joint:
+    """One joint state. ``poses`` by number, see ``PoseGraph``."""
+
+    poses: tuple[int, ...]
+    counts: tuple[Count, ...]
+    stages: Stages
+
+    def __hash__(self) -> int:
+        return hash((self.poses, self.counts, self.stages))
+
+
+@dataclass
+class Course:
+    """The rules by which joint states follow one another.
+
+    ``rounds``: what each robot is to do after the last resolution. ``parked``: robots that are
+    left where they are.
+    """
+
+    problem: Problem
+    rounds: int
+    parked: frozenset[int] = frozenset()
+    _steps: dict[tuple[int, Mask], dict[int, tuple[int, ...]]] = field(default_factory=dict)
+    _alive: dict[Stages, tuple[Mask, ...]] = field(default_factory=dict)
+
+    def begun(self, poses: tuple[int, ...], counts: tuple[Count, ...], stages: Stages) -> Joint:
+        """The state in which a search begins: what is met by waiting is met."""
+        return self._settled(poses, counts, stages, range(len(poses)))
+
+    def moved(self, state: Joint, poses: tuple[int, ...], who: Iterable[int]) -> Joint:
+        """The state after ``who`` have come to their places in ``poses``."""
+        return self._settled(poses, state.counts, state.stages, who)
+
+    def steps(self, state: Joint, robot: int) -> tuple[int, ...]:
+        """The poses one step away that walls and open obstacles leave to a robot."""
+        if robot in self.parked:
+            return ()
+        member = self.problem.members[robot]
+        allowed = self.problem.allowed(robot, state.stages)
+        table = self._steps.setdefault((id(member.graph), allowed), {})
+        pose = state.poses[robot]
+        found = table.get(pose)
+        if found is None:
+            after = member.graph.steps(pose)
+            found = table[pose] = tuple(q for q in after if allowed >> q & 1)
+        return found
+
+    def singles(self, state: Joint) -> Iterator[tuple[int, int]]:
+        """(robot, pose) of every step that one robot can take while the others stand still."""
+        members, poses = self.problem.members, state.poses
+        for robot in range(len(poses)):
+            size = members[robot].graph.size
+            taken = {poses[j] % size for j in self.problem.conflicts[robot]}
+            for pose in self.steps(state, robot):
+                if pose % size not in taken:
+                    yield robot, pose
+
+    def after(self, state: Joint, robot: int, pose: int) -> Joint:
+        """The state after one step of one robot."""
+        poses = (*state.poses[:robot], pose, *state.poses[robot + 1 :])
+        return self.moved(state, poses, (robot,))
+
+    def is_done(self, robot: int, count: Count) -> bool:
+        """Whether a robot has done all its rounds."""
+        member = self.problem.members[robot]
+        if member.holds:
+            return count[2] >= DONE_HOLDING
+        if not member.targets:
+            return True
+        return count[2] >= self.rounds * (len(member.targets) if member.cyclic else 1)
+
+    def completed(self, state: Joint) -> bool:
+        """Whether everybody has done its rounds and can go on for ever from where it is."""
+        if not all(self.is_done(i, count) for i, count in enumerate(state.counts)):
+            return False
+        alive = self._alive_at(state.stages)
+        return all(alive[i] >> pose & 1 for i, pose in enumerate(state.poses))
+
+    def awaited(self, robot: int, count: Count) -> Mask:
+        """The poses of which a robot must reach one next; none if it has done its rounds."""
+        if self.is_done(robot, count):
+            return 0
+        member = self.problem.members[robot]
+        if member.cyclic:
+            return member.targets[count[0]]
+        found = 0
+        for index, target in enumerate(member.targets):
+            if not count[1] >> index & 1:
+                found |= target
+        return found
+
+    def encoded(self, state: Joint) -> str:
+        """A state as text, for the hash of a proof (docs/trace.md)."""
+        robots = []
+        for i, (pose, count) in enumerate(zip(state.poses, state.counts, strict=True)):
+            where = self.problem.members[i].graph.pose(pose)
+            heading = "-" if where.heading is None else where.heading.label
+            robots.append(f"{where.region},{heading},{count[0]},{count[1]},{count[2]}")
+        stages = [
+            f"{gate.name}:{stage.need}:" + ",".join(self._names(stage.done))
+            for gate, stage in zip(self.problem.gates, state.stages, strict=True)
+        ]
+        return ";".join(robots) + "|" + ";".join(stages)
+
+    def digest(self, states: Iterable[Joint]) -> str:
+        """The sha256 of the states, sorted, one a line."""
+        text = "".join(f"{line}\n" for line in sorted(map(self.encoded, states)))
+        return hashlib.sha256(text.encode()).hexdigest()
+
+    def _names(self, robots: Iterable[int]) -> list[str]:
+        return sorted(self.problem.members[i].name for i in robots)
+
+    def _alive_at(self, stages: Stages) -> tuple[Mask, ...]:
+        found = self._alive.get(stages)
+        if found is None:
+            alive = []
+            for i, member in enumerate(self.problem.members):
+                alive.append(member.graph.live(member.targets, self.problem.allowed(i, stages)))
+            found = self._alive[stages] = tuple(alive)
+        return found
+
+    def _settled(
+        self,
+        poses: tuple[int, ...],
+        counts: tuple[Count, ...],
+        stages: Stages,
+        who: Iterable[int],
+    ) -> Joint:
+        """Let everybody act where it stands, and count what is met there by waiting."""
+        if stages and self.problem.open(stages):
+            before = self._resolved(stages)
+            stages = performed(self.problem, poses, stages)
+            if self._resolved(stages) != before:
+                counts = tuple((index, 0, 0) for index, _, _ in counts)
+                who = range(len(poses))
+        changed: list[Count] | None = None
+        for robot in who:
+            count = self._counted(robot, poses[robot], counts[robot])
+            if count != counts[robot]:
+                changed = changed or list(counts)
+                changed[robot] = count
+        return Joint(poses, tuple(changed) if changed else counts, stages)
+
+    def _resolved(self, stages: Stages) -> int:
+        return sum(self.problem.resolved(gate, stages) for gate in range(len(stages)))
+
+    def _counted(self, robot: int, pose: int, count: Count) -> Count:
+        member = self.problem.members[robot]
+        index, seen, met = count
+        while not self.is_done(robot, (index, seen, met)):
+            if member.cyclic:
+                if not member.targets[index] >> pose & 1:
+                    break
+                index, met = (index + 1) % len(member.targets), met + 1
+                continue
+            fresh = [k for k, t in enumerate(member.targets) if t >> pose & 1 and not seen >> k & 1]
+            if not fresh:
+                break
+            for k in fresh:
+                seen |= 1 << k
+            if seen == (1 << len(member.targets)) - 1:
+                seen, met = 0, met + 1
+        return index, seen, met
+
+
+def performed(problem: Problem, poses: tuple[int, ...], stages: Stages) -> Stages:
+    """The stages after every robot has done what it can where it stands."""
+    changing = True
+    while changing:
+        changing = False
+        for gate in problem.open(stages):
+            stage, need = stages[gate], problem.next_need(gate, stages)
+            here = [
+                i
+                for i in problem.able(gate, stages)
+                if need.regions >> (poses[i] % problem.members[i].graph.size) & 1
+            ]
+            if not here:
+                continue
+            enough = len(here) >= problem.missing(gate, stages)
+            if need.together and not enough:
+                continue
+            after = Stage(stage.need + 1) if enough else Stage(stage.need, stage.done | {*here})
+            if after != stage:
+                stages = (*stages[:gate], after, *stages[gate + 1 :])
+                changing = True
+    return stages

@@ -1,0 +1,316 @@
+"""Joint plans: moves for all robots by which each gets where it wants, or the proof that none do.
+
+LaCAM (Okumura: LaCAM, search-based algorithm for quick multi-agent pathfinding, AAAI 2023) over
+joint states: a depth-first search whose next state is what PIBT proposes, then PIBT with one robot
+forced, then every step of one robot alone, so that it is complete with few edges a state. One deep
+search makes needlessly long plans; many small ones, with other priorities and doubled budgets, find
+short ones. A search that exhausts its space without robots left out is a proof.
+"""
+
+from __future__ import annotations
+
+import heapq
+import random
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from itertools import count as counting
+
+from safenav.runtime.coordination.problem import Stages
+from safenav.runtime.poses import FAR, Mask
+from safenav.runtime.traffic.joint import Course, Joint
+from safenav.runtime.traffic.pibt import Field, Generator
+
+FIRST_BUDGET = 200
+ROUNDS_OF_SEARCH = 7
+"""Of the four variants; the budget doubles from the second round on."""
+SINGLES_BUDGET = 4_000
+PROOF_BUDGET = 60_000
+LOCAL_BUDGET = 3_000
+LOCAL_MOST = 3
+"""Robots that a local plan may move besides the one that it is for."""
+
+Guide = Callable[[Stages, tuple[int, ...]], Sequence[Mask | None]]
+"""What coordination wants of each robot at stages and poses: a set of poses to go to, 0 for
+nothing, None for its own objective."""
+
+Goal = Callable[[Joint], bool]
+
+
+class Variant(Enum):
+    """In which order robots choose, and who has a wish."""
+
+    FARTHEST = "farthest first"
+    STATIC = "a random order"
+    ONE = "one wish at a time"
+    BEST = "best first"
+
+
+@dataclass(frozen=True)
+class Found:
+    """A plan: the joint states from the first to the last."""
+
+    states: tuple[Joint, ...]
+
+
+@dataclass(frozen=True)
+class Exhausted:
+    """No plan exists: these are all states that can be reached."""
+
+    states: frozenset[Joint]
+
+
+@dataclass(frozen=True)
+class Spent:
+    """The budget was spent: nothing is known."""
+
+    states: int
+
+
+Answer = Found | Exhausted | Spent
+
+
+class Search:
+    """Plans from one joint state. ``stopping`` raises to end a search from outside."""
+
+    def __init__(
+        self,
+        course: Course,
+        guide: Guide,
+        start: Joint,
+        goal: Goal,
+        *,
+        seed: int = 0,
+        stopping: Callable[[], None] = lambda: None,
+    ) -> None:
+        self.course = course
+        self.start = start
+        self.goal = goal
+        self._guide = guide
+        self._rng = random.Random(seed)
+        self._stopping = stopping
+        self._guided: dict[Stages, Sequence[Mask | None]] = {}
+        self._generator = Generator(course, self._rng)
+
+    def run(self, rounds: int = ROUNDS_OF_SEARCH, proof: int = PROOF_BUDGET) -> Answer:
+        """The first plan that a variant finds; the cheap ones first."""
+        if self.goal(self.start):
+            return Found((self.start,))
+        few = len(self.start.poses) <= 4
+        spent = 0
+        budget = FIRST_BUDGET
+        for turn in range(max(1, rounds)):
+            for variant in Variant:
+                answer = self.by(variant, budget)
+                if not isinstance(answer, Spent):
+                    return answer
+                spent += answer.states
+            if turn == 0 and few:
+                answer = self.singles(min(SINGLES_BUDGET, proof))
+                if not isinstance(answer, Spent):
+                    return answer
+                spent += answer.states
+            budget *= 2
+        if proof > SINGLES_BUDGET or not few:
+            answer = self.singles(proof)
+            if not isinstance(answer, Spent):
+                return answer
+            spent += answer.states
+        return Spent(spent)
+
+    def singles(self, budget: int) -> Answer:
+        """Every state that steps of one robot lead to, breadth first: a shortest plan, or the
+        proof that there is none."""
+        course = self.course
+        before: dict[Joint, Joint | None] = {self.start: None}
+        queue = deque([self.start])
+        while queue:
+            self._stopping()
+            state = queue.popleft()
+            for robot, pose in course.singles(state):
+                after = course.after(state, robot, pose)
+                if after in before:
+                    continue
+                before[after] = state
+                if self.goal(after):
+                    return _way(before, after)
+                queue.append(after)
+            if len(before) > budget:
+                return Spent(len(before))
+        return Exhausted(frozenset(before))
+
+    def by(self, variant: Variant, budget: int) -> Answer:
+        """One variant of the search, at most ``budget`` states."""
+        order = list(range(len(self.start.poses)))
+        if variant in (Variant.STATIC, Variant.ONE):
+            self._rng.shuffle(order)
+        if variant is Variant.BEST:
+            return self._best_first(budget)
+        return self._depth_first(budget, variant, order)
+
+    def local(self) -> Found | None:
+        """A plan that brings one robot to what it wants, with as few others moving as possible;
+        those that stay are in the way. It may lead nowhere for the others."""
+        start = self.start
+        fields = self._fields(start)
+        wanting = [i for i, f in enumerate(fields) if f is not None and f[start.poses[i]] > 0]
+        for others in range(LOCAL_MOST + 1):
+            for robot in wanting:
+                movable = {robot, *self._nearest(robot, others)}
+                found = self._leg(robot, movable)
+                if found is not None:
+                    return found
+        return None
+
+    def _nearest(self, robot: int, count: int) -> list[int]:
+        members, poses = self.course.problem.members, self.start.poses
+        position = members[robot].graph.world.position
+        size = members[robot].graph.size
+        row, col = position(poses[robot] % size)
+
+        def away(other: int) -> int:
+            r, c = position(poses[other] % size)
+            return abs(r - row) + abs(c - col)
+
+        rivals = self.course.problem.conflicts[robot]
+        return sorted(rivals, key=lambda other: (away(other), other))[:count]
+
+    def _leg(self, robot: int, movable: set[int]) -> Found | None:
+        """A* over the steps of a few robots, for the sake of one."""
+        start, course = self.start, self.course
+        still = frozenset(range(len(start.poses))) - movable
+        limited = Course(course.problem, course.rounds, still)
+        field = self._fields(start)[robot]
+        assert field is not None
+        ticket = counting()
+        cost = {start: 0}
+        before: dict[Joint, Joint | None] = {start: None}
+        heap = [(field[start.poses[robot]], next(ticket), start)]
+        while heap and len(before) < LOCAL_BUDGET:
+            self._stopping()
+            _, _, state = heapq.heappop(heap)
+            if field[state.poses[robot]] == 0 or state.stages != start.stages:
+                return _way(before, state)
+            for mover, pose in limited.singles(state):
+                after = limited.after(state, mover, pose)
+                paid = cost[state] + 1
+                ahead = field[after.poses[robot]]
+                if ahead < FAR and paid < cost.get(after, FAR):
+                    cost[after] = paid
+                    before[after] = state
+                    heapq.heappush(heap, (paid + ahead, next(ticket), after))
+        return None
+
+    def _depth_first(self, budget: int, variant: Variant, order: list[int]) -> Answer:
+        before: dict[Joint, Joint | None] = {self.start: None}
+        stack = [(self.start, self._following(self.start, variant, order))]
+        edges = 0
+        while stack:
+            self._stopping()
+            state, following = stack[-1]
+            after = next(following, None)
+            if after is None:
+                stack.pop()
+                continue
+            edges += 1
+            if edges > budget * 12:
+                return Spent(len(before))
+            if after in before:
+                continue
+            before[after] = state
+            if self.goal(after):
+                return _way(before, after)
+            if len(before) > budget:
+                return Spent(len(before))
+            stack.append((after, self._following(after, variant, order)))
+        return Exhausted(frozenset(before))
+
+    def _best_first(self, budget: int) -> Answer:
+        """Always on from the state with the least left to do."""
+        before: dict[Joint, Joint | None] = {self.start: None}
+        order = list(range(len(self.start.poses)))
+        ticket = counting()
+        heap = [(self._left(self.start), next(ticket), self.start)]
+        while heap:
+            self._stopping()
+            _, _, state = heapq.heappop(heap)
+            for after in self._following(state, Variant.FARTHEST, order):
+                if after in before:
+                    continue
+                before[after] = state
+                if self.goal(after):
+                    return _way(before, after)
+                if len(before) > budget:
+                    return Spent(len(before))
+                heapq.heappush(heap, (self._left(after), next(ticket), after))
+        return Exhausted(frozenset(before))
+
+    def _left(self, state: Joint) -> int:
+        """How much is left to do: goals, and the ways to the next ones."""
+        weight = 4 * self.course.problem.members[0].graph.world.cols
+        found = weight * len(self.course.problem.open(state.stages))
+        for i, field in enumerate(self._fields(state)):
+            if field is not None:
+                found += min(field[state.poses[i]], FAR // 1000)
+            if not self.course.is_done(i, state.counts[i]):
+                found += weight
+            found -= state.counts[i][2] * 2
+        return found
+
+    def _following(self, state: Joint, variant: Variant, order: list[int]) -> Iterator[Joint]:
+        """The states that may come next: proposals first, then every step of one robot."""
+        course = self.course
+        fields = self._fields(state)
+        if variant is Variant.ONE:
+            first = next((i for i in order if fields[i] is not None), None)
+            fields = [field if i == first else None for i, field in enumerate(fields)]
+        poses = state.poses
+
+        def urgency(robot: int) -> tuple[int, int]:
+            field = fields[robot]
+            if field is None:
+                return 1, 0
+            ahead = field[poses[robot]]
+            return 0, -ahead if ahead < FAR else 0
+
+        if variant is not Variant.STATIC:
+            order = sorted(order, key=urgency)
+        everybody = range(len(poses))
+        found = self._generator.propose(state, fields, order)
+        if found is not None and found != poses:
+            yield course.moved(state, found, everybody)
+        for robot in order:
+            for pose in course.steps(state, robot):
+                found = self._generator.propose(state, fields, order, (robot, pose))
+                if found is not None:
+                    yield course.moved(state, found, everybody)
+        for robot, pose in course.singles(state):
+            yield course.after(state, robot, pose)
+
+    def _fields(self, state: Joint) -> list[Field]:
+        """For each robot the distances to what it wants in a state."""
+        guided = self._guided.get(state.stages)
+        if guided is None:
+            guided = self._guided[state.stages] = self._guide(state.stages, state.poses)
+        problem = self.course.problem
+        found: list[Field] = []
+        for robot, wish in enumerate(guided):
+            goal = self.course.awaited(robot, state.counts[robot]) if wish is None else wish
+            if not goal:
+                found.append(None)
+                continue
+            field = problem.members[robot].graph.distances(
+                goal, problem.allowed(robot, state.stages)
+            )
+            found.append(field if field[state.poses[robot]] < FAR else None)
+        return found
+
+
+def _way(before: dict[Joint, Joint | None], last: Joint) -> Found:
+    way = []
+    state: Joint | None = last
+    while state is not None:
+        way.append(state)
+        state = before[state]
+    return Found(tuple(reversed(way)))

@@ -1,0 +1,140 @@
+"""Joint plans: found where there is one, refuted where there is none, valid in every order."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable
+
+import pytest
+
+from runtime.coordination.floors import Bot, Floor
+from safenav.runtime.coordination.problem import Stages
+from safenav.runtime.traffic.execution import Execution, schedule
+from safenav.runtime.traffic.joint import Course, Joint
+from safenav.runtime.traffic.joint_plan import Exhausted, Found, Search, Spent, Variant
+
+SWAP = ["#####", "#...#", "##.##", "#####"]
+TUBE = ["######", "#....#", "######"]
+RING = ["#####", "#...#", "#.#.#", "#...#", "#####"]
+
+
+def search(floor: Floor, rounds: int = 1, goal: Callable[[Joint], bool] | None = None) -> Search:
+    course = Course(floor.problem, rounds)
+    start = course.begun(floor.poses, floor.counts, floor.problem.nothing_done)
+
+    def guide(stages: Stages, poses: tuple[int, ...]) -> list[None]:
+        assert len(stages) == len(floor.problem.gates)
+        return [None] * len(poses)
+
+    return Search(course, guide, start, goal or course.completed)
+
+
+def play(floor: Floor, found: Found, rng: random.Random) -> None:
+    """Execute a plan with random delays: no collision, no deadlock, the end as planned."""
+    members, conflicts = floor.problem.members, floor.problem.conflicts
+    sizes = [member.graph.size for member in members]
+    joint = [state.poses for state in found.states]
+    plan = schedule(joint, sizes, conflicts)
+    run = Execution(plan)
+    poses = list(joint[0])
+    leaving: dict[int, int] = {}
+    for _ in range(10_000):
+        if run.finished and not leaving:
+            break
+        robot = rng.randrange(len(poses))
+        if robot in leaving:
+            poses[robot] = leaving.pop(robot)
+            run.arrived(robot)
+            continue
+        pose = run.next(robot)
+        if pose is None:
+            continue
+        assert pose in members[robot].graph.steps(poses[robot])
+        for other in conflicts[robot]:
+            held = {poses[other] % sizes[other]}
+            held |= {leaving[other] % sizes[other]} if other in leaving else set()
+            assert pose % sizes[robot] not in held
+        leaving[robot] = pose
+    assert tuple(poses) == joint[-1]
+
+
+def test_two_robots_change_places_by_a_niche() -> None:
+    floor = Floor(SWAP, {"a": Bot("6", [8, 6]), "b": Bot("8", [6, 8])})
+    found = search(floor).run()
+    assert isinstance(found, Found)
+    for seed in range(20):
+        play(floor, found, random.Random(seed))
+
+
+def test_a_tube_without_niche_is_refuted() -> None:
+    floor = Floor(TUBE, {"a": Bot("7", [10, 7]), "b": Bot("10", [7, 10])})
+    answer = search(floor).run()
+    assert isinstance(answer, Exhausted)
+    assert len({state.poses for state in answer.states}) == 6
+
+
+def test_nobody_turns_in_a_full_cycle() -> None:
+    """Four robots on a ring of four regions: each would have to enter a region that is full."""
+    floor = Floor(
+        ["####", "#..#", "#..#", "####"],
+        {"a": Bot("5", [6]), "b": Bot("6", [10]), "c": Bot("10", [9]), "d": Bot("9", [5])},
+    )
+    assert isinstance(search(floor).run(), Exhausted)
+
+
+def test_a_robot_that_has_no_wish_makes_way_and_may_be_pushed() -> None:
+    floor = Floor(SWAP, {"a": Bot("6", [8, 6]), "h": Bot("7", [7], holds=True)})
+    found = search(floor).run()
+    assert isinstance(found, Found)
+    assert found.states[-1].poses[1] is not None
+
+
+def test_headings_make_plans_for_the_next_goal_insufficient() -> None:
+    """Down a blind alley a robot with heading mobility never turns: its last target may be there
+    if nothing is left to do, and not before."""
+    grid = ["#####", "#...#", "#...#", "#.###", "#.###", "#####"]
+    floor = Floor(grid, {"a": Bot("6e", [21, 8])})
+    assert isinstance(search(floor).run(), Exhausted)
+    floor = Floor(grid, {"a": Bot("6e", [8, 21], any_order=True)})
+    assert isinstance(search(floor).run(), Exhausted)
+    floor = Floor(grid, {"a": Bot("6e", [21], holds=True)})
+    assert isinstance(search(floor).run(), Found)
+
+
+def test_a_spent_budget_proves_nothing() -> None:
+    floor = Floor(RING, {"a": Bot("6", [18, 6]), "b": Bot("18", [6, 18]), "c": Bot("8", [16])})
+    assert isinstance(search(floor, rounds=3).singles(5), Spent)
+
+
+@pytest.mark.parametrize("variant", Variant)
+def test_every_variant_exhausts_the_same_states(variant: Variant) -> None:
+    floor = Floor(TUBE, {"a": Bot("7", [10, 7]), "b": Bot("10", [7, 10])})
+    one, other = search(floor).by(variant, 1000), search(floor).singles(1000)
+    assert isinstance(one, Exhausted)
+    assert isinstance(other, Exhausted)
+    assert one.states == other.states
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_variants_agree_with_the_exhaustive_search(seed: int) -> None:
+    """Two or three robots with and without headings on tight floors."""
+    rng = random.Random(seed)
+    rows, cols = rng.choice([(1, 4), (2, 3), (2, 4), (3, 3)])
+    inside = [["." if rng.random() < 0.85 else "#" for _ in range(cols)] for _ in range(rows)]
+    grid = ["#" * (cols + 2), *(f"#{''.join(row)}#" for row in inside), "#" * (cols + 2)]
+    free = [i for i, c in enumerate("".join(grid)) if c == "."]
+    count = min(rng.randint(2, 3), len(free) - 1)
+    if count < 2:
+        return
+    starts = rng.sample(free, count)
+    bots = {
+        f"r{k}": Bot(f"{start}{rng.choice(['', *'nesw'])}", rng.sample(free, rng.randint(1, 2)))
+        for k, start in enumerate(starts)
+    }
+    floor = Floor(grid, bots)
+    truth = search(floor).singles(200_000)
+    assert not isinstance(truth, Spent)
+    answer = search(floor).run()
+    assert type(answer) is type(truth)
+    if isinstance(answer, Found):
+        play(floor, answer, rng)
