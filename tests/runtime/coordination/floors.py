@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from safenav.runtime.coordination.problem import Gate, Member, Need, Problem
 from safenav.runtime.poses import PoseGraph, region_mask
 from safenav.world.map import Heading, RegionMap
-from safenav.world.mobility import Mobility, Pose
+from safenav.world.moves import Mobility, Pose
 
 FACING = {"n": Heading.NORTH, "e": Heading.EAST, "s": Heading.SOUTH, "w": Heading.WEST}
 
