@@ -80,11 +80,28 @@ class ResolveAt(StrEnum):
 
 
 @dataclass(frozen=True)
+class Need:
+    """One of the things that an obstacle needs: ``robots`` distinct ones perform ``action``, each
+    at one of the regions of ``at``; in the same tick if ``together``."""
+
+    action: str
+    robots: int = 1
+    at: ResolveAt | frozenset[Region] = ResolveAt.SELF
+    together: bool = False
+
+    def suits(self, robot: Robot) -> bool:
+        """Whether the robot can meet the need by itself."""
+        return self.robots == 1 and self.action in robot.capabilities
+
+
+@dataclass(frozen=True)
 class ObstacleType:
     """A kind of resolvable obstacle: its action c_r, where that works, and whom it blocks.
 
-    ``blocks`` lists layers or robot models; None means every robot without the action.
-    ``has_truth``: resolving it may also reveal that the region is not traversable.
+    ``blocks`` lists layers or robot models; None means every robot that cannot resolve it by
+    itself. ``has_truth``: resolving it may also reveal that the region is not traversable.
+    ``listed``: its needs, in order, if it has more than the one of ``action`` at ``resolve_at``
+    (which are those of the first need then).
     """
 
     name: str
@@ -92,33 +109,48 @@ class ObstacleType:
     resolve_at: ResolveAt | frozenset[Region] = ResolveAt.SELF
     blocks: frozenset[str] | None = None
     has_truth: bool = False
+    listed: tuple[Need, ...] = ()
+
+    @property
+    def needs(self) -> tuple[Need, ...]:
+        """What must be done, in this order."""
+        return self.listed or (Need(self.action, at=self.resolve_at),)
 
 
 @dataclass(frozen=True)
 class Obstacle:
     """A hidden obstacle r in R. ``traversable`` is the truth that resolving it reveals: True,
     False, the probability of True (drawn once per run from the seed), or None if its type
-    has no truth to reveal."""
+    has no truth to reveal. ``appears`` and ``goes``: the ticks at which it comes and goes by
+    itself; None for one that is there from the beginning, or to the end."""
 
     type: ObstacleType
     region: Region
     traversable: bool | float | None = None
+    appears: int | None = None
+    goes: int | None = None
 
     @property
     def name(self) -> str:
         """``door@47``: how obstacles are named everywhere."""
         return f"{self.type.name}@{self.region}"
 
-    def blocks(self, robot: Robot) -> bool:
-        """Whether this robot must not enter the obstacle's region (paper, eq. for phi_a)."""
-        if self.type.action in robot.capabilities:
+    @property
+    def needs(self) -> tuple[Need, ...]:
+        """What must be done to resolve it, in this order."""
+        return self.type.needs
+
+    def blocks(self, robot: Robot, need: int = 0) -> bool:
+        """Whether this robot must not enter the obstacle's region (paper, eq. for phi_a) while
+        the needs from number ``need`` on are left: not if it can meet them all by itself."""
+        if all(left.suits(robot) for left in self.needs[need:]):
             return False
         listed = self.type.blocks
         return listed is None or robot.model.layer in listed or robot.model.name in listed
 
-    def resolution_regions(self, world: RegionMap) -> tuple[Region, ...]:
-        """S_r without walls, ascending."""
-        where = self.type.resolve_at
+    def resolution_regions(self, world: RegionMap, need: int = 0) -> tuple[Region, ...]:
+        """S_r of one need without walls, ascending."""
+        where = self.needs[need].at
         if where is ResolveAt.SELF:
             return (self.region,)
         if where is ResolveAt.NEIGHBOURS:
@@ -141,6 +173,7 @@ class Outcome(StrEnum):
     OPERATOR_NEEDED = "operator_needed"
     UNREALIZABLE = "unrealizable"
     TICK_LIMIT = "tick_limit"
+    TIME_LIMIT = "time_limit"
     ASSUMPTION_VIOLATED = "assumption_violated"
     INTERRUPTED = "interrupted"
 
@@ -155,11 +188,13 @@ class Until:
 
 @dataclass(frozen=True)
 class Limits:
-    """``ticks`` of a run; seconds (wall) and MiB of each single synthesis."""
+    """``ticks`` and ``seconds`` (wall, None for no limit) of a run; seconds (wall) and MiB of each
+    single synthesis."""
 
     ticks: int = 1000
     synthesis_seconds: float = 60.0
     synthesis_memory: int = 2048
+    seconds: float | None = None
 
 
 @dataclass(frozen=True)

@@ -27,14 +27,14 @@ FILES = {"floor.png": "rooms.png", "office.yaml": "office.yaml", "arena.map": "r
 
 def test_the_first_example_is_a_whole_scenario() -> None:
     assert load_scenario_text(WHOLE).name == "opening a door"
-    assert len(FRAGMENTS) == 6
+    assert len(FRAGMENTS) == 7
 
 
 @pytest.mark.parametrize("fragment", FRAGMENTS, ids=[str(i) for i in range(len(FRAGMENTS))])
 def test_fragments_fit_into_the_whole_scenario(fragment: str) -> None:
     whole = yaml.safe_load(WHOLE) | yaml.safe_load(fragment)
     if "catalogue" in whole:
-        assert load_scenario_text(yaml.safe_dump(whole)).robots[0].model.name == "rover"
+        assert load_scenario_text(yaml.safe_dump(whole)).robots[0].model.name in ("rover", "digit")
     else:
         assert load_scenario_text(yaml.safe_dump(whole)).map.cols == 13
 

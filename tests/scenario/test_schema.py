@@ -136,7 +136,8 @@ def definition(name: str) -> dict[str, Any]:
         (definition("timing")["oneOf"][1], catalogue.TIMING_KEYS, catalogue.TIMING_REQUIRED),
         (definition("catalogue"), catalogue.CATALOGUE_KEYS, ()),
         (definition("model"), catalogue.MODEL_KEYS, catalogue.MODEL_REQUIRED),
-        (definition("obstacleType"), catalogue.TYPE_KEYS, catalogue.TYPE_REQUIRED),
+        (definition("obstacleType"), catalogue.TYPE_KEYS, ()),
+        (definition("need"), catalogue.NEED_KEYS, catalogue.TYPE_REQUIRED),
     ],
     ids=lambda value: str(value.get("title", "")) if isinstance(value, dict) else "",
 )

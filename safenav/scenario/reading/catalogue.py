@@ -12,7 +12,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from safenav.scenario.catalogue import Catalogue
-from safenav.scenario.model import ObstacleType, ResolveAt, RobotModel, Timing
+from safenav.scenario.model import Need, ObstacleType, ResolveAt, RobotModel, Timing
 from safenav.scenario.reading.regions import RegionReader
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping as MappingNode
@@ -37,7 +37,9 @@ MODEL_REQUIRED = {
     "layer": "robots of one layer avoid each other, for example 'layer: ground'",
 }
 TYPE_REQUIRED = {"action": "the capability that resolves it, for example 'action: push'"}
-TYPE_KEYS = ("action", "resolve_at", "blocks", "has_truth")
+TYPE_KEYS = ("action", "resolve_at", "needs", "blocks", "has_truth")
+NEED_KEYS = ("action", "robots", "at", "together")
+MOST_ROBOTS = 100
 
 
 @lru_cache(maxsize=1)
@@ -159,22 +161,55 @@ def _type(
     before = len(findings)
     name = _named(key, "an obstacle type", findings)
     what = f"obstacle type {clipped(key.text)}"
-    item = read.mapping(node, what, findings, TYPE_KEYS, TYPE_REQUIRED)
+    listed = isinstance(node, MappingNode) and node.get("needs") is not None
+    item = read.mapping(node, what, findings, TYPE_KEYS, {} if listed else TYPE_REQUIRED)
     if item is None:
         return None
-    action = read.text(item.get("action"), f"'action' of {what}", findings)
-    where = _resolve_at(item.get("resolve_at"), what, regions, findings)
+    needs = _needs(item.get("needs"), what, regions, findings) if listed else ()
+    if listed:
+        for word in ("action", "resolve_at"):
+            if (stray := item.get(word)) is not None:
+                found = f"{what} has both 'needs' and '{word}'"
+                findings.add(stray, found, "each need says its own 'action' and 'at'")
+        action: str | None = needs[0].action if needs else ""
+        where: ResolveAt | frozenset[Region] | None = needs[0].at if needs else None
+    else:
+        action = read.text(item.get("action"), f"'action' of {what}", findings)
+        where = _places(item.get("resolve_at"), f"'resolve_at' of {what}", regions, findings)
     blocks = _blocks(item.get("blocks"), what, known, findings)
     has_truth = read.boolean(item.get("has_truth"), f"'has_truth' of {what}", findings)
     if len(findings) > before or name is None or action is None:
         return None
-    return ObstacleType(name, action, where or ResolveAt.SELF, blocks, has_truth or False)
+    return ObstacleType(name, action, where or ResolveAt.SELF, blocks, has_truth or False, needs)
 
 
-def _resolve_at(
+def _needs(
     node: Node | None, what: str, regions: RegionReader, findings: Findings
+) -> tuple[Need, ...]:
+    """``needs: [{action: lift, robots: 2, at: neighbours, together: true}]``, in this order."""
+    items = read.sequence(node, f"'needs' of {what}", findings) or ()
+    if node is not None and not items:
+        findings.add(node, f"'needs' of {what} is empty", "say what must be done to resolve it")
+    found = []
+    for number, entry in enumerate(items, 1):
+        label = f"need {number} of {what}"
+        item = read.mapping(entry, label, findings, NEED_KEYS, TYPE_REQUIRED)
+        if item is None:
+            continue
+        action = read.text(item.get("action"), f"'action' of {label}", findings)
+        robots = read.integer(
+            item.get("robots"), f"'robots' of {label}", findings, least=1, most=MOST_ROBOTS
+        )
+        where = _places(item.get("at"), f"'at' of {label}", regions, findings)
+        together = read.boolean(item.get("together"), f"'together' of {label}", findings)
+        if action is not None:
+            found.append(Need(action, robots or 1, where or ResolveAt.SELF, together or False))
+    return tuple(found)
+
+
+def _places(
+    node: Node | None, label: str, regions: RegionReader, findings: Findings
 ) -> ResolveAt | frozenset[Region] | None:
-    label = f"'resolve_at' of {what}"
     if not isinstance(node, Sequence):
         return read.choice(node, label, ResolveAt, findings)
     if not node.items:

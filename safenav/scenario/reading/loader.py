@@ -43,7 +43,7 @@ KEYS = (
     "expect",
     "catalogue",
 )
-LIMIT_KEYS = ("ticks", "synthesis_seconds", "synthesis_memory")
+LIMIT_KEYS = ("ticks", "seconds", "synthesis_seconds", "synthesis_memory")
 REQUIRED = {
     "safenav": "begin the file with 'safenav: 1', the version of its format",
     "map": "draw it: 'map:', below it 'grid: |', below that rows of '#' and '.'",
@@ -179,8 +179,9 @@ class _Loader:
         if item is None:
             return Limits()
         ticks = read.integer(item.get("ticks"), "'ticks' of limits", self._findings, least=1)
-        seconds = read.positive(
-            item.get("synthesis_seconds"), "'synthesis_seconds' of limits", self._findings
+        whole, seconds = (
+            read.positive(item.get(word), f"'{word}' of limits", self._findings)
+            for word in ("seconds", "synthesis_seconds")
         )
         memory = read.integer(
             item.get("synthesis_memory"), "'synthesis_memory' of limits", self._findings, least=1
@@ -190,6 +191,7 @@ class _Loader:
             ticks or default.ticks,
             seconds or default.synthesis_seconds,
             memory or default.synthesis_memory,
+            whole,
         )
 
 

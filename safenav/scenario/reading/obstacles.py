@@ -12,7 +12,8 @@ from safenav.scenario.yaml.document import Mapping, Node, Scalar, clipped
 from safenav.scenario.yaml.findings import Findings, suggestion
 
 PROBABILITY = {"probability": "from 0 to 1, for example {probability: 0.5}"}
-KEYS = ("type", "region", "traversable")
+KEYS = ("type", "region", "traversable", "from", "until")
+MOST_TICKS = 2**31
 REQUIRED = {
     "type": "an obstacle type of the catalogue, for example 'type: door'",
     "region": "where it is, for example 'region: 47' or 'region: [3, 8]'",
@@ -27,20 +28,32 @@ def read_obstacles(
     findings: Findings,
 ) -> tuple[Obstacle, ...]:
     """The obstacles that could be read; what is wrong with the others is reported."""
-    found: dict[int, Obstacle] = {}
+    found: list[Obstacle] = []
     for item in read.sequence(node, "obstacles", findings) or ():
         obstacle = _read_obstacle(item, regions, catalogue, findings)
         if obstacle is None:
             continue
-        first = found.setdefault(obstacle.region, obstacle)
-        if first is not obstacle:
+        for first in found:
+            if first.region != obstacle.region or not _meet(first, obstacle):
+                continue
             message = f"{obstacle.name}: {first.name} is in this region already"
             findings.add(_where(item), message, "a region holds one hidden obstacle")
+            break
+        else:
+            found.append(obstacle)
         for robot in robots:
+            if obstacle.appears is not None:
+                break  # it waits until nobody stands there
             if robot.start.region == obstacle.region and obstacle.blocks(robot):
                 message = f"{obstacle.name} is where {robot.name} starts, and blocks it"
                 findings.add(_where(item), message, "move one of them")
-    return tuple(found.values())
+    return tuple(found)
+
+
+def _meet(one: Obstacle, other: Obstacle) -> bool:
+    """Whether both are there in some tick."""
+    ends = (one.goes or MOST_TICKS, other.goes or MOST_TICKS)
+    return max(one.appears or 0, other.appears or 0) < min(ends)
 
 
 def _read_obstacle(
@@ -54,9 +67,16 @@ def _read_obstacle(
     region = regions.region(item.get("region"), f"'region' of {label}")
     before = len(findings)
     truth = _truth(item.get("traversable"), kind, catalogue, findings)
+    appears, goes = (
+        read.integer(item.get(word), f"'{word}' of {label}", findings, least=1, most=MOST_TICKS)
+        for word in ("from", "until")
+    )
+    if appears is not None and goes is not None and appears >= goes:
+        hint = "'from' is the tick at which it appears, 'until' that at which it goes"
+        findings.add(item.get("until") or node, f"{label} goes before it appears", hint)
     if kind is None or region is None or len(findings) > before:
         return None
-    return Obstacle(kind, region, truth)
+    return Obstacle(kind, region, truth, appears, goes)
 
 
 def _type(node: Node | None, catalogue: Catalogue, findings: Findings) -> ObstacleType | None:
