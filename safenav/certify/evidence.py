@@ -1,0 +1,100 @@
+"""The evidence that goes with a strategy or a counterstrategy: its measures and choices.
+
+The formulas are evaluated by the checker's own code: evidence needs no second opinion, it is
+checked.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import Any
+
+from safenav.certify.checker.check_strategies import (
+    Row,
+    Specification,
+    Strategy,
+    complete,
+    count_completions,
+    read_specification,
+)
+from safenav.certify.measures import measure
+
+
+@dataclass(frozen=True)
+class CounterEvidence:
+    """How the environment begins and goes on, and the measures that it wins."""
+
+    start: list[int]
+    chosen: list[list[int]]
+    measures: list[dict[str, Any]]
+
+    def to_data(self) -> dict[str, Any]:
+        return {"start": self.start, "chosen": self.chosen, "measures": self.measures}
+
+
+def strategy_measures(text: str, strategy_json: bytes) -> list[dict[str, Any]]:
+    """A measure for each goal of a specification's text under its strategy.
+
+    Raises NoMeasureError if the strategy starves a goal.
+    """
+    spec = read_specification(text)
+    strategy = Strategy(json.loads(strategy_json), spec)
+    cases = strategy.edge_cases()
+    fair = [cases.digits(cases.where(c.formula)) for c in spec.sections["ENV_LIVENESS"]]
+    return [
+        measure(strategy.next, cases.digits(cases.where(goal.formula)), fair).to_data()
+        for goal in spec.sections["SYS_LIVENESS"]
+    ]
+
+
+def counter_evidence(text: str, strategy_json: bytes) -> CounterEvidence:
+    """What a counterstrategy as the synthesizer prints it leaves unsaid.
+
+    Raises NoMeasureError if it does not beat the robot, LookupError if no input begins it.
+    """
+    spec = read_specification(text)
+    strategy = Strategy(json.loads(strategy_json), spec)
+    cases = strategy.edge_cases()
+    fair = [cases.digits(cases.where(c.formula)) for c in spec.sections["ENV_LIVENESS"]]
+    goals = [cases.digits(cases.where(c.formula)) for c in spec.sections["SYS_LIVENESS"]]
+    measures = [measure(strategy.next, met, ()).to_data() for met in fair]
+    measures.append(measure(strategy.next, None, goals).to_data())
+    chosen = [
+        list(strategy.inputs[targets[0]]) if targets else _killing(spec, strategy, node)
+        for node, targets in enumerate(strategy.next)
+    ]
+    start = list(strategy.inputs[0]) if strategy.count else _opening(spec)
+    return CounterEvidence(start, chosen, measures)
+
+
+def _killing(spec: Specification, strategy: Strategy, node: int) -> list[int]:
+    """A next input to which the robot has no answer."""
+    keys = [(v.name, False) for v in (*spec.inputs, *spec.outputs)]
+    wanted = [(v.name, True) for v in spec.inputs]
+    row = (*strategy.inputs[node], *strategy.outputs[node])
+    found = complete(spec.variables, wanted, spec.sections["ENV_TRANS"], keys, [row])
+    rows = [(*row, *values) for _, values in found]
+    after = [(v.name, True) for v in spec.outputs]
+    counts = count_completions(
+        spec.variables, after, spec.sections["SYS_TRANS"], [*keys, *wanted], rows
+    )
+    return _without_answer(rows, counts, len(keys))
+
+
+def _opening(spec: Specification) -> list[int]:
+    """An initial input to which the robot has no answer."""
+    inputs = [(v.name, False) for v in spec.inputs]
+    outputs = [(v.name, False) for v in spec.outputs]
+    rows = [v for _, v in complete(spec.variables, inputs, spec.sections["ENV_INIT"], (), [()])]
+    counts = count_completions(
+        spec.variables, outputs, spec.sections["SYS_INIT"], inputs, rows
+    )
+    return _without_answer(rows, counts, 0)
+
+
+def _without_answer(rows: list[Row], counts: list[int], skip: int) -> list[int]:
+    for row, count in zip(rows, counts, strict=True):
+        if not count:
+            return list(row[skip:])
+    raise LookupError("the robot has an answer to each input")
