@@ -119,8 +119,8 @@ def read_specification(text: str) -> Specification:
         if section not in sections:
             raise Refused(f"line {number} stands in no section")
         formula = parse(line, number)
-        reads = frozenset(_reads(formula))
-        for name, primed in reads:
+        keys = frozenset(reads(formula))
+        for name, primed in keys:
             if name not in variables:
                 raise Refused(f"line {number}: there is no variable {name}")
             future = section not in ("ENV_INIT", "SYS_INIT")
@@ -129,7 +129,7 @@ def read_specification(text: str) -> Specification:
                 section == "ENV_INIT" and name not in given
             ):
                 raise Refused(f"line {number}: {name} must not stand here")
-        sections[section].append(Clause(number, line, formula, reads))
+        sections[section].append(Clause(number, line, formula, keys))
     return Specification(
         tuple(owners["INPUT"]),
         tuple(owners["OUTPUT"]),
@@ -249,12 +249,13 @@ def _primed(formula: Formula, line: int) -> Formula:
     return tuple(_primed(part, line) if isinstance(part, tuple) else part for part in formula)
 
 
-def _reads(formula: Formula) -> Iterator[Key]:
+def reads(formula: Formula) -> Iterator[Key]:
+    """The variables of a formula."""
     if formula[0] == "var":
         yield formula[1], formula[2]
     for part in formula[1:]:
         if isinstance(part, tuple):
-            yield from _reads(part)
+            yield from reads(part)
 
 
 # ------------------------------------------------------------------------------ many cases at once
@@ -362,13 +363,13 @@ def count_completions(
     """
     totals = [1] * len(rows)
     for component, about in _components(wanted, clauses):
-        reads = {key for clause in about for key in clause.reads} - set(component)
-        if not reads <= set(known):
+        read = {key for clause in about for key in clause.reads} - set(component)
+        if not read <= set(known):
             raise Refused(f"line {about[0].line} reads a value that is not known yet")
-        at = [known.index(key) for key in sorted(reads)]
+        at = [known.index(key) for key in sorted(read)]
         classes = [tuple(row[i] for i in at) for row in rows]
         counts: dict[Row, int] = dict.fromkeys(classes, 0)
-        for row, _ in complete(variables, component, about, sorted(reads), list(counts)):
+        for row, _ in complete(variables, component, about, sorted(read), list(counts)):
             counts[row] += 1
         totals = [total * counts[which] for total, which in zip(totals, classes, strict=True)]
     return totals
