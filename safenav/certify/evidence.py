@@ -87,9 +87,7 @@ def _opening(spec: Specification) -> list[int]:
     inputs = [(v.name, False) for v in spec.inputs]
     outputs = [(v.name, False) for v in spec.outputs]
     rows = [v for _, v in complete(spec.variables, inputs, spec.sections["ENV_INIT"], (), [()])]
-    counts = count_completions(
-        spec.variables, outputs, spec.sections["SYS_INIT"], inputs, rows
-    )
+    counts = count_completions(spec.variables, outputs, spec.sections["SYS_INIT"], inputs, rows)
     return _without_answer(rows, counts, 0)
 
 

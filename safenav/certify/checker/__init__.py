@@ -1,0 +1,1 @@
+"""The program that checks bundles; it knows nothing of safenav and goes into each bundle."""

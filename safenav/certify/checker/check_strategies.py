@@ -37,15 +37,15 @@ Formula = tuple[Any, ...]
 Row = tuple[int, ...]
 
 
-class Refused(Exception):
+class RefusedError(Exception):
     """The evidence does not prove the claim: why not."""
 
 
-class TooLarge(Exception):
+class TooLargeError(Exception):
     """The evidence is larger than this checker takes on."""
 
 
-# ------------------------------------------------------------------------------ specifications
+# ---------------------------------------------------------------- specifications
 
 
 @dataclass(frozen=True)
@@ -105,30 +105,28 @@ def read_specification(text: str) -> Specification:
         if line.startswith("["):
             section = line.strip("[]")
             if section not in (*SECTIONS, *owners):
-                raise Refused(f"line {number}: there is no section {line}")
+                raise RefusedError(f"line {number}: there is no section {line}")
         elif section in owners:
             owners[section].append(_variable(line, number))
         else:
             lines.append((number, section, line))
     variables = {v.name: v for v in chain(*owners.values())}
     if len(variables) != sum(map(len, owners.values())):
-        raise Refused("a variable is declared twice")
+        raise RefusedError("a variable is declared twice")
     sections: dict[str, list[Clause]] = {name: [] for name in SECTIONS}
     given = {v.name for v in owners["INPUT"]}
     for number, section, line in lines:
         if section not in sections:
-            raise Refused(f"line {number} stands in no section")
+            raise RefusedError(f"line {number} stands in no section")
         formula = parse(line, number)
         keys = frozenset(reads(formula))
         for name, primed in keys:
             if name not in variables:
-                raise Refused(f"line {number}: there is no variable {name}")
+                raise RefusedError(f"line {number}: there is no variable {name}")
             future = section not in ("ENV_INIT", "SYS_INIT")
             mine = section != "ENV_TRANS" or name in given
-            if (primed and not (future and mine)) or (
-                section == "ENV_INIT" and name not in given
-            ):
-                raise Refused(f"line {number}: {name} must not stand here")
+            if (primed and not (future and mine)) or (section == "ENV_INIT" and name not in given):
+                raise RefusedError(f"line {number}: {name} must not stand here")
         sections[section].append(Clause(number, line, formula, keys))
     return Specification(
         tuple(owners["INPUT"]),
@@ -140,20 +138,22 @@ def read_specification(text: str) -> Specification:
 def _variable(line: str, number: int) -> Variable:
     match = re.fullmatch(r"(\w+)(?::(\d+)\.\.\.(\d+))?", line)
     if match is None:
-        raise Refused(f"line {number}: '{line}' declares no variable")
+        raise RefusedError(f"line {number}: '{line}' declares no variable")
     name, least, most = match.groups()
     if least is None:
         return Variable(name, 0, 1, True)
     if int(least) > int(most):
-        raise Refused(f"line {number}: {name} has no values")
+        raise RefusedError(f"line {number}: {name} has no values")
     return Variable(name, int(least), int(most), False)
 
 
-# ------------------------------------------------------------------------------ formulas
+# ---------------------------------------------------------------- formulas
 
-_TOKEN = re.compile(r"\s*(\d+|[A-Za-z_]\w*|<-->|<->|-->|->|&&|\|\||/\\|\\/|!=|<=|>=|[!~&|^=<>+()'])")
+_TOKEN = re.compile(
+    r"\s*(\d+|[A-Za-z_]\w*|<-->|<->|-->|->|&&|\|\||/\\|\\/|!=|<=|>=|[!~&|^=<>+()'])"
+)
 _SAME = {"&&": "&", "/\\": "&", "||": "|", "\\/": "|", "-->": "->", "<-->": "<->", "~": "!"}
-_LEVELS = (("<->",), ("->",), ("^",), ("|",), ("&",))
+_LEVELS = ("<->", "->", "^", "|", "&")
 _COMPARISONS = ("=", "!=", "<", "<=", ">", ">=")
 
 
@@ -170,13 +170,13 @@ def parse(text: str, line: int = 0) -> Formula:
     while at < len(text):
         match = _TOKEN.match(text, at)
         if match is None:
-            raise Refused(f"line {line}: cannot read '{text[at : at + 20]}'")
+            raise RefusedError(f"line {line}: cannot read '{text[at : at + 20]}'")
         tokens.append(_SAME.get(match.group(1), match.group(1)))
         at = match.end()
     tokens.append("end of line")
     formula, rest = _level(tokens, 0, 0, line)
     if tokens[rest] != "end of line":
-        raise Refused(f"line {line}: '{tokens[rest]}' is not expected here")
+        raise RefusedError(f"line {line}: '{tokens[rest]}' is not expected here")
     return formula
 
 
@@ -184,7 +184,7 @@ def _level(tokens: list[str], at: int, level: int, line: int) -> tuple[Formula, 
     if level == len(_LEVELS):
         return _unary(tokens, at, line)
     formula, at = _level(tokens, at, level + 1, line)
-    operator = _LEVELS[level][0]
+    operator = _LEVELS[level]
     parts = [formula]
     while tokens[at] == operator:
         formula, at = _level(tokens, at + 1, level + 1, line)
@@ -226,7 +226,7 @@ def _atom(tokens: list[str], at: int, line: int) -> tuple[Formula, int]:
     if token == "(":
         formula, at = _level(tokens, at + 1, 0, line)
         if tokens[at] != ")":
-            raise Refused(f"line {line}: a bracket is open at '{tokens[at]}'")
+            raise RefusedError(f"line {line}: a bracket is open at '{tokens[at]}'")
     elif token in ("TRUE", "FALSE"):
         formula = ("const", token == "TRUE")
     elif token.isdigit():
@@ -234,7 +234,7 @@ def _atom(tokens: list[str], at: int, line: int) -> tuple[Formula, int]:
     elif re.fullmatch(r"[A-Za-z_]\w*", token):
         formula = ("var", token, False)
     else:
-        raise Refused(f"line {line}: '{token}' is not expected here")
+        raise RefusedError(f"line {line}: '{token}' is not expected here")
     at += 1
     while tokens[at] == "'":
         formula, at = _primed(formula, line), at + 1
@@ -244,7 +244,7 @@ def _atom(tokens: list[str], at: int, line: int) -> tuple[Formula, int]:
 def _primed(formula: Formula, line: int) -> Formula:
     if formula[0] == "var":
         if formula[2]:
-            raise Refused(f"line {line}: {formula[1]} is primed twice")
+            raise RefusedError(f"line {line}: {formula[1]} is primed twice")
         return ("var", formula[1], True)
     return tuple(_primed(part, line) if isinstance(part, tuple) else part for part in formula)
 
@@ -258,7 +258,7 @@ def reads(formula: Formula) -> Iterator[Key]:
             yield from reads(part)
 
 
-# ------------------------------------------------------------------------------ many cases at once
+# ---------------------------------------------------------------- many cases at once
 
 
 class Cases:
@@ -282,7 +282,7 @@ class Cases:
             return self.all if parts[0] else 0
         if kind == "var":
             if not self.variables[parts[0]].truth:
-                raise Refused(f"the number {parts[0]} stands where a truth is needed")
+                raise RefusedError(f"the number {parts[0]} stands where a truth is needed")
             return self.columns[parts[0], parts[1]][0]
         if kind == "!":
             return self.all ^ self.where(parts[0])
@@ -303,7 +303,7 @@ class Cases:
             return result
         if kind in _COMPARISONS:
             return self._compare(kind, self._number(parts[0]), self._number(parts[1]))
-        raise Refused("a number stands where a truth is needed")
+        raise RefusedError("a number stands where a truth is needed")
 
     def digits(self, cases: int) -> str:
         """A set of cases as a string of digits, one a case."""
@@ -316,7 +316,7 @@ class Cases:
         if kind == "+":
             return self._plus(self._number(parts[0]), self._number(parts[1]))
         if kind != "var" or self.variables[parts[0]].truth:
-            raise Refused("a truth stands where a number is needed")
+            raise RefusedError("a truth stands where a number is needed")
         least = self.variables[parts[0]].least
         bits = self.columns[parts[0], parts[1]]
         return self._plus(bits, self._number(("num", least))) if least else bits
@@ -365,7 +365,7 @@ def count_completions(
     for component, about in _components(wanted, clauses):
         read = {key for clause in about for key in clause.reads} - set(component)
         if not read <= set(known):
-            raise Refused(f"line {about[0].line} reads a value that is not known yet")
+            raise RefusedError(f"line {about[0].line} reads a value that is not known yet")
         at = [known.index(key) for key in sorted(read)]
         classes = [tuple(row[i] for i in at) for row in rows]
         counts: dict[Row, int] = dict.fromkeys(classes, 0)
@@ -460,7 +460,7 @@ def _components(
         yield [key for key in wanted if key in keys], about
 
 
-# ------------------------------------------------------------------------------ strategies
+# ---------------------------------------------------------------- strategies
 
 
 class Strategy:
@@ -473,21 +473,21 @@ class Strategy:
             self.next: list[list[int]] = [node["trans"] for node in nodes]
             states = [node["state"] for node in nodes]
         except (KeyError, TypeError) as error:
-            raise Refused(f"this is no strategy: {error!r} is missing or wrong") from None
+            raise RefusedError(f"this is no strategy: {error!r} is missing or wrong") from None
         expected = [b for v in (*spec.inputs, *spec.outputs) for b in v.bit_names()]
         if names != expected:
-            raise Refused("the strategy has other variables than the specification")
+            raise RefusedError("the strategy has other variables than the specification")
         numbers = set(range(len(nodes)))
         for node, (state, targets) in enumerate(zip(states, self.next, strict=True)):
             if len(state) != len(names) or not all(type(b) is int and b in (0, 1) for b in state):
-                raise Refused(f"node {node} does not hold {len(names)} bits")
+                raise RefusedError(f"node {node} does not hold {len(names)} bits")
             if not all(type(t) is int and t in numbers for t in targets):
-                raise Refused(f"node {node} has an edge to nowhere")
+                raise RefusedError(f"node {node} has an edge to nowhere")
         self.spec = spec
         self.count = len(nodes)
         self.edges = sum(map(len, self.next))
         if self.edges > MOST_EDGES:
-            raise TooLarge(f"{self.edges} edges; this checker takes {MOST_EDGES}")
+            raise TooLargeError(f"{self.edges} edges; this checker takes {MOST_EDGES}")
         self._bits = {name: "".join("01"[s[k]] for s in states) for k, name in enumerate(names)}
         self.inputs: list[Row] = self._rows(spec.inputs)
         self.outputs: list[Row] = self._rows(spec.outputs)
@@ -501,7 +501,7 @@ class Strategy:
             for power, digits in enumerate(bits):
                 values = [v + (int(d) << power) for v, d in zip(values, digits, strict=True)]
             if self.count and max(values) > variable.most:
-                raise Refused(f"a node has {variable.name} = {max(values)}, beyond its range")
+                raise RefusedError(f"a node has {variable.name} = {max(values)}, beyond its range")
             columns.append(values)
         return list(zip(*columns, strict=True)) if columns else [()] * self.count
 
@@ -553,7 +553,7 @@ def check_strategy(spec: Specification, strategy: Strategy, measures: Any) -> li
     initial = strategy.initial()
     allowed = count_completions(variables, now, spec.sections["ENV_INIT"], (), [()])[0]
     if len({strategy.inputs[node] for node in initial}) != allowed:
-        raise Refused(f"{allowed} inputs are allowed to begin with, not all have a node")
+        raise RefusedError(f"{allowed} inputs are allowed to begin with, not all have a node")
     cases = strategy.edge_cases()
     _check_edges(strategy, cases, ("ENV_TRANS", "SYS_TRANS"))
     wanted = [(variable.name, True) for variable in spec.inputs]
@@ -563,19 +563,19 @@ def check_strategy(spec: Specification, strategy: Strategy, measures: Any) -> li
     for node, (targets, count) in enumerate(zip(strategy.next, counts, strict=True)):
         answered = {strategy.inputs[target] for target in targets}
         if len(answered) != len(targets):
-            raise Refused(f"node {node} has two answers to one input")
+            raise RefusedError(f"node {node} has two answers to one input")
         if len(answered) != count:
-            raise Refused(f"node {node} answers {len(answered)} of {count} allowed inputs")
+            raise RefusedError(f"node {node} answers {len(answered)} of {count} allowed inputs")
     assumptions = [cases.digits(cases.where(c.formula)) for c in spec.sections["ENV_LIVENESS"]]
     goals = spec.sections["SYS_LIVENESS"]
     if not isinstance(measures, list) or len(measures) != len(goals):
-        raise Refused(f"there are {len(goals)} goals, but not as many measures")
+        raise RefusedError(f"there are {len(goals)} goals, but not as many measures")
     for clause, measure in zip(goals, measures, strict=True):
         met = cases.digits(cases.where(clause.formula))
         try:
             check_measure(strategy, met, assumptions, measure)
-        except Refused as reason:
-            raise Refused(f"goal '{clause.text}' (line {clause.line}): {reason}") from None
+        except RefusedError as reason:
+            raise RefusedError(f"goal '{clause.text}' (line {clause.line}): {reason}") from None
     return initial
 
 
@@ -587,7 +587,7 @@ def _check_edges(strategy: Strategy, cases: Cases, sections: Iterable[str]) -> N
                 edge = cases.digits(good).index("0")
                 source, target = next(p for k, p in enumerate(strategy.pairs()) if k == edge)
                 where = f"the edge from node {source} to node {target}"
-                raise Refused(f"{where} breaks '{clause.text}' (line {clause.line})")
+                raise RefusedError(f"{where} breaks '{clause.text}' (line {clause.line})")
 
 
 def check_measure(
@@ -606,13 +606,13 @@ def check_measure(
     try:
         numbers, which = measure["n"], measure["a"]
     except (KeyError, TypeError):
-        raise Refused("the measure lacks 'n' or 'a'") from None
+        raise RefusedError("the measure lacks 'n' or 'a'") from None
     if len(numbers) != strategy.count or len(which) != strategy.count:
-        raise Refused("the measure is for another number of nodes")
+        raise RefusedError("the measure is for another number of nodes")
     if not all(type(n) is int and n >= 0 for n in numbers):
-        raise Refused("the measure has a number that is no natural number")
+        raise RefusedError("the measure has a number that is no natural number")
     if not all(a is None or (type(a) is int and 0 <= a < len(excuses)) for a in which):
-        raise Refused("the measure names an assumption that does not exist")
+        raise RefusedError("the measure names an assumption that does not exist")
     for edge, (source, target) in enumerate(strategy.pairs()):
         if not always and met[edge] == "1":
             continue
@@ -621,7 +621,7 @@ def check_measure(
         excuse = which[source]
         same = numbers[target] == numbers[source] and excuse == which[target]
         if not same or excuse is None or excuses[excuse][edge] == "1":
-            raise Refused(f"the measure does not fall from node {source} to node {target}")
+            raise RefusedError(f"the measure does not fall from node {source} to node {target}")
 
 
 def check_counterstrategy(
@@ -641,14 +641,14 @@ def check_counterstrategy(
     next_in, next_out = [(v.name, True) for v in inputs], [(v.name, True) for v in outputs]
     first = _input_row(start, inputs)
     if not count_completions(variables, (), spec.sections["ENV_INIT"], now_in, [first])[0]:
-        raise Refused("the initial input is not allowed")
+        raise RefusedError("the initial input is not allowed")
     begin = [node for node in strategy.initial() if strategy.inputs[node] == first]
     every = spec.sections["SYS_INIT"]
     count = count_completions(variables, now_out, every, now_in, [first])[0]
     if len({strategy.outputs[node] for node in begin}) != count:
-        raise Refused(f"{count} outputs answer the initial input, not all have a node")
+        raise RefusedError(f"{count} outputs answer the initial input, not all have a node")
     if not isinstance(chosen, list) or len(chosen) != strategy.count:
-        raise Refused("there is not one chosen input for each node")
+        raise RefusedError("there is not one chosen input for each node")
     rows = [
         (*i, *o, *_input_row(c, inputs))
         for i, o, c in zip(strategy.inputs, strategy.outputs, chosen, strict=True)
@@ -659,17 +659,17 @@ def check_counterstrategy(
     width = len(inputs) + len(outputs)
     for node, targets in enumerate(strategy.next):
         if not legal[node]:
-            raise Refused(f"the input chosen in node {node} is not allowed")
+            raise RefusedError(f"the input chosen in node {node} is not allowed")
         if any(strategy.inputs[target] != rows[node][width:] for target in targets):
-            raise Refused(f"an edge from node {node} has another input than the chosen one")
+            raise RefusedError(f"an edge from node {node} has another input than the chosen one")
         if not len({strategy.outputs[t] for t in targets}) == len(targets) == answers[node]:
-            raise Refused(f"node {node} has {len(targets)} answers of {answers[node]}")
+            raise RefusedError(f"node {node} has {len(targets)} answers of {answers[node]}")
     cases = strategy.edge_cases()
     _check_edges(strategy, cases, ("SYS_TRANS",))
     assumed = [cases.digits(cases.where(c.formula)) for c in spec.sections["ENV_LIVENESS"]]
     goals = [cases.digits(cases.where(c.formula)) for c in spec.sections["SYS_LIVENESS"]]
     if not isinstance(measures, list) or len(measures) != len(assumed) + 1:
-        raise Refused("there is not one measure for each assumption and one for the goals")
+        raise RefusedError("there is not one measure for each assumption and one for the goals")
     for met, measure in zip(assumed, measures[:-1], strict=True):
         check_measure(strategy, met, (), measure)
     check_measure(strategy, "", goals, measures[-1], always=True)
@@ -677,8 +677,8 @@ def check_counterstrategy(
 
 def _input_row(values: Any, inputs: Sequence[Variable]) -> Row:
     if not isinstance(values, list) or len(values) != len(inputs):
-        raise Refused("an input does not have one value for each input variable")
+        raise RefusedError("an input does not have one value for each input variable")
     for value, variable in zip(values, inputs, strict=True):
         if type(value) is not int or not variable.least <= value <= variable.most:
-            raise Refused(f"an input has {variable.name} = {value}, beyond its range")
+            raise RefusedError(f"an input has {variable.name} = {value}, beyond its range")
     return tuple(values)
