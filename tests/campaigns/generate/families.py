@@ -114,8 +114,8 @@ def _need(random: Random, draft: Draft, region: int) -> Data:
 
 
 def _where(random: Random, draft: Draft, region: int, apart: bool = False) -> Any:
-    """Where an action works; ``apart``: not in the region itself, whose guards could not
-    stand there while more is needed."""
+    """Where an action works; ``apart``: not in the region itself, which none may enter who
+    cannot meet all that is left."""
     kinds = ["neighbours", "list"] if apart else ["self", "neighbours", "list"]
     kind = random.choice(kinds)
     if kind != "list":

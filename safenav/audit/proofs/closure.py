@@ -1,0 +1,105 @@
+"""Closure tables: a set of poses for each robot that it cannot leave, whatever is resolved.
+
+Accepted if each robot begins inside its set, no step leads out of it, every obstacle that is said
+to be never resolved has a need for which too few robots get to where it is met, and somebody
+cannot go on for ever in its set. By induction over the steps nobody ever leaves, and nothing of
+what is never resolved is. Collisions are left out of account: they only take away.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from safenav.audit.proofs.moment import Gate, Moment, Pose, Robot
+from safenav.audit.proofs.reading import MalformedError, mapping, names, poses
+
+Sets = Mapping[str, frozenset[Pose]]
+
+
+def closure_problems(
+    proof: Mapping[str, object], moment: Moment, lame: bool, start: Sets | None = None
+) -> Iterator[str]:
+    """Why a closure table does not hold. ``lame``: somebody must be unable to go on in it.
+    ``start``: where each robot may be (default: where it is)."""
+    never = names(proof.get("never"), "never")
+    away = names(proof.get("resolved"), "resolved")
+    tables = {
+        name: mapping(table, f"the table of {name}")
+        for name, table in mapping(proof.get("robots"), "robots").items()
+    }
+    unknown = [name for name in never if name not in moment.gates]
+    if unknown:
+        yield f"{', '.join(unknown)} is not known, or resolved already, so it closes nothing"
+        return
+    forgotten = sorted(moment.gates.keys() - {*never, *away})
+    if forgotten:
+        yield f"the closure says nothing of {', '.join(forgotten)}"
+        return
+    if tables.keys() != moment.robots.keys():
+        yield f"the closure is of {', '.join(sorted(tables)) or 'nobody'}, not of the whole team"
+        return
+    inside = {name: poses(table.get("poses"), f"{name}'s poses") for name, table in tables.items()}
+    begins = start or {name: frozenset([r.pose]) for name, r in moment.robots.items()}
+    stuck: dict[str, int] = {}
+    for name in never:
+        stages = list(_stuck_at(moment.gates[name], moment, inside))
+        if not stages:
+            yield f"{name} can be resolved: enough robots get to where that is done"
+            return
+        # The earlier it is stuck, the more it closes; any stage that the sets agree with will do.
+        stuck[name] = stages[0]
+    for name, robot in moment.robots.items():
+        walls = moment.sealed[name] | {
+            moment.gates[one].region for one in never if moment.gates[one].closes(robot, stuck[one])
+        }
+        yield from _robot_problems(robot, moment, inside[name], begins[name], walls, tables[name])
+    if lame and all(_is_live(tables[name]) for name in tables):
+        yield "everybody is said to be able to go on for ever, so nothing is proven"
+
+
+def _stuck_at(gate: Gate, moment: Moment, inside: Sets) -> Iterator[int]:
+    """The stages at which too few robots can get to where the need is met."""
+    for stage in range(gate.stage, len(gate.needs)):
+        need = gate.needs[stage]
+        able = {
+            name: frozenset(region for region, _ in inside[name])
+            for name, robot in moment.robots.items()
+            if need.action in robot.capabilities
+            and not (stage == gate.stage and not need.together and name in gate.done)
+        }
+        if not moment.enough(need, gate.missing(stage), able):
+            yield stage
+
+
+def _robot_problems(
+    robot: Robot,
+    moment: Moment,
+    inside: frozenset[Pose],
+    begins: frozenset[Pose],
+    walls: frozenset[int],
+    table: Mapping[str, object],
+) -> Iterator[str]:
+    outside = sorted(begins - inside, key=str)
+    if outside:
+        yield f"{robot.name} begins at {_told(outside[0])}, outside of its closure"
+        return
+    if robot.judged:
+        for pose in sorted(inside, key=str):
+            for to in moment.steps(robot, pose):
+                if to[0] not in walls and to not in inside:
+                    yield f"{robot.name} gets from {_told(pose)} to {_told(to)}, out of its closure"
+                    return
+    if not _is_live(table) and robot.judged and moment.live(robot, inside, walls):
+        yield f"{robot.name} can go on for ever in its closure, though it is said that it cannot"
+
+
+def _is_live(table: Mapping[str, object]) -> bool:
+    live = table.get("live")
+    if not isinstance(live, bool):
+        raise MalformedError("live must be true or false")
+    return live
+
+
+def _told(pose: Pose) -> str:
+    region, heading = pose
+    return f"{region}" if heading is None else f"{region} facing {heading}"

@@ -1,0 +1,271 @@
+"""Joint proofs: robots that share a floor cannot complete, whatever each of them does.
+
+The states are enumerated again: where each robot is, what it has still to meet, how far each
+obstacle is. One robot moves at a time into a region that nobody in conflict with it takes up.
+Accepted if no state that can be reached completes the mission, and if the poses that can be
+reached are those that the proof counts.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from heapq import heappop, heappush
+from itertools import product
+
+from safenav.audit.proofs.moment import Gate, Moment, Pose, Robot
+from safenav.audit.proofs.reading import mapping, names, pose, whole
+
+MOST_STATES = 200_000
+
+Left = tuple[int, int]
+"""What a robot has still to do: in order, the goals left (and 0); otherwise the rounds left and
+the targets covered in this one, bit by bit."""
+
+Stage = tuple[str, int, frozenset[str]]
+
+
+@dataclass(frozen=True)
+class _State:
+    poses: tuple[Pose, ...]
+    left: tuple[Left, ...]
+    stages: tuple[Stage, ...]
+
+    @property
+    def rank(self) -> int:
+        """States with less to do are looked at first: a false proof is found out soon."""
+        return sum(8 * goals - covered.bit_count() for goals, covered in self.left)
+
+
+def joint_problems(proof: Mapping[str, object], moment: Moment) -> Iterator[str]:
+    """Why a joint proof does not hold."""
+    listed = names(proof.get("robots"), "robots")
+    start = {
+        name: pose(one, f"the start of {name}")
+        for name, one in mapping(proof.get("start"), "start").items()
+    }
+    stages = {
+        name: whole(one, f"the stage of {name}")
+        for name, one in mapping(proof.get("stages"), "stages").items()
+    }
+    told, digest = whole(proof.get("states"), "states"), proof.get("sha256")
+    strangers = sorted({*listed, *start} - moment.robots.keys())
+    if strangers or not listed:
+        yield f"the proof is about {', '.join(strangers) or 'nobody'}"
+        return
+    for name in listed:
+        if start.get(name) != moment.robots[name].pose:
+            yield f"{name} is at {moment.robots[name].pose}, not where the proof begins"
+            return
+    problem = _stages_problem(stages, set(listed), moment)
+    if problem:
+        yield problem
+        return
+    if told > MOST_STATES:
+        yield f"{told} states are more than the {MOST_STATES} that are looked at here"
+        return
+    robots = [moment.robots[name] for name in moment.robots if name in listed]
+    judged = [robot for robot in robots if robot.judged]
+    if len(judged) < len(robots):
+        return  # what its formulas demand is not in the trace
+    yield from _Enumeration(moment.without(moment.gates.keys() - stages.keys()), robots).problems(
+        told, digest
+    )
+
+
+def _stages_problem(stages: Mapping[str, int], listed: set[str], moment: Moment) -> str:
+    outside = [robot for name, robot in moment.robots.items() if name not in listed]
+    for name, stage in stages.items():
+        gate = moment.gates.get(name)
+        if gate is None:
+            return f"{name} is not known, or resolved already, so it closes nothing"
+        if stage != gate.stage:
+            return f"{name} has {gate.stage} of its needs met, not {stage}"
+        rest = {need.action for need in gate.needs[stage:]}
+        helper = next((robot for robot in outside if rest & robot.capabilities), None)
+        if helper is not None:
+            return f"{helper.name}, which the proof leaves out, may have a part in resolving {name}"
+    return ""
+
+
+class _Enumeration:
+    def __init__(self, moment: Moment, robots: list[Robot]) -> None:
+        self._moment = moment
+        self._robots = robots
+        self._gates = dict(moment.gates)
+        self._rivals = [
+            [k for k, other in enumerate(robots) if other.name in robot.conflicts]
+            for robot in robots
+        ]
+        self._walls: dict[tuple[Stage, ...], list[frozenset[int]]] = {}
+        self._live: dict[tuple[str, frozenset[int]], frozenset[Pose]] = {}
+        self._steps: list[dict[Pose, list[Pose]]] = [{} for _ in robots]
+
+    def problems(self, told: int, digest: object) -> Iterator[str]:
+        queue: list[tuple[int, int, _State]] = []
+        seen: set[_State] = set()
+        poses: set[tuple[Pose, ...]] = set()
+        for state in self._starts():
+            self._find(state, seen, poses, queue)
+        while queue:
+            _, _, state = heappop(queue)
+            if self._is_complete(state):
+                places = ", ".join(
+                    f"{robot.name} at {at[0]}"
+                    for robot, at in zip(self._robots, state.poses, strict=True)
+                )
+                yield f"it can be completed: with {places} all is done"
+                return
+            for after in self._successors(state):
+                self._find(after, seen, poses, queue)
+            if len(seen) > MOST_STATES:
+                yield f"there are more than {MOST_STATES} states, so that it cannot be checked here"
+                return
+            if len(poses) > told:
+                yield f"more than the {told} states that it counts can be reached"
+                return
+        if len(poses) != told:
+            yield f"{len(poses)} states can be reached, not {told}"
+        elif digest != _digest(poses):
+            yield "the states that can be reached are not those that it counts (sha256)"
+
+    def _find(
+        self,
+        state: _State,
+        seen: set[_State],
+        poses: set[tuple[Pose, ...]],
+        queue: list[tuple[int, int, _State]],
+    ) -> None:
+        if state not in seen:
+            seen.add(state)
+            poses.add(state.poses)
+            heappush(queue, (state.rank, len(seen), state))
+
+    def _starts(self) -> list[_State]:
+        choices: list[list[Left]] = []
+        for robot in self._robots:
+            if robot.in_order:
+                count = len(robot.targets)
+                choices.append([(max(robot.rounds_left * count - k, 0), 0) for k in robot.awaited])
+            else:
+                choices.append([(robot.rounds_left, sum(1 << k for k in robot.covered))])
+        poses = tuple(robot.pose for robot in self._robots)
+        stages = tuple(sorted((g.name, g.stage, g.done) for g in self._gates.values()))
+        return [self._settled(_State(poses, left, stages)) for left in product(*choices)]
+
+    def _successors(self, state: _State) -> Iterator[_State]:
+        closed = self._closed(state.stages)
+        for k, robot in enumerate(self._robots):
+            taken = {state.poses[other][0] for other in self._rivals[k]}
+            known = self._steps[k]
+            here = state.poses[k]
+            if here not in known:
+                known[here] = self._moment.steps(robot, here)
+            for to in known[here]:
+                if to[0] not in taken and to[0] not in closed[k]:
+                    poses = (*state.poses[:k], to, *state.poses[k + 1 :])
+                    yield self._settled(replace(state, poses=poses))
+
+    def _closed(self, stages: tuple[Stage, ...]) -> list[frozenset[int]]:
+        known = self._walls.get(stages)
+        if known is None:
+            gates = [self._gate(stage) for stage in stages]
+            known = [self._moment.walls(robot, gates) for robot in self._robots]
+            self._walls[stages] = known
+        return known
+
+    def _gate(self, stage: Stage) -> Gate:
+        name, index, done = stage
+        return replace(self._gates[name], stage=index, done=done)
+
+    def _is_complete(self, state: _State) -> bool:
+        if any(goals for goals, _ in state.left):
+            return False
+        closed = self._closed(state.stages)
+        return all(
+            at in self._lively(robot, walls)
+            for robot, at, walls in zip(self._robots, state.poses, closed, strict=True)
+        )
+
+    def _lively(self, robot: Robot, walls: frozenset[int]) -> frozenset[Pose]:
+        key = (robot.name, walls)
+        if key not in self._live:
+            moment = self._moment
+            headings = ("north", "east", "south", "west") if robot.has_heading else (None,)
+            everywhere = frozenset(
+                (region, heading)
+                for region in moment.free - robot.forbidden
+                for heading in headings
+            )
+            self._live[key] = moment.live(robot, everywhere, walls)
+        return self._live[key]
+
+    def _settled(self, state: _State) -> _State:
+        """With all done that is done where the robots stand: actions, then goals."""
+        stages: list[Stage] = []
+        resolved = False
+        for stage in state.stages:
+            now: Stage | None = stage
+            while now is not None and (after := self._performed(now, state.poses)) != now:
+                now = after
+            if now is None:
+                resolved = True
+            else:
+                stages.append(now)
+        left = state.left
+        if resolved:
+            left = tuple(map(self._anew, self._robots, left))
+        left = tuple(
+            self._met(robot, at[0], one)
+            for robot, at, one in zip(self._robots, state.poses, left, strict=True)
+        )
+        return _State(state.poses, left, tuple(stages))
+
+    def _anew(self, robot: Robot, left: Left) -> Left:
+        """Rounds count from the last resolution; the order of the targets goes on."""
+        rounds, count = self._moment.rounds, len(robot.targets)
+        if not robot.in_order:
+            return rounds, 0
+        return rounds * count - (-left[0]) % count, 0
+
+    def _performed(self, stage: Stage, poses: tuple[Pose, ...]) -> Stage | None:
+        """The stage after what the robots where they stand can do; None: resolved."""
+        name, index, done = stage
+        need = self._gates[name].needs[index]
+        here = {
+            robot.name
+            for robot, at in zip(self._robots, poses, strict=True)
+            if need.action in robot.capabilities and at[0] in need.regions
+        }
+        if need.together:
+            if len(here) < need.robots:
+                return stage
+        elif len(done | here) < need.robots:
+            return name, index, done | here
+        last = index + 1 == len(self._gates[name].needs)
+        return None if last else (name, index + 1, frozenset())
+
+    def _met(self, robot: Robot, region: int, left: Left) -> Left:
+        goals, covered = left
+        count = len(robot.targets)
+        if robot.in_order:
+            while goals and region in robot.targets[(-goals) % count]:
+                goals -= 1
+            return goals, 0
+        here = sum(1 << k for k, target in enumerate(robot.targets) if region in target)
+        while goals:
+            covered |= here
+            if covered != (1 << count) - 1:
+                return goals, covered
+            goals, covered = goals - 1, 0
+        return 0, 0
+
+
+def _digest(poses: set[tuple[Pose, ...]]) -> str:
+    lines = sorted(
+        json.dumps([[region, heading] for region, heading in one], separators=(",", ":")) + "\n"
+        for one in poses
+    )
+    return hashlib.sha256("".join(lines).encode()).hexdigest()

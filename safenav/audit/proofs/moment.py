@@ -1,0 +1,180 @@
+"""The moment that a proof is about: who is where, what stands in whose way."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+Pose = tuple[int, str | None]
+"""A region, and the heading of a robot that has one."""
+
+_WAYS: Mapping[str, tuple[int, int]] = {
+    "north": (-1, 0),
+    "east": (0, 1),
+    "south": (1, 0),
+    "west": (0, -1),
+}
+_BACK = {"north": "south", "south": "north", "east": "west", "west": "east"}
+
+
+@dataclass(frozen=True)
+class Need:
+    """``robots`` distinct robots perform ``action`` from ``regions``, ``together`` or not."""
+
+    action: str
+    robots: int
+    regions: frozenset[int]
+    together: bool
+
+
+@dataclass(frozen=True)
+class Gate:
+    """An obstacle that is known and unresolved: the needs before ``stage`` are met, and ``done``
+    have had their part in the one at it. ``blocks``: robots that must not enter it as long as
+    they cannot resolve it by themselves."""
+
+    name: str
+    region: int
+    needs: tuple[Need, ...]
+    blocks: frozenset[str]
+    stage: int = 0
+    done: frozenset[str] = frozenset()
+
+    def closes(self, robot: Robot, stage: int | None = None) -> bool:
+        """Whether the robot may not enter: it is blocked, and cannot meet all that is left at
+        that stage (default: the present one) by itself."""
+        rest = self.needs[self.stage if stage is None else stage :]
+        able = all(need.robots == 1 and need.action in robot.capabilities for need in rest)
+        return robot.name in self.blocks and not able
+
+    def missing(self, stage: int) -> int:
+        """How many robots must still have a part in the need of that stage."""
+        need = self.needs[stage]
+        if stage != self.stage or need.together:
+            return need.robots
+        return need.robots - len(self.done)
+
+
+@dataclass(frozen=True)
+class Robot:
+    """``pose``: where it is, or will arrive. ``targets`` of its objective, met ``in_order`` or
+    not; ``judged``: whether the trace tells all of its objective (not so for most formulas).
+    ``forbidden``: regions that its objective excludes. ``left``: the fewest goals that it may
+    still have to meet, for each way in which its counting may stand (a number; of a cover: the
+    targets covered in this round and the rounds left)."""
+
+    name: str
+    has_heading: bool
+    capabilities: frozenset[str]
+    pose: Pose
+    targets: tuple[frozenset[int], ...]
+    in_order: bool
+    judged: bool
+    forbidden: frozenset[int]
+    conflicts: frozenset[str]
+    awaited: tuple[int, ...]
+    covered: frozenset[int]
+    rounds_left: int
+
+
+@dataclass(frozen=True)
+class Moment:
+    """``sealed``: regions that are closed for good, by robot. ``rounds``: how often an
+    objective is to be met after a resolution."""
+
+    rows: int
+    cols: int
+    free: frozenset[int]
+    robots: Mapping[str, Robot]
+    gates: Mapping[str, Gate]
+    sealed: Mapping[str, frozenset[int]]
+    rounds: int
+
+    def steps(self, robot: Robot, pose: Pose) -> list[Pose]:
+        """The poses one step away on the free map, never backwards with a heading."""
+        region, faced = pose
+        found: list[Pose] = []
+        for way, (south, east) in _WAYS.items():
+            col = region % self.cols + east
+            to = region + south * self.cols + east
+            if not 0 <= col < self.cols or to not in self.free or to in robot.forbidden:
+                continue
+            if not robot.has_heading:
+                found.append((to, None))
+            elif faced is None or way != _BACK[faced]:
+                found.append((to, way))
+        return found
+
+    def walls(self, robot: Robot, gates: Iterable[Gate]) -> frozenset[int]:
+        """The regions that the gates close to a robot, and those that are sealed."""
+        closed = {gate.region for gate in gates if gate.closes(robot)}
+        return self.sealed[robot.name] | closed
+
+    def closure(
+        self, robot: Robot, start: Iterable[Pose], walls: frozenset[int]
+    ) -> frozenset[Pose]:
+        """All poses that the robot alone reaches from some without entering walls."""
+        found = set(start)
+        pending = list(found)
+        while pending:
+            for pose in self.steps(robot, pending.pop()):
+                if pose[0] not in walls and pose not in found:
+                    found.add(pose)
+                    pending.append(pose)
+        return frozenset(found)
+
+    def live(self, robot: Robot, inside: frozenset[Pose], walls: frozenset[int]) -> frozenset[Pose]:
+        """The greatest part of a set of poses from which the robot reaches every target within
+        that part, again and again."""
+        kept = {pose for pose in inside if pose[0] not in walls}
+        before: dict[Pose, list[Pose]] = {pose: [] for pose in kept}
+        for pose in kept:
+            for to in self.steps(robot, pose):
+                if to in kept:
+                    before[to].append(pose)
+        while True:
+            size = len(kept)
+            for target in robot.targets:
+                reached = {pose for pose in kept if pose[0] in target}
+                pending = list(reached)
+                while pending:
+                    for pose in before[pending.pop()]:
+                        if pose in kept and pose not in reached:
+                            reached.add(pose)
+                            pending.append(pose)
+                kept = reached
+            if len(kept) == size:
+                return frozenset(kept)
+
+    def without(self, gates: Iterable[str]) -> Moment:
+        """The same with these gates away."""
+        gone = set(gates)
+        rest = {name: gate for name, gate in self.gates.items() if name not in gone}
+        return replace(self, gates=rest)
+
+    def enough(self, need: Need, missing: int, places: Mapping[str, frozenset[int]]) -> bool:
+        """Whether so many of these robots can perform the need at once (``together``) or one
+        after the other, each from one of its places."""
+        useful = {name: at & need.regions for name, at in places.items() if at & need.regions}
+        if len(useful) < missing:
+            return False
+        if not need.together:
+            return True
+        return any(self.fits(group, useful) for group in combinations(sorted(useful), missing))
+
+    def fits(self, group: tuple[str, ...], places: Mapping[str, frozenset[int]]) -> bool:
+        """Whether the robots of a group can stand at a place each, those in conflict at
+        different ones."""
+        return self._fits(list(group), places, {})
+
+    def _fits(
+        self, group: list[str], places: Mapping[str, frozenset[int]], stood: dict[str, int]
+    ) -> bool:
+        if not group:
+            return True
+        name, rest = group[0], group[1:]
+        taken = {at for other, at in stood.items() if other in self.robots[name].conflicts}
+        return any(
+            self._fits(rest, places, stood | {name: at}) for at in sorted(places[name] - taken)
+        )

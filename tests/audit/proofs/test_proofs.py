@@ -1,0 +1,310 @@
+"""Proofs of negatives: sound ones are accepted, false and forged ones get a reason."""
+
+from __future__ import annotations
+
+import copy
+import hashlib
+import json
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from safenav.audit.proofs import Gate, Moment, Need, Pose, Robot, problems_of
+
+# A corridor of regions 1 to 5; nobody may enter 0 or 6.
+FREE = frozenset(range(1, 6))
+
+
+def robot(name: str, at: int, *targets: int, can: str = "", heading: str | None = None) -> Robot:
+    return Robot(
+        name=name,
+        has_heading=heading is not None,
+        capabilities=frozenset(can.split()),
+        pose=(at, heading),
+        targets=tuple(frozenset([target]) for target in targets),
+        in_order=True,
+        judged=True,
+        forbidden=frozenset(),
+        conflicts=frozenset(),
+        awaited=(0,),
+        covered=frozenset(),
+        rounds_left=1,
+    )
+
+
+def gate(name: str, at: int, *needs: Need, blocks: str) -> Gate:
+    return Gate(name, at, needs, frozenset(blocks.split()))
+
+
+def need(action: str, *regions: int, robots: int = 1, together: bool = False) -> Need:
+    return Need(action, robots, frozenset(regions), together)
+
+
+def moment(robots: list[Robot], *gates: Gate, together: bool = False) -> Moment:
+    if together:
+        everybody = {one.name for one in robots}
+        robots = [replace(one, conflicts=frozenset(everybody - {one.name})) for one in robots]
+    return Moment(
+        1,
+        7,
+        FREE,
+        {one.name: one for one in robots},
+        {one.name: one for one in gates},
+        {one.name: frozenset() for one in robots},
+        1,
+    )
+
+
+def table(regions: range, live: bool, heading: str | None = None) -> dict[str, Any]:
+    return {"poses": [[region, heading] for region in regions], "live": live}
+
+
+def reasons(proof: dict[str, Any], about: Moment) -> list[str]:
+    return list(problems_of(proof, about))
+
+
+# Closures
+
+NOBODY = moment(
+    [robot("a", 1, 5, 1), robot("b", 2, 1, 2, can="sense")],
+    gate("door@4", 4, need("push", 4), blocks="a b"),
+)
+NO_PUSHER = {
+    "kind": "closure",
+    "resolved": [],
+    "never": ["door@4"],
+    "robots": {"a": table(range(1, 4), False), "b": table(range(1, 4), True)},
+}
+
+
+def changed(proof: dict[str, Any], *path: Any, to: Any) -> dict[str, Any]:
+    found = copy.deepcopy(proof)
+    inner: Any = found
+    for key in path[:-1]:
+        inner = inner[key]
+    inner[path[-1]] = to
+    return found
+
+
+def test_a_closure_shows_that_nobody_can_open_the_door() -> None:
+    assert reasons(NO_PUSHER, NOBODY) == []
+
+
+@pytest.mark.parametrize(
+    ("proof", "reason"),
+    [
+        (changed(NO_PUSHER, "robots", "a", "poses", to=[[1, None], [2, None]]), "out of its"),
+        (changed(NO_PUSHER, "robots", "a", "poses", to=[[3, None]]), "begins at 1, outside"),
+        (changed(NO_PUSHER, "robots", "a", "live", to=True), "nothing is proven"),
+        (changed(NO_PUSHER, "robots", "b", "live", to=False), "b can go on for ever"),
+        (changed(NO_PUSHER, "never", to=[]), "says nothing of door@4"),
+        (changed(NO_PUSHER, "never", to=["door@4", "door@2"]), "door@2 is not known"),
+        (changed(NO_PUSHER, "robots", to={"a": table(range(1, 4), False)}), "not of the whole"),
+        (changed(NO_PUSHER, "robots", "a", "live", to="no"), "live must be true or false"),
+        (changed(NO_PUSHER, "robots", "a", "poses", to=[[1]]), "a region and a heading"),
+        (changed(NO_PUSHER, "never", to=None), "never must be a list"),
+        ({"kind": "belief"}, "unknown kind 'belief'"),
+    ],
+)
+def test_a_closure_that_does_not_hold_gets_a_reason(proof: dict[str, Any], reason: str) -> None:
+    assert reason in " ".join(reasons(proof, NOBODY))
+
+
+def test_an_obstacle_that_somebody_can_resolve_is_not_never_resolved() -> None:
+    able = moment(
+        [robot("a", 1, 5, 1), robot("b", 2, 1, 2, can="push")],
+        gate("door@4", 4, need("push", 3), blocks="a b"),
+    )
+    assert "can be resolved" in reasons(NO_PUSHER, able)[0]
+
+
+def test_a_pusher_behind_the_door_does_not_help_where_it_cannot_get() -> None:
+    far = moment(
+        [robot("a", 1, 5, 1), robot("b", 5, 5, can="push")],
+        gate("door@3", 3, need("push", 2), blocks="a b"),
+        gate("fog@4", 4, need("sense", 2), blocks="b"),
+    )
+    proof = {
+        "kind": "closure",
+        "resolved": [],
+        "never": ["door@3", "fog@4"],
+        "robots": {"a": table(range(1, 3), False), "b": table(range(5, 6), True)},
+    }
+    assert reasons(proof, far) == []
+
+
+def test_a_second_need_that_nobody_can_meet_is_enough() -> None:
+    vault = moment(
+        [robot("a", 1, 5, 1, can="sense")],
+        gate("vault@3", 3, need("sense", 2), need("lift", 2), blocks="a"),
+    )
+    proof = {
+        "kind": "closure",
+        "resolved": [],
+        "never": ["vault@3"],
+        "robots": {"a": table(range(1, 3), False)},
+    }
+    assert reasons(proof, vault) == []
+
+
+@pytest.mark.parametrize(("apart", "accepted"), [(True, True), (False, False)])
+def test_robots_that_keep_apart_do_not_lift_together_on_one_region(
+    apart: bool, accepted: bool
+) -> None:
+    beam = moment(
+        [
+            robot("a", 1, 5, 1),
+            robot("b", 1, 1, can="lift"),
+            robot("c", 2, 2, can="lift"),
+        ],
+        gate("beam@4", 4, need("lift", 3, robots=2, together=True), blocks="a b c"),
+        together=apart,
+    )
+    proof = {
+        "kind": "closure",
+        "resolved": [],
+        "never": ["beam@4"],
+        "robots": {
+            "a": table(range(1, 4), False),
+            "b": table(range(1, 4), True),
+            "c": table(range(1, 4), True),
+        },
+    }
+    assert (reasons(proof, beam) == []) is accepted
+
+
+# Trees
+
+# With a heading there is no way back: who senses at 1 can never push at 5, and the other way round.
+ONE_WAY = moment(
+    [robot("a", 3, 3, heading="east", can="push"), robot("b", 3, 1, 5)],
+    gate("west@2", 2, need("push", 4), blocks="b"),
+    gate("east@4", 4, need("push", 2), blocks="b"),
+)
+
+
+def one_way_proof() -> dict[str, Any]:
+    """It faces east, so that only the one at 2 can be resolved, from 4."""
+    after = {
+        "kind": "closure",
+        "resolved": [],
+        "never": ["east@4"],
+        "robots": {
+            "a": {"poses": [[4, "east"], [5, "east"]], "live": False},
+            "b": table(range(1, 4), False),
+        },
+    }
+    option = {"obstacle": "west@2", "need": 0, "robots": ["a"]}
+    return {"kind": "tree", "choices": [{"option": option, "proof": after}]}
+
+
+def test_a_tree_that_refutes_each_choice_is_accepted() -> None:
+    assert reasons(one_way_proof(), ONE_WAY) == []
+
+
+def test_a_choice_that_is_left_out_is_named() -> None:
+    proof = {"kind": "tree", "choices": []}
+    assert "a at west@2 is a choice that is not refuted" in reasons(proof, ONE_WAY)[0]
+
+
+def test_a_choice_whose_own_proof_fails_is_refused() -> None:
+    proof = changed(one_way_proof(), "choices", 0, "proof", "robots", "b", "poses", to=[[3, None]])
+    assert "out of its closure" in reasons(proof, ONE_WAY)[0]
+
+
+def test_one_lossless_choice_stands_for_all() -> None:
+    """Two can push at once; whoever does it can come back, so that one of them is enough."""
+    about = moment(
+        [robot("a", 1, 1, can="push"), robot("b", 2, 2, can="push"), robot("c", 1, 5)],
+        gate("door@4", 4, need("push", 3), blocks="a b c"),
+        gate("wall@5", 5, need("lift", 4), blocks="a b c"),
+    )
+    after = {
+        "kind": "closure",
+        "resolved": [],
+        "never": ["wall@5"],
+        "robots": {
+            "a": table(range(1, 5), True),
+            "b": table(range(1, 5), True),
+            "c": table(range(1, 5), False),
+        },
+    }
+    option = {"obstacle": "door@4", "need": 0, "robots": ["b"]}
+    proof = {"kind": "tree", "choices": [{"option": option, "proof": after}]}
+    assert reasons(proof, about) == []
+
+
+# Joint searches
+
+
+def joint_proof(about: Moment, poses: list[list[Pose]]) -> dict[str, Any]:
+    lines = sorted(
+        json.dumps([list(pose) for pose in one], separators=(",", ":")) + "\n" for one in poses
+    )
+    return {
+        "kind": "joint",
+        "robots": list(about.robots),
+        "start": {name: list(one.pose) for name, one in about.robots.items()},
+        "stages": {name: one.stage for name, one in about.gates.items()},
+        "goal": {name: one.rounds_left for name, one in about.robots.items()},
+        "states": len(poses),
+        "sha256": hashlib.sha256("".join(lines).encode()).hexdigest(),
+    }
+
+
+PASSING = moment([robot("a", 1, 5), robot("b", 5, 1)], together=True)
+ORDERED = [[(a, None), (b, None)] for a in FREE for b in FREE if a < b]
+
+
+def test_robots_that_cannot_pass_each_other_are_proven_to_be_stuck() -> None:
+    assert reasons(joint_proof(PASSING, ORDERED), PASSING) == []
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "reason"),
+    [
+        ("states", 9, "more than the 9 states"),
+        ("states", 11, "10 states can be reached, not 11"),
+        ("states", 10**9, "more than the 200000"),
+        ("sha256", "0" * 64, "sha256"),
+        ("start", {"a": [2, None], "b": [5, None]}, "not where the proof begins"),
+        ("robots", [], "about nobody"),
+        ("stages", {"door@3": 0}, "door@3 is not known"),
+    ],
+)
+def test_a_joint_proof_that_does_not_hold_gets_a_reason(
+    field: str, value: Any, reason: str
+) -> None:
+    proof = changed(joint_proof(PASSING, ORDERED), field, to=value)
+    assert reason in " ".join(reasons(proof, PASSING))
+
+
+def test_a_team_that_can_complete_is_not_deadlocked() -> None:
+    about = moment([robot("a", 1, 2), robot("b", 5, 4)], together=True)
+    assert (
+        "it can be completed: with a at 2, b at 4" in reasons(joint_proof(about, ORDERED), about)[0]
+    )
+
+
+def test_who_is_left_out_of_a_proof_must_not_be_of_any_help() -> None:
+    about = moment(
+        [robot("a", 1, 5), robot("b", 5, 1), robot("c", 3, 3, can="push")],
+        gate("door@3", 3, need("push", 2), blocks="a b"),
+        together=True,
+    )
+    proof = joint_proof(PASSING, ORDERED) | {"stages": {"door@3": 0}}
+    assert "c, which the proof leaves out" in reasons(proof, about)[0]
+    away = joint_proof(PASSING, ORDERED)
+    assert reasons(away, about) == []
+
+
+def test_two_who_lift_together_open_the_way_for_each_other() -> None:
+    """The same floor with a beam that they can lift: what is behind it counts, too."""
+    about = moment(
+        [robot("a", 1, 5, can="lift"), robot("b", 2, 4, can="lift")],
+        gate("beam@3", 3, need("lift", 1, 2, robots=2, together=True), blocks="a b"),
+        together=True,
+    )
+    found = reasons(joint_proof(about, [[(1, None), (2, None)]]), about)
+    assert "more than the 1 states" in found[0]
