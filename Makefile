@@ -8,7 +8,7 @@ JOBS   ?= 2
 SLUGS_BUILD := slugs/build
 
 .DEFAULT_GOAL := help
-.PHONY: help run test quick lint format slugs slugs-test fuzz front bench clean install
+.PHONY: help run test quick lint format slugs slugs-test fuzz front bench wheel clean install
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -81,6 +81,9 @@ bench: install slugs ## measure (never part of the tests)
 	$(BIN)/python benchmarks/explain.py
 	$(BIN)/python benchmarks/batch.py
 	$(BIN)/python benchmarks/replay.py
+
+wheel: install ## the wheel that installs without a compiler: dist/
+	$(BIN)/python packaging/wheel.py dist
 
 clean: ## remove what was built, not the virtual environment
 	rm -rf $(SLUGS_BUILD) slugs/build-* build out .pytest_cache .mypy_cache .ruff_cache .hypothesis

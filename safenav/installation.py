@@ -30,10 +30,12 @@ from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.verdict import Verdict
 from safenav.verify.verification import first_failure
 
-REQUIRED = ("click", "PyYAML", "networkx", "numpy")
+REQUIRED = ("click", "PyYAML", "networkx")
 OPTIONAL = {
-    "pillow": ("pictures", "PNG maps, GIF films"),
+    "numpy": ("maps", "maps from files, GIF films"),
+    "pillow": ("maps", "PNG maps, GIF films"),
     "resvg-py": ("pictures", "PNG pictures"),
+    "mcap-ros2-support": ("mcap", "runs as MCAP files for Foxglove and ROS 2"),
     "distributed": ("dask", "batches on a cluster"),
 }
 """Packages that some commands need: the extra that installs them, and what for."""

@@ -51,7 +51,8 @@ def test_the_documentation_names_every_verdict_option_and_threshold() -> None:
     for verdict in CaseVerdict:
         assert f"| `{verdict.value}` |" in BATCH
     options = {option for parameter in command.params for option in parameter.opts}
-    named = set(re.findall(r"(?<!-)--[a-z][a-z-]+", BATCH + CI))
+    own = [line for line in (BATCH + CI).splitlines() if "docker run" not in line]
+    named = set(re.findall(r"(?<!-)--[a-z][a-z-]+", "\n".join(own)))
     assert named <= options
     assert {"--junit", "--resume", "--baseline", "--dask", "--retry-limit"} <= named
     assert f"at least {RATIO} times" in BATCH and f"{NOISE_SECONDS} s longer" in BATCH

@@ -64,8 +64,9 @@ def test_required_and_optional_packages_are_those_of_the_project() -> None:
         return {entry.split(">")[0].split("[")[0].lower() for entry in wanted}
 
     assert names(project["dependencies"]) == {name.lower() for name in REQUIRED}
+    extras = project["optional-dependencies"]
     for name, (extra, _) in OPTIONAL.items():
-        assert name in names(project["optional-dependencies"][extra])
+        assert name in names(extras[extra])
 
 
 LIAR = 'case "$*" in *version*) exit 1;; esac\ncat >/dev/null\n'

@@ -250,7 +250,7 @@ def test_without_pillow_a_png_says_what_to_install(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(builtins, "__import__", refuse)
     (mistake,) = mistakes("image: rooms.png, rows: 7, cols: 13")
     assert "needs Pillow" in mistake.found
-    assert "safenav[pictures]" in mistake.hint
+    assert "safenav[maps]" in mistake.hint
     assert load("image: rooms.pgm, rows: 7, cols: 13").grid_rows() == ROOMS
 
 

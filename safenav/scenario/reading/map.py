@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence as Lines
 from dataclasses import replace
+from importlib.util import find_spec
 from pathlib import Path
 
 from safenav.scenario.reading.grid import read_grid
@@ -77,8 +78,12 @@ def _read_form(
 ) -> RegionMap | None:
     node = fields.get(form)
     assert node is not None
+    if form != "grid" and not _has_numpy():
+        hint = "pip install 'safenav[maps]', or draw the map with 'grid'"
+        findings.add(node, "a map file needs numpy, which is not installed", hint)
+        return None
+    # Map files are read by modules of their own: numpy takes longer than a whole scenario.
     if form == "ros":
-        # Imported here: it needs numpy, which takes longer than reading a whole scenario.
         from safenav.scenario.reading.ros_map import read_ros
 
         return read_ros(node, fields, folder, findings)
@@ -86,12 +91,19 @@ def _read_form(
     if form == "grid":
         world = read_grid(node, source, findings)
     else:
-        # Imported here: it needs numpy, which takes longer than reading a whole scenario.
         from safenav.scenario.reading.map_file import read_image_map, read_movingai_map
 
         reader = read_image_map if form == "image" else read_movingai_map
         world = reader(node, fields, folder, findings)
     return world and replace(world, frame=frame)
+
+
+def _has_numpy() -> bool:
+    """Found without being loaded."""
+    try:
+        return find_spec("numpy") is not None
+    except ValueError:  # it is hidden: None stands in its place among the loaded modules
+        return False
 
 
 def _frame(fields: Mapping, findings: Findings) -> Frame | None:

@@ -138,7 +138,7 @@ def _read_png(data: bytes) -> Image:
     try:
         from PIL import Image as Pillow
     except ImportError:
-        hint = "pip install 'safenav[pictures]', or save the image as PGM"
+        hint = "pip install 'safenav[maps]', or save the image as PGM"
         raise MapFileError(Flaw("reading PNG needs Pillow, which is not installed", hint)) from None
     try:
         with Pillow.open(BytesIO(data), formats=["PNG"]) as picture:

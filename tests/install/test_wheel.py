@@ -1,0 +1,138 @@
+"""The wheel that users get: one for every Python, and no compiler, cache or checkout needed."""
+
+from __future__ import annotations
+
+import runpy
+import shutil
+import struct
+import subprocess
+import sys
+import tomllib
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+ROOT = Path(__file__).parents[2]
+SCRIPT = ROOT / "packaging" / "wheel.py"
+MAKER: dict[str, Any] = runpy.run_path(str(SCRIPT))
+
+
+def elf(machine: int = 62, headers: tuple[int, ...] = (1,)) -> bytes:
+    """The beginning of a 64 bit program with these program headers."""
+    head = b"\x7fELF\x02\x01".ljust(18, b"\0") + struct.pack("<H", machine)
+    head = head.ljust(32, b"\0") + struct.pack("<Q", 64)
+    head = head.ljust(54, b"\0") + struct.pack("<HH", 56, len(headers))
+    return head.ljust(64, b"\0") + b"".join(
+        struct.pack("<I", kind).ljust(56, b"\0") for kind in headers
+    )
+
+
+def test_the_platform_is_read_from_the_program() -> None:
+    assert MAKER["machine_of"](elf()) == "x86_64"
+    assert MAKER["machine_of"](elf(machine=183)) == "aarch64"
+
+
+@pytest.mark.parametrize(
+    ("program", "words"),
+    [
+        (b"#!/bin/sh\n", "no 64 bit"),
+        (elf(headers=(1, 2)), "shared libraries"),
+        (elf(headers=(3, 1)), "shared libraries"),
+        (elf(machine=243), "processor 243"),
+    ],
+    ids=["a script", "dynamic", "with an interpreter", "another processor"],
+)
+def test_a_program_that_would_not_run_everywhere_is_refused(program: bytes, words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        MAKER["machine_of"](program)
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("dist")
+    subprocess.run([sys.executable, SCRIPT, folder], check=True, timeout=900)
+    (found,) = folder.glob("*.whl")
+    return found
+
+
+@pytest.mark.slow
+def test_one_wheel_serves_every_python_and_holds_what_is_needed(wheel: Path) -> None:
+    assert "-py3-none-" in wheel.name
+    assert "-linux_" not in wheel.name, "pip takes no such wheel from an index"
+    names = zipfile.ZipFile(wheel).namelist()
+    for needed in (
+        "safenav/_bin/slugs",
+        "safenav/py.typed",
+        "safenav/scenario/schema.json",
+        "safenav/scenario/templates/door.yaml",
+        "safenav/report/page/assets/replay.js",
+        "safenav/report/picture/fonts/DejaVuSans.ttf",
+    ):
+        assert needed in names
+    assert not [name for name in names if "/front/" in name or name.startswith("tests/")]
+
+
+@pytest.mark.slow
+def test_a_new_environment_without_compiler_plays_a_scenario_elsewhere(
+    wheel: Path, tmp_path: Path
+) -> None:
+    fresh, elsewhere = tmp_path / "fresh", tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    subprocess.run([sys.executable, "-m", "venv", fresh], check=True)
+    environment = {"PATH": str(fresh / "bin"), "HOME": str(tmp_path), "NO_COLOR": "1"}
+    assert shutil.which("c++", path=environment["PATH"]) is None
+
+    def say(*words: str) -> str:
+        done = subprocess.run(
+            words, cwd=elsewhere, env=environment, capture_output=True, text=True, check=False
+        )
+        assert done.returncode == 0, done.stdout + done.stderr
+        return done.stdout
+
+    program = str(fresh / "bin" / "safenav")
+    say(str(fresh / "bin" / "pip"), "install", "--quiet", str(wheel))
+    say(program, "new", "x.yaml")
+    assert "completed" in say(program, "run", "x.yaml", "--html", "x.html")
+    assert "safenav" in (elsewhere / "x.html").read_text(encoding="utf-8")
+    assert "came with safenav" in say(program, "doctor")
+    hidden = "import importlib.util as util; print(util.find_spec('numpy'))"
+    assert say(str(fresh / "bin" / "python"), "-c", hidden) == "None\n", "numpy is an extra"
+
+
+@pytest.mark.slow
+def test_without_numpy_a_map_file_is_refused_with_what_to_install(
+    wheel: Path, tmp_path: Path
+) -> None:
+    """Found from the wheel alone: it is unpacked, and numpy is hidden from it."""
+    zipfile.ZipFile(wheel).extractall(tmp_path)
+    scenario = tmp_path / "s.yaml"
+    scenario.write_text("safenav: 1\nmap: {image: floor.png, rows: 2, cols: 2}\nrobots: {}\n")
+    hidden = "import sys; sys.modules['numpy'] = None; from safenav.cli import main; main()"
+    done = subprocess.run(
+        [sys.executable, "-c", hidden, "check", str(scenario)],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 2
+    assert "a map file needs numpy, which is not installed" in done.stderr
+    assert "pip install 'safenav[maps]'" in done.stderr
+
+
+def test_the_classifiers_are_the_pythons_that_the_workflow_tests() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    named = {text.rsplit(" ", 1)[1] for text in project["classifiers"] if ":: 3." in text}
+    workflow = yaml.safe_load((ROOT / ".github/workflows/test.yml").read_text(encoding="utf-8"))
+    assert named == set(workflow["jobs"]["test"]["strategy"]["matrix"]["python"])
+
+
+def test_the_citation_names_the_version_and_the_paper() -> None:
+    import safenav
+
+    cited = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    assert cited["version"] == safenav.__version__
+    assert cited["preferred-citation"]["title"].startswith("Leveraging Heterogeneous")
