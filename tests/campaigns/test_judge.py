@@ -99,7 +99,7 @@ def test_robots_that_lift_together_need_a_region_each() -> None:
     robots = {
         "a": flyer(8, visit=[12]),
         "b": {"model": "lifter", "start": 9, "objective": {"hold": 9}},
-        "c": {"model": "lifter", "start": 12, "objective": {"hold": 12}},
+        "c": {"model": "lifter", "start": 8, "objective": {"hold": 8}},
     }
     more = {
         "obstacles": [{"type": "beam", "region": 10}],
