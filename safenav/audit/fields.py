@@ -162,6 +162,9 @@ class Fields:
     def has(self, key: str) -> bool:
         return key in self._data
 
+    def object_or_null(self, key: str) -> dict[str, object] | None:
+        return None if self._get(key) is None else self._object(key)
+
     def _object(self, key: str) -> dict[str, object]:
         value = self._get(key)
         return value if isinstance(value, dict) else self._wrong(key, "an object", {})

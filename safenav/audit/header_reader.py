@@ -62,6 +62,7 @@ def _robot(name: str, fields: Fields) -> RobotHeader:
         objective=fields.objective("objective"),
         conflicts=frozenset(fields.texts("conflicts")) if fields.has("conflicts") else None,
         vision=fields.number_or_null("vision") if fields.has("vision") else None,
+        motion=fields.object_or_null("motion") if fields.has("motion") else None,
     )
 
 

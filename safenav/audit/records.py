@@ -85,6 +85,8 @@ class RobotHeader:
     """Those it must not share a region with; None: those of its layer."""
     vision: float | None = None
     """How far it sees, in regions; None: without limit, or the trace does not say."""
+    motion: Mapping[str, object] | None = None
+    """How it moves in metres: ``kind`` and parameters; None: the trace does not say."""
 
 
 @dataclass(frozen=True)

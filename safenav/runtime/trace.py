@@ -11,6 +11,7 @@ from typing import IO, Any
 from safenav.errors import UsageError
 from safenav.runtime.events import Event
 from safenav.scenario.model import Obstacle, Scenario
+from safenav.scenario.motion import resolved
 from safenav.scenario.objective import to_data
 from safenav.world.map import RegionMap
 
@@ -31,6 +32,7 @@ def scenario_record(scenario: Scenario, truths: Mapping[str, bool | None] | None
             "layer": robot.model.layer,
             "capabilities": sorted(robot.capabilities),
             "vision": robot.model.vision,
+            "motion": resolved(robot.model.motion, robot.model.size, robot.model.speed),
             "conflicts": [
                 other.name
                 for other in scenario.robots

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 
 from safenav.scenario.event_pattern import EventPattern
+from safenav.scenario.motion import Motion
 from safenav.scenario.objective import Objective
 from safenav.world.map import Region, RegionMap
 from safenav.world.moves import Mobility, Pose
@@ -38,7 +39,8 @@ class RobotModel:
     """What robots of one kind can do.
 
     ``layer``: robots of different layers never collide. ``vision``: radius in regions, None
-    for unlimited. ``size`` (metres) and ``speed`` (metres per second) serve motion only.
+    for unlimited. ``size`` (metres), ``speed`` (metres per second) and ``motion`` say how it
+    moves in metres (docs/motion.md).
     """
 
     name: str
@@ -49,6 +51,7 @@ class RobotModel:
     size: float | None = None
     speed: float | None = None
     timing: Timing = Timing()
+    motion: Motion | None = None
 
 
 @dataclass(frozen=True)

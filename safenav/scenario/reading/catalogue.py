@@ -13,6 +13,7 @@ from pathlib import Path
 
 from safenav.scenario.catalogue import Catalogue
 from safenav.scenario.model import Need, ObstacleType, ResolveAt, RobotModel, Timing
+from safenav.scenario.reading.motion import read_motion
 from safenav.scenario.reading.regions import RegionReader
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping as MappingNode
@@ -27,7 +28,7 @@ _FOLDER = Path(__file__).parents[1] / "built_in"
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*")
 
 CATALOGUE_KEYS = ("robots", "obstacles")
-MODEL_KEYS = ("mobility", "layer", "capabilities", "vision", "size", "speed", "timing")
+MODEL_KEYS = ("mobility", "layer", "capabilities", "vision", "size", "speed", "timing", "motion")
 TIMING_KEYS = ("least", "most")
 MOST_TICKS = 1000
 UNLIMITED = "unlimited"
@@ -121,11 +122,11 @@ def _model(key: Scalar, node: Node, findings: Findings) -> RobotModel | None:
         read.positive(item.get(word), f"'{word}' of {what}", findings) for word in ("size", "speed")
     )
     timing = _timing(item.get("timing"), f"'timing' of {what}", findings)
+    motion = read_motion(item.get("motion"), item, mobility, what, findings)
     if len(findings) > before or name is None or mobility is None or layer is None:
         return None
-    return RobotModel(
-        name, mobility, layer, capabilities or frozenset(), vision, size, speed, timing
-    )
+    skills = capabilities or frozenset()
+    return RobotModel(name, mobility, layer, skills, vision, size, speed, timing, motion)
 
 
 def read_vision(node: Node | None, what: str, findings: Findings) -> float | None:

@@ -1,0 +1,118 @@
+"""How a robot model moves in metres: kinds of motion and their parameters (docs/motion.md).
+
+The kinds that are built in are listed here, with what a scenario may say of each; what they do
+is in ``safenav.motion``, which this never imports. An installed package adds a kind by an entry
+point of the group ``safenav.motion``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+ENTRY_POINTS = "safenav.motion"
+
+Value = float | tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A number that a kind of motion takes: its default, its bounds, and what it means."""
+
+    default: float
+    least: float
+    most: float
+    meaning: str
+
+
+@dataclass(frozen=True)
+class Motion:
+    """What a model says of its motion: the kind, and the parameters that it sets itself."""
+
+    kind: str
+    values: tuple[tuple[str, Value], ...] = ()
+
+
+ACTION = Parameter(2.0, 0.0, 3600.0, "seconds that an action takes")
+
+KINDS: Mapping[str, Mapping[str, Parameter]] = {
+    "walker": {
+        "size": Parameter(0.6, 0.1, 2.0, "diameter of its body in metres"),
+        "speed": Parameter(0.45, 0.05, 2.0, "metres per second over each foot"),
+        "height": Parameter(0.8, 0.3, 1.5, "metres of the centre of mass above the ground"),
+        "foot": Parameter(0.18, 0.1, 0.4, "metres from the centre line to each foot"),
+        "clearance": Parameter(0.12, 0.02, 0.3, "metres to which it lifts a foot"),
+        "action_seconds": ACTION,
+    },
+    "flyer": {
+        "size": Parameter(0.5, 0.05, 5.0, "diameter of its body in metres"),
+        "speed": Parameter(1.0, 0.05, 20.0, "highest speed in metres per second"),
+        "altitude": Parameter(2.2, 0.1, 100.0, "metres above the ground"),
+        "tilt": Parameter(3.4, 0.5, 8.0, "highest horizontal acceleration, in m/s^2"),
+        "action_seconds": ACTION,
+    },
+    "rover": {
+        "size": Parameter(0.6, 0.05, 5.0, "diameter of its body in metres, without a footprint"),
+        "speed": Parameter(0.8, 0.05, 10.0, "highest speed in metres per second"),
+        "acceleration": Parameter(0.5, 0.05, 10.0, "highest acceleration in m/s^2"),
+        "turning": Parameter(1.0, 0.05, 10.0, "highest speed of turning in radians per second"),
+        "action_seconds": ACTION,
+    },
+    "disc": {
+        "size": Parameter(0.5, 0.01, 10.0, "diameter in metres"),
+        "speed": Parameter(0.5, 0.01, 20.0, "highest speed in metres per second"),
+        "action_seconds": ACTION,
+    },
+}
+"""Parameters of the built-in kinds by name. ``size`` and ``speed`` are keys of the model."""
+
+FOOTPRINT = "footprint"
+"""A polygon in metres, in the frame of the robot (x ahead, y to the left), of a rover."""
+
+WITH_FOOTPRINT = frozenset({"rover"})
+ONLY_WITH_HEADING = frozenset({"walker"})
+
+
+def parameters(kind: str) -> Mapping[str, Parameter] | None:
+    """The parameters of a kind, built in or installed; None if there is no such kind."""
+    if kind in KINDS:
+        return KINDS[kind]
+    installed = installed_kind(kind)
+    return None if installed is None else getattr(installed, "PARAMETERS", {})
+
+
+def installed_kind(kind: str) -> type | None:
+    """The class of a kind that an installed package adds; None if there is none."""
+    from importlib.metadata import entry_points
+
+    for entry in entry_points(group=ENTRY_POINTS, name=kind):
+        found = entry.load()
+        assert isinstance(found, type), f"the entry point {kind} is no class"
+        return found
+    return None
+
+
+def known_kinds() -> list[str]:
+    """The names of all kinds, built in or installed."""
+    from importlib.metadata import entry_points
+
+    return sorted({*KINDS, *(entry.name for entry in entry_points(group=ENTRY_POINTS))})
+
+
+def resolved(
+    motion: Motion | None, size: float | None, speed: float | None
+) -> dict[str, object] | None:
+    """The kind of motion of a model with all its parameters: those that it sets, and defaults.
+
+    A model that says only how fast it is moves as a disc; None for one that says nothing.
+    """
+    if motion is None:
+        if speed is None:
+            return None
+        motion = Motion("disc")
+    known = parameters(motion.kind) or {}
+    values: dict[str, object] = {name: parameter.default for name, parameter in known.items()}
+    values.update((name, own) for name, own in (("size", size), ("speed", speed)) if own)
+    for name, value in motion.values:
+        values[name] = [list(corner) for corner in value] if isinstance(value, tuple) else value
+    return {"kind": motion.kind, **values}

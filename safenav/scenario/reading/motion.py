@@ -1,0 +1,102 @@
+"""How a robot model moves in metres: ``motion: walker``, or a mapping with its parameters."""
+
+from __future__ import annotations
+
+from safenav.scenario.motion import (
+    FOOTPRINT,
+    ONLY_WITH_HEADING,
+    WITH_FOOTPRINT,
+    Motion,
+    Parameter,
+    Value,
+    known_kinds,
+    parameters,
+)
+from safenav.scenario.yaml import fields as read
+from safenav.scenario.yaml.document import Mapping, Node, clipped
+from safenav.scenario.yaml.findings import Findings, suggestion
+from safenav.world.moves import Mobility
+
+_MODEL_KEYS = ("size", "speed")
+KIND = "kind"
+
+
+def read_motion(
+    node: Node | None, model: Mapping, mobility: Mobility | None, what: str, findings: Findings
+) -> Motion | None:
+    """The motion of a robot model; None if it says nothing, or has been reported."""
+    if node is None:
+        return None
+    label = f"'motion' of {what}"
+    inner = node if isinstance(node, Mapping) else None
+    kind = read.text(inner.get(KIND) if inner else node, label, findings)
+    if inner is not None and inner.get(KIND) is None:
+        findings.add(node, f"{label}: the key 'kind' is missing", f"known: {_listed()}")
+    if kind is None:
+        return None
+    known = parameters(kind)
+    if known is None:
+        hint = suggestion(kind, known_kinds())
+        findings.add(node, f"{label}: unknown kind '{clipped(kind)}'", hint)
+        return None
+    if kind in ONLY_WITH_HEADING and mobility is Mobility.FREE:
+        hint = "it cannot turn round within a region: write 'mobility: heading'"
+        findings.add(node, f"{label}: a {kind} moves with a heading", hint)
+    for key in _MODEL_KEYS:
+        if key in known:
+            _bounded(model.get(key), f"'{key}' of {what}", known[key], findings)
+    values: dict[str, Value] = {}
+    if inner is not None:
+        own = [key for key in known if key not in _MODEL_KEYS]
+        shaped = [FOOTPRINT] if kind in WITH_FOOTPRINT else []
+        read.mapping(inner, label, findings, (KIND, *own, *shaped))
+        for key in own:
+            value = _bounded(inner.get(key), f"'{key}' in {label}", known[key], findings)
+            if value is not None:
+                values[key] = value
+        polygon = _polygon(inner.get(FOOTPRINT), f"'{FOOTPRINT}' in {label}", findings)
+        if polygon is not None:
+            values[FOOTPRINT] = polygon
+    return Motion(kind, tuple(values.items()))
+
+
+def _listed() -> str:
+    return ", ".join(known_kinds())
+
+
+def _bounded(
+    node: Node | None, what: str, parameter: Parameter, findings: Findings
+) -> float | None:
+    value = read.finite(node, what, findings)
+    if value is None or parameter.least <= value <= parameter.most:
+        return value
+    limits = f"from {parameter.least:g} to {parameter.most:g}: {parameter.meaning}"
+    findings.add(node, f"{what} is {value:g}, and must be {limits}")
+    return None
+
+
+def _polygon(
+    node: Node | None, what: str, findings: Findings
+) -> tuple[tuple[float, float], ...] | None:
+    """Corners of a convex polygon around the origin, counter-clockwise."""
+    items = read.sequence(node, what, findings)
+    if items is None:
+        return None
+    corners = []
+    for item in items:
+        pair = read.sequence(item, f"a corner of {what}", findings)
+        if pair is None:
+            return None
+        numbers = [read.finite(part, f"a corner of {what}", findings) for part in pair]
+        if len(numbers) != 2 or None in numbers:
+            findings.add(item, f"a corner of {what} is [x, y] in metres")
+            return None
+        corners.append((float(numbers[0] or 0), float(numbers[1] or 0)))
+    shifted = corners[1:] + corners[:1]
+    turns = [a[0] * b[1] - a[1] * b[0] for a, b in zip(corners, shifted, strict=True)]
+    if len(corners) < 3 or min(turns) <= 0:
+        hint = "for example [[0.4, -0.2], [0.4, 0.2], [-0.3, 0.2], [-0.3, -0.2]]"
+        found = f"{what} must be a polygon around the robot's middle, counter-clockwise"
+        findings.add(node, found, hint)
+        return None
+    return tuple(corners)
