@@ -9,12 +9,13 @@ import argparse
 import sys
 from collections import Counter, defaultdict
 from pathlib import Path
+from random import Random
 
 import yaml
 
 from campaigns.command import Command, Forked
 from campaigns.generate.families import FAMILIES, mission
-from campaigns.verdict import judge
+from campaigns.verdict import judge, judge_interrupted
 
 
 def main() -> int:
@@ -29,7 +30,11 @@ def main() -> int:
         times = []
         for seed in range(*options.seeds):
             data = mission(family, seed)
-            result = judge(data, command, options.seconds, options.budget)
+            if options.interrupt:
+                after = Random(seed).uniform(0.0, options.interrupt)
+                result = judge_interrupted(data, command, after)
+            else:
+                result = judge(data, command, options.seconds, options.budget)
             counts[result.kind] += 1
             times.append(result.seconds)
             if result.is_finding:
@@ -59,6 +64,9 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--seeds", type=_range, default=(0, 100), help="first:behind")
     parser.add_argument("--seconds", type=float, default=30.0, help="for one run")
     parser.add_argument("--budget", type=int, default=200_000, help="states of the judge")
+    parser.add_argument(
+        "--interrupt", type=float, metavar="SECONDS", help="send SIGINT at some moment until then"
+    )
     parser.add_argument("--out", type=Path, default=Path("build/findings"))
     parser.add_argument("--forked", action="store_true", help="import safenav once")
     return parser.parse_args()

@@ -20,7 +20,7 @@ BINARY = Path(sys.executable).parent / "safenav"
 @dataclass(frozen=True)
 class Ended:
     """How a call ended. ``exit``: its status, None if only SIGKILL ended it. ``interrupted``:
-    SIGINT was sent because it took too long; ``deaf``: for how many seconds it went on."""
+    SIGINT was sent, because its time was over; ``deaf``: for how many seconds it went on."""
 
     exit: int | None
     output: str

@@ -192,7 +192,7 @@ def test_a_trace_ends_where_its_moves_lead() -> None:
 def test_an_obstacle_that_is_resolved_too_early_is_noticed() -> None:
     found = corridor(5, {"a": flyer(8, hold=8)}, obstacles=[{"type": "uncertainty", "region": 11}])
     trace = [line("a", 9), {"type": "resolved", "obstacle": "uncertainty@11", "robot": "a"}]
-    assert "before all is done" in replay(found, trace).problems[0]
+    assert "before that is done" in replay(found, trace).problems[0]
 
 
 @pytest.mark.parametrize(

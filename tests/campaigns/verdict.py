@@ -65,6 +65,31 @@ def judge(
         return Judgement(kind, detail, run.seconds, lines)
 
 
+def judge_interrupted(
+    data: Mapping[str, Any], command: Command, after: float, patience: float = 20.0
+) -> Judgement:
+    """Interrupt the mission after so many seconds: it ends by itself, as ``interrupted`` if it
+    had not ended before, and leaves a trace that is right as far as it goes."""
+    with tempfile.TemporaryDirectory() as folder:
+        file, trace = Path(folder) / "mission.yaml", Path(folder) / "mission.jsonl"
+        file.write_text(yaml.safe_dump(dict(data), sort_keys=False), encoding="utf-8")
+        run = command.call(["run", file, "--no-map", "--trace", trace], after, patience)
+        lines = read_lines(trace)
+        if run.exit is None:
+            return Judgement("deaf", f"SIGINT did not end it in {patience:.0f} s", run.seconds)
+        if not run.interrupted or not lines:
+            return Judgement("completed", "it ended, or was ended, before it began", run.deaf)
+        told = (run.output[-300:] + run.errors[-900:]).strip()
+        if run.exit != 130 or "Traceback" in run.errors:
+            return Judgement("exit status", f"{run.exit} after SIGINT: {told}", run.deaf)
+        if lines[-1].get("outcome") != "interrupted":
+            return Judgement("no outcome", f"the trace ends with {lines[-1]}", run.deaf)
+        checked = command.call(["check-trace", trace], 60.0)
+        if checked.exit != 0:
+            return Judgement("refused by check-trace", checked.output[-600:], run.deaf)
+        return Judgement("completed", "", run.deaf, lines)
+
+
 def read_lines(trace: Path) -> tuple[Mapping[str, Any], ...]:
     """The whole lines of a trace."""
     if not trace.exists():

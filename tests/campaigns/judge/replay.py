@@ -119,12 +119,18 @@ class _Replay:
         return need.action in self.robots[name].capabilities and self.poses[name][0] in need.at
 
     def _resolved(self, line: Line) -> None:
+        """A need is met; with the last one (traces may tell no others) the obstacle is gone."""
         name = line["obstacle"]
-        stage = self.there.pop(name, None)
+        needs = self.mission.obstacles[name].needs
+        met = len(needs) if line.get("need") is None else line["need"] + 1
+        stage = self.there.get(name)
         if stage is None:
             self.problems.append(f"{name} is resolved, but it is not there")
-        elif stage[0] < len(self.mission.obstacles[name].needs):
-            self.problems.append(f"{name} is resolved at {stage}, before all is done")
+        elif stage[0] < met:
+            self.problems.append(f"{name} is resolved at {stage}, before that is done")
+        if met < len(needs):
+            return
+        self.there.pop(name, None)
         if line.get("traversable") is False:
             self.sealed.add(name)
         self.met.discard(name)
