@@ -13,6 +13,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 from safenav.scenario.objective import Cover, Hold, Ltl, Objective, Patrol, Visit, describe
+from safenav.scenario.pursuit import Pursuit
 from safenav.spec.movement import one_of
 from safenav.spec.specification import Constraint, Origin, Owner, Section, Variable
 from safenav.world.map import Region
@@ -72,22 +73,12 @@ def encode(objective: Objective, item: str, region: Region, memory: Memory) -> O
             return ObjectiveEncoding(variables, tuple(_ltl(objective, item, memory)))
 
 
-def patrol_starts_with_second(objective: Patrol, region: Region, memory: Memory) -> bool:
-    """The value of ``scout`` to begin with. Standing on a target settles it: the formula
-    forbids the first target with ``scout`` and the second one without."""
-    if region in objective.second:
-        return True
-    if region in objective.first:
-        return False
-    return memory.index == 1
-
-
 def _patrol(patrol: Patrol, item: str, region: Region, memory: Memory) -> Iterator[Constraint]:
     first, second = one_of("region", patrol.first), one_of("region", patrol.second)
     first_next = one_of("region", patrol.first, "'")
     second_next = one_of("region", patrol.second, "'")
     about_first, about_second = tuple(sorted(patrol.first)), tuple(sorted(patrol.second))
-    scout = patrol_starts_with_second(patrol, region, memory)
+    scout = Pursuit(patrol).begin(region, memory.index) == 1
     what = describe(patrol)
 
     def origin(rule: str) -> Origin:
