@@ -12,7 +12,6 @@ if TYPE_CHECKING:
     from safenav.audit.check import check_trace as check_trace
     from safenav.runtime.environment import World as World
     from safenav.runtime.mission import Mission as Mission
-    from safenav.runtime.trace import TraceWriter as TraceWriter
     from safenav.scenario.model import Obstacle as Obstacle
     from safenav.scenario.model import Robot as Robot
     from safenav.scenario.model import Scenario as Scenario
@@ -21,6 +20,7 @@ if TYPE_CHECKING:
     from safenav.spec.compile import compile_task as compile_task
     from safenav.spec.task import Task as Task
     from safenav.synthesis.slugs import Synthesizer as Synthesizer
+    from safenav.trace.writing import TraceWriter as TraceWriter
     from safenav.verify.verification import first_failure as first_failure
     from safenav.world.map import Heading as Heading
     from safenav.world.moves import Pose as Pose
@@ -36,7 +36,7 @@ _HOMES = {
     "Scenario": "safenav.scenario.model",
     "Synthesizer": "safenav.synthesis.slugs",
     "Task": "safenav.spec.task",
-    "TraceWriter": "safenav.runtime.trace",
+    "TraceWriter": "safenav.trace.writing",
     "World": "safenav.runtime.environment",
     "built_in": "safenav.scenario.reading.catalogue",
     "check_trace": "safenav.audit.check",

@@ -14,7 +14,7 @@ from pathlib import Path
 from safenav.audit.fields import Fields
 from safenav.audit.header_reader import header_of, obstacle_of
 from safenav.audit.records import (
-    TRACE_VERSION,
+    TRACE_VERSIONS,
     Assumption,
     Backtrack,
     Belief,
@@ -129,9 +129,9 @@ class _Reader:
         if self._header is not None:
             self._report(number, "a second header: a trace holds one run")
             return
-        if fields.integer("trace") != TRACE_VERSION and not fields.problems:
+        if fields.integer("trace") not in TRACE_VERSIONS and not fields.problems:
             self._headless = True
-            self._report(number, f"this reader knows version {TRACE_VERSION} of the trace only")
+            self._report(number, "this reader knows versions 1 and 2 of the trace only")
             return
         self._header = header_of(number, fields)
 

@@ -14,7 +14,7 @@ Region = int
 Heading = str
 """``north``, ``east``, ``south`` or ``west``."""
 
-TRACE_VERSION = 1
+TRACE_VERSIONS = (1, 2)
 
 
 class Verdict(StrEnum):

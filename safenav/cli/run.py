@@ -54,9 +54,9 @@ def command(
     from safenav.report.terminal.synthesis_progress import WaitingLine
     from safenav.runtime.expectation import Ledger, differences
     from safenav.runtime.mission import Mission
-    from safenav.runtime.trace import Listener, TraceWriter
     from safenav.scenario.reading.loader import load_scenario
     from safenav.synthesis.slugs import Synthesizer
+    from safenav.trace.writing import Listener, TraceWriter
     from safenav.verify.verification import first_failure
 
     plan = load_scenario(scenario)

@@ -12,18 +12,19 @@ from dataclasses import dataclass, replace
 
 from safenav.errors import ResourceLimitError
 from safenav.runtime.environment import SimulatedWorld
-from safenav.runtime.events import GoalReached, Reason, Synthesized
 from safenav.runtime.navigation import Planner
 from safenav.runtime.state import TeamState, with_alternation
 from safenav.runtime.tasks import Assignment
 from safenav.scenario.model import Coordination, Robot, Scenario, Tracking
-from safenav.scenario.objective import Hold, Ltl, Target, targets_of, to_data
+from safenav.scenario.objective import Hold, Ltl, Target, targets_of
 from safenav.spec.assignable import Switch, places
 from safenav.spec.compile import assumption_names, compile_task
 from safenav.spec.task import LADDERS, Fairness, Known, Observed, Task
 from safenav.synthesis.slugs import Listener as SynthesisListener
 from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.verdict import SynthesisResult, Verdict
+from safenav.trace import records
+from safenav.trace.header import objective_in_trace
 from safenav.world.map import Region
 from safenav.world.partition import Partition
 
@@ -99,28 +100,28 @@ class Controllers:
                 answers[answer.task.robot.name] = answer
         return Attempt(assignments, answers)
 
-    def announce(self, attempt: Attempt, reason: Reason, names: Iterable[str]) -> None:
+    def announce(self, attempt: Attempt, reason: records.Reason, names: Iterable[str]) -> None:
         """Tell what was synthesized for some robots of an attempt."""
         for name in names:
             task, result = attempt.answers[name].task, attempt.answers[name].result
             self._state.emit(
-                Synthesized(
+                records.Synthesis(
                     self._state.tick,
                     name,
                     reason,
-                    result.verdict.value,
+                    records.Verdict(result.verdict.value),
                     round(result.seconds, 6),
                     result.states,
                     result.cached,
                     result.verified,
                     result.spec_sha256,
                     result.strategy_sha256,
-                    to_data(task.objective),
-                    assumption_names(task, self._state.scenario.map),
+                    objective_in_trace(task.objective),
+                    tuple(assumption_names(task, self._state.scenario.map)),
                 )
             )
 
-    def install(self, attempt: Attempt, reason: Reason) -> None:
+    def install(self, attempt: Attempt, reason: records.Reason) -> None:
         """Put a successful attempt in force: its assignments must be the current ones."""
         self.announce(attempt, reason, attempt.answers)
         fresh: list[str] = []
@@ -149,7 +150,7 @@ class Controllers:
         progress = planner.assignment.progress
         for goal in progress.begin(region, planner.values()):
             self._state.emit(
-                GoalReached(self._state.tick, name, goal.goal, region, progress.rounds)
+                records.Goal(self._state.tick, name, goal.goal, region, progress.rounds)
             )
 
     def _rounds(

@@ -14,12 +14,12 @@ from collections.abc import Iterator, Mapping
 from itertools import islice
 
 from safenav.runtime.coordination import Cause, Impasse, Resynthesis
-from safenav.runtime.events import Event, GoalReached
 from safenav.runtime.refuge import Deadlock, Places, Refuge, known_regions, refuges
 from safenav.runtime.state import TeamState
 from safenav.runtime.tasks import Assignment, Frame
 from safenav.runtime.traffic import Traffic
 from safenav.scenario.model import Robot
+from safenav.trace import records
 from safenav.world.map import Region
 from safenav.world.moves import moves, shortest_path
 
@@ -54,9 +54,9 @@ class Watch:
         # is being led around in circles.
         self._bound = 8 * len(state.scenario.map.free) * slowest + 20
 
-    def __call__(self, event: Event) -> None:
+    def __call__(self, event: records.Record) -> None:
         """Hear of goals: whoever meets one gets somewhere."""
-        if isinstance(event, GoalReached):
+        if isinstance(event, records.Goal):
             self._goals[event.robot] = self._goals.get(event.robot, 0) + 1
             if not self._state.tasks.current[event.robot].temporary:
                 self._fruitless[event.robot] = 0

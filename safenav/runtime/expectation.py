@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from safenav.runtime.events import Blocked, Ended, Event, Requested, Resolved
 from safenav.scenario.event_pattern import EventKind, EventPattern
 from safenav.scenario.model import Expect
+from safenav.trace import records
 
 _KINDS = frozenset(kind.value for kind in EventKind)
 
@@ -25,19 +25,19 @@ class Ledger:
     outcome: str | None = None
     ticks: int = 0
     rounds: dict[str, int] = field(default_factory=dict)
-    events: list[Event] = field(default_factory=list)
+    events: list[records.Record] = field(default_factory=list)
 
-    def __call__(self, event: Event) -> None:
+    def __call__(self, event: records.Record) -> None:
         if event.type in _KINDS:
             self.events.append(event)
         match event:
-            case Resolved():
+            case records.Resolved():
                 self.resolved.append(event.obstacle)
-            case Blocked():
+            case records.Blocked():
                 self.blocked.append(event.obstacle)
-            case Requested(helper=str() as helper):
+            case records.Request(helper=str() as helper):
                 self.helpers[event.obstacle] = helper
-            case Ended():
+            case records.Outcome():
                 self.outcome = event.outcome
                 self.ticks = event.ticks
                 self.rounds = dict(event.rounds)
@@ -75,7 +75,7 @@ def differences(expect: Expect, ledger: Ledger) -> list[str]:
     return found
 
 
-def matches(pattern: EventPattern, event: Event) -> bool:
+def matches(pattern: EventPattern, event: records.Record) -> bool:
     """Whether all that the pattern names has a part in the event, in whatever role."""
     if event.type != pattern.kind.value:
         return False
@@ -86,15 +86,15 @@ def matches(pattern: EventPattern, event: Event) -> bool:
     return pattern.robots <= _parts(event, "robot", "robots", "requester", "helper")
 
 
-def _parts(event: Event, *roles: str) -> set[object]:
+def _parts(event: records.Record, *roles: str) -> set[object]:
     found: set[object] = set()
     for role in roles:
         value = getattr(event, role, None)
-        found.update(value if isinstance(value, list) else [value])
+        found.update(value if isinstance(value, frozenset | tuple | Mapping) else [value])
     return found
 
 
-def _out_of_order(order: Sequence[EventPattern], events: Sequence[Event]) -> list[str]:
+def _out_of_order(order: Sequence[EventPattern], events: Sequence[records.Record]) -> list[str]:
     """The first pattern that nothing matches after what the ones before it matched. To take
     the earliest match each time leaves most room for the rest."""
     begin, before = 0, ""

@@ -18,16 +18,17 @@ from safenav.runtime.controllers import Controllers
 from safenav.runtime.coordination import Impasse, Resynthesis
 from safenav.runtime.deadlock import Watch
 from safenav.runtime.environment import SimulatedWorld, World
-from safenav.runtime.events import Ended, Header, Reason
 from safenav.runtime.explanation import explain_impasse, explain_unrealizable
 from safenav.runtime.state import TeamState, with_alternation
 from safenav.runtime.steering import Steering
-from safenav.runtime.trace import Listener, scenario_record
 from safenav.runtime.traffic import Traffic
 from safenav.runtime.turn import LostError, Turns
 from safenav.scenario.model import Coordination, Outcome, Robot, Scenario
 from safenav.synthesis.slugs import Listener as SynthesisListener
 from safenav.synthesis.slugs import Synthesizer
+from safenav.trace import records
+from safenav.trace.header import scenario_header
+from safenav.trace.writing import Listener
 from safenav.verify.verification import first_failure
 
 
@@ -117,10 +118,17 @@ class Mission:
         """Synthesize the first controllers; a robot without one ends the run here."""
         state = self.state
         self._begun = time.monotonic()
-        state.emit(Header(0, safenav.__version__, scenario_record(self.scenario, self._truths())))
+        state.emit(
+            records.Header(
+                0,
+                records.VERSION,
+                safenav.__version__,
+                scenario_header(self.scenario, self._truths()),
+            )
+        )
         attempt = self._controllers.attempt({}, strict=())
         if attempt.failed:
-            self._controllers.announce(attempt, Reason.INITIAL, attempt.answers)
+            self._controllers.announce(attempt, records.Reason.INITIAL, attempt.answers)
             robots = [self.scenario.robot(name) for name in attempt.failed]
             explanation = "; ".join(
                 explain_unrealizable(robot, attempt.answers[robot.name].task, self.scenario.map)
@@ -128,7 +136,7 @@ class Mission:
             )
             self._end(Outcome.UNREALIZABLE, explanation)
             return
-        self._controllers.install(attempt, Reason.INITIAL)
+        self._controllers.install(attempt, records.Reason.INITIAL)
 
     def step(self) -> None:
         """One tick: every robot takes its turn, in the scenario's order."""
@@ -203,24 +211,24 @@ class Mission:
             outcome,
             explanation,
             cause,
-            ended.rounds,
+            dict(ended.rounds),
             ended.ticks,
             ended.seconds,
             ended.syntheses,
             ended.synthesis_seconds,
         )
 
-    def _emit_end(self, outcome: str, explanation: str, cause: str | None) -> Ended:
-        ended = Ended(
+    def _emit_end(self, outcome: str, explanation: str, cause: str | None) -> records.Outcome:
+        ended = records.Outcome(
             self.state.tick,
-            outcome,
+            records.Ending(outcome),
             explanation,
             {n: a.progress.rounds for n, a in self.state.tasks.current.items()},
             self.state.tick,
             round(time.monotonic() - self._begun, 6),
             self._controllers.syntheses,
             round(self._controllers.seconds, 6),
-            cause,
+            None if cause is None else records.OperatorCause(cause),
         )
         self.state.emit(ended)
         return ended

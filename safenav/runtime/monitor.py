@@ -16,11 +16,11 @@ from functools import lru_cache
 from safenav.errors import ExitCode, SafenavError
 from safenav.formula.evaluator import evaluate
 from safenav.formula.parser import parse
-from safenav.runtime.events import AssumptionViolated
 from safenav.runtime.navigation import Planner, Proposal
 from safenav.runtime.state import TeamState
 from safenav.scenario.model import Robot
 from safenav.spec.specification import Constraint, Owner, Section, Specification
+from safenav.trace import records
 
 PATIENCE = 25
 """Ticks without a fairness assumption that are worth a word at the end of a run."""
@@ -66,7 +66,7 @@ class Monitors:
     def tell(self, robot: Robot, broken: Sequence[Constraint]) -> None:
         """Put broken assumptions into the trace, each rule once."""
         for rule in dict.fromkeys(str(constraint.origin) for constraint in broken):
-            self._state.emit(AssumptionViolated(self._state.tick, robot.name, rule))
+            self._state.emit(records.Assumption(self._state.tick, robot.name, rule))
 
     def check_guarantees(
         self, robot: Robot, planner: Planner, observed: Values, proposal: Proposal

@@ -7,15 +7,16 @@ from dataclasses import dataclass, field, replace
 
 from safenav.runtime.beliefs import Beliefs
 from safenav.runtime.environment import Characterization, World
-from safenav.runtime.events import Discovered, Event
 from safenav.runtime.navigation import Planner
 from safenav.runtime.tasks import Assignment, TaskStack
-from safenav.runtime.trace import Listener, obstacle_record
 from safenav.scenario.model import Coordination, Obstacle, Robot, Scenario
-from safenav.scenario.objective import to_data
 from safenav.spec.assignable import own_objective
 from safenav.spec.others.tracking import Sightings
 from safenav.spec.task import Task
+from safenav.trace import records
+from safenav.trace.header import objective_in_trace, obstacle_header
+from safenav.trace.objective import Objective
+from safenav.trace.writing import Listener
 from safenav.world.map import Region
 from safenav.world.moves import Pose
 
@@ -60,7 +61,7 @@ class TeamState:
             tuple(listeners),
         )
 
-    def emit(self, event: Event) -> None:
+    def emit(self, event: records.Record) -> None:
         for listener in self.listeners:
             listener(event)
 
@@ -69,7 +70,7 @@ class TeamState:
         listed = {known.name for known in self.scenario.obstacles}
         if obstacle.name not in listed | self.introduced:
             self.introduced.add(obstacle.name)
-            self.emit(Discovered(self.tick, obstacle_record(obstacle, self.scenario)))
+            self.emit(records.Discovered(self.tick, obstacle_header(obstacle, self.scenario)))
 
     def region(self, robot: Robot) -> Region:
         return self.poses[robot.name].region
@@ -100,9 +101,9 @@ class TeamState:
         taken |= set(sorted(closed - taken)[: max(0, room)])
         return Sightings(here, frozenset(taken), positions, known)
 
-    def objectives(self) -> dict[str, dict[str, object]]:
+    def objectives(self) -> dict[str, Objective]:
         """The objectives in force, as in a trace."""
-        return {name: to_data(a.objective) for name, a in self.tasks.current.items()}
+        return {name: objective_in_trace(a.objective) for name, a in self.tasks.current.items()}
 
 
 def with_alternation(scenario: Scenario) -> Scenario:

@@ -11,14 +11,6 @@ from collections.abc import Mapping, Sequence
 from safenav.runtime.controllers import Controllers
 from safenav.runtime.coordination import Impasse, Resynthesis
 from safenav.runtime.environment import Violation, World
-from safenav.runtime.events import (
-    AssumptionViolated,
-    Backtracked,
-    Believed,
-    GoalReached,
-    Moved,
-    Violated,
-)
 from safenav.runtime.monitor import Monitors
 from safenav.runtime.navigation import Planner, Proposal
 from safenav.runtime.state import TeamState, Transit
@@ -28,6 +20,7 @@ from safenav.spec.others.belief import watch_for
 from safenav.spec.others.knowledge import Knowledge
 from safenav.spec.others.tracking import observe
 from safenav.spec.task import Task
+from safenav.trace import records
 from safenav.world.moves import Pose
 
 
@@ -130,7 +123,7 @@ class Turns:
             return None
         progress = planner.assignment.progress
         for goal in progress.arrive(pose.region, before, after):
-            state.emit(GoalReached(state.tick, name, goal.goal, pose.region, progress.rounds))
+            state.emit(records.Goal(state.tick, name, goal.goal, pose.region, progress.rounds))
         return None
 
     def _observe(self, robot: Robot, planner: Planner) -> dict[str, int]:
@@ -159,7 +152,7 @@ class Turns:
         state, name, obstacle = self._state, robot.name, violation.obstacle
         state.introduce(obstacle)
         state.emit(
-            Violated(
+            records.Violation(
                 state.tick,
                 name,
                 violation.at,
@@ -174,7 +167,7 @@ class Turns:
             # Help is asked for at the end of this turn, and not by a robot on its way elsewhere.
             options = [option for option in options if option.pose == here]
         safe = next(p for p in options if self._check(robot, p) is None)
-        state.emit(Backtracked(state.tick, name, safe.pose.region))
+        state.emit(records.Backtrack(state.tick, name, safe.pose.region))
         return safe
 
     def _duration(self, robot: Robot, target: Pose) -> int:
@@ -191,7 +184,7 @@ class Turns:
         now = start if transit else target
         heading = now.heading.label if now.heading is not None else None
         toward = target.region if transit else None
-        state.emit(Moved(state.tick, robot.name, start.region, now.region, heading, toward))
+        state.emit(records.Move(state.tick, robot.name, start.region, now.region, heading, toward))
         self._tell_beliefs(robot)
 
     def _tell_beliefs(self, robot: Robot) -> None:
@@ -206,17 +199,19 @@ class Turns:
             self._told[robot.name, other] = known
             seen = isinstance(known, int)
             regions = (
-                [known]
+                frozenset({known})
                 if isinstance(known, int)
-                else sorted(watch_for(task, self._state.scenario.map).possible(known))
+                else watch_for(task, self._state.scenario.map).possible(known)
             )
-            self._state.emit(Believed(self._state.tick, robot.name, other, seen, regions))
+            self._state.emit(records.Belief(self._state.tick, robot.name, other, seen, regions))
         for (name, other), known in list(self._told.items()):
             # Nobody looks for those who wait: where they do is known to the team.
             where = self._state.poses[other].region
             if name == robot.name and other not in knowledge and known != where:
                 self._told[name, other] = where
-                self._state.emit(Believed(self._state.tick, name, other, False, [where]))
+                self._state.emit(
+                    records.Belief(self._state.tick, name, other, False, frozenset({where}))
+                )
 
     def _act(self, robot: Robot) -> Impasse | None:
         for obstacle, traversable in self._world.act(robot):
@@ -231,4 +226,4 @@ class Turns:
         cannot be said in its inputs."""
         where = ", ".join(f"{name} = {value}" for name, value in observed.items())
         name = f"how the others move (now {where})"
-        self._state.emit(AssumptionViolated(self._state.tick, robot.name, name))
+        self._state.emit(records.Assumption(self._state.tick, robot.name, name))

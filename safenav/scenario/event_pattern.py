@@ -21,6 +21,9 @@ class EventKind(StrEnum):
     BLOCKED = "blocked"
     GOAL = "goal"
     ASSUMPTION = "assumption"
+    APPEARED = "appeared"
+    GONE = "gone"
+    PLAN = "plan"
 
 
 @dataclass(frozen=True)

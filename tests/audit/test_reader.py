@@ -135,9 +135,9 @@ def test_a_second_header_is_refused() -> None:
 
 def test_another_version_is_refused() -> None:
     lines = GOOD["door"]()
-    lines[0]["trace"] = 2
+    lines[0]["trace"] = 3
     (problem,) = refused(text(lines))
-    assert "version 1" in problem.found
+    assert "versions 1" in problem.found
 
 
 def test_a_file_that_is_not_there_is_told(tmp_path: Path) -> None:

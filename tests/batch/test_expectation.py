@@ -4,21 +4,22 @@ from __future__ import annotations
 
 import pytest
 
-from safenav.runtime import events
-from safenav.runtime.events import (
-    Blocked,
-    BlockedBecause,
-    Ended,
-    Event,
-    GoalReached,
-    Requested,
-    Resolved,
-    Violated,
-)
 from safenav.runtime.expectation import Ledger, differences
 from safenav.scenario.event_pattern import EventKind
 from safenav.scenario.model import Expect
 from safenav.scenario.reading.loader import load_scenario_text
+from safenav.trace import records
+from safenav.trace.records import (
+    Blocked,
+    BlockReason,
+    Ending,
+    Goal,
+    Outcome,
+    Record,
+    Request,
+    Resolved,
+    Violation,
+)
 
 ROOM = """\
 safenav: 1
@@ -35,14 +36,14 @@ obstacles:
   - {type: door, region: 9}
 expect: """
 
-RUN: list[Event] = [
-    GoalReached(1, "quad", 0, 7, 0),
-    Violated(2, "quad", 8, 9, "door@9", "push"),
-    Requested(2, "door@9", "quad", {"digit": 1}, "digit", [9]),
+RUN: list[Record] = [
+    Goal(1, "quad", 0, 7, 0),
+    Violation(2, "quad", 8, 9, "door@9", "push"),
+    Request(2, "door@9", "quad", {"digit": 1}, "digit", (9,)),
     Resolved(4, "door@9", "digit", 9, True, None),
-    Blocked(4, "uncertainty@8", ["quad"], BlockedBecause.UNTRAVERSABLE),
-    GoalReached(6, "quad", 1, 10, 1),
-    Ended(6, "completed", "", {"quad": 1, "digit": 5}, 6, 0.1, 2, 0.05),
+    Blocked(4, "uncertainty@8", frozenset({"quad"}), BlockReason.UNTRAVERSABLE),
+    Goal(6, "quad", 1, 10, 1),
+    Outcome(6, Ending.COMPLETED, "", {"quad": 1, "digit": 5}, 6, 0.1, 2, 0.05),
 ]
 
 
@@ -102,15 +103,11 @@ def test_a_difference_is_named(written: str, difference: str) -> None:
 
 
 def test_patterns_speak_of_all_events_but_the_frame_of_a_run_and_what_every_tick_brings() -> None:
-    kinds = {kind.type for kind in vars(events).values() if _is_event(kind)}
+    kinds = set(records.KINDS)
     patterns = {kind.value for kind in EventKind}
     assert patterns <= kinds
     # Of a simulated world all obstacles are listed: none is discovered.
-    assert kinds - patterns <= {"header", "move", "belief", "outcome", "discovered"}
-
-
-def _is_event(kind: object) -> bool:
-    return isinstance(kind, type) and issubclass(kind, Event) and kind is not Event
+    assert kinds - patterns <= {*("header", "move", "belief", "outcome", "discovered", "plan_end")}
 
 
 def test_a_pattern_is_shown_as_it_can_be_written() -> None:

@@ -10,16 +10,16 @@ import pytest
 
 from safenav.audit.check import check_trace
 from safenav.errors import ExitCode
-from safenav.runtime.events import AssumptionViolated, Ended, Event, Moved
 from safenav.runtime.mission import Mission
 from safenav.runtime.monitor import PATIENCE, GuaranteeError
-from safenav.runtime.trace import TraceWriter
 from safenav.scenario.model import Outcome, Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.spec.specification import Specification
 from safenav.synthesis.slugs import Listener, Synthesizer
 from safenav.synthesis.strategy import Strategy
 from safenav.synthesis.verdict import SynthesisResult
+from safenav.trace import records
+from safenav.trace.writing import TraceWriter
 from safenav.world.moves import Pose
 
 
@@ -43,8 +43,10 @@ until: {rounds: 2}
 )
 
 
-def _mission(text: str, synthesizer: Synthesizer | None = None) -> tuple[Mission, list[Event]]:
-    events: list[Event] = []
+def _mission(
+    text: str, synthesizer: Synthesizer | None = None
+) -> tuple[Mission, list[records.Record]]:
+    events: list[records.Record] = []
     scenario: Scenario = load_scenario_text(text)
     return Mission(scenario, synthesizer, listeners=[events.append]), events
 
@@ -56,7 +58,7 @@ def test_a_robot_that_is_carried_away_breaks_what_others_assume_and_they_go_on()
     mission.state.poses["other"] = Pose(22)  # from 26 or beside it: no single step
     while mission.result is None:
         mission.step()
-    (broken, *_) = [e for e in events if isinstance(e, AssumptionViolated)]
+    (broken, *_) = [e for e in events if isinstance(e, records.Assumption)]
     assert (broken.tick, broken.robot) == (2, "walker")
     assert "robots.other.mobility: stay, or step to a neighbouring region" in broken.name
     assert mission.result.outcome is Outcome.COMPLETED
@@ -79,7 +81,7 @@ def test_the_trace_of_it_blames_only_the_robot_that_jumped(tmp_path: Path) -> No
 def test_nothing_is_told_of_a_run_in_which_everybody_keeps_the_rules() -> None:
     mission, events = _mission(HALL)
     assert mission.run().outcome is Outcome.COMPLETED
-    assert not [e for e in events if isinstance(e, AssumptionViolated)]
+    assert not [e for e in events if isinstance(e, records.Assumption)]
 
 
 CORNER = (
@@ -109,7 +111,7 @@ def test_where_no_strategy_is_left_the_run_ends_with_the_broken_assumption() -> 
     assert result.outcome is Outcome.ASSUMPTION_VIOLATED
     assert "step to a neighbouring region" in result.explanation
     assert mission.state.poses["walker"] == Pose(17)
-    assert isinstance(events[-1], Ended)
+    assert isinstance(events[-1], records.Outcome)
 
 
 class _BlindToWalls(Synthesizer):
@@ -141,8 +143,8 @@ robots: {walker: {model: r, start: 8, objective: {visit: [12, 8]}}}
     assert caught.value.exit_code is ExitCode.INTERNAL
     assert "walker" in str(caught.value)
     assert "walls are never entered" in str(caught.value)
-    assert [e.to for e in events if isinstance(e, Moved)] == [9]
-    assert isinstance(events[-1], Ended)
+    assert [e.to for e in events if isinstance(e, records.Move)] == [9]
+    assert isinstance(events[-1], records.Outcome)
     assert events[-1].outcome == "error"
 
 
@@ -163,4 +165,4 @@ limits: {ticks: 40}
     assert "walker assumes that" in result.explanation
     waited = int(result.explanation.split("not held for ")[1].split()[0])
     assert PATIENCE <= waited <= 40
-    assert not [e for e in events if isinstance(e, AssumptionViolated)]
+    assert not [e for e in events if isinstance(e, records.Assumption)]

@@ -21,10 +21,8 @@ from safenav.errors import InputError, UsageError
 from safenav.explain.explanation import Explanation
 from safenav.report.terminal.explanation_text import explanation_data, explanation_lines
 from safenav.runtime.controllers import first_answers
-from safenav.runtime.events import AssumptionViolated, Event
 from safenav.runtime.explanation import explain_team
 from safenav.runtime.mission import Mission, default_synthesizer
-from safenav.runtime.trace import TraceWriter
 from safenav.scenario.model import Outcome, Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.spec.compile import compile_task
@@ -32,10 +30,12 @@ from safenav.spec.specification import Specification
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.verdict import Verdict
+from safenav.trace import records
+from safenav.trace.writing import TraceWriter
 from safenav.verify.verification import first_failure
 
 
-def play(data: dict[str, Any]) -> tuple[Scenario, list[Event], Outcome] | None:
+def play(data: dict[str, Any]) -> tuple[Scenario, list[records.Record], Outcome] | None:
     """Run a scenario and audit its trace; None if it is not valid."""
     text = yaml.safe_dump(data, sort_keys=False)
     try:
@@ -43,7 +43,7 @@ def play(data: dict[str, Any]) -> tuple[Scenario, list[Event], Outcome] | None:
     except InputError as error:
         assert all(diagnostic.found for diagnostic in error.diagnostics)
         return None
-    events: list[Event] = []
+    events: list[records.Record] = []
     with tempfile.TemporaryDirectory() as folder:
         trace = Path(folder) / "trace.jsonl"
         with TraceWriter(trace) as writer:
@@ -76,7 +76,7 @@ def test_every_mission_ends_well(data: dict[str, Any]) -> None:
     scenario, events, outcome = played
     event(outcome.value)
     text = yaml.safe_dump(data, sort_keys=False)
-    broken = [e for e in events if isinstance(e, AssumptionViolated)]
+    broken = [e for e in events if isinstance(e, records.Assumption)]
     assert not broken, f"{text}\n{broken}"
     assert outcome is not Outcome.ASSUMPTION_VIOLATED
     assert scenario.robots

@@ -11,8 +11,8 @@ import pytest
 from runtime.played import Run, Runner
 from safenav.audit.check import check_trace
 from safenav.runtime.mission import Mission
-from safenav.runtime.trace import TraceWriter
 from safenav.scenario.reading.loader import load_scenario_text
+from safenav.trace.writing import TraceWriter
 
 
 @pytest.fixture

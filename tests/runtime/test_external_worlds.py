@@ -16,10 +16,10 @@ from safenav.errors import InputError
 from safenav.report.replay.reading import read_replay
 from safenav.report.terminal.story import Story
 from safenav.runtime.environment import SimulatedWorld
-from safenav.runtime.trace import TraceWriter
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import load_scenario_text
+from safenav.trace.writing import TraceWriter
 from safenav.world.moves import Pose
 
 BUILDING = """

@@ -10,9 +10,9 @@ from runtime.teams import team_scenario
 from safenav.audit.check import check_trace
 from safenav.errors import InputError
 from safenav.runtime.mission import Mission
-from safenav.runtime.trace import TraceWriter
 from safenav.scenario.model import Outcome
 from safenav.scenario.reading.loader import load_scenario_text
+from safenav.trace.writing import TraceWriter
 
 WANTED = 200
 BATCH = 20

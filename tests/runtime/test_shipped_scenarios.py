@@ -9,8 +9,8 @@ import pytest
 from safenav.audit.check import check_trace
 from safenav.runtime.expectation import Ledger, differences
 from safenav.runtime.mission import Mission
-from safenav.runtime.trace import TraceWriter
 from safenav.scenario.reading.loader import load_scenario
+from safenav.trace.writing import TraceWriter
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 SHIPPED = sorted(SCENARIOS.glob("*.yaml"))

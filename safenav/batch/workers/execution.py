@@ -15,11 +15,11 @@ from safenav.batch.cases.variation import varied
 from safenav.errors import Diagnostic, InputError, ResourceLimitError, SafenavError
 from safenav.runtime.expectation import Ledger, differences
 from safenav.runtime.mission import Mission
-from safenav.runtime.trace import Listener, TraceWriter
 from safenav.scenario.model import Outcome, Scenario
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from safenav.synthesis.binary import Binary, find_binary
 from safenav.synthesis.slugs import Synthesizer
+from safenav.trace.writing import Listener, TraceWriter
 from safenav.verify.verification import first_failure
 
 

@@ -7,29 +7,13 @@ request, resolution, end).
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any
 
 import click
 
 from safenav.report.terminal.map import MapPicture, Marker, draw, letters
-from safenav.runtime.events import (
-    AssumptionViolated,
-    Blocked,
-    Discovered,
-    Ended,
-    Event,
-    GoalReached,
-    Header,
-    Moved,
-    Popped,
-    Pushed,
-    Requested,
-    Resolved,
-    Synthesized,
-    Violated,
-)
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import describe, targets_of
+from safenav.trace import records
 from safenav.world.map import Heading, Region
 
 Echo = Callable[[str], None]
@@ -58,54 +42,54 @@ class Story:
         self._obstacles = {o.name: (o.region, o.type.action) for o in scenario.obstacles}
         self._closed: dict[Region, str] = {}
         self._barred: dict[Region, str] = {}
-        self._syntheses: list[Synthesized] = []
+        self._syntheses: list[records.Synthesis] = []
         self._rounds: dict[str, int] = {}
         self._depth = 0
         self._tick = -1
         self._drawn: tuple[object, ...] | None = None
 
-    def __call__(self, event: Event) -> None:
+    def __call__(self, event: records.Record) -> None:
         """Hear one event."""
-        if not isinstance(event, Synthesized):
+        if not isinstance(event, records.Synthesis):
             self._flush_syntheses()
         match event:
-            case Header():
+            case records.Header():
                 self._begin()
-            case Synthesized():
+            case records.Synthesis():
                 self._syntheses.append(event)
-            case Moved():
+            case records.Move():
                 facing = Heading[event.heading.upper()] if event.heading else None
                 self._poses[event.robot] = (event.to, facing)
-            case Discovered():
-                place = (event.obstacle["region"], event.obstacle["action"])
-                self._obstacles[event.obstacle["name"]] = place
-            case Violated():
+            case records.Discovered():
+                place = (event.obstacle.region, event.obstacle.action)
+                self._obstacles[event.obstacle.name] = place
+            case records.Violation():
                 self._violated(event)
-            case Requested():
+            case records.Request():
                 self._requested(event)
-            case Pushed():
+            case records.Push():
                 self._depth = event.depth
                 if event.reason == "yield":
                     self._say(
                         event.tick,
                         f"{self._name(event.requester)} cannot get on; "
-                        f"{self._name(event.helper)} gives way",
+                        f"{self._name(event.helper or 'somebody')} gives way",
                     )
                 self._say(event.tick, f"objectives pushed, depth {event.depth}")
                 self._objectives(event.objectives)
-            case Popped():
+            case records.Pop():
                 self._depth = event.depth
                 self._say(event.tick, f"objectives popped, depth {event.depth}")
                 self._objectives(event.objectives)
-            case Resolved():
+            case records.Resolved():
                 self._resolved(event)
-            case Blocked():
+            case records.Blocked():
                 self._blocked(event)
-            case GoalReached():
+            case records.Goal():
                 self._goal(event)
-            case AssumptionViolated():
+            case records.Assumption():
                 self._say(event.tick, f"{self._name(event.robot)}: assumption broken: {event.name}")
-            case Ended():
+            case records.Outcome():
                 self._ended(event)
 
     def _begin(self) -> None:
@@ -118,7 +102,7 @@ class Story:
             )
         self._map()
 
-    def _violated(self, event: Violated) -> None:
+    def _violated(self, event: records.Violation) -> None:
         kind = self._kind(event.obstacle)
         self._closed[event.proposed] = event.obstacle
         self._say(
@@ -128,7 +112,7 @@ class Story:
             f"it lacks '{event.action}'",
         )
 
-    def _requested(self, event: Requested) -> None:
+    def _requested(self, event: records.Request) -> None:
         offers = ", ".join(
             f"{name} {'cannot get there' if d is None else f'in {d} steps'}"
             for name, d in event.bids.items()
@@ -140,7 +124,7 @@ class Story:
             self._say(event.tick, f"{asks}: {offers}; {self._name(event.helper)} helps")
         self._map()
 
-    def _resolved(self, event: Resolved) -> None:
+    def _resolved(self, event: records.Resolved) -> None:
         region, action = self._obstacles[event.obstacle]
         self._closed.pop(region, None)
         found = {True: ", it is traversable", False: ", it is not traversable", None: ""}
@@ -153,7 +137,7 @@ class Story:
         )
         self._map()
 
-    def _blocked(self, event: Blocked) -> None:
+    def _blocked(self, event: records.Blocked) -> None:
         region, _ = self._obstacles[event.obstacle]
         self._closed.pop(region, None)
         self._barred[region] = event.obstacle
@@ -163,7 +147,7 @@ class Story:
             f"{event.obstacle} {_REASONS[event.reason]}; from now on an obstacle for {robots}",
         )
 
-    def _goal(self, event: GoalReached) -> None:
+    def _goal(self, event: records.Goal) -> None:
         """Tell each completed round once, and nothing of those who wait or help."""
         if self._depth == 0 and event.round > self._rounds.get(event.robot, 0):
             at = self._region(event.region)
@@ -171,7 +155,7 @@ class Story:
             self._say(event.tick, f"{self._name(event.robot)} reaches {at}, {done}")
         self._rounds[event.robot] = event.round
 
-    def _ended(self, event: Ended) -> None:
+    def _ended(self, event: records.Outcome) -> None:
         self._map()
         good = event.outcome == "completed"
         word = click.style(event.outcome, fg="green" if good else "red", bold=True)
@@ -183,7 +167,7 @@ class Story:
             f"{_duration(event.synthesis_seconds)}, {_duration(event.seconds)} in all"
         )
 
-    def _objectives(self, objectives: Mapping[str, dict[str, Any]]) -> None:
+    def _objectives(self, objectives: Mapping[str, records.Objective]) -> None:
         for name, objective in objectives.items():
             self._echo(f"             {self._name(name)}: {_objective_words(objective)}")
 
@@ -258,13 +242,12 @@ class Story:
         return self._scenario.map.label(region)
 
 
-def _objective_words(objective: Mapping[str, Any]) -> str:
+def _objective_words(objective: records.Objective) -> str:
     """An objective as in a trace, in a few words."""
-    ((kind, targets),) = objective.items()
+    kind = objective.kind
     if kind == "ltl":
         return "ltl"
-    listed = [targets] if kind == "hold" else targets
-    words = ["|".join(map(str, t)) if isinstance(t, list) else str(t) for t in listed]
+    words = ["|".join(map(str, sorted(target))) for target in objective.targets]
     return f"{kind} {(' <-> ' if kind == 'patrol' else ', ').join(words)}"
 
 

@@ -12,14 +12,14 @@ from enum import StrEnum
 
 from safenav.runtime.controllers import Attempt, Controllers
 from safenav.runtime.environment import Violation
-from safenav.runtime.events import Blocked, BlockedBecause, Popped, Pushed, Reason, Requested
-from safenav.runtime.events import Resolved as ResolvedEvent
 from safenav.runtime.refuge import Refuge
 from safenav.runtime.resolution import Bid, bids, ranking
 from safenav.runtime.state import TeamState
 from safenav.runtime.tasks import Assignment, Frame, helping, holding
 from safenav.scenario.model import Obstacle, Robot
 from safenav.scenario.objective import Target, targets_of
+from safenav.trace import records
+from safenav.trace.objective import Objective
 from safenav.world.map import Region
 from safenav.world.moves import distances
 
@@ -74,22 +74,22 @@ class Resynthesis:
         state.knowledge.resolve(obstacle)
         requested = state.tasks.finish(obstacle)
         state.emit(
-            ResolvedEvent(state.tick, obstacle.name, robot.name, region, requested, traversable)
+            records.Resolved(state.tick, obstacle.name, robot.name, region, requested, traversable)
         )
         if traversable is False:
-            self._join(obstacle, BlockedBecause.UNTRAVERSABLE, "found to be untraversable")
+            self._join(obstacle, records.BlockReason.UNTRAVERSABLE, "found to be untraversable")
         self._pop_done()
         for assignment in state.tasks.current.values():
             assignment.progress.restart_count()
-        return self._settle(obstacle, Reason.RESOLVED)
+        return self._settle(obstacle, records.Reason.RESOLVED)
 
     def resynthesize(self) -> list[str]:
         """Synthesize anew whoever needs it, objectives unchanged; those without a strategy."""
         attempt = self._controllers.attempt({})
         if attempt.failed:
-            self._controllers.announce(attempt, Reason.BLOCKED, attempt.answers)
+            self._controllers.announce(attempt, records.Reason.BLOCKED, attempt.answers)
         else:
-            self._controllers.install(attempt, Reason.BLOCKED)
+            self._controllers.install(attempt, records.Reason.BLOCKED)
         return attempt.failed
 
     def give_way(self, refuge: Refuge) -> bool:
@@ -107,7 +107,7 @@ class Resynthesis:
         helper = refuge.places[-1][0]
         frame = state.tasks.push(None, refuge.stuck, helper, state.tick, changes)
         self._tell_push(frame)
-        self._controllers.install(attempt, Reason.YIELD)
+        self._controllers.install(attempt, records.Reason.YIELD)
         return True
 
     def end_way(self, frame: Frame) -> Impasse | None:
@@ -117,9 +117,9 @@ class Resynthesis:
         waiting_or_helping = [n for n, a in self._state.tasks.current.items() if a.temporary]
         attempt = self._controllers.attempt({}, strict=waiting_or_helping)
         if attempt.failed:
-            self._controllers.announce(attempt, Reason.YIELD, attempt.answers)
+            self._controllers.announce(attempt, records.Reason.YIELD, attempt.answers)
             return Impasse(Cause.DEADLOCK, None, tuple(attempt.failed))
-        self._controllers.install(attempt, Reason.YIELD)
+        self._controllers.install(attempt, records.Reason.YIELD)
         return None
 
     def _request(
@@ -131,22 +131,22 @@ class Resynthesis:
         refused: list[Attempt] = []
         plan = self._plan(obstacle, requester, offers, changes, refused)
         state.emit(
-            Requested(
+            records.Request(
                 state.tick,
                 obstacle.name,
                 requester.name,
                 {bid.robot.name: bid.distance for bid in offers},
                 plan.helper if plan else None,
-                list(obstacle.resolution_regions(state.scenario.map)),
+                obstacle.resolution_regions(state.scenario.map),
             )
         )
         for attempt in refused:
-            self._controllers.announce(attempt, Reason.REQUEST, attempt.failed)
+            self._controllers.announce(attempt, records.Reason.REQUEST, attempt.failed)
         if plan is None:
             return self._without_help(obstacle, requester, offers)
         frame = state.tasks.push(obstacle, requester.name, plan.helper, state.tick, plan.changes)
         self._tell_push(frame)
-        self._controllers.install(plan.attempt, Reason.REQUEST)
+        self._controllers.install(plan.attempt, records.Reason.REQUEST)
         return None
 
     def _offers(self, obstacle: Obstacle, requester: Robot) -> list[Bid]:
@@ -276,15 +276,15 @@ class Resynthesis:
     ) -> Impasse | None:
         """Nobody helps: go on as if the obstacle were a wall, if that is possible."""
         if not offers:
-            because, cause = BlockedBecause.NO_CAPABLE_ROBOT, Cause.NO_CAPABLE_ROBOT
+            because, cause = records.BlockReason.NO_CAPABLE_ROBOT, Cause.NO_CAPABLE_ROBOT
         else:
-            because = BlockedBecause.NO_HELPER
+            because = records.BlockReason.NO_HELPER
             cyclic = self._cyclic(obstacle, requester, offers)
             cause = Cause.CYCLIC_REQUESTS if cyclic else Cause.UNREALIZABLE
         self._join(obstacle, because, f"met by {requester.name}, and nobody can remove it")
         self._state.tasks.finish(obstacle)
         self._pop_done()
-        return self._settle(obstacle, Reason.BLOCKED, cause)
+        return self._settle(obstacle, records.Reason.BLOCKED, cause)
 
     def _cyclic(self, obstacle: Obstacle, requester: Robot, offers: list[Bid]) -> bool:
         """Whether it is only the waiting for each other that keeps all bidders away."""
@@ -293,7 +293,7 @@ class Resynthesis:
         return any(bid.distance is not None for bid in self._bids(obstacle, ()))
 
     def _settle(
-        self, obstacle: Obstacle, reason: Reason, cause: Cause = Cause.UNREALIZABLE
+        self, obstacle: Obstacle, reason: records.Reason, cause: Cause = Cause.UNREALIZABLE
     ) -> Impasse | None:
         """Resynthesize whoever is affected by what is known now. If a helper cannot do its
         part any more, ask the next bidder for it."""
@@ -329,24 +329,24 @@ class Resynthesis:
             for robot in self._state.scenario.robots
         )
 
-    def _join(self, obstacle: Obstacle, because: BlockedBecause, reason: str) -> None:
+    def _join(self, obstacle: Obstacle, because: records.BlockReason, reason: str) -> None:
         state = self._state
         state.knowledge.join(obstacle, reason)
-        robots = [r.name for r in state.scenario.robots if obstacle.blocks(r)]
-        state.emit(Blocked(state.tick, obstacle.name, robots, because))
+        robots = frozenset(r.name for r in state.scenario.robots if obstacle.blocks(r))
+        state.emit(records.Blocked(state.tick, obstacle.name, robots, because))
 
     def _pop_done(self) -> None:
         """Drop the frames on top that have served their purpose."""
         state = self._state
         while frame := state.tasks.pop_done():
-            state.emit(Popped(*self._frame_data(frame)))
+            state.emit(records.Pop(*self._frame_data(frame)))
 
     def _tell_push(self, frame: Frame) -> None:
-        self._state.emit(Pushed(*self._frame_data(frame)))
+        self._state.emit(records.Push(*self._frame_data(frame)))
 
     def _frame_data(
         self, frame: Frame
-    ) -> tuple[int, int, dict[str, dict[str, object]], str | None, str, str, Reason]:
+    ) -> tuple[int, int, dict[str, Objective], str | None, str, str, records.StackReason]:
         """Tick, depth, objectives, obstacle, requester, helper and reason of a stack event."""
         state, obstacle = self._state, frame.obstacle
         return (
@@ -356,5 +356,5 @@ class Resynthesis:
             obstacle.name if obstacle is not None else None,
             frame.requester,
             frame.helper,
-            Reason.REQUEST if obstacle is not None else Reason.YIELD,
+            records.StackReason.REQUEST if obstacle is not None else records.StackReason.YIELD,
         )

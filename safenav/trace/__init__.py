@@ -1,0 +1,1 @@
+"""The trace: what happens in a run, as data (docs/trace.md)."""

@@ -1,0 +1,231 @@
+"""From a JSON value to the data that an annotation asks for, or what is wrong with it.
+
+Knows the annotations that ``safenav.trace.records`` uses: plain types, ``X | None`` and other
+unions, ``Annotated`` with ``Least`` or ``Pattern``, enums, tuples, frozen sets, mappings from
+strings, dataclasses, and ``Objective``.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import types
+from collections.abc import Callable, Mapping
+from dataclasses import MISSING, dataclass, fields, is_dataclass
+from enum import StrEnum
+from functools import cache
+from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
+
+from safenav.trace.objective import Objective
+from safenav.trace.records import Least, Pattern
+
+_SHOWN_CHARACTERS = 60
+_EXACT = 2**53
+_ABSENT = object()
+
+
+class WrongError(Exception):
+    """What is wrong with a value: one sentence for each field."""
+
+    def __init__(self, *problems: tuple[str, str, object]) -> None:
+        self.places = problems
+
+    @property
+    def sentences(self) -> list[str]:
+        """Field, what was expected and what was found, for people."""
+        return [
+            f"`{path}` is missing"
+            if found is _ABSENT
+            else f"`{path}` must be {expected}, not {_shown(found)}"
+            for path, expected, found in self.places
+        ]
+
+
+def convert(annotation: Any, value: object) -> Any:
+    """The value as the annotation has it. Raises WrongError."""
+    return _converter(annotation)(value, "")
+
+
+Converter = Callable[[object, str], Any]
+
+
+@cache
+def _converter(annotation: Any) -> Converter:
+    origin, arguments = get_origin(annotation), get_args(annotation)
+    if origin is Annotated:
+        return _bounded(_converter(arguments[0]), arguments[1])
+    if origin in (Union, types.UnionType):
+        return _union([_converter(a) for a in arguments if a is not type(None)])
+    if origin is tuple and arguments[-1] is not Ellipsis:
+        return _fixed([_converter(a) for a in arguments])
+    if origin in (tuple, frozenset):
+        return _listed(origin, _converter(arguments[0]))
+    if origin is not None and issubclass(origin, Mapping):
+        return _mapping(_converter(arguments[1]))
+    if annotation is Objective:
+        return _leaf(Objective.of, 'an objective such as {"visit": [3, 5]}')
+    if isinstance(annotation, type) and issubclass(annotation, StrEnum):
+        return _leaf(_member_of(annotation), "one of " + ", ".join(annotation))
+    if isinstance(annotation, type) and is_dataclass(annotation):
+        return _data(annotation)
+    return _PLAIN[annotation]
+
+
+def _leaf(accept: Callable[[Any], Any], expected: str) -> Converter:
+    """``accept`` gives None for a value that it does not take."""
+
+    def take(value: object, path: str) -> Any:
+        taken = accept(value)
+        if taken is None:
+            raise WrongError((path, expected, value))
+        return taken
+
+    return take
+
+
+def _member_of(kind: type[StrEnum]) -> Callable[[Any], StrEnum | None]:
+    members = {member.value: member for member in kind}
+    return lambda value: members.get(value) if isinstance(value, str) else None
+
+
+def _number(value: object) -> float | None:
+    if type(value) is int and abs(value) < _EXACT:
+        return float(value)
+    return value if isinstance(value, float) and math.isfinite(value) else None
+
+
+_PLAIN: dict[Any, Converter] = {
+    str: _leaf(lambda v: v if isinstance(v, str) else None, "a string"),
+    bool: _leaf(lambda v: v if isinstance(v, bool) else None, "true or false"),
+    int: _leaf(lambda v: v if type(v) is int else None, "a whole number"),
+    float: _leaf(_number, "a number"),
+    object: lambda value, _: value,
+}
+
+
+def _bounded(inner: Converter, bound: Least | Pattern) -> Converter:
+    def take(value: object, path: str) -> Any:
+        taken = inner(value, path)
+        if isinstance(bound, Pattern):
+            if not re.fullmatch(bound.regex, taken):
+                raise WrongError((path, bound.expected, value))
+        elif taken < bound.value:
+            raise WrongError((path, f"{bound.value} or more", value))
+        return taken
+
+    return take
+
+
+def _union(choices: list[Converter]) -> Converter:
+    """Null, or what one of the choices takes; the last one says what is wrong. Every union in
+    the records with more than one choice besides null excludes null."""
+    nullable = len(choices) == 1
+
+    def take(value: object, path: str) -> Any:
+        if nullable and value is None:
+            return None
+        wrongs: list[tuple[str, str, object]] = []
+        for choice in choices:
+            try:
+                return choice(value, path)
+            except WrongError as error:
+                wrongs += error.places
+        if any(place != path for place, _, _ in wrongs):
+            raise WrongError(*(wrong for wrong in wrongs if wrong[0] != path))
+        expected = [expected for _, expected, _ in wrongs] + ["null"] * nullable
+        raise WrongError((path, " or ".join(expected), value))
+
+    return take
+
+
+def _listed(kind: type[tuple[Any, ...]] | type[frozenset[Any]], item: Converter) -> Converter:
+    def take(value: object, path: str) -> Any:
+        if not isinstance(value, list):
+            raise WrongError((path, "a list", value))
+        return kind(item(entry, f"{path}[{i}]") for i, entry in enumerate(value))
+
+    return take
+
+
+def _fixed(items: list[Converter]) -> Converter:
+    def take(value: object, path: str) -> Any:
+        if not isinstance(value, list) or len(value) != len(items):
+            raise WrongError((path, f"a list of {len(items)}", value))
+        pairs = enumerate(zip(items, value, strict=True))
+        return tuple(item(entry, f"{path}[{i}]") for i, (item, entry) in pairs)
+
+    return take
+
+
+def _mapping(item: Converter) -> Converter:
+    def take(value: object, path: str) -> Any:
+        if not isinstance(value, dict):
+            raise WrongError((path, "an object", value))
+        return {key: item(entry, f"{path}.{key}") for key, entry in value.items()}
+
+    return take
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A field of a record: its name in Python and in JSON, and whether it may be absent."""
+
+    name: str
+    key: str
+    annotation: Any
+    optional: bool
+    nothing: bool
+    """Whether it is left out when it is None."""
+
+
+@cache
+def entries(kind: Any) -> tuple[Entry, ...]:
+    """The fields of a record class, or of a class of objects in one, in order."""
+    hints = get_type_hints(kind, include_extras=True)
+    return tuple(
+        Entry(
+            entry.name,
+            entry.name.rstrip("_"),
+            hints[entry.name],
+            entry.default is not MISSING,
+            entry.default is None,
+        )
+        for entry in fields(kind)
+        if entry.name != "line"
+    )
+
+
+def _data(kind: Any) -> Converter:
+    known = [(entry, _converter(entry.annotation)) for entry in entries(kind)]
+
+    def take(value: object, path: str) -> Any:
+        if not isinstance(value, dict):
+            raise WrongError((path, "an object", value))
+        taken: dict[str, Any] = {}
+        wrong: list[tuple[str, str, object]] = []
+        for entry, converter in known:
+            found = value.get(entry.key, _ABSENT)
+            if found is _ABSENT and entry.optional:
+                continue
+            where = f"{path}.{entry.key}" if path else entry.key
+            if found is _ABSENT:
+                wrong.append((where, "", _ABSENT))
+                continue
+            try:
+                taken[entry.name] = converter(found, where)
+            except WrongError as error:
+                wrong += error.places
+        if wrong:
+            raise WrongError(*wrong)
+        return kind(**taken)
+
+    return take
+
+
+def _shown(value: object) -> str:
+    try:
+        text = json.dumps(value, sort_keys=True)
+    except RecursionError:
+        return "something too deeply nested"
+    return text if len(text) <= _SHOWN_CHARACTERS else text[:_SHOWN_CHARACTERS] + "..."

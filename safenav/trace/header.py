@@ -1,0 +1,128 @@
+"""From a scenario to the header of a trace."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from safenav.scenario.model import Obstacle, Robot, Scenario, Tracking
+from safenav.scenario.motion import resolved
+from safenav.scenario.objective import Objective as ScenarioObjective
+from safenav.scenario.objective import to_data
+from safenav.spec.others.belief import MOST_CELLS
+from safenav.trace import records
+from safenav.trace.objective import Objective
+from safenav.world.map import RegionMap
+from safenav.world.moves import Pose
+from safenav.world.partition import rooms
+
+
+def scenario_header(
+    scenario: Scenario, truths: Mapping[str, bool | None] | None
+) -> records.ScenarioHeader:
+    """The scenario as it stands in a trace, fully resolved.
+
+    ``truths`` maps an obstacle's name to what this run's seed made of ``traversable``; None
+    stands for a world that is not simulated, of which nobody knows any truth beforehand.
+    """
+    limits = scenario.limits
+    return records.ScenarioHeader(
+        name=scenario.name,
+        map=_map(scenario.map),
+        robots={robot.name: _robot(robot, scenario) for robot in scenario.robots},
+        world="external" if truths is None else "simulated",
+        obstacles=tuple(
+            obstacle_header(o, scenario, None if truths is None else truths[o.name])
+            for o in scenario.obstacles
+        ),
+        until=records.Until(scenario.until.rounds),
+        limits=records.Limits(
+            ticks=limits.ticks,
+            synthesis_seconds=limits.synthesis_seconds,
+            synthesis_memory=limits.synthesis_memory,
+            seconds=limits.seconds,
+        ),
+        seed=scenario.seed,
+        coordination=scenario.coordination.value,
+        partition=_partition(scenario),
+    )
+
+
+def obstacle_header(
+    obstacle: Obstacle, scenario: Scenario, truth: bool | None = None
+) -> records.ObstacleHeader:
+    """An obstacle as it stands in a trace, ``truth`` being what resolving it will reveal."""
+    return records.ObstacleHeader(
+        type=obstacle.type.name,
+        name=obstacle.name,
+        region=obstacle.region,
+        action=obstacle.type.action,
+        resolution_regions=obstacle.resolution_regions(scenario.map),
+        blocks=frozenset(robot.name for robot in scenario.robots if obstacle.blocks(robot)),
+        traversable=truth,
+        needs=_needs(obstacle, scenario.map) if obstacle.type.listed else None,
+        from_=obstacle.appears,
+        until=obstacle.goes,
+    )
+
+
+def _needs(obstacle: Obstacle, world: RegionMap) -> tuple[records.Need, ...]:
+    return tuple(
+        records.Need(
+            need.action, obstacle.resolution_regions(world, number), need.robots, need.together
+        )
+        for number, need in enumerate(obstacle.needs)
+    )
+
+
+def objective_in_trace(objective: ScenarioObjective) -> Objective:
+    """An objective as a trace spells it."""
+    told = Objective.of(to_data(objective))
+    assert told is not None, "every objective of a scenario can be told"
+    return told
+
+
+def heading_in_trace(pose: Pose) -> str | None:
+    """The heading of a pose as a trace spells it."""
+    return pose.heading.label if pose.heading is not None else None
+
+
+def _map(world: RegionMap) -> records.MapHeader:
+    """Its metres only if they are known."""
+    plain = records.MapHeader(world.rows, world.cols, tuple(world.grid_rows()))
+    if world.frame is None:
+        return plain
+    (width, height), (x, y) = world.frame.resolution, world.frame.origin
+    return records.MapHeader(
+        plain.rows, plain.cols, plain.grid, (width, height), (x, y, world.frame.yaw)
+    )
+
+
+def _robot(robot: Robot, scenario: Scenario) -> records.RobotHeader:
+    model = robot.model
+    return records.RobotHeader(
+        model=model.name,
+        mobility=model.mobility.value,
+        layer=model.layer,
+        capabilities=robot.capabilities,
+        start=robot.start.region,
+        heading=heading_in_trace(robot.start),
+        objective=objective_in_trace(robot.objective),
+        conflicts=frozenset(
+            other.name
+            for other in scenario.robots
+            if other is not robot and scenario.conflict(robot, other)
+        ),
+        vision=model.vision,
+        tracking=robot.tracking.value,
+        tracks=tuple(sorted(robot.tracks)),
+        timing=records.Timing(model.timing.least, model.timing.most),
+        motion=resolved(model.motion, model.size, model.speed),
+    )
+
+
+def _partition(scenario: Scenario) -> tuple[tuple[int, ...], ...] | None:
+    if all(robot.tracking is not Tracking.BELIEF for robot in scenario.robots):
+        return None
+    world = scenario.map
+    cells = scenario.partition or rooms(world).coarsened(MOST_CELLS, world).cells
+    return tuple(tuple(sorted(cell)) for cell in cells)

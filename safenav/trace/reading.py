@@ -1,0 +1,149 @@
+"""Reads a trace (docs/trace.md), of version 1 or 2, into typed records.
+
+A writer that was killed leaves an incomplete last line: the trace says so (``cut_off``), it is
+no error. Any other line that is not what the format says is one diagnostic; all are reported.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from safenav.errors import Diagnostic, InputError
+from safenav.trace.fields import WrongError, convert
+from safenav.trace.records import KINDS, VERSION, Discovered, Header, Record, Trace
+
+_DIAGNOSTIC_LIMIT = 20
+
+
+def read_trace(path: str | Path) -> Trace:
+    """The trace in a file. Raises InputError if it cannot be read or is not a trace."""
+    try:
+        content = Path(path).read_bytes()
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise InputError([Diagnostic(str(path), 0, 0, f"cannot be read: {reason}")]) from error
+    return read_bytes(content, str(path))
+
+
+def read_lines(lines: Iterable[str], source: str = "<trace>") -> Trace:
+    """The trace in some lines (with or without their line ends). Raises InputError."""
+    whole = "".join(line if line.endswith("\n") else line + "\n" for line in lines)
+    return read_bytes(whole.encode("utf-8", "surrogatepass"), source)
+
+
+def read_bytes(content: bytes, source: str = "<trace>") -> Trace:
+    """The trace in some bytes. ``source`` names it in messages. Raises InputError."""
+    lines = content.split(b"\n")
+    unfinished = lines.pop()  # empty if the last line is complete
+    reader = _Reader(source)
+    for number, line in enumerate(lines, start=1):
+        reader.take(number, line)
+    cut_off = False
+    if unfinished.strip():
+        cut_off = not _is_json(unfinished)
+        if not cut_off:
+            reader.take(len(lines) + 1, unfinished)
+    return reader.trace(cut_off)
+
+
+class _Reader:
+    def __init__(self, source: str) -> None:
+        self._source = source
+        self._header: Header | None = None
+        self._records: list[Record] = []
+        self._obstacles: set[str] = set()
+        self._ignored = 0
+        self._diagnostics: list[Diagnostic] = []
+        self._headless = False
+
+    def take(self, number: int, content: bytes) -> None:
+        if self._headless or not content.strip():
+            return
+        try:
+            data = json.loads(content.decode("utf-8"))
+        except (ValueError, RecursionError) as error:
+            self._report(number, f"this line is not JSON: {_brief(error)}")
+            return
+        if not isinstance(data, dict):
+            self._report(number, "a line of a trace is a JSON object")
+            return
+        kind = data.get("type")
+        if not isinstance(kind, str):
+            self._report(number, "`type` must be a string that says what kind of line this is")
+        elif kind == Header.type:
+            self._take_header(number, data)
+        elif self._header is None and not self._diagnostics:
+            self._headless = True  # nothing can be checked without it
+            self._report(number, "the first line must be the header", "is this a safenav trace?")
+        elif kind in KINDS:
+            record = self._convert(number, KINDS[kind], data)
+            if isinstance(record, Discovered):
+                self._announce(number, record.obstacle.name, "is known already")
+            if record is not None:
+                self._records.append(record)
+        else:
+            self._ignored += 1
+
+    def trace(self, cut_off: bool) -> Trace:
+        """All that was read. Raises InputError."""
+        if self._diagnostics:
+            shown = self._diagnostics[:_DIAGNOSTIC_LIMIT]
+            hidden = len(self._diagnostics) - len(shown)
+            if hidden:
+                shown.append(Diagnostic(self._source, 0, 0, f"and {hidden} more such problems"))
+            raise InputError(shown)
+        if self._header is None:
+            raise InputError([Diagnostic(self._source, 0, 0, "the trace is empty")])
+        return Trace(self._source, self._header, tuple(self._records), cut_off, self._ignored)
+
+    def _take_header(self, number: int, data: dict[str, Any]) -> None:
+        if self._header is not None:
+            self._report(number, "a second header: a trace holds one run")
+            return
+        version = data.get("trace")
+        if type(version) is int and not 1 <= version <= VERSION:
+            self._headless = True
+            self._report(number, f"`trace` is {version}: versions 1 to {VERSION} can be read")
+            return
+        header = self._convert(number, Header, {"tick": 0, **data})
+        if isinstance(header, Header):
+            self._header = header
+            for obstacle in header.scenario.obstacles:
+                self._announce(number, obstacle.name, "is the name of two obstacles")
+
+    def _convert(self, number: int, kind: type[Record], data: dict[str, Any]) -> Record | None:
+        try:
+            record: Record = convert(kind, data)
+        except WrongError as error:
+            for sentence in error.sentences:
+                self._report(number, sentence)
+            return None
+        return replace(record, line=number)
+
+    def _announce(self, number: int, obstacle: str, problem: str) -> None:
+        if obstacle in self._obstacles:
+            self._report(number, f"{obstacle} {problem}")
+        self._obstacles.add(obstacle)
+
+    def _report(self, number: int, found: str, hint: str = "") -> None:
+        self._diagnostics.append(Diagnostic(self._source, number, 1, found, hint))
+
+
+def _is_json(content: bytes) -> bool:
+    try:
+        json.loads(content.decode("utf-8"))
+    except (ValueError, RecursionError):
+        return False
+    return True
+
+
+def _brief(error: Exception) -> str:
+    if isinstance(error, json.JSONDecodeError):
+        return f"{error.msg} at column {error.colno}"
+    if isinstance(error, UnicodeDecodeError):
+        return f"byte {error.start} is not UTF-8"
+    return "too deeply nested" if isinstance(error, RecursionError) else str(error)

@@ -1,0 +1,603 @@
+"""The lines of a trace as typed data, once for all who write or read it (docs/trace.md).
+
+One frozen dataclass for each type of line. The reader, the writer and the JSON Schema are driven
+by the annotations below: a field's JSON name is its name here, without the underscore that
+keeps it apart from a word of Python. A field with a default may be absent; one whose default is
+None is left out when it is None. Nothing here is imported from the rest of safenav, so that
+independent checkers can read traces.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Annotated, ClassVar
+
+from safenav.trace.objective import Objective as Objective
+
+VERSION = 2
+"""The version that is written; version 1 is read as well."""
+
+
+@dataclass(frozen=True)
+class Least:
+    """Annotation of a number that must be ``value`` or more."""
+
+    value: int
+
+
+@dataclass(frozen=True)
+class Pattern:
+    """Annotation of a string that must match ``regex``; ``expected`` says so in messages."""
+
+    regex: str
+    expected: str
+
+
+Region = int
+Count = Annotated[int, Least(0)]
+Seconds = Annotated[float, Least(0)]
+Sha256 = Annotated[str, Pattern("[0-9a-f]{64}", "a sha256 (64 digits 0-9a-f)")]
+Heading = Annotated[str, Pattern("north|east|south|west", "north, east, south or west")]
+Json = Mapping[str, object]
+Place = tuple[Region, Heading | None]
+"""A region, and the heading of a robot that has one."""
+
+
+class Verdict(StrEnum):
+    """What a synthesis came to."""
+
+    REALIZABLE = "realizable"
+    UNREALIZABLE = "unrealizable"
+    TIMEOUT = "timeout"
+    OUT_OF_MEMORY = "out_of_memory"
+
+
+class Reason(StrEnum):
+    """Why a robot was synthesized."""
+
+    INITIAL = "initial"
+    REQUEST = "request"
+    RESOLVED = "resolved"
+    BLOCKED = "blocked"
+    YIELD = "yield"
+    APPEARED = "appeared"
+    GONE = "gone"
+    PLAN = "plan"
+    """After a joint plan, from a pose that the strategy before did not know."""
+
+
+class Form(StrEnum):
+    """How an objective was put into the specification (docs/theory.md)."""
+
+    LITERAL = "literal"
+    OTHER_MEMORY = "other_memory"
+    ALTERNATION = "alternation"
+
+
+class StackReason(StrEnum):
+    """Why objectives were pushed: for a request, or so that somebody gives way."""
+
+    REQUEST = "request"
+    YIELD = "yield"
+
+
+class BlockReason(StrEnum):
+    """Why a hidden obstacle joined the known ones."""
+
+    UNTRAVERSABLE = "untraversable"
+    NO_CAPABLE_ROBOT = "no_capable_robot"
+    NO_HELPER = "no_helper"
+    UNRESOLVABLE = "unresolvable"
+    """The closure of all that the team can do never resolves it: see ``proof``."""
+
+
+class MovedBy(StrEnum):
+    """What decided a move."""
+
+    STRATEGY = "strategy"
+    BACKTRACK = "backtrack"
+    PLAN = "plan"
+    STAY = "stay"
+    """The robot was kept where it is: no answer, or held back by coordination."""
+
+
+class ChangeCause(StrEnum):
+    """Why an obstacle appeared or went by itself."""
+
+    SCENARIO = "scenario"
+    WORLD = "world"
+    USER = "user"
+
+
+class PlanEndReason(StrEnum):
+    """Why a joint plan is over."""
+
+    REACHED = "reached"
+    VIOLATION = "violation"
+    CHANGED = "changed"
+    """Something was resolved, appeared or went, or duties changed."""
+
+
+class Ending(StrEnum):
+    """How a run ended."""
+
+    COMPLETED = "completed"
+    OPERATOR_NEEDED = "operator_needed"
+    UNREALIZABLE = "unrealizable"
+    TICK_LIMIT = "tick_limit"
+    TIME_LIMIT = "time_limit"
+    SEARCH_LIMIT = "search_limit"
+    ASSUMPTION_VIOLATED = "assumption_violated"
+    INTERRUPTED = "interrupted"
+    ERROR = "error"
+
+
+class OperatorCause(StrEnum):
+    """Why an operator is needed."""
+
+    NO_CAPABLE_ROBOT = "no_capable_robot"
+    CYCLIC_REQUESTS = "cyclic_requests"
+    UNREALIZABLE = "unrealizable"
+    DEADLOCK = "deadlock"
+    UNRESOLVABLE = "unresolvable"
+
+
+@dataclass(frozen=True)
+class Timing:
+    """Ticks that a step takes: at least and at most."""
+
+    least: Annotated[int, Least(1)]
+    most: Annotated[int, Least(1)]
+
+
+@dataclass(frozen=True)
+class RobotHeader:
+    """A robot in the header. ``conflicts``: those it must not share a region with (None: those
+    of its layer). ``vision``: how far it sees, in regions; None: without limit. ``motion``: its
+    kind of motion in metres and all parameters (docs/motion.md)."""
+
+    model: str
+    mobility: str
+    layer: str
+    capabilities: frozenset[str]
+    start: Region
+    heading: Heading | None
+    objective: Objective
+    conflicts: frozenset[str] | None = None
+    vision: float | None = None
+    tracking: str | None = None
+    tracks: tuple[str, ...] | None = None
+    timing: Timing | None = None
+    motion: Json | None = None
+
+
+@dataclass(frozen=True)
+class Need:
+    """One of several actions that an obstacle needs, in order: by ``robots`` distinct robots,
+    ``together`` in one tick, from ``regions``."""
+
+    action: str
+    regions: tuple[Region, ...]
+    robots: Annotated[int, Least(1)] = 1
+    together: bool = False
+
+
+@dataclass(frozen=True)
+class ObstacleHeader:
+    """A hidden obstacle. ``blocks``: names of robots. ``traversable``: the truth of this run.
+    ``needs``: all its needs if there are several (``action`` and ``resolution_regions`` are
+    those of the first). ``from_`` and ``until``: when it appears and goes by itself."""
+
+    type: str
+    name: str
+    region: Region
+    action: str
+    resolution_regions: tuple[Region, ...]
+    blocks: frozenset[str]
+    traversable: bool | None
+    needs: tuple[Need, ...] | None = None
+    from_: Count | None = None
+    until: Count | None = None
+
+    @property
+    def all_needs(self) -> tuple[Need, ...]:
+        """Its needs in order, also where the trace tells only one."""
+        return self.needs or (Need(self.action, self.resolution_regions),)
+
+
+@dataclass(frozen=True)
+class MapHeader:
+    """The map. ``resolution``: metres that a region measures from west to east and from south
+    to north. ``origin``: x, y (metres) and yaw (radians) of its south-western corner."""
+
+    rows: Count
+    cols: Count
+    grid: tuple[str, ...]
+    resolution: tuple[float, float] | None = None
+    origin: tuple[float, float, float] | None = None
+
+
+@dataclass(frozen=True)
+class Until:
+    """The run is completed when every objective was met so many times after the last
+    resolution."""
+
+    rounds: Count | None = None
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Ticks and seconds of the run; seconds, MiB and states of each synthesis."""
+
+    ticks: Count | None = None
+    seconds: Seconds | None = None
+    synthesis_seconds: Seconds | None = None
+    synthesis_memory: Count | None = None
+    states: Count | None = None
+
+
+@dataclass(frozen=True)
+class ScenarioHeader:
+    """The scenario, fully resolved. ``robots`` are in the order of their turns. ``world``:
+    ``simulated`` or ``external``. ``partition``: the cells of beliefs, None where nobody keeps
+    any."""
+
+    name: str
+    map: MapHeader
+    robots: Mapping[str, RobotHeader]
+    obstacles: tuple[ObstacleHeader, ...]
+    until: Until
+    limits: Limits
+    seed: int
+    coordination: str
+    world: str = "simulated"
+    partition: tuple[tuple[Region, ...], ...] | None = None
+
+
+@dataclass(frozen=True)
+class Record:
+    """What all lines have: ``tick``, 0 before the first move, and the number of the ``line`` in
+    the file it was read from, from 1 (0: it was not read; not part of the line)."""
+
+    type: ClassVar[str]
+    tick: Count
+    line: int = field(default=0, kw_only=True, compare=False, repr=False)
+
+
+@dataclass(frozen=True)
+class Header(Record):
+    """The first line; the only one without a tick in the file."""
+
+    type: ClassVar[str] = "header"
+    trace: int
+    safenav: str
+    scenario: ScenarioHeader
+
+
+@dataclass(frozen=True)
+class Tried:
+    """A synthesis that failed before: weaker assumptions, or another spelling."""
+
+    fairness: str
+    spec: Sha256
+    verdict: Verdict
+
+
+@dataclass(frozen=True)
+class Synthesis(Record):
+    """A robot was synthesized. For a strategy that was installed, ``node`` is where it begins.
+
+    What the specification was made from: pose (``region``, ``heading``), ``memory`` (variable:
+    value at the start), ``closed`` (regions shut beyond the walls, and what shuts each),
+    ``moving`` (robots that are inputs and must not be run into) and ``tracked`` (inputs for
+    knowledge only), ``fairness`` and ``others_targets``, ``tracking``, ``knowledge`` of others
+    at the start (a region, or cells), ``beliefs`` (the numbering of belief values, for each
+    other robot), ``sight_closed`` (regions that block the view), ``places`` and ``neutral``
+    (what can be assigned), ``forbidden`` and ``goal_places`` beyond the objective, ``form``,
+    and ``tried`` before.
+    """
+
+    type: ClassVar[str] = "synthesis"
+    robot: str
+    reason: Reason
+    verdict: Verdict
+    seconds: Seconds
+    states: Count | None
+    cached: bool
+    verified: bool | None
+    spec: Sha256
+    strategy: Sha256 | None
+    objective: Objective
+    assumptions: tuple[str, ...] = ()
+    node: Count | None = None
+    region: Region | None = None
+    heading: Heading | None = None
+    memory: Mapping[str, int] | None = None
+    closed: tuple[tuple[Region, str], ...] | None = None
+    moving: tuple[str, ...] | None = None
+    tracked: tuple[str, ...] | None = None
+    tracking: str | None = None
+    fairness: str | None = None
+    others_targets: Mapping[str, tuple[tuple[Region, ...], ...]] | None = None
+    knowledge: Mapping[str, Region | tuple[Count, ...]] | None = None
+    beliefs: Mapping[str, tuple[tuple[Count, ...], ...]] | None = None
+    sight_closed: tuple[Region, ...] | None = None
+    places: tuple[Region, ...] | None = None
+    neutral: int | None = None
+    forbidden: tuple[Place, ...] | None = None
+    goal_places: tuple[tuple[Place, ...], ...] | None = None
+    form: Form | None = None
+    tried: tuple[Tried, ...] | None = None
+
+
+@dataclass(frozen=True)
+class Signal:
+    """What an assignable strategy is told: a request to go to ``assigned``, or to wait."""
+
+    request: bool
+    assigned: int
+    wait: bool
+
+
+@dataclass(frozen=True)
+class Move(Record):
+    """One for each robot and tick. ``toward``: while a step takes several ticks, the region
+    that the robot is on its way to and takes up, too. ``by``: what decided the move (None:
+    nothing was asked, the robot is in transit, or the trace does not say). ``signal``: on the
+    first move after it changed. ``busy``: regions that its strategy was shown as taken although
+    nobody is there."""
+
+    type: ClassVar[str] = "move"
+    robot: str
+    from_: Region
+    to: Region
+    heading: Heading | None
+    toward: Region | None = None
+    by: MovedBy | None = None
+    signal: Signal | None = None
+    busy: tuple[Region, ...] | None = None
+
+
+@dataclass(frozen=True)
+class Discovered(Record):
+    """An obstacle that the header does not list; before the first line that names it."""
+
+    type: ClassVar[str] = "discovered"
+    obstacle: ObstacleHeader
+
+
+@dataclass(frozen=True)
+class Appeared(Record):
+    """An obstacle stands there from now on."""
+
+    type: ClassVar[str] = "appeared"
+    obstacle: str
+    cause: ChangeCause
+
+
+@dataclass(frozen=True)
+class Gone(Record):
+    """An obstacle went by itself, without being resolved."""
+
+    type: ClassVar[str] = "gone"
+    obstacle: str
+    cause: ChangeCause
+
+
+@dataclass(frozen=True)
+class Violation(Record):
+    """The robot would have entered ``proposed``; ``action`` is the capability that it lacks."""
+
+    type: ClassVar[str] = "violation"
+    robot: str
+    at: Region
+    proposed: Region
+    obstacle: str
+    action: str
+
+
+@dataclass(frozen=True)
+class Backtrack(Record):
+    """The region kept or taken instead. ``node``: the strategy's other successor, None where the
+    robot keeps the node that it was in."""
+
+    type: ClassVar[str] = "backtrack"
+    robot: str
+    to: Region
+    node: Count | None = None
+
+
+@dataclass(frozen=True)
+class Request(Record):
+    """``bids``: robots with the capability, and how far each has to go (None: it cannot get
+    there). ``helpers``: all that are asked, where one is not enough. ``need``: which of the
+    obstacle's needs, where it has several."""
+
+    type: ClassVar[str] = "request"
+    obstacle: str
+    requester: str
+    bids: Mapping[str, Count | None]
+    helper: str | None
+    regions: tuple[Region, ...]
+    helpers: tuple[str, ...] | None = None
+    need: Count | None = None
+
+
+@dataclass(frozen=True)
+class Push(Record):
+    """Objectives changed for a request, or so that ``helper`` gives way to ``requester`` (then
+    ``obstacle`` is None). ``objectives``: those in force after it."""
+
+    type: ClassVar[str] = "push"
+    depth: Count
+    objectives: Mapping[str, Objective]
+    obstacle: str | None
+    requester: str
+    helper: str | None
+    reason: StackReason = StackReason.REQUEST
+    helpers: tuple[str, ...] | None = None
+    need: Count | None = None
+
+
+@dataclass(frozen=True)
+class Pop(Record):
+    """What was pushed is over; the fields tell the entry that was dropped."""
+
+    type: ClassVar[str] = "pop"
+    depth: Count
+    objectives: Mapping[str, Objective]
+    obstacle: str | None
+    requester: str
+    helper: str | None
+    reason: StackReason = StackReason.REQUEST
+    helpers: tuple[str, ...] | None = None
+    need: Count | None = None
+
+
+@dataclass(frozen=True)
+class Resolved(Record):
+    """A need of an obstacle was met; with its last one (or its only one) the obstacle is
+    resolved. ``robots``: all that took part, where one is not enough."""
+
+    type: ClassVar[str] = "resolved"
+    obstacle: str
+    robot: str
+    at: Region
+    requested: bool
+    traversable: bool | None
+    robots: tuple[str, ...] | None = None
+    need: Count | None = None
+
+
+@dataclass(frozen=True)
+class Blocked(Record):
+    """An obstacle joined the known ones for ``robots``."""
+
+    type: ClassVar[str] = "blocked"
+    obstacle: str
+    robots: frozenset[str]
+    reason: BlockReason
+    proof: Json | None = None
+
+
+@dataclass(frozen=True)
+class Goal(Record):
+    """``goal``: index of the target in the objective; ``round``: completed ones after it."""
+
+    type: ClassVar[str] = "goal"
+    robot: str
+    goal: Count
+    region: Region
+    round: Count
+
+
+@dataclass(frozen=True)
+class Belief(Record):
+    """``robot`` sees ``of`` in the only one of ``regions``, or believes it to be in any."""
+
+    type: ClassVar[str] = "belief"
+    robot: str
+    of: str
+    seen: bool
+    regions: frozenset[Region]
+
+
+@dataclass(frozen=True)
+class Assumption(Record):
+    """The others broke what the robot's strategy relies on."""
+
+    type: ClassVar[str] = "assumption"
+    robot: str
+    name: str
+
+
+@dataclass(frozen=True)
+class Plan(Record):
+    """A joint plan. ``robots``: the places of each, the first where it stands now. ``orders``:
+    ``[first, i, then, j]``: ``then`` enters its place ``j`` only when ``first`` has arrived at
+    its place ``i`` (places count from 0)."""
+
+    type: ClassVar[str] = "plan"
+    reason: str
+    robots: Mapping[str, tuple[Place, ...]]
+    orders: tuple[tuple[str, Count, str, Count], ...]
+
+
+@dataclass(frozen=True)
+class PlanEnd(Record):
+    """``nodes``: where each robot goes on in the strategy that it has (None: nowhere; it keeps
+    its place until it is synthesized)."""
+
+    type: ClassVar[str] = "plan_end"
+    reason: PlanEndReason
+    nodes: Mapping[str, Count | None] | None = None
+
+
+@dataclass(frozen=True)
+class Outcome(Record):
+    """The last line. ``rounds`` of each robot. ``cause``: why an operator is needed. ``proof``:
+    of a negative. ``unrealizable``: robot and spec of each synthesis that ended the run."""
+
+    type: ClassVar[str] = "outcome"
+    outcome: Ending
+    explanation: str
+    rounds: Mapping[str, Count]
+    ticks: Count
+    seconds: Seconds
+    syntheses: Count
+    synthesis_seconds: Seconds
+    cause: OperatorCause | None = None
+    proof: Json | None = None
+    unrealizable: Mapping[str, Sha256] | None = None
+
+
+KINDS: Mapping[str, type[Record]] = {
+    kind.type: kind
+    for kind in (
+        Header,
+        Synthesis,
+        Move,
+        Discovered,
+        Appeared,
+        Gone,
+        Violation,
+        Backtrack,
+        Request,
+        Push,
+        Pop,
+        Resolved,
+        Blocked,
+        Goal,
+        Belief,
+        Assumption,
+        Plan,
+        PlanEnd,
+        Outcome,
+    )
+}
+"""All types of lines, by the ``type`` in the file."""
+
+
+@dataclass(frozen=True)
+class Trace:
+    """A whole trace. ``cut_off``: its last line was incomplete (the writer was killed).
+    ``ignored`` counts the lines of types that this version does not know."""
+
+    source: str
+    header: Header
+    records: tuple[Record, ...]
+    cut_off: bool
+    ignored: int
+
+    @property
+    def outcome(self) -> Outcome | None:
+        """How the run ended, or None if the trace does not say."""
+        return next((r for r in reversed(self.records) if isinstance(r, Outcome)), None)
+
+    @property
+    def obstacles(self) -> dict[str, ObstacleHeader]:
+        """All obstacles by name: those of the header, and those that were discovered later."""
+        found = [r.obstacle for r in self.records if isinstance(r, Discovered)]
+        return {o.name: o for o in (*self.header.scenario.obstacles, *found)}

@@ -1,0 +1,80 @@
+"""Writes a trace: JSON Lines, each line flushed when it happens (docs/trace.md)."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import is_dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import IO, Any
+
+from safenav.errors import UsageError
+from safenav.trace.fields import entries
+from safenav.trace.objective import Objective
+from safenav.trace.records import Header, Record
+
+Listener = Callable[[Record], None]
+"""Hears what happens in a run, as it happens."""
+
+
+def as_data(record: Record) -> dict[str, Any]:
+    """The record as one JSON object of the trace."""
+    data = {"type": record.type, **_plain(record)}
+    if isinstance(record, Header):
+        del data["tick"]
+    return data
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, str | int | float | None):
+        return value
+    if isinstance(value, Objective):
+        return value.data
+    if is_dataclass(value):
+        kind: Any = type(value)
+        said = [(entry, getattr(value, entry.name)) for entry in entries(kind)]
+        return {e.key: _plain(item) for e, item in said if item is not None or not e.nothing}
+    if isinstance(value, Mapping):
+        return {key: _plain(item) for key, item in value.items()}
+    return [_plain(item) for item in (sorted(value) if isinstance(value, frozenset) else value)]
+
+
+class TraceWriter:
+    """A listener that appends each record to a file and flushes it.
+
+    Raises UsageError when the file cannot be opened or written: a run whose trace is lost
+    must not go on as if nothing had happened.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        try:
+            self._file: IO[str] = path.open("w", encoding="utf-8")
+        except OSError as error:
+            raise self._failure(error) from error
+
+    def __call__(self, record: Record) -> None:
+        try:
+            self._file.write(json.dumps(as_data(record), separators=(",", ":")) + "\n")
+            self._file.flush()
+        except OSError as error:
+            raise self._failure(error) from error
+
+    def _failure(self, error: OSError) -> UsageError:
+        return UsageError(f"cannot write the trace {self._path}: {error.strerror}")
+
+    def __enter__(self) -> TraceWriter:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        try:
+            self._file.close()
+        except OSError as failure:
+            if kind is None:
+                raise self._failure(failure) from failure
