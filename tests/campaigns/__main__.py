@@ -30,6 +30,8 @@ def main() -> int:
         times = []
         for seed in range(*options.seeds):
             data = mission(family, seed)
+            if options.assignable:
+                data["coordination"] = "assignable"
             if options.interrupt:
                 after = Random(seed).uniform(0.0, options.interrupt)
                 result = judge_interrupted(data, command, after)
@@ -67,6 +69,7 @@ def _options() -> argparse.Namespace:
     parser.add_argument(
         "--interrupt", type=float, metavar="SECONDS", help="send SIGINT at some moment until then"
     )
+    parser.add_argument("--assignable", action="store_true", help="tell robots by signals")
     parser.add_argument("--out", type=Path, default=Path("build/findings"))
     parser.add_argument("--forked", action="store_true", help="import safenav once")
     return parser.parse_args()

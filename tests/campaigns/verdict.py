@@ -58,6 +58,8 @@ def judge(
         ending = replay(mission, lines)
         outcome = lines[-1]
         kind, detail = _judge_outcome(mission, ending, outcome, run, budget)
+        if data.get("coordination") == "assignable":
+            kind, detail = _told_by_signals(lines) or (kind, detail)
         if kind in (*GOOD, UNDECIDED):
             checked = command.call(["check-trace", trace], max(seconds, 60.0))
             if checked.exit != 0:
@@ -117,6 +119,14 @@ def _broken_off(run: Ended, lines: tuple[Mapping[str, Any], ...]) -> tuple[str, 
         return "crash", told
     if not lines or lines[-1]["type"] != "outcome":
         return "no outcome", told
+    return None
+
+
+def _told_by_signals(lines: tuple[Mapping[str, Any], ...]) -> tuple[str, str] | None:
+    """A team that is told by signals is synthesized once, and where the known map changes."""
+    for line in lines:
+        if line["type"] == "synthesis" and line["reason"] not in ("initial", "blocked"):
+            return "synthesized again", f"tick {line['tick']}, {line['robot']}: {line['reason']}"
     return None
 
 

@@ -67,9 +67,8 @@ def joint_problems(proof: Mapping[str, object], moment: Moment) -> Iterator[str]
         yield f"{told} states are more than the {MOST_STATES} that are looked at here"
         return
     robots = [moment.robots[name] for name in moment.robots if name in listed]
-    judged = [robot for robot in robots if robot.judged]
-    if len(judged) < len(robots):
-        return  # what its formulas demand is not in the trace
+    if not all(robot.judged for robot in robots):
+        return  # what their formulas demand is more than is read here
     yield from _Enumeration(moment.without(moment.gates.keys() - stages.keys()), robots).problems(
         told, digest
     )
@@ -195,9 +194,7 @@ class _Enumeration:
             moment = self._moment
             headings = ("north", "east", "south", "west") if robot.has_heading else (None,)
             everywhere = frozenset(
-                (region, heading)
-                for region in moment.free - robot.forbidden
-                for heading in headings
+                (region, heading) for region in moment.free for heading in headings
             )
             self._live[key] = moment.live(robot, everywhere, walls)
         return self._live[key]

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from itertools import combinations
+from typing import TypeVar
 
-Pose = tuple[int, str | None]
-"""A region, and the heading of a robot that has one."""
+from safenav.audit.proofs.formulas import Formulas
+from safenav.audit.proofs.formulas import Pose as Pose
 
 _WAYS: Mapping[str, tuple[int, int]] = {
     "north": (-1, 0),
@@ -15,6 +16,7 @@ _WAYS: Mapping[str, tuple[int, int]] = {
     "south": (1, 0),
     "west": (0, -1),
 }
+S = TypeVar("S")
 _BACK = {"north": "south", "south": "north", "east": "west", "west": "east"}
 
 
@@ -59,10 +61,11 @@ class Gate:
 @dataclass(frozen=True)
 class Robot:
     """``pose``: where it is, or will arrive. ``targets`` of its objective, met ``in_order`` or
-    not; ``judged``: whether the trace tells all of its objective (not so for most formulas).
-    ``forbidden``: regions that its objective excludes. ``left``: the fewest goals that it may
-    still have to meet, for each way in which its counting may stand (a number; of a cover: the
-    targets covered in this round and the rounds left)."""
+    not. ``formulas``: what it demands where it is written in formulas; None and not ``judged``
+    if they cannot be read. ``conflicts``: those it must not share a region with.
+
+    The least that it may still have to do, as far as its goal lines leave that open:
+    ``rounds_left``, with one of ``awaited`` as the next target, or those of ``covered`` met."""
 
     name: str
     has_heading: bool
@@ -70,12 +73,12 @@ class Robot:
     pose: Pose
     targets: tuple[frozenset[int], ...]
     in_order: bool
-    judged: bool
-    forbidden: frozenset[int]
     conflicts: frozenset[str]
     awaited: tuple[int, ...]
     covered: frozenset[int]
     rounds_left: int
+    formulas: Formulas | None = None
+    judged: bool = True
 
 
 @dataclass(frozen=True)
@@ -98,12 +101,14 @@ class Moment:
         for way, (south, east) in _WAYS.items():
             col = region % self.cols + east
             to = region + south * self.cols + east
-            if not 0 <= col < self.cols or to not in self.free or to in robot.forbidden:
+            if not 0 <= col < self.cols or to not in self.free:
                 continue
             if not robot.has_heading:
                 found.append((to, None))
             elif faced is None or way != _BACK[faced]:
                 found.append((to, way))
+        if robot.formulas is not None:
+            return [to for to in found if robot.formulas.allows(pose, to)]
         return found
 
     def walls(self, robot: Robot, gates: Iterable[Gate]) -> frozenset[int]:
@@ -128,6 +133,8 @@ class Moment:
         """The greatest part of a set of poses from which the robot reaches every target within
         that part, again and again."""
         kept = {pose for pose in inside if pose[0] not in walls}
+        if robot.formulas is not None:
+            return self._live_by_formulas(robot, robot.formulas, kept)
         before: dict[Pose, list[Pose]] = {pose: [] for pose in kept}
         for pose in kept:
             for to in self.steps(robot, pose):
@@ -136,16 +143,34 @@ class Moment:
         while True:
             size = len(kept)
             for target in robot.targets:
-                reached = {pose for pose in kept if pose[0] in target}
-                pending = list(reached)
-                while pending:
-                    for pose in before[pending.pop()]:
-                        if pose in kept and pose not in reached:
-                            reached.add(pose)
-                            pending.append(pose)
-                kept = reached
+                kept = _reaching({pose for pose in kept if pose[0] in target}, before, kept)
             if len(kept) == size:
                 return frozenset(kept)
+
+    def _live_by_formulas(
+        self, robot: Robot, formulas: Formulas, inside: set[Pose]
+    ) -> frozenset[Pose]:
+        """The same where goals are met by steps, and staying is a step, too: over poses with the
+        memory of the objective."""
+        steps = [
+            ((pose, i), (to, j), goals)
+            for pose in inside
+            for to in [pose, *self.steps(robot, pose)]
+            if to in inside
+            for i, j, goals in formulas.steps(pose, to)
+        ]
+        kept = {state for step in steps for state in step[:2]}
+        while True:
+            size = len(kept)
+            for goal in range(max(len(formulas.liveness), 1)):
+                within = [step for step in steps if step[0] in kept and step[1] in kept]
+                before: dict[tuple[Pose, int], list[tuple[Pose, int]]] = {s: [] for s in kept}
+                for one, other, _ in within:
+                    before[other].append(one)
+                met = {one for one, _, goals in within if goal in goals or not formulas.liveness}
+                kept = _reaching(met, before, kept)
+            if len(kept) == size:
+                return frozenset(pose for pose, _ in kept)
 
     def without(self, gates: Iterable[str]) -> Moment:
         """The same with these gates away."""
@@ -178,3 +203,15 @@ class Moment:
         return any(
             self._fits(rest, places, stood | {name: at}) for at in sorted(places[name] - taken)
         )
+
+
+def _reaching(wanted: set[S], before: Mapping[S, list[S]], kept: set[S]) -> set[S]:
+    """Those of ``kept`` from which steps lead to what is wanted."""
+    found = set(wanted)
+    pending = list(found)
+    while pending:
+        for state in before[pending.pop()]:
+            if state in kept and state not in found:
+                found.add(state)
+                pending.append(state)
+    return found

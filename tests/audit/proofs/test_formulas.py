@@ -1,0 +1,86 @@
+"""Objectives in formulas, as the audit reads them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from audit.proofs.test_proofs import FREE, moment, robot
+from safenav.audit.proofs.formulas import Pose, UnreadError, read_formulas
+
+
+@pytest.mark.parametrize(
+    ("formula", "before", "after", "holds"),
+    [
+        ("region = 3", 3, 4, True),
+        ("region' = 3", 3, 4, False),
+        ("next(region = 4)", 3, 4, True),
+        ("(region = 4)'", 3, 4, True),
+        ("!region = 3", 3, 4, False),
+        ("region = 3 -> region' = 4", 3, 4, True),
+        ("region = 3 -> region' = 3", 3, 4, False),
+        ("region = 3 -> region = 9 -> FALSE", 3, 4, True),
+        ("region = 1 | region = 3 & region' != 3", 3, 4, True),
+        ("region = 3 ^ region = 3 | TRUE", 3, 4, False),
+        ("region <-> 7 && TRUE", 3, 4, True),
+        ("region + 1 = region'", 3, 4, True),
+        ("region + 1 + 1 <= region'", 3, 4, False),
+        ("~(region >= 4) /\\ region < 4 --> X(region > 3)", 3, 4, True),
+    ],
+)
+def test_formulas_mean_what_the_reference_says(
+    formula: str, before: int, after: int, holds: bool
+) -> None:
+    read = read_formulas({"safety": formula})
+    assert read.allows((before, None), (after, None)) is holds
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        {"safety": "region ="},
+        {"safety": "region = door"},
+        {"safety": "region = 3 region"},
+        {"safety": ["region % 2"]},
+        {"memory": {"seen": "text"}},
+        {"memory": {"far": [0, 99]}},
+        {"liveness": 7},
+    ],
+)
+def test_what_is_not_understood_is_said(body: dict[str, Any]) -> None:
+    with pytest.raises(UnreadError):
+        read_formulas(body)
+
+
+def live(heading: str | None = None, **body: Any) -> set[int]:
+    one = replace(robot("a", 3, heading=heading), targets=(), formulas=read_formulas(body))
+    about = moment([one])
+    headings = (None,) if heading is None else ("north", "east", "south", "west")
+    everywhere = frozenset((region, faced) for region in FREE for faced in headings)
+    found: frozenset[Pose] = about.live(one, everywhere, frozenset())
+    return {region for region, _ in found}
+
+
+def test_goals_are_met_again_and_again() -> None:
+    assert live(liveness=["region = 1", "region = 5"]) == set(FREE)
+
+
+def test_a_region_that_is_never_entered_parts_the_corridor() -> None:
+    assert live(safety="region' != 3", liveness=["region = 5"]) == {3, 4, 5}
+
+
+def test_memory_remembers() -> None:
+    """It may go to 5 only once it has seen 1, and forgets that there."""
+    seen = "seen' <-> (seen & region' != 5 | region' = 1)"
+    rule = [seen, "region' = 5 -> seen"]
+    assert live(memory={"seen": "bool"}, safety=rule, liveness="region = 5") == set(FREE)
+    never = [*rule, "region' != 1"]
+    assert live(memory={"seen": "bool"}, safety=never, liveness="region = 5") == set()
+
+
+def test_who_must_not_stay_cannot_end_in_a_dead_end() -> None:
+    moving = "region' != region"
+    assert live(heading="east", safety=moving, liveness="TRUE") == set()
+    assert live(safety=moving, liveness="TRUE") == set(FREE)
