@@ -145,7 +145,17 @@ class RegionMap:
             for r in range(self.rows)
         ]
 
+    @cached_property
+    def _named(self) -> Mapping[Region, str]:
+        """The first name of each region that has one."""
+        return {region: name for name, region in reversed([*self.names.items()])}
+
+    def word(self, region: Region) -> str:
+        """A region in one word: its name, else its number."""
+        return self._named.get(region, str(region))
+
     def label(self, region: Region) -> str:
-        """How a region is shown to people: ``47 [3, 8]``."""
+        """How a region is shown to people: ``47 [3, 8]``, or ``dock 47 [3, 8]`` with a name."""
         row, col = self.position(region)
-        return f"{region} [{row}, {col}]"
+        name = f"{self._named[region]} " if region in self._named else ""
+        return f"{name}{region} [{row}, {col}]"

@@ -31,7 +31,10 @@ def encoded(replay: Replay, source: str) -> dict[str, Any]:
         "rows": replay.map.rows,
         "cols": replay.map.cols,
         "grid": replay.map.grid_rows(),
+        "names": {region: name for name, region in reversed([*replay.map.names.items()])},
         "last": replay.last,
+        "within": replay.within,
+        "opens": replay.last if replay.failed else 0,
         "robots": [
             {**_robot(replay, track), "look": vars(look), "view": watched.get(track.name)}
             for track, look in zip(replay.robots, style, strict=True)
@@ -39,6 +42,7 @@ def encoded(replay: Replay, source: str) -> dict[str, Any]:
         "obstacles": [
             {
                 "name": hidden.name,
+                "label": hidden.label(replay.map),
                 "type": hidden.type,
                 "region": hidden.region,
                 "action": hidden.action,

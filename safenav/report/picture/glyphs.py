@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from safenav.report.labels import labels
 from safenav.report.replay.timeline import EventKind, Status
 
 ORANGE = "#E69F00"
@@ -64,7 +65,7 @@ NOSE = "M-0.42,-1.12L0,-1.72L0.42,-1.12Z"
 
 def looks(names: Sequence[str]) -> tuple[Look, ...]:
     """One look for each robot: no two of the first 56 have both shape and colour in common."""
-    letters = _letters(names)
+    letters = [*labels(names).values()]
     found = []
     for i in range(len(names)):
         shape, path = _SHAPES[i % len(_SHAPES)]
@@ -73,18 +74,6 @@ def looks(names: Sequence[str]) -> tuple[Look, ...]:
         drop = 0.36 * size + (0.22 if shape == "triangle" else 0)
         found.append(Look(shape, path, colour, ink, letters[i], round(size, 2), round(drop, 2)))
     return tuple(found)
-
-
-def _letters(names: Sequence[str]) -> list[str]:
-    """One or two characters for each name, all different."""
-    chosen: list[str] = []
-    for i, name in enumerate(names):
-        initial = name[:1].upper()
-        alone = sum(other[:1].upper() == initial for other in names) == 1
-        candidates = [initial] if alone else [initial + name[-1], name[:2].capitalize()]
-        candidates.append(str(i + 1))
-        chosen.append(next((c for c in candidates if c and c not in chosen), str(i + 1)))
-    return chosen
 
 
 @dataclass(frozen=True)

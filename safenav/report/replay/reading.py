@@ -88,6 +88,7 @@ class _Telling:
     bound: dict[str, list[Region | None]] = field(default_factory=dict)
     violation: records.Violation | None = None
     ending: Ending | None = None
+    ended: int | None = None
 
     @classmethod
     def begin(cls, header: records.Header) -> _Telling:
@@ -168,6 +169,7 @@ class _Telling:
                     line.syntheses,
                     line.synthesis_seconds,
                 )
+                self.ended = line.tick
                 self._event(line, EventKind.OUTCOME)
 
     def _move(self, line: records.Move) -> None:
@@ -276,8 +278,23 @@ class _Telling:
             self._known(robot)
         self.events.append(Event(line.tick, kind, event_text(line), robot, region, obstacle))
 
+    def _stand(self, last: int) -> bool:
+        """Let robots that took no turn in the tick after ``last`` stand where they were, if the
+        run ended within that tick; whether it did."""
+        if self.ended != last + 1:
+            return False
+        for name, regions in self.regions.items():
+            if len(regions) == last + 1:
+                regions.append(regions[-1])
+                self.headings[name].append(self.headings[name][-1])
+                bound = self.bound.setdefault(name, [None] * (last + 1))
+                bound.append(bound[-1])
+        return True
+
     def replay(self) -> Replay:
         last = min((len(regions) for regions in self.regions.values()), default=1) - 1
+        within = self._stand(last)
+        last += within
         tracks = tuple(
             replace(
                 track,
@@ -300,6 +317,7 @@ class _Telling:
             events=tuple(replace(e, tick=min(e.tick, last)) for e in self.events),
             ending=self.ending,
             version=self.header.safenav,
+            within=within,
             beliefs={pair: Changes.of(None, told) for pair, told in self.beliefs.items()},
         )
 

@@ -44,6 +44,9 @@ _MEANINGS = {
 }
 
 
+_FAILURES = ("operator_needed", "unrealizable", "assumption_violated")
+
+
 class EventKind(StrEnum):
     """The trace lines that tell the story (moves are not among them)."""
 
@@ -130,6 +133,10 @@ class Hidden:
     action: str
     resolution_regions: tuple[Region, ...]
     blocks: tuple[str, ...]
+
+    def label(self, world: RegionMap) -> str:
+        """``door@47``, or ``door@dock`` if the region has a name."""
+        return f"{self.type}@{world.word(self.region)}"
 
 
 @dataclass(frozen=True)
@@ -247,9 +254,16 @@ class Replay:
     events: tuple[Event, ...]
     ending: Ending | None
     version: str = ""
+    within: bool = False
+    """The run ended within its last tick: robots whose turn it was not stand where they were."""
     beliefs: Mapping[tuple[str, str], Changes[Belief | None]] = field(default_factory=dict)
     """What a robot (first name) knows of another one (second), None while nothing was told."""
     _by_tick: dict[int, list[Event]] = field(default_factory=dict, repr=False, compare=False)
+
+    @property
+    def failed(self) -> bool:
+        """Whether the run could not go on: neither completed nor stopped from outside."""
+        return self.ending is not None and self.ending.outcome in _FAILURES
 
     def happened(self, tick: int) -> tuple[Event, ...]:
         """The events of one tick, in the order of the trace."""
@@ -275,7 +289,8 @@ class Replay:
         obstacles = tuple((o, self.statuses[o.name].at(tick)) for o in self.hidden)
         moment = f"tick {tick} of {self.last}"
         if tick == self.last and self.ending is not None:
-            moment += f": {self.ending.outcome.replace('_', ' ')}"
+            when = ", ended within it" if self.within else ""
+            moment += f"{when}: {self.ending.outcome.replace('_', ' ')}"
         stack = self.stack.at(tick)
         events = self.happened(tick)
         return Scene(self.name, moment, self.map, robots, obstacles, stack, events)

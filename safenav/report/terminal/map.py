@@ -1,4 +1,4 @@
-"""The map as text: two characters a region, robots as letters, obstacles as blocks.
+"""The map as text: two characters a region, robots as labels, obstacles as blocks.
 
 Two robots above each other (one flies) share a region's two characters.
 """
@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
+from safenav.report.labels import labels
 from safenav.world.map import Heading, Region, RegionMap
 
 ARROWS = {Heading.NORTH: "^", Heading.EAST: ">", Heading.SOUTH: "v", Heading.WEST: "<"}
@@ -17,7 +18,8 @@ FREE = " ·"
 
 @dataclass(frozen=True)
 class Marker:
-    """A robot to draw: its letter, where it is, and which way it faces (if it does)."""
+    """A robot to draw: its label of one or two characters, where it is, and which way it faces
+    (shown beside a single character)."""
 
     letter: str
     region: Region
@@ -36,12 +38,8 @@ class MapPicture:
 
 
 def letters(names: Sequence[str]) -> dict[str, str]:
-    """A letter for each robot: its initial in upper case, or else the first free letter."""
-    taken: dict[str, str] = {}
-    for name in names:
-        wanted = [*name.upper(), *"ABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789"]
-        taken[name] = next((c for c in wanted if c.isalnum() and c not in taken.values()), "*")
-    return taken
+    """The sign of each robot, that of the page and the pictures."""
+    return labels(names)
 
 
 def draw(world: RegionMap, picture: MapPicture) -> list[str]:
@@ -61,10 +59,12 @@ def draw(world: RegionMap, picture: MapPicture) -> list[str]:
 
 def _cell(region: Region, world: RegionMap, picture: MapPicture, here: list[Marker]) -> str:
     if len(here) == 1:
-        heading = here[0].heading
-        return here[0].letter + (ARROWS[heading] if heading is not None else " ")
+        heading, sign = here[0].heading, here[0].letter
+        if len(sign) == 2:
+            return sign
+        return sign + (ARROWS[heading] if heading is not None else " ")
     if here:
-        return "".join(marker.letter for marker in here)[:2]
+        return "".join(marker.letter[-1] for marker in here)[:2]
     if region in world.walls:
         return WALL
     if region in picture.barred:

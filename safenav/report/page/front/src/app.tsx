@@ -1,10 +1,12 @@
 /** The page as a whole. */
 
-import { useEffect, useLayoutEffect, useMemo, useReducer, useRef, useState } from "preact/hooks";
+import { useCallback, useEffect, useLayoutEffect, useMemo, useReducer, useRef, useState } from "preact/hooks";
+import { Camera } from "./camera";
 import { Button, Controls } from "./controls";
 import { Events } from "./events";
 import { KEYS, listen } from "./keyboard";
 import { MapView } from "./map";
+import { Tools } from "./tools";
 import { Legend, Obstacles, Robots, Stack } from "./panels";
 import type { Player } from "./player";
 import { eventsAfter, type EventKind, type Run } from "./run";
@@ -25,7 +27,8 @@ export function App({ run, player }: { run: Run; player: Player }) {
   const [, redraw] = useReducer((count: number) => count + 1, 0);
   const [theme, setTheme] = useState(storedTheme);
   const [shown, setShown] = useState<Shown>({
-    numbers: run.cols * run.rows <= 600,
+    numbers: true,
+    names: true,
     trails: true,
     targets: true,
     hidden: true,
@@ -33,13 +36,24 @@ export function App({ run, player }: { run: Run; player: Player }) {
     beliefs: true,
     viewer: run.robots.findIndex((robot) => robot.view !== null),
   });
+  const camera = useMemo(() => new Camera(run.cols, run.rows), [run]);
+  const [pointed, setPointed] = useState<number | null>(null);
+  const point = useCallback(
+    (region: number): void => {
+      if (region < 0) return;
+      if (camera.followed === null) camera.show(region % run.cols, Math.floor(region / run.cols));
+      setPointed(region);
+      setTimeout(() => setPointed((now) => (now === region ? null : now)), 1600);
+    },
+    [camera, run],
+  );
   const help = useRef<HTMLDialogElement>(null);
   const openHelp = (): void => help.current!.showModal();
   useLayoutEffect(() => player.onTick(() => redraw(0)), [player]);
   useLayoutEffect(() => applyTheme(theme), [theme]);
   useEffect(
-    () => listen(run, player, { help: openHelp, theme: () => setTheme(nextTheme) }),
-    [run, player],
+    () => listen(run, player, { camera, help: openHelp, theme: () => setTheme(nextTheme) }),
+    [run, player, camera],
   );
   const tick = player.tick;
   return (
@@ -58,7 +72,8 @@ export function App({ run, player }: { run: Run; player: Player }) {
       </header>
       <main>
         <section class="stage" aria-label="Map">
-          <MapView run={run} player={player} tick={tick} shown={shown} />
+          <MapView run={run} player={player} camera={camera} tick={tick} shown={shown} pointed={pointed} />
+          <Tools run={run} camera={camera} tick={tick} />
           <Story run={run} tick={tick} playing={player.playing} />
           <div class="below">
             <Choices run={run} shown={shown} onChange={setShown} />
@@ -67,10 +82,10 @@ export function App({ run, player }: { run: Run; player: Player }) {
         </section>
         <Controls run={run} player={player} tick={tick} />
         <aside aria-label="State of the run">
-          <Robots run={run} tick={tick} />
+          <Robots run={run} tick={tick} camera={camera} />
           <Stack run={run} tick={tick} />
           <Obstacles run={run} tick={tick} />
-          <Events run={run} player={player} tick={tick} />
+          <Events run={run} player={player} tick={tick} point={point} />
         </aside>
       </main>
       <Help dialog={help} run={run} />
@@ -98,7 +113,7 @@ function Story({ run, tick, playing }: { run: Run; tick: number; playing: boolea
   const before = last === undefined;
   return (
     <p class="story" aria-live={playing ? "off" : "polite"}>
-      {before ? (
+      {before && run.last === 0 ? null : before ? (
         <span class="quiet">Nothing has been found yet.</span>
       ) : (
         <>
@@ -113,6 +128,7 @@ type Switch = Exclude<keyof Shown, "viewer">;
 
 const CHOICES: [key: Switch, words: string][] = [
   ["numbers", "region numbers"],
+  ["names", "names"],
   ["trails", "trails"],
   ["targets", "targets"],
   ["hidden", "hidden obstacles"],
@@ -126,7 +142,8 @@ interface ChoicesProps {
 
 function Choices({ run, shown, onChange }: ChoicesProps) {
   const viewers = viewersOf(run);
-  const offered = CHOICES.concat(
+  const named = Object.keys(run.names).length > 0;
+  const offered = CHOICES.filter(([key]) => key !== "names" || named).concat(
     viewers.some((robot) => robot.view!.sight.length > 0) ? [["sight", "sight"]] : [],
     viewers.some((robot) => robot.view!.beliefs.length > 0) ? [["beliefs", "beliefs"]] : [],
   );
@@ -184,12 +201,16 @@ function Help({ dialog, run }: { dialog: { current: HTMLDialogElement | null }; 
             </div>
           ))}
         </dl>
-        <p>Events and marks on the timeline can be clicked; the address names the tick.</p>
+        <p>
+          Click a robot to follow it, an event or a mark on the timeline to go there; the address
+          names the tick.
+        </p>
         <h2>This run</h2>
         <p>
           {ending
-            ? `${ending.outcome.replace(/_/g, " ")}: ${ending.explanation} (${run.last} ticks, ` +
-              `${ending.syntheses} syntheses in ${ending.synthesisSeconds}, ${ending.seconds} in all)`
+            ? `${ending.outcome.replace(/_/g, " ")}: ${ending.explanation} (${count(run.last, "tick")}, ` +
+              `${count(ending.syntheses, "synthesis", "syntheses")} in ${ending.synthesisSeconds}, ` +
+              `${ending.seconds} in all)`
             : `cut off after tick ${run.last}`}
         </p>
         <p class="quiet">
@@ -201,4 +222,8 @@ function Help({ dialog, run }: { dialog: { current: HTMLDialogElement | null }; 
       </div>
     </dialog>
   );
+}
+
+function count(number: number, one: string, many = `${one}s`): string {
+  return `${number} ${number === 1 ? one : many}`;
 }

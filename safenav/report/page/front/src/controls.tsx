@@ -2,6 +2,7 @@
 
 import { useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
 import { EventSign, Icon, type ButtonIcon } from "./icons";
+import { Axis, Lanes } from "./lanes";
 import { SPEEDS, type Player } from "./player";
 import type { EventKind, Run, RunEvent } from "./run";
 
@@ -30,6 +31,7 @@ export function Controls({ run, player, tick }: ControlsProps) {
         </div>
         <p class="clock">
           tick <b>{tick}</b> of {run.last}
+          {run.within && tick === run.last && <span class="quiet">, ended within it</span>}
           <LinkButton tick={tick} />
         </p>
         <div class="group speed">
@@ -209,6 +211,8 @@ function Timeline({ run, player, tick }: ControlsProps) {
       <svg class="goals" viewBox="0 0 1000 6" preserveAspectRatio="none" aria-hidden="true">
         <path d={goals} />
       </svg>
+      <Lanes run={run} />
+      <Axis last={run.last} width={width} />
     </div>
   );
 }

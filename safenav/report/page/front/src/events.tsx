@@ -13,7 +13,15 @@ const GROUPS: [name: string, kinds: EventKind[]][] = [
 ];
 const MANY_GOALS = 60;
 
-export function Events({ run, player, tick }: { run: Run; player: Player; tick: number }) {
+interface EventsProps {
+  run: Run;
+  player: Player;
+  tick: number;
+  /** Point out a region on the map. */
+  point(region: number): void;
+}
+
+export function Events({ run, player, tick, point }: EventsProps) {
   const [shown, setShown] = useState<Record<string, boolean>>(() => {
     const goals = run.events.filter((event) => event[1] === "goal").length;
     return { coordination: true, synthesis: true, goals: goals <= MANY_GOALS };
@@ -24,6 +32,13 @@ export function Events({ run, player, tick }: { run: Run; player: Player; tick: 
   }, [run, shown]);
   const list = useRef<HTMLOListElement>(null);
   useLayoutEffect(() => mark(list.current!, events, tick), [events, tick]);
+  useLayoutEffect(() => {
+    const rows = list.current!;
+    const observer = new ResizeObserver(() => trim(rows));
+    observer.observe(rows);
+    rows.addEventListener("scroll", () => trim(rows), { passive: true });
+    return () => observer.disconnect();
+  }, []);
   return (
     <section class="panel events" aria-labelledby="events-title">
       <h2 id="events-title">
@@ -42,13 +57,15 @@ export function Events({ run, player, tick }: { run: Run; player: Player; tick: 
         ))}
       </div>
       <ol class="list" ref={list} tabIndex={-1}>
-        <Rows run={run} player={player} events={events} />
+        <Rows run={run} player={player} events={events} point={point} />
       </ol>
     </section>
   );
 }
 
-const Rows = memo(({ run, player, events }: { run: Run; player: Player; events: RunEvent[] }) => (
+type RowsProps = Omit<EventsProps, "tick"> & { events: RunEvent[] };
+
+const Rows = memo(({ run, player, events, point }: RowsProps) => (
   <>
     {events.map((event, i) => (
       <li key={i}>
@@ -60,6 +77,7 @@ const Rows = memo(({ run, player, events }: { run: Run; player: Player; events: 
           onClick={() => {
             player.pause();
             player.seek(event[0]);
+            point(event[4] >= 0 ? event[4] : event[3] >= 0 ? run.robots[event[3]]!.path[event[0]]! : -1);
           }}
         >
           <span class="tick">{event[0]}</span>
@@ -82,8 +100,21 @@ function mark(list: HTMLOListElement, events: RunEvent[], tick: number): void {
   });
   const row = list.children[Math.max(0, nearest)] as HTMLElement | undefined;
   if (!row || list.scrollHeight <= list.clientHeight) return;
-  const top = row.offsetTop - list.offsetTop;
+  const top = row.offsetTop;
   if (top < list.scrollTop || top + row.offsetHeight > list.scrollTop + list.clientHeight) {
     list.scrollTop = top - list.clientHeight / 3;
+  }
+  trim(list);
+}
+
+/** Hides the rows that the edges of the list would cut. */
+function trim(list: HTMLOListElement): void {
+  const top = list.scrollTop;
+  const bottom = top + list.clientHeight;
+  for (const row of list.children as HTMLCollectionOf<HTMLElement>) {
+    const begin = row.offsetTop;
+    const end = begin + row.offsetHeight;
+    const cut = (begin < top - 1 && end > top) || (begin < bottom && end > bottom + 1);
+    row.classList.toggle("cut", cut && row.offsetHeight < list.clientHeight);
   }
 }

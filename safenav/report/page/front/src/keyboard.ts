@@ -1,7 +1,10 @@
 /** Keys of the page; what a focused control does with a key of its own goes first. */
 
+import type { Camera } from "./camera";
 import type { Player } from "./player";
 import { eventsAfter, type Run } from "./run";
+
+const PAN = 80;
 
 export const KEYS: [keys: string, meaning: string][] = [
   ["Space", "play or pause"],
@@ -9,11 +12,16 @@ export const KEYS: [keys: string, meaning: string][] = [
   ["Shift ← →", "the event before or after"],
   ["Home End", "first or last tick"],
   ["+ −", "faster or slower"],
+  ["I O", "zoom in or out; the wheel and two fingers do, too"],
+  ["W A S D", "move the map; so does dragging it"],
+  ["F", "the whole map"],
+  ["R", "follow the next robot"],
   ["T", "theme: automatic, light, dark"],
   ["?", "this help"],
 ];
 
 export interface Actions {
+  camera: Camera;
   help(): void;
   theme(): void;
 }
@@ -63,9 +71,31 @@ function actionOf(
       return actions.theme;
     case "?":
       return actions.help;
+    case "i":
+      return () => actions.camera.zoom(1.5);
+    case "o":
+      return () => actions.camera.zoom(1 / 1.5);
+    case "f":
+      return () => actions.camera.fit();
+    case "w":
+      return () => actions.camera.pan(0, PAN);
+    case "s":
+      return () => actions.camera.pan(0, -PAN);
+    case "a":
+      return () => actions.camera.pan(PAN, 0);
+    case "d":
+      return () => actions.camera.pan(-PAN, 0);
+    case "r":
+      return () => followNext(run, actions.camera);
     default:
       return null;
   }
+}
+
+/** One robot after the other, then the whole map again. */
+function followNext(run: Run, camera: Camera): void {
+  const next = (camera.followed ?? -1) + 1;
+  camera.follow(next < run.robots.length ? next : null);
 }
 
 /** To the nearest tick before or after this one in which something other than a goal happened. */

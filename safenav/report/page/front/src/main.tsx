@@ -9,5 +9,6 @@ import "./page.css";
 
 const run = JSON.parse(document.getElementById("run")!.textContent!) as Run;
 const player = new Player(run.last);
+player.seek(run.opens);
 render(<App run={run} player={player} />, document.getElementById("app")!);
 followLinks(player);

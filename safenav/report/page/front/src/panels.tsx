@@ -1,10 +1,11 @@
 /** The side of the page: robots with their objectives, the stack, the obstacles, the legend. */
 
 import { memo } from "preact/compat";
+import type { Camera } from "./camera";
 import { EventSign, RobotSign, StatusSign } from "./icons";
-import { ARROW } from "./map";
+import { ARROW } from "./knowledge";
+import { DOINGS } from "./lanes";
 import { at, label, transitAt, type EventKind, type Frame, type Run, type Status } from "./run";
-import { narrow } from "./settings";
 import { Hatch, knowledgeOf, viewersOf } from "./shading";
 
 interface PanelProps {
@@ -14,13 +15,13 @@ interface PanelProps {
 
 const DIRECTIONS: Record<string, string> = { N: "north", E: "east", S: "south", W: "west" };
 
-export function Robots({ run, tick }: PanelProps) {
+export function Robots({ run, tick, camera }: PanelProps & { camera: Camera }) {
   const frames = at(run.stack, tick)[1];
   return (
     <section class="panel robots" aria-labelledby="robots-title">
       <h2 id="robots-title">Robots</h2>
       <ul>
-        {run.robots.map((robot) => {
+        {run.robots.map((robot, i) => {
           const [, words] = at(robot.tasks, tick);
           const [, rounds, reached] = at(robot.progress, tick);
           const facing = robot.headings ? `, facing ${DIRECTIONS[robot.headings[tick]!]}` : "";
@@ -29,7 +30,15 @@ export function Robots({ run, tick }: PanelProps) {
           const onItsWay = transit ? `, on its way to ${label(run, transit[0])}` : "";
           return (
             <li key={robot.name}>
-              <RobotSign robot={robot} size={32} />
+              <button
+                type="button"
+                class="go"
+                title={`Follow ${robot.name} on the map`}
+                aria-pressed={camera.followed === i}
+                onClick={() => camera.follow(camera.followed === i ? null : i)}
+              >
+                <RobotSign robot={robot} size={32} />
+              </button>
               <div>
                 <p>
                   <b>{robot.name}</b> <span class="quiet">{robot.model}</span>
@@ -38,7 +47,7 @@ export function Robots({ run, tick }: PanelProps) {
                 <p class="objective">
                   {words}
                   <span class="quiet">
-                    {reached >= 0 && ` · reached ${reached}`}
+                    {reached >= 0 && ` · reached ${run.names[reached] ?? reached}`}
                     {rounds > 0 && ` · ${rounds} ${rounds === 1 ? "round" : "rounds"}`}
                   </span>
                 </p>
@@ -103,9 +112,10 @@ export function Obstacles({ run, tick }: PanelProps) {
           return (
             <li key={obstacle.name} data-obstacle={obstacle.name} data-status={status}>
               <StatusSign run={run} status={status} />
-              <b>{obstacle.name}</b>
+              <b>{obstacle.label}</b>
               <span class="quiet">
-                {run.marks.status[status].meaning} · needs {obstacle.action}
+                {run.marks.status[status].meaning}
+                {status !== "resolved" && `, needs '${obstacle.action}'`}
               </span>
             </li>
           );
@@ -129,7 +139,7 @@ const STATUSES: Status[] = ["hidden", "found", "requested", "resolved", "blocked
 export const Legend = memo(({ run }: { run: Run }) => {
   const first = run.robots[0];
   return (
-    <details class="legend" open={!narrow.matches}>
+    <details class="legend" >
       <summary>Legend</summary>
       <ul>
         <li>
@@ -182,6 +192,14 @@ export const Legend = memo(({ run }: { run: Run }) => {
           <li key={kind}>
             <EventSign run={run} kind={kind} />
             {meaning}
+          </li>
+        ))}
+        {DOINGS.map(([kind, meaning]) => (
+          <li key={kind}>
+            <svg width="22" height="10" aria-hidden="true" style={{ "--colour": first?.look.colour }}>
+              <path class={`doing ${kind}`} d="M1 2h20v6H1z" />
+            </svg>
+            {meaning}, in the robot's lane
           </li>
         ))}
         <li>

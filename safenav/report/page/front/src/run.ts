@@ -65,6 +65,8 @@ export type Told = [tick: number, seen: number, set: number];
 
 export interface Obstacle {
   name: string;
+  /** With the name of its region, if that has one. */
+  label: string;
   type: string;
   region: number;
   action: string;
@@ -99,7 +101,11 @@ export interface Run {
   rows: number;
   cols: number;
   grid: string[];
+  /** The names that the scenario gives regions. */
+  names: Record<number, string>;
   last: number;
+  /** The run ended within its last tick: not every robot took its turn. */
+  within: boolean;
   robots: Robot[];
   obstacles: Obstacle[];
   stack: [tick: number, frames: Frame[]][];
@@ -107,6 +113,8 @@ export interface Run {
   sets: string[];
   events: RunEvent[];
   ending: Ending | null;
+  /** The tick at which the page opens: the last one of a run that failed. */
+  opens: number;
   nose: string;
   marks: {
     status: Record<Status, { path: string; meaning: string }>;
@@ -170,7 +178,7 @@ export function poseAt(run: Run, robot: Robot, time: number): Pose {
 
 /**
  * Moves robots that are over one another (in different layers) apart, smoothly as they come
- * closer than one cell. The same rule as `separated` in picture_glyphs.py.
+ * closer than one cell. The same rule as `separated` in picture/glyphs.py.
  */
 export function separate(poses: Pose[]): Pose[] {
   const moved = poses.map((pose) => ({ ...pose }));
@@ -197,9 +205,10 @@ export function clamp(value: number, low: number, high: number): number {
   return Math.max(low, Math.min(high, value));
 }
 
-/** `47 [3, 8]`, as safenav prints regions everywhere. */
+/** `47 [3, 8]`, before it the name if it has one: as safenav prints regions everywhere. */
 export function label(run: Run, region: number): string {
-  return `${region} [${Math.floor(region / run.cols)}, ${region % run.cols}]`;
+  const name = run.names[region];
+  return `${name ? `${name} ` : ""}${region} [${Math.floor(region / run.cols)}, ${region % run.cols}]`;
 }
 
 /** The first index in `events` (sorted by tick) whose tick is greater than `tick`. */

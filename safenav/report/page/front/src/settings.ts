@@ -4,6 +4,7 @@ export type Theme = "auto" | "light" | "dark";
 
 export interface Shown {
   numbers: boolean;
+  names: boolean;
   trails: boolean;
   targets: boolean;
   hidden: boolean;
@@ -42,5 +43,3 @@ export function nextTheme(theme: Theme): Theme {
 }
 
 export const calm = matchMedia("(prefers-reduced-motion: reduce)");
-
-export const narrow = matchMedia("(max-width: 860px)");

@@ -1,0 +1,197 @@
+/**
+ * What part of the map is shown: a centre, a scale, and whom it follows.
+ *
+ * The camera owns the `viewBox` of every layer of the map and writes it by hand, as it changes
+ * with every frame while a robot is followed. Lengths: cells for places, pixels for the screen.
+ */
+
+import { clamp } from "./run";
+
+/** Units of the drawings for one cell. */
+export const CELL = 40;
+const MARGIN = 2 / CELL;
+const CLOSEST = 160;
+
+export class Camera {
+  /** Pixels of a cell; the whole map fits in at `fitted`. */
+  scale = 1;
+  fitted = 1;
+  /** The index of the robot that stays in the middle, or null. */
+  followed: number | null = null;
+  private x: number;
+  private y: number;
+  private width = 1;
+  private height = 1;
+  private whole = true;
+  private layers: SVGSVGElement[] = [];
+  private listeners = new Set<() => void>();
+
+  constructor(
+    readonly cols: number,
+    readonly rows: number,
+  ) {
+    this.x = cols / 2;
+    this.y = rows / 2;
+  }
+
+  /** Calls back when the scale or the followed robot has changed, not for mere motion. */
+  onChange(listener: () => void): () => void {
+    this.listeners.add(listener);
+    return () => this.listeners.delete(listener);
+  }
+
+  get isWhole(): boolean {
+    return this.whole && this.followed === null;
+  }
+
+  /** The layers to keep in step, and the size of the room that they have. */
+  attach(layers: SVGSVGElement[], width: number, height: number): void {
+    this.layers = layers;
+    this.width = Math.max(1, width);
+    this.height = Math.max(1, height);
+    this.fitted = Math.min(this.width / (this.cols + 2 * MARGIN), this.height / (this.rows + 2 * MARGIN));
+    if (this.whole) this.fit();
+    else this.change(this.scale, this.x, this.y);
+  }
+
+  fit(): void {
+    this.whole = true;
+    this.followed = null;
+    this.place(this.fitted, this.cols / 2, this.rows / 2);
+  }
+
+  /** Zooms by a factor about a point of the room, the middle if there is none. */
+  zoom(factor: number, px = this.width / 2, py = this.height / 2): void {
+    const scale = clamp(this.scale * factor, this.fitted, Math.max(CLOSEST, this.fitted));
+    if (scale <= this.fitted * 1.001 && this.followed === null) return this.fit();
+    const [x, y] = this.at(px, py);
+    const shift = (pixels: number, size: number): number => (pixels - size / 2) / scale;
+    this.change(scale, x - shift(px, this.width), y - shift(py, this.height));
+  }
+
+  /** Moves the paper by so many pixels; nobody is followed any more. */
+  pan(dx: number, dy: number): void {
+    this.followed = null;
+    this.change(this.scale, this.x - dx / this.scale, this.y - dy / this.scale);
+  }
+
+  /** Brings a place into view, near enough to be seen. */
+  show(x: number, y: number): void {
+    if (this.isWhole && this.scale >= 20) return;
+    this.followed = null;
+    this.change(Math.max(this.scale, 30), x + 0.5, y + 0.5);
+  }
+
+  follow(robot: number | null): void {
+    if (robot === null) return this.fit();
+    this.followed = robot;
+    this.change(Math.max(this.scale, Math.min(2 * this.fitted, 56)), this.x, this.y);
+  }
+
+  /** For every frame: the followed robot stays in the middle. */
+  track(x: number, y: number): void {
+    if (this.followed === null) return;
+    this.x = x + 0.5;
+    this.y = y + 0.5;
+    this.write();
+  }
+
+  /** Column and row, with fractions, at a point of the room. */
+  at(px: number, py: number): [x: number, y: number] {
+    return [this.x + (px - this.width / 2) / this.scale, this.y + (py - this.height / 2) / this.scale];
+  }
+
+  private change(scale: number, x: number, y: number): void {
+    this.whole = false;
+    const least = Math.max(this.fitted, scale);
+    const span = (size: number, cells: number, value: number): number => {
+      const half = Math.min(size / least / 2, (cells + 2 * MARGIN) / 2);
+      return clamp(value, half - MARGIN, cells - half + MARGIN);
+    };
+    const free = this.followed !== null;
+    this.place(least, free ? x : span(this.width, this.cols, x), free ? y : span(this.height, this.rows, y));
+  }
+
+  private place(scale: number, x: number, y: number): void {
+    this.scale = scale;
+    this.x = x;
+    this.y = y;
+    this.write();
+    for (const listener of this.listeners) listener();
+  }
+
+  private write(): void {
+    const width = (this.width / this.scale) * CELL;
+    const height = (this.height / this.scale) * CELL;
+    const box = [this.x * CELL - width / 2, this.y * CELL - height / 2, width, height];
+    const text = box.map((value) => value.toFixed(2)).join(" ");
+    for (const layer of this.layers) layer.setAttribute("viewBox", text);
+  }
+}
+
+/** Pointer and wheel: drag, pinch, zoom at the pointer; a tap that was no drag is a click. */
+export function listenToPointers(
+  room: HTMLElement,
+  camera: Camera,
+  clicked: (x: number, y: number) => void,
+): () => void {
+  const held = new Map<number, { x: number; y: number }>();
+  let travelled = 0;
+  let spread = 0;
+  const place = (event: PointerEvent | WheelEvent): { x: number; y: number } => {
+    const box = room.getBoundingClientRect();
+    return { x: event.clientX - box.left, y: event.clientY - box.top };
+  };
+  const spanOf = (): number => {
+    const [a, b] = [...held.values()];
+    return a && b ? Math.hypot(a.x - b.x, a.y - b.y) : 0;
+  };
+  const down = (event: PointerEvent): void => {
+    if (event.button !== 0) return;
+    held.set(event.pointerId, place(event));
+    if (held.size === 1) travelled = 0;
+    spread = spanOf();
+  };
+  const move = (event: PointerEvent): void => {
+    const before = held.get(event.pointerId);
+    if (!before) return;
+    const now = place(event);
+    held.set(event.pointerId, now);
+    travelled += Math.hypot(now.x - before.x, now.y - before.y);
+    if (travelled < 5) return;
+    if (held.size === 2) {
+      const [a, b] = [...held.values()];
+      const wide = spanOf();
+      if (spread > 0) camera.zoom(wide / spread, (a!.x + b!.x) / 2, (a!.y + b!.y) / 2);
+      spread = wide;
+    } else if (!camera.isWhole) {
+      room.setPointerCapture(event.pointerId);
+      camera.pan(now.x - before.x, now.y - before.y);
+    }
+  };
+  const up = (event: PointerEvent): void => {
+    const was = held.delete(event.pointerId);
+    if (!was || travelled >= 5 || event.type !== "pointerup") return;
+    const { x, y } = place(event);
+    clicked(...camera.at(x, y));
+  };
+  const wheel = (event: WheelEvent): void => {
+    // Where the page itself scrolls (narrow screens) the wheel is its own, but for a pinch.
+    const scrolls = document.documentElement.scrollHeight > innerHeight + 1;
+    if (scrolls && !event.ctrlKey) return;
+    event.preventDefault();
+    const { x, y } = place(event);
+    camera.zoom(Math.exp(-event.deltaY * (event.ctrlKey ? 0.01 : 0.0015)), x, y);
+  };
+  room.addEventListener("pointerdown", down);
+  room.addEventListener("pointermove", move);
+  for (const name of ["pointerup", "pointercancel", "pointerleave"] as const) room.addEventListener(name, up);
+  room.addEventListener("wheel", wheel, { passive: false });
+  return () => {
+    room.removeEventListener("pointerdown", down);
+    room.removeEventListener("pointermove", move);
+    for (const name of ["pointerup", "pointercancel", "pointerleave"] as const)
+      room.removeEventListener(name, up);
+    room.removeEventListener("wheel", wheel);
+  };
+}

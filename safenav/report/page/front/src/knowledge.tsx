@@ -1,0 +1,137 @@
+/** What is known at a tick: obstacles, targets, regions taken up, steps that were refused. */
+
+import { memo } from "preact/compat";
+import { CELL } from "./camera";
+import { at, eventsAt, transitAt, type Run } from "./run";
+import type { Shown } from "./settings";
+
+/** From the nose of a robot to the sign in the next region. */
+export const ARROW = "M20.5 0H29M24.5 -4.5L29.5 0L24.5 4.5";
+
+interface KnowledgeProps {
+  run: Run;
+  tick: number;
+  shown: Shown;
+  /** How much larger than a cell allows: on large maps marks would be too small to be seen. */
+  grown: number;
+}
+
+export const Knowledge = memo(({ run, tick, shown, grown }: KnowledgeProps) => (
+  <>
+    {run.obstacles.map((obstacle) => {
+      const status = at(obstacle.status, tick)[1];
+      if (status === "hidden" && !shown.hidden) return null;
+      const x = (obstacle.region % run.cols) * CELL;
+      const y = Math.floor(obstacle.region / run.cols) * CELL;
+      return (
+        <g
+          key={obstacle.name}
+          class={`obstacle status-${status}`}
+          data-obstacle={obstacle.name}
+          data-status={status}
+          transform={`translate(${x} ${y})`}
+        >
+          <rect x={1.2} y={1.2} width={CELL - 2.4} height={CELL - 2.4} rx={3.5} />
+          <path
+            transform={`translate(${CELL / 2} ${CELL / 2}) scale(${(status === "hidden" ? 6 : 8.8) * grown})`}
+            d={run.marks.status[status].path}
+            fill-rule="evenodd"
+          />
+        </g>
+      );
+    })}
+    <Taken run={run} tick={tick} />
+    {shown.targets && <Targets run={run} tick={tick} grown={grown} />}
+    <Violations run={run} tick={tick} />
+  </>
+));
+
+/** Around both regions that a robot takes up while a step takes it several ticks. */
+function Taken({ run, tick }: { run: Run; tick: number }) {
+  return (
+    <>
+      {run.robots.map((robot) => {
+        const transit = transitAt(robot, tick);
+        if (transit === null) return null;
+        const regions = [robot.path[tick]!, transit[0]];
+        const cols = regions.map((region) => region % run.cols);
+        const rows = regions.map((region) => Math.floor(region / run.cols));
+        return (
+          <rect
+            class="taken"
+            data-robot={robot.name}
+            style={{ "--colour": robot.look.colour }}
+            x={Math.min(...cols) * CELL + 2.5}
+            y={Math.min(...rows) * CELL + 2.5}
+            width={(Math.abs(cols[0]! - cols[1]!) + 1) * CELL - 5}
+            height={(Math.abs(rows[0]! - rows[1]!) + 1) * CELL - 5}
+            rx={8}
+          />
+        );
+      })}
+    </>
+  );
+}
+
+/** A frame in each region that a robot is to reach, with a small copy of its shape in a corner. */
+function Targets({ run, tick, grown }: { run: Run; tick: number; grown: number }) {
+  const corners = [
+    [0.79, 0.77],
+    [0.21, 0.77],
+    [0.79, 0.25],
+  ];
+  const taken = new Map<number, number>();
+  return (
+    <>
+      {run.robots.flatMap((robot) =>
+        at(robot.tasks, tick)[2].map((region) => {
+          const slot = taken.get(region) ?? 0;
+          taken.set(region, slot + 1);
+          const corner = corners[slot];
+          if (!corner) return null;
+          const x = (region % run.cols) * CELL;
+          const y = Math.floor(region / run.cols) * CELL;
+          const inset = 2.6 + 3.2 * slot;
+          const place = `translate(${x + corner[0]! * CELL} ${y + corner[1]! * CELL}) scale(${3.9 * Math.min(grown, 2)})`;
+          return (
+            <g style={{ "--colour": robot.look.colour }} data-target={region} data-of={robot.name}>
+              <path class="aim" d={bracketsOf(x + inset, y + inset, CELL - 2 * inset)} />
+              <path class="target" d={robot.look.path} fill={robot.look.colour} transform={place} />
+            </g>
+          );
+        }),
+      )}
+    </>
+  );
+}
+
+/** A square but for its north-western corner, where the number of the region stands. */
+function bracketsOf(x: number, y: number, side: number): string {
+  const arm = 0.42 * side;
+  return `M${x + side - arm} ${y}h${arm}v${side}h${-side}v${-arm}`;
+}
+
+/** An arrow from a robot into the region that it would have entered. */
+function Violations({ run, tick }: { run: Run; tick: number }) {
+  const met = eventsAt(run, tick).filter((e) => e[1] === "violation" && e[3] >= 0 && e[4] >= 0);
+  return (
+    <>
+      {met.map(([, , , robot, region]) => {
+        const from = run.robots[robot]!.path[tick]!;
+        const dx = (region % run.cols) - (from % run.cols);
+        const dy = Math.floor(region / run.cols) - Math.floor(from / run.cols);
+        const x = ((from % run.cols) + 0.5) * CELL;
+        const y = (Math.floor(from / run.cols) + 0.5) * CELL;
+        const angle = (Math.atan2(dy, dx) * 180) / Math.PI;
+        return (
+          <path
+            class="violation-arrow"
+            transform={`translate(${x} ${y}) rotate(${angle})`}
+            d={ARROW}
+          />
+        );
+      })}
+    </>
+  );
+}
+

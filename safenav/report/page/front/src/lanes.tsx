@@ -1,0 +1,109 @@
+/** Below the timeline: a lane for each robot that shows what it does, and numbers of ticks. */
+
+import { memo } from "preact/compat";
+import { useMemo } from "preact/hooks";
+import { at, transitAt, type Robot, type Run } from "./run";
+
+export type Doing = "moving" | "waiting" | "helping" | "yielding" | "still";
+
+export const DOINGS: [kind: Doing, meaning: string][] = [
+  ["moving", "moves"],
+  ["waiting", "waits for help"],
+  ["helping", "helps"],
+  ["yielding", "gives way"],
+];
+
+/** What a robot does in the tick that ends at `tick`. */
+export function doingAt(run: Run, robot: Robot, tick: number): Doing {
+  const frames = at(run.stack, Math.max(0, tick - 1))[1];
+  for (let i = frames.length - 1; i >= 0; i--) {
+    const [kind, , , requester, helpers] = frames[i]!;
+    if (helpers.includes(robot.name)) return kind === "yield" ? "yielding" : "helping";
+    if (requester === robot.name && kind === "request") return "waiting";
+  }
+  const moved = robot.path[tick] !== robot.path[tick - 1] || transitAt(robot, tick) !== null;
+  return moved ? "moving" : "still";
+}
+
+/** So many lanes that they are too low for letters. */
+const MANY = 8;
+
+interface Stretch {
+  doing: Doing;
+  first: number;
+  last: number;
+}
+
+function stretchesOf(run: Run, robot: Robot): Stretch[] {
+  const found: Stretch[] = [];
+  for (let tick = 1; tick <= run.last; tick++) {
+    const doing = doingAt(run, robot, tick);
+    const before = found[found.length - 1];
+    if (before?.doing === doing) before.last = tick;
+    else found.push({ doing, first: tick - 1, last: tick });
+  }
+  return found.filter((stretch) => stretch.doing !== "still");
+}
+
+export const Lanes = memo(({ run }: { run: Run }) => (
+  <ol
+    class={run.robots.length > MANY ? "lanes many" : "lanes"}
+    style={{ "--lane": `${Math.min(10, 66 / run.robots.length)}px` }}
+    aria-hidden="true"
+  >
+    {run.robots.map((robot, i) => (
+      <Lane key={robot.name} run={run} index={i} />
+    ))}
+  </ol>
+));
+
+function Lane({ run, index }: { run: Run; index: number }) {
+  const robot = run.robots[index]!;
+  const stretches = useMemo(() => stretchesOf(run, robot), [run, robot]);
+  const syntheses = useMemo(
+    () => run.events.filter((event) => event[1] === "synthesis" && event[3] === index),
+    [run, index],
+  );
+  const most = run.last || 1;
+  const bars = (kind: Doing): string =>
+    stretches
+      .filter((stretch) => stretch.doing === kind)
+      .map(({ first, last }) => `M${first} 0H${last}V4H${first}z`)
+      .join("");
+  return (
+    <li data-robot={robot.name} style={{ "--colour": robot.look.colour }}>
+      <span title={robot.name}>{robot.look.letters}</span>
+      <svg viewBox={`0 0 ${most} 4`} preserveAspectRatio="none">
+        <title>{robot.name}</title>
+        {DOINGS.map(([kind]) => (
+          <path class={`doing ${kind}`} d={bars(kind)} />
+        ))}
+        <path class="doing synthesis" d={syntheses.map((event) => `M${event[0]} 0V4`).join("")} />
+      </svg>
+    </li>
+  );
+}
+
+/** Numbers of ticks at round steps, never closer than can be read. */
+export function axisOf(last: number, width: number): number[] {
+  const least = (last * 44) / Math.max(1, width);
+  let step = 1;
+  for (let power = 1; step < least; power *= 10) {
+    step = [1, 2, 5, 10].map((part) => part * power).find((size) => size >= least) ?? 10 * power;
+  }
+  const ticks = [];
+  for (let tick = 0; tick <= last; tick += step) ticks.push(tick);
+  return ticks;
+}
+
+export function Axis({ last, width }: { last: number; width: number }) {
+  return (
+    <div class="axis" aria-hidden="true">
+      {axisOf(last, width).map((tick) => (
+        <span key={tick} style={{ left: `${last ? (100 * tick) / last : 0}%` }}>
+          {tick}
+        </span>
+      ))}
+    </div>
+  );
+}

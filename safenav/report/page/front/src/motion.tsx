@@ -1,0 +1,131 @@
+/** Robots and their trails: what moves with every frame, by hand and not through components. */
+
+import { useLayoutEffect, useRef } from "preact/hooks";
+import { CELL, type Camera } from "./camera";
+import type { Player } from "./player";
+import { poseAt, separate, type Pose, type Robot, type Run } from "./run";
+import { calm } from "./settings";
+
+const BODY = 0.28 * CELL;
+/** The least radius of a robot, in pixels. */
+const LEAST = 8.5;
+const TRAIL = 24;
+const STRENGTHS = [0.25, 0.45, 0.75];
+
+interface MotionProps {
+  run: Run;
+  player: Player;
+  camera: Camera;
+}
+
+/** Never smaller than can be seen, however large the map. */
+export function growth(camera: Camera, radius: number, least: number): number {
+  return Math.max(1, (least * CELL) / (radius * camera.scale));
+}
+
+export function Robots({ run, player, camera }: MotionProps) {
+  const root = useRef<SVGGElement>(null);
+  useLayoutEffect(() => {
+    const robots = [...root.current!.children];
+    const noses = robots.map((robot) => robot.querySelector(".nose"));
+    const draw = (moment: number): void => {
+      const grown = growth(camera, BODY, LEAST);
+      const scale = grown === 1 ? "" : ` scale(${grown.toFixed(3)})`;
+      separate(run.robots.map((robot) => poseAt(run, robot, moment))).forEach((pose, i) => {
+        if (camera.followed === i) camera.track(pose.x, pose.y);
+        robots[i]!.setAttribute("transform", `translate(${centre(pose.x)} ${centre(pose.y)})${scale}`);
+        noses[i]?.setAttribute("transform", `rotate(${pose.heading ?? 0}) scale(${0.92 * BODY})`);
+      });
+    };
+    const stops = [onMoment(player, draw), camera.onChange(() => draw(momentOf(player)))];
+    return () => stops.forEach((stop) => stop());
+  }, [run, player, camera]);
+  return (
+    <g ref={root}>
+      {run.robots.map(({ name, headings, look }) => (
+        <g class="robot" key={name} data-robot={name}>
+          {headings !== null && <path class="nose" d={run.nose} />}
+          <path class="body" d={look.path} fill={look.colour} transform={`scale(${BODY})`} />
+          <text class="letters" y={look.drop * BODY} font-size={look.size * BODY} fill={look.ink}>
+            {look.letters}
+          </text>
+        </g>
+      ))}
+    </g>
+  );
+}
+
+export function Trails({ run, player }: { run: Run; player: Player }) {
+  const root = useRef<SVGGElement>(null);
+  useLayoutEffect(() => {
+    const paths = [...root.current!.children].map((trail) => [...trail.querySelectorAll("path")]);
+    const lane = Math.min(0.09, 0.5 / Math.max(1, run.robots.length)) * CELL;
+    let drawn = -1;
+    return onMoment(player, (moment) => {
+      const tick = Math.floor(moment);
+      run.robots.forEach((robot, i) => {
+        const shift = (i - (run.robots.length - 1) / 2) * lane + CELL / 2;
+        drawTrail(run, robot, tick, poseAt(run, robot, moment), shift, paths[i]!, tick !== drawn);
+      });
+      drawn = tick;
+    });
+  }, [run, player]);
+  return (
+    <g ref={root}>
+      {run.robots.map((robot) => (
+        <g class="trail" key={robot.name} style={{ "--colour": robot.look.colour }}>
+          {STRENGTHS.map((opacity) => (
+            <path opacity={opacity} />
+          ))}
+        </g>
+      ))}
+    </g>
+  );
+}
+
+/** Draws now and with every frame; in whole ticks for those who want less motion. */
+function onMoment(player: Player, draw: (moment: number) => void): () => void {
+  draw(momentOf(player));
+  return player.onFrame(() => draw(momentOf(player)));
+}
+
+function momentOf(player: Player): number {
+  return calm.matches ? Math.floor(player.time + 1e-9) : player.time;
+}
+
+function centre(cells: number): string {
+  return ((cells + 0.5) * CELL).toFixed(2);
+}
+
+/**
+ * The way of the last ticks in three strengths. The two older parts change with ticks only; the
+ * newest ends at the robot and changes with every frame.
+ */
+function drawTrail(
+  run: Run,
+  robot: Robot,
+  tick: number,
+  pose: Pose,
+  lane: number,
+  paths: SVGPathElement[],
+  whole: boolean,
+): void {
+  const start = Math.max(0, tick - TRAIL);
+  const length = tick - start;
+  for (let part = whole ? 0 : 2; part < 3; part++) {
+    const from = start + Math.floor((length * part) / 3);
+    const to = start + Math.floor((length * (part + 1)) / 3);
+    let data = "";
+    let before = -1;
+    for (let t = from; t <= to; t++) {
+      const region = robot.path[t]!;
+      if (region === before) continue;
+      before = region;
+      const x = (region % run.cols) * CELL + lane;
+      const y = Math.floor(region / run.cols) * CELL + lane;
+      data += `${data ? "L" : "M"}${x.toFixed(1)} ${y.toFixed(1)}`;
+    }
+    if (part === 2) data += `L${(pose.x * CELL + lane).toFixed(1)} ${(pose.y * CELL + lane).toFixed(1)}`;
+    paths[part]!.setAttribute("d", data);
+  }
+}

@@ -1,0 +1,42 @@
+/** What the map can be asked for: nearer, farther, whole, whom to follow, a picture. */
+
+import { useLayoutEffect, useReducer } from "preact/hooks";
+import type { Camera } from "./camera";
+import { Button } from "./controls";
+import { savePng, saveSvg } from "./picture";
+import type { Run } from "./run";
+
+export function Tools({ run, camera, tick }: { run: Run; camera: Camera; tick: number }) {
+  const [, redraw] = useReducer((count: number) => count + 1, 0);
+  useLayoutEffect(() => camera.onChange(() => redraw(0)), [camera]);
+  const map = (): HTMLElement => document.querySelector<HTMLElement>(".map")!;
+  const name = `${run.source.replace(/\.jsonl$/, "")}-${tick}`;
+  return (
+    <div class="tools" role="group" aria-label="View of the map">
+      <Button icon="slower" label="Zoom out" disabled={camera.isWhole} onClick={() => camera.zoom(1 / 1.5)} />
+      <Button icon="faster" label="Zoom in" onClick={() => camera.zoom(1.5)} />
+      <Button icon="fit" label="Whole map" disabled={camera.isWhole} onClick={() => camera.fit()} />
+      <label>
+        <span class="unseen">Follow a robot</span>
+        <select
+          value={String(camera.followed ?? "")}
+          onChange={(event) => {
+            const chosen = event.currentTarget.value;
+            camera.follow(chosen === "" ? null : Number(chosen));
+          }}
+        >
+          <option value="">follow nobody</option>
+          {run.robots.map((robot, i) => (
+            <option value={String(i)}>follow {robot.name}</option>
+          ))}
+        </select>
+      </label>
+      <button type="button" title="Save this frame as PNG" onClick={() => savePng(map(), name)}>
+        PNG
+      </button>
+      <button type="button" title="Save this frame as SVG" onClick={() => saveSvg(map(), name)}>
+        SVG
+      </button>
+    </div>
+  );
+}

@@ -1,0 +1,157 @@
+"""Looking around on the page: zoom, follow, go to an event, lanes, saved pictures."""
+
+from __future__ import annotations
+
+import json
+from itertools import pairwise
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+from report import made_traces
+from report.browser import Browser
+from safenav.report.page.html import page_of
+from safenav.report.replay.reading import read_replay
+
+
+def view(browser: Browser) -> tuple[float, ...]:
+    """x, y, width and height of what the map shows, in regions."""
+    box = browser.one(".motion").get_dom_attribute("viewBox") or ""
+    return tuple(float(number) / 40 for number in box.split())
+
+
+def test_keys_and_buttons_zoom_and_the_whole_map_comes_back(
+    browser: Browser, pages: dict[str, Path]
+) -> None:
+    browser.open(pages["door"])
+    whole = view(browser)
+    assert whole[0] <= 0 and whole[1] <= 0 and whole[0] + whole[2] >= 13
+    browser.press("i")
+    assert view(browser)[2] == pytest.approx(whole[2] / 1.5, rel=0.01)
+    before = view(browser)
+    browser.press("d")
+    assert view(browser)[0] > before[0]
+    browser.button("Zoom in").click()
+    assert view(browser)[2] == pytest.approx(whole[2] / 2.25, rel=0.01)
+    browser.press("f")
+    assert view(browser) == pytest.approx(whole, abs=0.01)
+    assert not browser.errors()
+
+
+def test_all_layers_of_the_map_show_the_same_part(browser: Browser, pages: dict[str, Path]) -> None:
+    browser.open(pages["meeting"])
+    browser.press("i")
+    boxes = {layer.get_dom_attribute("viewBox") for layer in browser.all(".map > svg")}
+    assert len(boxes) == 1
+
+
+def test_a_followed_robot_stays_in_the_middle(browser: Browser, pages: dict[str, Path]) -> None:
+    browser.open(pages["door"])
+    browser.press("r")
+    for tick in (0, 9):
+        browser.run("location.hash = arguments[0]", f"#tick={tick}")
+        browser.wait(lambda tick=tick: browser.tick == tick)
+        x, y, width, height = view(browser)
+        name = browser.run("return document.querySelector('.motion [data-robot]').dataset.robot")
+        col, row = browser.centre(name)
+        assert (x + width / 2, y + height / 2) == pytest.approx((col + 0.5, row + 0.5), abs=0.1)
+
+
+def test_a_click_on_an_event_goes_to_its_region(browser: Browser, pages: dict[str, Path]) -> None:
+    browser.open(pages["crowd"], width=390, height=844)
+    row = browser.one('.event[data-kind="violation"]')
+    browser.run("arguments[0].click()", row)
+    browser.wait(lambda: browser.all(".pointed"))
+    ring = browser.one(".pointed")
+    col, line = (float(ring.get_dom_attribute(name) or "nan") / 40 for name in ("cx", "cy"))
+    x, y, width, height = view(browser)
+    assert x < col < x + width and y < line < y + height
+    assert width < 32, "on a map too large to see it comes nearer"
+
+
+def test_numbers_are_shown_only_where_they_can_be_read(
+    browser: Browser, pages: dict[str, Path]
+) -> None:
+    script = """
+        return [...document.querySelectorAll(".numbers text")].slice(0, 5)
+            .map((text) => parseFloat(getComputedStyle(text).fontSize)
+                * text.getScreenCTM().a);
+    """
+    for page, width, height in (("door", 1400, 900), ("door", 1280, 640), ("crowd", 390, 844)):
+        browser.open(pages[page], width=width, height=height)
+        assert all(size >= 8 for size in browser.run(script))
+    assert not browser.all(".numbers text")
+    for _ in range(6):
+        browser.press("i")
+    assert browser.all(".numbers text"), "near enough they come back"
+
+
+def test_each_robot_has_a_lane_and_the_axis_its_numbers(
+    browser: Browser, pages: dict[str, Path]
+) -> None:
+    browser.open(pages["door"])
+    assert len(browser.all(".lanes li")) == len(browser.all(".robots li"))
+    helping = [lane.get_attribute("d") for lane in browser.all(".lanes .helping")]
+    assert sum(bool(path) for path in helping) == 1, "one robot helps in this run"
+    numbers = [int(mark.text) for mark in browser.all(".axis span")]
+    assert numbers[0] == 0 and len(numbers) > 3
+    assert len({b - a for a, b in pairwise(numbers)}) == 1
+
+
+def test_no_event_row_is_cut(browser: Browser, pages: dict[str, Path]) -> None:
+    script = """
+        const list = document.querySelector(".list"), box = list.getBoundingClientRect();
+        return [...list.children].filter((row) => {
+            const { top, bottom } = row.getBoundingClientRect();
+            const partly = (top < box.top - 1 && bottom > box.top + 1)
+                || (top < box.bottom - 1 && bottom > box.bottom + 1);
+            return partly && getComputedStyle(row).visibility === "visible";
+        }).length;
+    """
+    for height in (640, 700, 733, 900):
+        browser.open(pages["crowd"], "#tick=300", width=1280, height=height)
+        browser.wait(lambda: browser.run(script) == 0)
+
+
+def test_the_saved_picture_stands_alone(browser: Browser, pages: dict[str, Path]) -> None:
+    browser.open(pages["door"], "#tick=12")
+    browser.run(
+        """
+        window.saved = [];
+        URL.createObjectURL = (blob) => {
+            blob.text().then((text) => saved.push([blob.type, text]));
+            return "#";
+        };
+        HTMLAnchorElement.prototype.click = () => {};
+        """
+    )
+    for form in ("SVG", "PNG"):
+        browser.one(f'button[title="Save this frame as {form}"]').click()
+    browser.wait(lambda: browser.run("return saved.length") == 2)
+    kinds = dict(browser.run("return saved"))
+    assert set(kinds) == {"image/svg+xml", "image/png"}
+    text = kinds["image/svg+xml"]
+    root = ElementTree.fromstring(text)
+    assert root.tag.endswith("svg")
+    assert "var(" not in text and "oklab" not in text and "class=" in text
+    assert not browser.errors()
+
+
+def test_a_run_that_failed_opens_at_its_last_moment(browser: Browser, tmp_path: Path) -> None:
+    lines = made_traces.door()
+    outcome = {
+        **lines[-1],
+        "outcome": "operator_needed",
+        "explanation": "-",
+        "cause": "no_capable_robot",
+    }
+    trace = tmp_path / "failed.jsonl"
+    trace.write_text("".join(json.dumps(line) + "\n" for line in [*lines[:-1], outcome]))
+    replay = read_replay(trace)
+    page = tmp_path / "failed.html"
+    page.write_text(page_of(replay, trace.name))
+    browser.open(page)
+    assert browser.tick == replay.last > 0
+    browser.open(page, "#tick=3")
+    browser.wait(lambda: browser.tick == 3)
