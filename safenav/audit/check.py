@@ -1,34 +1,15 @@
 """Checks a trace: replays it line by line and asks every rule.
 
-The joint-trace checker of the design (section 10). It shares no code with what writes traces:
-it knows docs/trace.md and works out the rest from the header.
+The joint-trace checker of the design (section 10). It shares no code with what happens in a run:
+it reads the format (safenav.trace.records) and works out the rest from the header.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from safenav.audit.reader import read_lines, read_trace
-from safenav.audit.records import (
-    Backtrack,
-    Belief,
-    Blocked,
-    Discovered,
-    Goal,
-    Header,
-    Move,
-    Outcome,
-    Pop,
-    Push,
-    Record,
-    Request,
-    Resolved,
-    Synthesis,
-    Trace,
-    Violation,
-)
 from safenav.audit.rules.motion import (
     BeliefRule,
     CollisionRule,
@@ -62,6 +43,21 @@ from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.rules.stack import MissedPopRule, PopRule, PushRule
 from safenav.audit.rules.synthesis import StrategyRule, SynthesisRule, VerdictsRule
 from safenav.audit.situation import Situation
+from safenav.trace.reading import read_lines, read_trace
+from safenav.trace.records import (
+    Backtrack,
+    Blocked,
+    Discovered,
+    Goal,
+    Move,
+    Push,
+    Record,
+    Request,
+    Resolved,
+    Synthesis,
+    Trace,
+    Violation,
+)
 
 RULES: tuple[type[Rule], ...] = (
     HeaderRule,
@@ -103,6 +99,13 @@ RULES: tuple[type[Rule], ...] = (
 NAMES_RULE = "names"
 """Lines speak of robots and obstacles of the header only, or of obstacles that were discovered
 before. Kept here, since lines that break it mean nothing to the other rules and are left out."""
+
+
+_ROLES = (
+    *("robot", "requester", "helper", "of", "helpers", "robots"),
+    *("bids", "objectives", "rounds", "nodes", "unrealizable"),
+)
+"""The fields of lines that name robots."""
 
 
 @dataclass(frozen=True)
@@ -162,12 +165,15 @@ def audit(trace: Trace) -> Audit:
 
 
 def _findings(trace: Trace) -> Iterator[Finding]:
-    now = Situation(trace.header)
+    now = Situation(trace)
+    announced = {obstacle.name for obstacle in now.header.obstacles}
     rules = [rule() for rule in RULES]
     for rule in rules:
         yield from rule.opening(now)
     for record in trace.records:
-        stranger = _stranger(record, trace.header)
+        if isinstance(record, Discovered):
+            announced.add(record.obstacle.name)
+        stranger = _stranger(record, now.header.robots, announced)
         if stranger is not None:
             problem = f"{stranger!r} is not in the scenario"
             yield Finding(NAMES_RULE, record.tick, None, record.line, problem)
@@ -196,33 +202,21 @@ def _after_the_end(record: Record) -> Iterator[Finding]:
     yield Finding(OrderRule.name, record.tick, None, record.line, problem)
 
 
-def _stranger(record: Record, header: Header) -> str | None:
-    """A robot or obstacle that the line speaks of and the header does not know."""
-    robots: list[str | None] = []
-    obstacle: str | None = None
-    match record:
-        case Request():
-            robots, obstacle = [record.requester, record.helper, *record.bids], record.obstacle
-        case Push() | Pop():
-            robots = [record.requester, record.helper, *record.objectives]
-            obstacle = record.obstacle
-        case Blocked():
-            robots, obstacle = list(record.robots), record.obstacle
-        case Violation() | Resolved():
-            robots, obstacle = [record.robot], record.obstacle
-        case Discovered():
-            robots = list(record.obstacle.blocks)
-        case Outcome():
-            robots = list(record.rounds)
-        case Belief():
-            robots = [record.robot, record.of]
-        case _:
-            robots = [record.robot]
-    for robot in robots:
-        if robot is not None and robot not in header.robots:
-            return robot
-    known = header.obstacles.get(obstacle) if obstacle is not None else None
-    return obstacle if known is None or known.line > record.line else None
+def _stranger(record: Record, team: Collection[str], announced: Collection[str]) -> str | None:
+    """A robot or obstacle that the line speaks of and nothing before it has announced."""
+    obstacle = getattr(record, "obstacle", None)
+    robots = [robot for role in _ROLES for robot in _listed(getattr(record, role, None))]
+    if isinstance(record, Discovered):
+        robots += record.obstacle.blocks
+    elif obstacle is not None and obstacle not in announced:
+        robots.append(obstacle)
+    return next((name for name in robots if name not in team), None)
+
+
+def _listed(value: object) -> list[str]:
+    if value is None or isinstance(value, str):
+        return [] if value is None else [value]
+    return [str(name) for name in value] if isinstance(value, Iterable) else []
 
 
 def _statistics(trace: Trace) -> Statistics:
@@ -231,10 +225,10 @@ def _statistics(trace: Trace) -> Statistics:
 
     moves = [record for record in trace.records if isinstance(record, Move)]
     return Statistics(
-        robots=len(trace.header.robots),
+        robots=len(trace.header.scenario.robots),
         ticks=max((move.tick for move in moves), default=0),
         moves=len(moves),
-        steps=sum(move.origin != move.to for move in moves),
+        steps=sum(move.from_ != move.to for move in moves),
         goals=count(Goal),
         violations=count(Violation),
         requests=count(Request),

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Collection
 
-from safenav.audit.records import Header, Heading, Region
+from safenav.trace.records import Heading, MapHeader, Region
 
 _STEPS: dict[Heading, tuple[int, int]] = {
     "north": (-1, 0),
@@ -22,12 +22,12 @@ _WALL = "#"
 
 
 class Grid:
-    """The map of a trace. Asks about regions that are not on it are answered, too."""
+    """The map of a trace. Regions off the map may be asked about; they are not free."""
 
-    def __init__(self, header: Header) -> None:
-        self.rows = header.rows
-        self.cols = header.cols
-        self._grid = header.grid
+    def __init__(self, world: MapHeader) -> None:
+        self.rows = world.rows
+        self.cols = world.cols
+        self._grid = world.grid
 
     def on_map(self, region: Region) -> bool:
         return 0 <= region < self.rows * self.cols

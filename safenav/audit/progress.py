@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from safenav.audit.records import Goal, Objective, Region
+from safenav.trace.records import Goal, Objective, Region
 
 
 @dataclass

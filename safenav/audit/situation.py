@@ -13,7 +13,7 @@ from typing import TypeVar
 
 from safenav.audit.grid import Grid
 from safenav.audit.progress import Progress
-from safenav.audit.records import (
+from safenav.trace.records import (
     Assumption,
     Backtrack,
     Belief,
@@ -21,9 +21,7 @@ from safenav.audit.records import (
     BlockReason,
     Ending,
     Goal,
-    Header,
     Heading,
-    Line,
     Move,
     Objective,
     ObstacleHeader,
@@ -34,10 +32,11 @@ from safenav.audit.records import (
     Region,
     Resolved,
     Synthesis,
+    Trace,
     Violation,
 )
 
-L = TypeVar("L", bound=Line)
+L = TypeVar("L", bound=Record)
 
 RESYNTHESIS = "resynthesis"
 
@@ -96,10 +95,13 @@ class Turn:
 class Situation:
     """The team, the obstacles and the stack, as of some line."""
 
-    def __init__(self, header: Header) -> None:
-        self.header = header
-        self.grid = Grid(header)
-        robots = header.robots
+    def __init__(self, trace: Trace) -> None:
+        self.header = trace.header.scenario
+        self.header_line = trace.header.line
+        self.grid = Grid(self.header.map)
+        self.obstacles = trace.obstacles
+        self.external = self.header.world == "external"
+        robots = self.header.robots
         self.region: dict[str, Region] = {n: r.start for n, r in robots.items()}
         self.heading: dict[str, Heading | None] = {n: r.heading for n, r in robots.items()}
         self.objectives: dict[str, Objective] = {n: r.objective for n, r in robots.items()}
@@ -107,17 +109,18 @@ class Situation:
         self.toward: dict[str, Region | None] = dict.fromkeys(robots)
         self.beliefs: dict[tuple[str, str], Belief] = {}
         self.stack: list[Frame] = []
-        self.status = dict.fromkeys(header.obstacles, Status.UNRESOLVED)
+        self.status = dict.fromkeys(self.obstacles, Status.UNRESOLVED)
         self.discovered: set[str] = set()
         self.outcome: Outcome | None = None
-        self.turn = Turn(0, None, header.line, dict(self.objectives))
+        self.turn = Turn(0, None, self.header_line, dict(self.objectives))
 
     def has_heading(self, robot: str) -> bool:
         return self.header.robots[robot].mobility == "heading"
 
     def taken_by(self, robot: str) -> set[Region]:
         """The regions that a robot takes up: two while it is on its way."""
-        return {self.region[robot], self.toward[robot] or self.region[robot]}
+        toward = self.toward[robot]
+        return {self.region[robot]} if toward is None else {self.region[robot], toward}
 
     def conflict(self, one: str, other: str) -> bool:
         """Whether two robots must never share a region."""
@@ -129,13 +132,13 @@ class Situation:
 
     def capable(self, obstacle: str) -> set[str]:
         """The robots that can resolve the obstacle."""
-        action = self.header.obstacles[obstacle].action
+        action = self.obstacles[obstacle].action
         return {n for n, r in self.header.robots.items() if action in r.capabilities}
 
     def blocked_by(self, obstacle: str) -> set[str]:
         """The robots that must not enter the obstacle's region: those whom its type blocks,
         save those who can resolve it (DESIGN section 5, step 2)."""
-        listed = self.header.obstacles[obstacle].blocks & self.header.robots.keys()
+        listed = self.obstacles[obstacle].blocks & self.header.robots.keys()
         return set(listed) - self.capable(obstacle)
 
     def is_cut_short(self) -> bool:
@@ -154,7 +157,7 @@ class Situation:
         return not self.is_over(obstacle) and any(f.obstacle == obstacle for f in self.stack)
 
     def obstacles_at(self, region: Region) -> list[ObstacleHeader]:
-        return [o for o in self.header.obstacles.values() if o.region == region]
+        return [o for o in self.obstacles.values() if o.region == region]
 
     def show(self, region: Region) -> str:
         return self.grid.show(region)
@@ -196,7 +199,7 @@ class Situation:
                 self.beliefs[record.robot, record.of] = record
             case Violation():
                 self.discovered.add(record.obstacle)
-                if self.header.external and self.status[record.obstacle] is Status.RESOLVED:
+                if self.external and self.status[record.obstacle] is Status.RESOLVED:
                     # A door has fallen shut again.
                     self.status[record.obstacle] = Status.UNRESOLVED
             case Resolved():

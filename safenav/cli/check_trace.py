@@ -9,8 +9,8 @@ from dataclasses import asdict
 import click
 
 from safenav.audit.check import Audit, audit
-from safenav.audit.reader import read_bytes, read_trace
 from safenav.errors import ExitCode, InputError
+from safenav.trace.reading import read_bytes, read_trace
 
 
 @click.command(name="check-trace")

@@ -55,10 +55,10 @@ def command(
 ) -> int:
     """Write where each robot of TRACE is at the end of each tick: x (east) and y (north) in
     metres in the frame of the map, as in ROS, and which way it faces."""
-    from safenav.audit.reader import read_trace
     from safenav.motion.waypoints import as_csv, as_json, frame_of
     from safenav.motion.waypoints import waypoints as waypoints_of
     from safenav.outfile import write_bytes
+    from safenav.trace.reading import read_trace
 
     run = read_trace(trace)
     frame = frame_of(run, resolution, origin)

@@ -14,8 +14,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from math import pi, remainder, tau
 
-from safenav.audit.records import Move, Trace
 from safenav.errors import Diagnostic, InputError, UsageError
+from safenav.trace.records import Move, Trace
 from safenav.world.frame import Frame
 
 COLUMNS = ("robot", "tick", "x", "y", "yaw", "region")
@@ -44,8 +44,8 @@ def frame_of(
 
     Raises UsageError if nobody says how many metres a region measures.
     """
-    header = trace.header
-    sides = header.resolution if resolution is None else (resolution, resolution)
+    world = trace.header.scenario.map
+    sides = world.resolution if resolution is None else (resolution, resolution)
     if sides is None:
         raise UsageError(
             f"{trace.source}: how many metres does a region measure? The trace does not say\n"
@@ -53,8 +53,8 @@ def frame_of(
         )
     if min(sides) <= 0:
         found = "the resolution of the map is not positive"
-        raise InputError([Diagnostic(trace.source, header.line, 1, found)])
-    x, y, yaw = header.origin or (0.0, 0.0, 0.0)
+        raise InputError([Diagnostic(trace.source, trace.header.line, 1, found)])
+    x, y, yaw = world.origin or (0.0, 0.0, 0.0)
     return Frame(sides, (x, y), yaw) if origin is None else Frame(sides, origin)
 
 
@@ -64,7 +64,7 @@ def waypoints(trace: Trace, frame: Frame) -> list[Waypoint]:
     header = trace.header
     ways: dict[str, list[Waypoint]] = {
         name: [_waypoint(trace, frame, name, 0, robot.start, robot.heading, header.line)]
-        for name, robot in header.robots.items()
+        for name, robot in header.scenario.robots.items()
     }
     for record in trace.records:
         if isinstance(record, Move):
@@ -79,12 +79,12 @@ def waypoints(trace: Trace, frame: Frame) -> list[Waypoint]:
 def _waypoint(
     trace: Trace, frame: Frame, robot: str, tick: int, region: int, facing: str | None, line: int
 ) -> Waypoint:
-    header = trace.header
-    if not 0 <= region < header.rows * header.cols:
+    world = trace.header.scenario.map
+    if not 0 <= region < world.rows * world.cols:
         found = f"{robot} is in region {region}, which is not on the map"
         raise InputError([Diagnostic(trace.source, line, 1, found)])
-    row, col = divmod(region, header.cols)
-    x, y = (round(value, _DECIMALS) for value in frame.centre(row, col, header.rows))
+    row, col = divmod(region, world.cols)
+    x, y = (round(value, _DECIMALS) for value in frame.centre(row, col, world.rows))
     yaw = None if facing is None else round(remainder(_YAW[facing] + frame.yaw, tau), _DECIMALS)
     return Waypoint(robot, tick, x, y, yaw, region)
 

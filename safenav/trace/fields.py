@@ -58,7 +58,8 @@ def _converter(annotation: Any) -> Converter:
     if origin in (Union, types.UnionType):
         return _union([_converter(a) for a in arguments if a is not type(None)])
     if origin is tuple and arguments[-1] is not Ellipsis:
-        return _fixed([_converter(a) for a in arguments])
+        kind = "numbers" if set(arguments) == {float} else "entries"
+        return _fixed([_converter(a) for a in arguments], kind)
     if origin in (tuple, frozenset):
         return _listed(origin, _converter(arguments[0]))
     if origin is not None and issubclass(origin, Mapping):
@@ -148,10 +149,10 @@ def _listed(kind: type[tuple[Any, ...]] | type[frozenset[Any]], item: Converter)
     return take
 
 
-def _fixed(items: list[Converter]) -> Converter:
+def _fixed(items: list[Converter], kind: str) -> Converter:
     def take(value: object, path: str) -> Any:
         if not isinstance(value, list) or len(value) != len(items):
-            raise WrongError((path, f"a list of {len(items)}", value))
+            raise WrongError((path, f"a list of {len(items)} {kind}", value))
         pairs = enumerate(zip(items, value, strict=True))
         return tuple(item(entry, f"{path}[{i}]") for i, (item, entry) in pairs)
 

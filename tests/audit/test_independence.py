@@ -8,9 +8,13 @@ import sys
 from pathlib import Path
 
 import safenav.audit
+import safenav.trace
 from safenav.audit.check import NAMES_RULE, RULES
 
 AUDIT = Path(safenav.audit.__file__).parent
+FORMAT = ("safenav.trace.records", "safenav.trace.reading")
+"""The format of traces, as data: all that the checker shares with what it judges."""
+
 DOCUMENT = Path(__file__).parents[2] / "docs" / "trace.md"
 
 
@@ -30,8 +34,24 @@ def test_the_checker_shares_no_code_with_the_rest() -> None:
     assert len(files) > 10
     for file in files:
         for name in imported(file):
-            own = name.startswith("safenav.audit") or name == "safenav.errors"
+            own = name.startswith("safenav.audit") or name in ("safenav.errors", *FORMAT)
             assert own or name.split(".")[0] in sys.stdlib_module_names, f"{file.name}: {name}"
+
+
+def test_the_format_leans_on_nothing_but_the_standard_library() -> None:
+    folder = Path(safenav.trace.__file__).parent
+    waiting = [name.rsplit(".", 1)[1] for name in FORMAT]
+    seen: set[str] = set()
+    while waiting:
+        module = waiting.pop()
+        seen.add(module)
+        for name in imported(folder / f"{module}.py"):
+            if name.startswith("safenav.trace."):
+                waiting += {name.rsplit(".", 1)[1]} - seen
+            else:
+                top = name.split(".")[0]
+                assert name == "safenav.errors" or top in sys.stdlib_module_names, name
+    assert seen == {"records", "reading", "fields", "objective"}
 
 
 def test_every_rule_is_documented() -> None:

@@ -8,9 +8,9 @@ import pytest
 
 from audit.good_traces import GOOD
 from audit.trace_script import Line, edit, find, insert_after, text
-from safenav.audit.reader import read_bytes, read_lines, read_trace
-from safenav.audit.records import Ending, Move, Push, Resolved
 from safenav.errors import Diagnostic, InputError
+from safenav.trace.reading import read_bytes, read_lines, read_trace
+from safenav.trace.records import Ending, Move, Push, Resolved
 
 
 def refused(lines: list[str]) -> tuple[Diagnostic, ...]:
@@ -21,11 +21,14 @@ def refused(lines: list[str]) -> tuple[Diagnostic, ...]:
 
 def test_lines_become_typed_records_in_order() -> None:
     trace = read_lines(text(GOOD["door"]()))
-    assert list(trace.header.robots) == ["quad", "digit"]
-    assert trace.header.obstacles["door@9"].resolution_regions == (9,)
-    assert trace.header.robots["quad"].objective.targets == (frozenset({7}), frozenset({10}))
+    assert list(trace.header.scenario.robots) == ["quad", "digit"]
+    assert trace.obstacles["door@9"].resolution_regions == (9,)
+    assert trace.header.scenario.robots["quad"].objective.targets == (
+        frozenset({7}),
+        frozenset({10}),
+    )
     move = next(r for r in trace.records if isinstance(r, Move))
-    assert (move.line, move.tick, move.robot, move.origin, move.to) == (4, 1, "quad", 7, 8)
+    assert (move.line, move.tick, move.robot, move.from_, move.to) == (4, 1, "quad", 7, 8)
     push = next(r for r in trace.records if isinstance(r, Push))
     assert push.objectives["quad"].kind == "hold"
     assert [r.traversable for r in trace.records if isinstance(r, Resolved)] == [None]
@@ -83,8 +86,16 @@ def test_a_broken_line_in_the_middle_is_told_with_its_place() -> None:
         ("move", {"tick": None}, "`tick` must be"),
         ("synthesis", {"verdict": "maybe"}, "`verdict` must be one of realizable"),
         ("push", {"objectives": {"quad": {"patrol": [1]}}}, "`objectives.quad` must be"),
-        ("request", {"bids": {"digit": -1}}, "`bids` must be"),
-        ("outcome", {"outcome": "operator_needed"}, "`cause` is missing"),
+        ("request", {"bids": {"digit": -1}}, "`bids.digit` must be 0 or more or null, not -1"),
+        ("outcome", {"outcome": "lost"}, "`outcome` must be one of completed"),
+        ("synthesis", {"spec": "nonsense"}, "`spec` must be a sha256"),
+        ("synthesis", {"strategy": "0" * 63}, "`strategy` must be a sha256"),
+        ("synthesis", {"states": -1}, "`states` must be 0 or more or null"),
+        ("synthesis", {"seconds": -0.5}, "`seconds` must be 0 or more, not -0.5"),
+        ("synthesis", {"reason": "boredom"}, "`reason` must be one of initial"),
+        ("push", {"reason": "boredom"}, "`reason` must be one of request, yield"),
+        ("outcome", {"seconds": -1}, "`seconds` must be 0 or more"),
+        ("outcome", {"synthesis_seconds": -1}, "`synthesis_seconds` must be 0 or more"),
         ("goal", {"round": -1}, "`round` must be"),
     ],
 )

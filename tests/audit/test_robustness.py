@@ -13,8 +13,8 @@ from audit.good_traces import GOOD
 from audit.random_walks import random_walk
 from audit.trace_script import Line, text
 from safenav.audit.check import Audit, audit, check_trace
-from safenav.audit.reader import read_bytes
 from safenav.errors import InputError
+from safenav.trace.reading import read_bytes
 
 NAMES = sorted(GOOD)
 VALUES = st.one_of(

@@ -11,12 +11,12 @@ import pytest
 
 from report import made_traces
 from safenav.audit.check import audit
-from safenav.audit.reader import read_trace
 from safenav.errors import InputError
 from safenav.report.replay.reading import read_replay
 from safenav.report.replay.timeline import EventKind, Frame, Replay, Status
 from safenav.report.replay.wording import seconds_words
 from safenav.scenario.objective import Hold, Patrol, Visit
+from safenav.trace.reading import read_trace
 from safenav.world.map import Heading
 
 Line = dict[str, Any]

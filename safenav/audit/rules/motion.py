@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from safenav.audit.grid import opposite
-from safenav.audit.records import Belief, Move, Record
 from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.situation import Situation, Status
+from safenav.trace.records import Belief, Move, Record
 
 
 class ContinuityRule(Rule):
@@ -16,9 +16,9 @@ class ContinuityRule(Rule):
     name = "continuity"
 
     def line(self, record: Record, now: Situation) -> Iterator[Finding]:
-        if isinstance(record, Move) and record.origin != now.region[record.robot]:
+        if isinstance(record, Move) and record.from_ != now.region[record.robot]:
             problem = (
-                f"{record.robot} moves from {now.show(record.origin)}, "
+                f"{record.robot} moves from {now.show(record.from_)}, "
                 f"but was at {now.show(now.region[record.robot])}"
             )
             yield self.broken_by(record, record.robot, problem)
@@ -50,9 +50,9 @@ class MobilityRule(Rule):
 
     def _problem(self, move: Move, now: Situation) -> str:
         robot, before = move.robot, now.heading[move.robot]
-        way = now.grid.direction(move.origin, move.to)
-        if move.to != move.origin and way is None:
-            origin, to = now.show(move.origin), now.show(move.to)
+        way = now.grid.direction(move.from_, move.to)
+        if move.to != move.from_ and way is None:
+            origin, to = now.show(move.from_), now.show(move.to)
             return f"{robot} jumps from {origin} to {to}, which is no neighbour"
         if not now.has_heading(robot):
             gained = before is None and move.heading is not None
@@ -77,7 +77,7 @@ class UnresolvedObstacleRule(Rule):
     def opening(self, now: Situation) -> Iterator[Finding]:
         for robot, region in now.region.items():
             for problem in _unresolved(robot, region, now):
-                yield self.broken(0, robot, now.header.line, problem)
+                yield self.broken(0, robot, now.header_line, problem)
 
     def line(self, record: Record, now: Situation) -> Iterator[Finding]:
         if isinstance(record, Move):
@@ -120,7 +120,7 @@ class TransitRule(Rule):
             yield self.broken_by(
                 record, robot, f"{robot} was bound for {now.show(bound)}, not {to}"
             )
-        if record.to != record.origin:
+        if record.to != record.from_:
             yield self.broken_by(record, robot, f"{robot} moves while it is on its way to {to}")
         if now.grid.direction(record.to, record.toward) is None:
             yield self.broken_by(record, robot, f"{robot} is on its way to {to}, no neighbour")
@@ -186,18 +186,18 @@ class SwapRule(Rule):
         if record.tick != self._tick:
             self._tick, self._moves = record.tick, []
         for other in self._moves:
-            swapped = (other.origin, other.to) == (record.to, record.origin)
-            if not swapped or record.to == record.origin or other.robot == record.robot:
+            swapped = (other.from_, other.to) == (record.to, record.from_)
+            if not swapped or record.to == record.from_ or other.robot == record.robot:
                 continue
             if now.conflict(record.robot, other.robot):
-                places = f"{now.show(record.origin)} and {now.show(record.to)}"
+                places = f"{now.show(record.from_)} and {now.show(record.to)}"
                 problem = f"{other.robot} and {record.robot} change places, {places}"
                 yield self.broken_by(record, record.robot, problem)
         self._moves.append(record)
 
 
 def _unresolved(robot: str, region: int, now: Situation) -> Iterator[str]:
-    return iter(()) if now.header.external else _entered(robot, region, now, Status.UNRESOLVED)
+    return iter(()) if now.external else _entered(robot, region, now, Status.UNRESOLVED)
 
 
 def _entered(robot: str, region: int, now: Situation, status: Status) -> Iterator[str]:

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from safenav.audit.progress import Progress
-from safenav.audit.records import (
+from safenav.audit.rules.rule import Finding, Rule
+from safenav.audit.situation import Situation, Turn
+from safenav.trace.records import (
     Assumption,
     Blocked,
     Goal,
@@ -18,8 +20,6 @@ from safenav.audit.records import (
     Synthesis,
     Violation,
 )
-from safenav.audit.rules.rule import Finding, Rule
-from safenav.audit.situation import Situation, Turn
 
 COUNTED_KINDS = ("patrol", "visit", "cover")
 """Objectives whose rounds are their targets, met one by one."""
@@ -65,7 +65,7 @@ class GoalOrderRule(Rule):
                     record, robot, f"{robot} meets target {goal.goal} twice at once"
                 )
                 return
-        if progress.reset_line >= now.turn.line > now.header.line:
+        if progress.reset_line >= now.turn.line > now.header_line:
             return  # may be counted by the objective before
         if progress.awaited is not None and record.goal != progress.awaited:
             problem = f"{robot} meets target {record.goal}, but {progress.awaited} is next"

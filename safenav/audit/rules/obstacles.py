@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from safenav.audit.grid import opposite
-from safenav.audit.records import (
+from safenav.audit.rules.rule import Finding, Rule
+from safenav.audit.situation import Situation, Status
+from safenav.trace.records import (
     Backtrack,
     Blocked,
     BlockReason,
@@ -15,8 +17,6 @@ from safenav.audit.records import (
     Resolved,
     Violation,
 )
-from safenav.audit.rules.rule import Finding, Rule
-from safenav.audit.situation import Situation, Status
 
 
 class ViolationRule(Rule):
@@ -31,7 +31,7 @@ class ViolationRule(Rule):
                 yield self.broken_by(record, record.robot, problem)
 
     def _problems(self, record: Violation, now: Situation) -> Iterator[str]:
-        robot, obstacle = record.robot, now.header.obstacles[record.obstacle]
+        robot, obstacle = record.robot, now.obstacles[record.obstacle]
         here, proposed = now.show(record.at), now.show(record.proposed)
         if record.at != now.region[robot]:
             yield f"{robot} is said to be at {here}, but is at {now.show(now.region[robot])}"
@@ -48,7 +48,7 @@ class ViolationRule(Rule):
             yield f"{obstacle.name} does not block {robot}"
         status = now.status[obstacle.name]
         if status is Status.RESOLVED:
-            if not now.header.external:  # where doors fall shut again
+            if not now.external:  # where doors fall shut again
                 yield f"{obstacle.name} was resolved before"
         elif status is not Status.UNRESOLVED:
             yield f"{obstacle.name} is known; {robot} should not have proposed to enter it"
@@ -94,18 +94,18 @@ class ResolutionRule(Rule):
 
     def _problems(self, record: Resolved, now: Situation) -> Iterator[str]:
         robot, name, at = record.robot, record.obstacle, now.show(record.at)
-        obstacle = now.header.obstacles[name]
+        obstacle = now.obstacles[name]
         if robot not in now.capable(name):
             yield f"{robot} cannot {obstacle.action}, which {name} needs"
         if record.at != now.region[robot]:
             yield f"{robot} resolves {name} from {at}, but is at {now.show(now.region[robot])}"
         if record.at not in obstacle.resolution_regions:
             yield f"{name} cannot be resolved from {at}"
-        again = now.status[name] is Status.RESOLVED and not now.header.external
+        again = now.status[name] is Status.RESOLVED and not now.external
         if again or now.status[name] is Status.UNTRAVERSABLE:
             yield f"{name} was resolved before"
             return
-        if record.traversable is not obstacle.traversable and not now.header.external:
+        if record.traversable is not obstacle.traversable and not now.external:
             found, truth = _truth(record.traversable), _truth(obstacle.traversable)
             yield f"{name} is {truth}, but {robot} finds it {found}"
         if record.requested is not now.is_requested(name):
@@ -123,10 +123,10 @@ class MissedResolutionRule(Rule):
     def turn(self, now: Situation) -> Iterator[Finding]:
         turn = now.turn
         move = turn.first(Move)
-        if turn.robot is None or move is None or now.is_cut_short() or now.header.external:
+        if turn.robot is None or move is None or now.is_cut_short() or now.external:
             return
         here = now.region[turn.robot]
-        for obstacle in now.header.obstacles.values():
+        for obstacle in now.obstacles.values():
             if now.status[obstacle.name] is not Status.UNRESOLVED:
                 continue
             if here in obstacle.resolution_regions and turn.robot in now.capable(obstacle.name):

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from safenav.audit.records import (
+from safenav.audit.rules.requests import replaces_helper
+from safenav.audit.rules.rule import Finding, Rule
+from safenav.audit.situation import Situation
+from safenav.trace.records import (
     Assumption,
     Backtrack,
     Belief,
@@ -21,9 +24,6 @@ from safenav.audit.records import (
     Synthesis,
     Violation,
 )
-from safenav.audit.rules.requests import replaces_helper
-from safenav.audit.rules.rule import Finding, Rule
-from safenav.audit.situation import Situation
 
 _COMPLETE_ENDINGS = (Ending.COMPLETED, Ending.TICK_LIMIT)
 
@@ -54,12 +54,12 @@ class HeaderRule(Rule):
 
     def opening(self, now: Situation) -> Iterator[Finding]:
         for robot, problem in self._problems(now):
-            yield self.broken(0, robot, now.header.line, problem)
+            yield self.broken(0, robot, now.header_line, problem)
 
     def _problems(self, now: Situation) -> Iterator[tuple[str | None, str]]:
-        header, grid = now.header, now.grid
-        if len(header.grid) != header.rows or any(len(r) != header.cols for r in header.grid):
-            yield None, f"the grid is not one of {header.rows} rows by {header.cols} columns"
+        header, grid, world = now.header, now.grid, now.header.map
+        if len(world.grid) != world.rows or any(len(r) != world.cols for r in world.grid):
+            yield None, f"the grid is not one of {world.rows} rows by {world.cols} columns"
             return
         if not header.robots:
             yield None, "there is no robot"
@@ -78,7 +78,7 @@ class HeaderRule(Rule):
                 for region in sorted(target):
                     if not grid.is_free(region):
                         yield name, f"{name}'s target {now.show(region)} is not free"
-        for obstacle in header.obstacles.values():
+        for obstacle in now.obstacles.values():
             if not grid.is_free(obstacle.region):
                 yield None, f"{obstacle.name} is at {now.show(obstacle.region)}, which is not free"
             for name in sorted(obstacle.blocks - header.robots.keys()):

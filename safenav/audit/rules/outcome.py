@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from safenav.audit.records import (
+from safenav.audit.rules.objectives import COUNTED_KINDS
+from safenav.audit.rules.rule import Finding, Rule
+from safenav.audit.situation import Situation
+from safenav.trace.records import (
     Assumption,
     Ending,
     Goal,
@@ -18,9 +21,6 @@ from safenav.audit.records import (
     Synthesis,
     Verdict,
 )
-from safenav.audit.rules.objectives import COUNTED_KINDS
-from safenav.audit.rules.rule import Finding, Rule
-from safenav.audit.situation import Situation
 
 
 class OutcomeRule(Rule):
@@ -44,7 +44,7 @@ class OutcomeRule(Rule):
                 self._assumptions += 1
             case Move():
                 self._moves[record.robot] = record.tick
-                limit = now.header.limit_ticks
+                limit = now.header.limits.ticks
                 if limit is not None and record.tick > limit and not self._passed_limit:
                     self._passed_limit = True
                     yield self.broken_by(record, record.robot, f"the limit is {limit} ticks")
@@ -70,7 +70,7 @@ class OutcomeRule(Rule):
         computed = sum(not synthesis.cached for synthesis in self._syntheses)
         if outcome.syntheses < computed:
             yield f"it says {outcome.syntheses} syntheses, but {computed} are told"
-        limit = now.header.limit_ticks
+        limit = now.header.limits.ticks
         if outcome.outcome is Ending.TICK_LIMIT and limit is not None and outcome.ticks != limit:
             yield f"the tick limit is said to be met after {outcome.ticks} ticks, but is {limit}"
 
@@ -86,7 +86,9 @@ class OutcomeRule(Rule):
         if outcome.outcome is not Ending.OPERATOR_NEEDED:
             return
         request = now.turn.first(Request)
-        if outcome.cause is OperatorCause.UNREALIZABLE:
+        if outcome.cause is None:
+            yield "an operator is needed, but it does not say why"
+        elif outcome.cause is OperatorCause.UNREALIZABLE:
             if not negative:
                 yield "it says unrealizable, but no synthesis of the last turn was"
         elif outcome.cause is OperatorCause.DEADLOCK:
@@ -126,7 +128,7 @@ class CompletedRule(Rule):
         return ()
 
     def ending(self, now: Situation) -> Iterator[Finding]:
-        outcome, wanted = now.outcome, now.header.until_rounds
+        outcome, wanted = now.outcome, now.header.until.rounds
         if outcome is None or wanted is None:
             return
         for robot in now.header.robots:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from safenav.audit.records import (
+from safenav.audit.rules.rule import Finding, Rule
+from safenav.audit.situation import Situation, Status
+from safenav.trace.records import (
     Blocked,
     OperatorCause,
     Push,
@@ -15,8 +17,6 @@ from safenav.audit.records import (
     Verdict,
     Violation,
 )
-from safenav.audit.rules.rule import Finding, Rule
-from safenav.audit.situation import Situation, Status
 
 
 class RequestRule(Rule):
@@ -63,7 +63,7 @@ class RequestRule(Rule):
             yield f"{record.requester} asks for {record.obstacle} without having met it"
         if now.turn.first(Request) is not None:
             yield f"{record.requester} asks twice in one turn"
-        listed = now.header.obstacles[record.obstacle].resolution_regions
+        listed = now.obstacles[record.obstacle].resolution_regions
         wanted = {region for region in listed if now.grid.is_free(region)}
         if set(record.regions) - set(listed) or not wanted <= set(record.regions):
             told, truth = _list(record.regions), _list(sorted(wanted))
@@ -153,9 +153,9 @@ def _failed(now: Situation) -> set[str]:
 
 def _distances(robot: str, obstacle: str, now: Situation) -> tuple[int | None, int | None]:
     """The least and the greatest distance that the robot can rightly bid."""
-    targets = [r for r in now.header.obstacles[obstacle].resolution_regions if now.grid.is_free(r)]
+    targets = [r for r in now.obstacles[obstacle].resolution_regions if now.grid.is_free(r)]
     closed: set[Region] = set()
-    for name, other in now.header.obstacles.items():
+    for name, other in now.obstacles.items():
         known = now.status[name] in (Status.UNTRAVERSABLE, Status.GIVEN_UP)
         met = name in now.discovered and now.status[name] is Status.UNRESOLVED
         if (known or met) and robot in now.blocked_by(name):

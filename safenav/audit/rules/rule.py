@@ -8,8 +8,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import ClassVar
 
-from safenav.audit.records import Record
 from safenav.audit.situation import Situation
+from safenav.trace.records import Record
 
 
 @dataclass(frozen=True)

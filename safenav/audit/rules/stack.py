@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from safenav.audit.records import Objective, Pop, Push, Record, Request
 from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.situation import RESYNTHESIS, Situation
+from safenav.trace.records import Objective, Pop, Push, Record, Request
 
 
 class PushRule(Rule):

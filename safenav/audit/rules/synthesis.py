@@ -4,27 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from safenav.audit.records import (
+from safenav.audit.rules.rule import Finding, Rule
+from safenav.audit.situation import RESYNTHESIS, Situation
+from safenav.trace.records import (
     Assumption,
     Blocked,
     BlockReason,
     Move,
+    Objective,
+    Reason,
     Record,
     Request,
     Resolved,
     Synthesis,
-    SynthesisReason,
     Verdict,
 )
-from safenav.audit.rules.rule import Finding, Rule
-from safenav.audit.situation import RESYNTHESIS, Situation
 
-_CAUSES: dict[SynthesisReason, tuple[type[Resolved | Blocked | Request | Assumption], ...]] = {
-    SynthesisReason.REQUEST: (Request,),
-    SynthesisReason.RESOLVED: (Resolved,),
-    SynthesisReason.BLOCKED: (Blocked, Assumption),
+_CAUSES: dict[Reason, tuple[type[Resolved | Blocked | Request | Assumption], ...]] = {
+    Reason.REQUEST: (Request,),
+    Reason.RESOLVED: (Resolved,),
+    Reason.BLOCKED: (Blocked, Assumption),
 }
-_FOR_WHAT_IS_IN_FORCE = (SynthesisReason.RESOLVED, SynthesisReason.BLOCKED)
+_FOR_WHAT_IS_IN_FORCE = (Reason.RESOLVED, Reason.BLOCKED)
 """Reasons that leave no choice of the objective; a request tries several before its push."""
 
 _PROVEN = (Verdict.REALIZABLE, Verdict.UNREALIZABLE)
@@ -73,7 +74,7 @@ class SynthesisRule(Rule):
 
     def _problems(self, record: Synthesis, now: Situation) -> Iterator[str]:
         robot = record.robot
-        is_initial = record.reason is SynthesisReason.INITIAL
+        is_initial = record.reason is Reason.INITIAL
         if is_initial:
             self._initial.add(robot)
             given = now.header.robots[robot].objective
@@ -97,12 +98,12 @@ class StrategyRule(Rule):
     name = "strategy"
 
     def __init__(self) -> None:
-        self._last: dict[tuple[str, str], Synthesis] = {}
+        self._last: dict[tuple[str, Objective], Synthesis] = {}
         self._excused: set[str] = set()
 
     def line(self, record: Record, now: Situation) -> Iterator[Finding]:
         if isinstance(record, Synthesis):
-            self._last[record.robot, record.objective.text] = record
+            self._last[record.robot, record.objective] = record
             self._excused.discard(record.robot)
         elif isinstance(record, Assumption):
             self._excused.add(record.robot)
@@ -113,7 +114,7 @@ class StrategyRule(Rule):
 
     def _problem(self, robot: str, now: Situation) -> str:
         objective = now.objectives[robot]
-        last = self._last.get((robot, objective.text))
+        last = self._last.get((robot, objective))
         if last is None:
             without = now.header.coordination == RESYNTHESIS
             return f"{robot} moves without a strategy for {objective}" if without else ""

@@ -12,8 +12,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from safenav.audit import records
-from safenav.audit.reader import read_trace
 from safenav.errors import Diagnostic, InputError
 from safenav.report.replay.timeline import (
     Belief,
@@ -38,6 +36,8 @@ from safenav.report.replay.wording import (
     yielding_text,
 )
 from safenav.scenario.objective import Hold, Objective
+from safenav.trace import records
+from safenav.trace.reading import read_trace
 from safenav.world.map import Heading, Region, RegionMap
 
 _HEADINGS = {heading.label: heading for heading in Heading}
@@ -55,13 +55,13 @@ def replay_of(trace: records.Trace) -> Replay:
     """The run that a trace tells. Raises InputError where it contradicts itself."""
     line = trace.header.line
     try:
-        telling = _Telling.begin(trace.header)
+        telling = _Telling.begin(trace)
         for record in trace.records:
             line = record.line
             telling.tell(record)
     except _ContradictionError as error:
         raise InputError([Diagnostic(trace.source, line, 1, str(error))]) from error
-    return telling.replay()
+    return telling.replay(trace.header.safenav)
 
 
 class _ContradictionError(Exception):
@@ -72,7 +72,7 @@ class _ContradictionError(Exception):
 class _Telling:
     """A replay in the making."""
 
-    header: records.Header
+    header: records.ScenarioHeader
     map: RegionMap
     tracks: dict[str, Track]
     hidden: dict[str, Hidden]
@@ -91,9 +91,10 @@ class _Telling:
     ended: int | None = None
 
     @classmethod
-    def begin(cls, header: records.Header) -> _Telling:
+    def begin(cls, trace: records.Trace) -> _Telling:
+        header = trace.header.scenario
         try:
-            world = RegionMap.from_grid(header.grid)
+            world = RegionMap.from_grid(header.map.grid)
         except ValueError as error:
             raise _ContradictionError(f"the map cannot be used: {error}") from error
         tracks, hidden = {}, {}
@@ -105,7 +106,7 @@ class _Telling:
                 raise _ContradictionError(f"{name} does not even see the next region")
             place = ((start,), (heading,))
             tracks[name] = Track(name, robot.model, robot.layer, can, *place, robot.vision)
-        for name, obstacle in header.obstacles.items():
+        for name, obstacle in trace.obstacles.items():
             hidden[name] = Hidden(
                 name,
                 obstacle.type,
@@ -291,7 +292,7 @@ class _Telling:
                 bound.append(bound[-1])
         return True
 
-    def replay(self) -> Replay:
+    def replay(self, version: str) -> Replay:
         last = min((len(regions) for regions in self.regions.values()), default=1) - 1
         within = self._stand(last)
         last += within
@@ -316,7 +317,7 @@ class _Telling:
             stack=Changes.of((), self.stack),
             events=tuple(replace(e, tick=min(e.tick, last)) for e in self.events),
             ending=self.ending,
-            version=self.header.safenav,
+            version=version,
             within=within,
             beliefs={pair: Changes.of(None, told) for pair, told in self.beliefs.items()},
         )

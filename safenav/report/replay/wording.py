@@ -9,8 +9,8 @@ import json
 from collections.abc import Iterable, Sequence
 from functools import singledispatch
 
-from safenav.audit import records
 from safenav.scenario.objective import Cover, Hold, Ltl, Objective, Patrol, Visit, describe
+from safenav.trace import records
 
 
 def objective_of(told: records.Objective) -> Objective | None:
@@ -25,7 +25,7 @@ def objective_of(told: records.Objective) -> Objective | None:
         case "hold", (target,):
             return Hold(target)
         case "ltl", _:
-            return _ltl(told.text.removeprefix("ltl "))
+            return _ltl(told.body)
     return None
 
 
@@ -55,7 +55,7 @@ def seconds_words(seconds: float) -> str:
 
 
 @singledispatch
-def event_text(line: records.Line) -> str:
+def event_text(line: records.Record) -> str:
     """One trace line as a sentence, without its full stop."""
     raise TypeError(f"{type(line).__name__} is no event")
 
@@ -67,11 +67,11 @@ def backtrack_text(violation: records.Violation, backtrack: records.Backtrack) -
 
 
 _REASONS = {
-    records.SynthesisReason.INITIAL: "before the start",
-    records.SynthesisReason.REQUEST: "to meet a request",
-    records.SynthesisReason.RESOLVED: "after a resolution",
-    records.SynthesisReason.BLOCKED: "around a blocked region",
-    records.SynthesisReason.YIELD: "to make way",
+    records.Reason.INITIAL: "before the start",
+    records.Reason.REQUEST: "to meet a request",
+    records.Reason.RESOLVED: "after a resolution",
+    records.Reason.BLOCKED: "around a blocked region",
+    records.Reason.YIELD: "to make way",
 }
 
 _BLOCK_REASONS = {
