@@ -14,19 +14,23 @@ import pytest
 from safenav.report.page.html import embedded, page_of
 from safenav.report.replay.timeline import Replay
 
-PAGE = Path(__file__).parents[2] / "safenav" / "report" / "page"
+REPORT = Path(__file__).parents[2] / "safenav" / "report"
+PAGE = REPORT / "page"
 FRONT = PAGE / "front"
 ASSETS = ("replay.js", "replay.css")
+BUILT = [*(PAGE / "assets" / name for name in ASSETS)]
+BUILT += [REPORT / "view3d" / "assets" / name for name in ("view3d.js", "view3d.css")]
 
 
-@pytest.mark.parametrize("name", ASSETS)
-def test_the_bundle_was_built_from_these_sources(name: str) -> None:
+@pytest.mark.parametrize("built", BUILT, ids=lambda path: path.name)
+def test_the_bundle_was_built_from_these_sources(built: Path) -> None:
     """Fails when sources changed without `npm run build` in safenav/report/page/front."""
     digest = hashlib.sha256()
-    sources = sorted(f"src/{path.name}" for path in (FRONT / "src").iterdir())
+    files = [path for path in (FRONT / "src").rglob("*") if path.is_file()]
+    sources = sorted(path.relative_to(FRONT).as_posix() for path in files)
     for source in [*sources, "build.mjs", "package-lock.json", "tsconfig.json"]:
         digest.update(f"{source}\n".encode() + (FRONT / source).read_bytes())
-    stamp = (PAGE / "assets" / name).read_text().splitlines()[0]
+    stamp = built.read_text().splitlines()[0]
     assert stamp == f"/* sources {digest.hexdigest()} */"
 
 

@@ -1,17 +1,15 @@
 /** The page as a whole. */
 
 import { useCallback, useEffect, useLayoutEffect, useMemo, useReducer, useRef, useState } from "preact/hooks";
-import { Camera } from "./camera";
 import { Button, Controls } from "./controls";
 import { Events } from "./events";
 import { KEYS, listen } from "./keyboard";
-import { MapView } from "./map";
-import { Tools } from "./tools";
 import { Legend, Obstacles, Robots, Stack } from "./panels";
 import type { Player } from "./player";
 import { eventsAfter, type EventKind, type Run } from "./run";
 import { applyTheme, EVERYONE, nextTheme, storedTheme, type Shown } from "./settings";
 import { viewersOf } from "./shading";
+import type { Choice, Stage } from "./stage";
 
 const TOLD: ReadonlySet<EventKind> = new Set([
   "violation",
@@ -23,7 +21,13 @@ const TOLD: ReadonlySet<EventKind> = new Set([
   "outcome",
 ]);
 
-export function App({ run, player }: { run: Run; player: Player }) {
+interface AppProps {
+  run: Run;
+  player: Player;
+  stage: Stage;
+}
+
+export function App({ run, player, stage }: AppProps) {
   const [, redraw] = useReducer((count: number) => count + 1, 0);
   const [theme, setTheme] = useState(storedTheme);
   const [shown, setShown] = useState<Shown>({
@@ -36,24 +40,24 @@ export function App({ run, player }: { run: Run; player: Player }) {
     beliefs: true,
     viewer: run.robots.findIndex((robot) => robot.view !== null),
   });
-  const camera = useMemo(() => new Camera(run.cols, run.rows), [run]);
+  const { eye } = stage;
   const [pointed, setPointed] = useState<number | null>(null);
   const point = useCallback(
     (region: number): void => {
       if (region < 0) return;
-      if (camera.followed === null) camera.show(region % run.cols, Math.floor(region / run.cols));
+      if (eye.followed === null) eye.show(region % run.cols, Math.floor(region / run.cols));
       setPointed(region);
       setTimeout(() => setPointed((now) => (now === region ? null : now)), 1600);
     },
-    [camera, run],
+    [eye, run],
   );
   const help = useRef<HTMLDialogElement>(null);
   const openHelp = (): void => help.current!.showModal();
   useLayoutEffect(() => player.onTick(() => redraw(0)), [player]);
   useLayoutEffect(() => applyTheme(theme), [theme]);
   useEffect(
-    () => listen(run, player, { camera, help: openHelp, theme: () => setTheme(nextTheme) }),
-    [run, player, camera],
+    () => listen(run, player, { eye, help: openHelp, theme: () => setTheme(nextTheme) }),
+    [run, player, eye],
   );
   const tick = player.tick;
   return (
@@ -72,17 +76,16 @@ export function App({ run, player }: { run: Run; player: Player }) {
       </header>
       <main>
         <section class="stage" aria-label="Map">
-          <MapView run={run} player={player} camera={camera} tick={tick} shown={shown} pointed={pointed} />
-          <Tools run={run} camera={camera} tick={tick} />
+          <stage.View run={run} player={player} tick={tick} shown={shown} pointed={pointed} theme={theme} />
           <Story run={run} tick={tick} playing={player.playing} />
           <div class="below">
-            <Choices run={run} shown={shown} onChange={setShown} />
+            <Choices run={run} shown={shown} choices={stage.choices} onChange={setShown} />
             <Legend run={run} />
           </div>
         </section>
         <Controls run={run} player={player} tick={tick} />
         <aside aria-label="State of the run">
-          <Robots run={run} tick={tick} camera={camera} />
+          <Robots run={run} tick={tick} eye={eye} />
           <Stack run={run} tick={tick} />
           <Obstacles run={run} tick={tick} />
           <Events run={run} player={player} tick={tick} point={point} />
@@ -124,26 +127,17 @@ function Story({ run, tick, playing }: { run: Run; tick: number; playing: boolea
   );
 }
 
-type Switch = Exclude<keyof Shown, "viewer">;
-
-const CHOICES: [key: Switch, words: string][] = [
-  ["numbers", "region numbers"],
-  ["names", "names"],
-  ["trails", "trails"],
-  ["targets", "targets"],
-  ["hidden", "hidden obstacles"],
-];
-
 interface ChoicesProps {
   run: Run;
+  choices: Choice[];
   shown: Shown;
   onChange(shown: Shown): void;
 }
 
-function Choices({ run, shown, onChange }: ChoicesProps) {
+function Choices({ run, shown, choices, onChange }: ChoicesProps) {
   const viewers = viewersOf(run);
   const named = Object.keys(run.names).length > 0;
-  const offered = CHOICES.filter(([key]) => key !== "names" || named).concat(
+  const offered = choices.filter(([key]) => key !== "names" || named).concat(
     viewers.some((robot) => robot.view!.sight.length > 0) ? [["sight", "sight"]] : [],
     viewers.some((robot) => robot.view!.beliefs.length > 0) ? [["beliefs", "beliefs"]] : [],
   );

@@ -12,7 +12,24 @@ export const CELL = 40;
 const MARGIN = 2 / CELL;
 const CLOSEST = 160;
 
-export class Camera {
+/** What every stage lets a reader do with the view. */
+export interface Eye {
+  /** The index of the robot that stays in the middle, or null. */
+  readonly followed: number | null;
+  /** Whether all of the map is shown. */
+  readonly isWhole: boolean;
+  /** Calls back when the followed robot, or the scale, has changed; the result ends that. */
+  onChange(listener: () => void): () => void;
+  fit(): void;
+  zoom(factor: number): void;
+  /** Moves the map by so many pixels. */
+  pan(dx: number, dy: number): void;
+  /** Brings a column and row into view. */
+  show(x: number, y: number): void;
+  follow(robot: number | null): void;
+}
+
+export class Camera implements Eye {
   /** Pixels of a cell; the whole map fits in at `fitted`. */
   scale = 1;
   fitted = 1;

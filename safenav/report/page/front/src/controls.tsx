@@ -32,6 +32,7 @@ export function Controls({ run, player, tick }: ControlsProps) {
         <p class="clock">
           tick <b>{tick}</b> of {run.last}
           {run.within && tick === run.last && <span class="quiet">, ended within it</span>}
+          {player.timed && <Seconds player={player} />}
           <LinkButton tick={tick} />
         </p>
         <div class="group speed">
@@ -48,7 +49,7 @@ export function Controls({ run, player, tick }: ControlsProps) {
               onChange={(event) => player.setSpeed(Number(event.currentTarget.value))}
             >
               {SPEEDS.map((speed) => (
-                <option value={String(speed)}>{speed} ticks/s</option>
+                <option value={String(speed)}>{player.timed ? `${speed} x` : `${speed} ticks/s`}</option>
               ))}
             </select>
           </label>
@@ -85,6 +86,19 @@ export function Button({ icon, label, primary, disabled, onClick }: ButtonProps)
       <Icon name={icon} />
     </button>
   );
+}
+
+/** The seconds of the motion, brought up to date with every frame. */
+function Seconds({ player }: { player: Player }) {
+  const words = useRef<HTMLSpanElement>(null);
+  useLayoutEffect(() => {
+    const follow = (time: number): void => {
+      words.current!.textContent = ` · ${time.toFixed(1)} of ${player.end.toFixed(1)} s`;
+    };
+    follow(player.time);
+    return player.onFrame(follow);
+  }, [player]);
+  return <span class="seconds" ref={words} />;
 }
 
 /** Copies the address of this tick; where there is no clipboard, the address bar has it. */
@@ -137,12 +151,12 @@ interface TimelineMark {
 }
 
 /** Events closer than a mark is wide share one, so that marks never overlap. */
-function marksOf(run: Run, width: number): TimelineMark[] {
+function marksOf(run: Run, player: Player, width: number): TimelineMark[] {
   const marks: TimelineMark[] = [];
   let edge = -Infinity;
   for (const event of run.events) {
     if (event[1] === "goal") continue;
-    const place = run.last ? event[0] / run.last : 0;
+    const place = player.end ? player.timeOf(event[0]) / player.end : 0;
     const told = `tick ${event[0]}: ${event[2]}`;
     const before = marks[marks.length - 1];
     if (before && place * width < edge + MARK) {
@@ -172,11 +186,12 @@ function Timeline({ run, player, tick }: ControlsProps) {
     follow(player.time);
     return player.onFrame(follow);
   }, [player]);
-  const marks = useMemo(() => marksOf(run, width), [run, width]);
+  const marks = useMemo(() => marksOf(run, player, width), [run, player, width]);
   const goals = useMemo(() => {
     const ticks = new Set(run.events.filter((event) => event[1] === "goal").map((event) => event[0]));
-    return [...ticks].map((t) => `M${((t / (run.last || 1)) * 1000).toFixed(1)} 0v6`).join("");
-  }, [run]);
+    const part = (t: number): number => player.timeOf(t) / (player.end || 1);
+    return [...ticks].map((t) => `M${(part(t) * 1000).toFixed(1)} 0v6`).join("");
+  }, [run, player]);
   return (
     <div class="timeline" ref={track}>
       <div class="marks">
@@ -202,17 +217,17 @@ function Timeline({ run, player, tick }: ControlsProps) {
         ref={slider}
         type="range"
         min={0}
-        max={run.last}
+        max={player.end}
         step="any"
         aria-label="Tick"
         aria-valuetext={`tick ${tick} of ${run.last}`}
-        onInput={(event) => player.seek(Number(event.currentTarget.value))}
+        onInput={(event) => player.seekTime(Number(event.currentTarget.value))}
       />
       <svg class="goals" viewBox="0 0 1000 6" preserveAspectRatio="none" aria-hidden="true">
         <path d={goals} />
       </svg>
-      <Lanes run={run} />
-      <Axis last={run.last} width={width} />
+      <Lanes run={run} player={player} />
+      <Axis last={player.end} width={width} />
     </div>
   );
 }

@@ -1,6 +1,6 @@
 /** Keys of the page; what a focused control does with a key of its own goes first. */
 
-import type { Camera } from "./camera";
+import type { Eye } from "./camera";
 import type { Player } from "./player";
 import { eventsAfter, type Run } from "./run";
 
@@ -21,7 +21,7 @@ export const KEYS: [keys: string, meaning: string][] = [
 ];
 
 export interface Actions {
-  camera: Camera;
+  eye: Eye;
   help(): void;
   theme(): void;
 }
@@ -72,30 +72,30 @@ function actionOf(
     case "?":
       return actions.help;
     case "i":
-      return () => actions.camera.zoom(1.5);
+      return () => actions.eye.zoom(1.5);
     case "o":
-      return () => actions.camera.zoom(1 / 1.5);
+      return () => actions.eye.zoom(1 / 1.5);
     case "f":
-      return () => actions.camera.fit();
+      return () => actions.eye.fit();
     case "w":
-      return () => actions.camera.pan(0, PAN);
+      return () => actions.eye.pan(0, PAN);
     case "s":
-      return () => actions.camera.pan(0, -PAN);
+      return () => actions.eye.pan(0, -PAN);
     case "a":
-      return () => actions.camera.pan(PAN, 0);
+      return () => actions.eye.pan(PAN, 0);
     case "d":
-      return () => actions.camera.pan(-PAN, 0);
+      return () => actions.eye.pan(-PAN, 0);
     case "r":
-      return () => followNext(run, actions.camera);
+      return () => followNext(run, actions.eye);
     default:
       return null;
   }
 }
 
 /** One robot after the other, then the whole map again. */
-function followNext(run: Run, camera: Camera): void {
-  const next = (camera.followed ?? -1) + 1;
-  camera.follow(next < run.robots.length ? next : null);
+function followNext(run: Run, eye: Eye): void {
+  const next = (eye.followed ?? -1) + 1;
+  eye.follow(next < run.robots.length ? next : null);
 }
 
 /** To the nearest tick before or after this one in which something other than a goal happened. */

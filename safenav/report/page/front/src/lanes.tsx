@@ -2,6 +2,7 @@
 
 import { memo } from "preact/compat";
 import { useMemo } from "preact/hooks";
+import type { Player } from "./player";
 import { at, transitAt, type Robot, type Run } from "./run";
 
 export type Doing = "moving" | "waiting" | "helping" | "yielding" | "still";
@@ -45,30 +46,31 @@ function stretchesOf(run: Run, robot: Robot): Stretch[] {
   return found.filter((stretch) => stretch.doing !== "still");
 }
 
-export const Lanes = memo(({ run }: { run: Run }) => (
+export const Lanes = memo(({ run, player }: { run: Run; player: Player }) => (
   <ol
     class={run.robots.length > MANY ? "lanes many" : "lanes"}
     style={{ "--lane": `${Math.min(10, 66 / run.robots.length)}px` }}
     aria-hidden="true"
   >
     {run.robots.map((robot, i) => (
-      <Lane key={robot.name} run={run} index={i} />
+      <Lane key={robot.name} run={run} player={player} index={i} />
     ))}
   </ol>
 ));
 
-function Lane({ run, index }: { run: Run; index: number }) {
+function Lane({ run, player, index }: { run: Run; player: Player; index: number }) {
   const robot = run.robots[index]!;
   const stretches = useMemo(() => stretchesOf(run, robot), [run, robot]);
   const syntheses = useMemo(
     () => run.events.filter((event) => event[1] === "synthesis" && event[3] === index),
     [run, index],
   );
-  const most = run.last || 1;
+  const most = player.end || 1;
+  const x = (tick: number): string => player.timeOf(tick).toFixed(2);
   const bars = (kind: Doing): string =>
     stretches
       .filter((stretch) => stretch.doing === kind)
-      .map(({ first, last }) => `M${first} 0H${last}V4H${first}z`)
+      .map(({ first, last }) => `M${x(first)} 0H${x(last)}V4H${x(first)}z`)
       .join("");
   return (
     <li data-robot={robot.name} style={{ "--colour": robot.look.colour }}>
@@ -78,13 +80,13 @@ function Lane({ run, index }: { run: Run; index: number }) {
         {DOINGS.map(([kind]) => (
           <path class={`doing ${kind}`} d={bars(kind)} />
         ))}
-        <path class="doing synthesis" d={syntheses.map((event) => `M${event[0]} 0V4`).join("")} />
+        <path class="doing synthesis" d={syntheses.map((event) => `M${x(event[0])} 0V4`).join("")} />
       </svg>
     </li>
   );
 }
 
-/** Numbers of ticks at round steps, never closer than can be read. */
+/** Times (ticks, or seconds where the run has a motion) at round steps, never closer than can be read. */
 export function axisOf(last: number, width: number): number[] {
   const least = (last * 44) / Math.max(1, width);
   let step = 1;

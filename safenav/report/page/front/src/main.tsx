@@ -5,10 +5,11 @@ import { App } from "./app";
 import { followLinks } from "./link";
 import { Player } from "./player";
 import type { Run } from "./run";
+import { flatStage } from "./stage";
 import "./page.css";
 
 const run = JSON.parse(document.getElementById("run")!.textContent!) as Run;
 const player = new Player(run.last);
 player.seek(run.opens);
-render(<App run={run} player={player} />, document.getElementById("app")!);
+render(<App run={run} player={player} stage={flatStage(run)} />, document.getElementById("app")!);
 followLinks(player);

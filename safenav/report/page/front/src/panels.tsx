@@ -1,7 +1,7 @@
 /** The side of the page: robots with their objectives, the stack, the obstacles, the legend. */
 
 import { memo } from "preact/compat";
-import type { Camera } from "./camera";
+import type { Eye } from "./camera";
 import { EventSign, RobotSign, StatusSign } from "./icons";
 import { ARROW } from "./knowledge";
 import { DOINGS } from "./lanes";
@@ -15,7 +15,7 @@ interface PanelProps {
 
 const DIRECTIONS: Record<string, string> = { N: "north", E: "east", S: "south", W: "west" };
 
-export function Robots({ run, tick, camera }: PanelProps & { camera: Camera }) {
+export function Robots({ run, tick, eye }: PanelProps & { eye: Eye }) {
   const frames = at(run.stack, tick)[1];
   return (
     <section class="panel robots" aria-labelledby="robots-title">
@@ -34,8 +34,8 @@ export function Robots({ run, tick, camera }: PanelProps & { camera: Camera }) {
                 type="button"
                 class="go"
                 title={`Follow ${robot.name} on the map`}
-                aria-pressed={camera.followed === i}
-                onClick={() => camera.follow(camera.followed === i ? null : i)}
+                aria-pressed={eye.followed === i}
+                onClick={() => eye.follow(eye.followed === i ? null : i)}
               >
                 <RobotSign robot={robot} size={32} />
               </button>

@@ -1,11 +1,12 @@
 /**
- * The clock of the page: a time in ticks that runs, stops and jumps.
+ * The clock of the page: a time that runs, stops and jumps. It counts in ticks, or, where a run
+ * has a motion, in seconds; then `clock` says when each tick has been done.
  *
  * Two kinds of listeners: `onFrame` for what moves smoothly (called for every frame, must be
  * cheap), `onTick` for what only changes with whole ticks or with the state of the player.
  */
 
-export const SPEEDS = [0.5, 1, 2, 4, 8, 16, 32, 64];
+export const SPEEDS = [0.25, 0.5, 1, 2, 4, 8, 16, 32, 64];
 
 export class Player {
   time = 0;
@@ -15,11 +16,39 @@ export class Player {
   private frames = new Set<(time: number) => void>();
   private ticks = new Set<() => void>();
 
-  constructor(readonly last: number) {}
+  constructor(
+    readonly last: number,
+    private readonly clock: readonly number[] | null = null,
+  ) {
+    if (clock !== null) this.speed = 1;
+  }
+
+  /** Whether the time is in seconds. */
+  get timed(): boolean {
+    return this.clock !== null;
+  }
+
+  /** The time at which all that belongs to a tick has happened. */
+  timeOf(tick: number): number {
+    return this.clock === null ? tick : this.clock[tick]!;
+  }
+
+  /** The end of time. */
+  get end(): number {
+    return this.timeOf(this.last);
+  }
 
   /** The tick whose events have happened. */
   get tick(): number {
-    return Math.min(this.last, Math.floor(this.time + 1e-9));
+    if (this.clock === null) return Math.min(this.last, Math.floor(this.time + 1e-9));
+    let low = 0;
+    let high = this.last;
+    while (low < high) {
+      const middle = (low + high + 1) >> 1;
+      if (this.clock[middle]! <= this.time + 1e-9) low = middle;
+      else high = middle - 1;
+    }
+    return low;
   }
 
   onFrame(listener: (time: number) => void): () => void {
@@ -34,7 +63,7 @@ export class Player {
 
   play(): void {
     if (this.playing || this.last === 0) return;
-    if (this.time >= this.last) this.time = 0;
+    if (this.time >= this.end) this.time = 0;
     this.playing = true;
     this.previous = performance.now();
     requestAnimationFrame(this.advance);
@@ -54,7 +83,14 @@ export class Player {
 
   /** Jumps to a tick; playing goes on from there. */
   seek(tick: number): void {
-    this.time = Math.max(0, Math.min(this.last, Math.round(tick)));
+    this.time = this.timeOf(Math.max(0, Math.min(this.last, Math.round(tick))));
+    this.changed();
+  }
+
+  /** Jumps to a time: a whole tick where time is counted in ticks. */
+  seekTime(time: number): void {
+    if (this.clock === null) return this.seek(time);
+    this.time = Math.max(0, Math.min(this.end, time));
     this.changed();
   }
 
@@ -80,8 +116,8 @@ export class Player {
     // A page that was in the background goes on where it was, it does not leap.
     const elapsed = Math.min(0.25, Math.max(0, (now - this.previous) / 1000));
     this.previous = now;
-    this.time = Math.min(this.last, this.time + elapsed * this.speed);
-    if (this.time >= this.last) this.playing = false;
+    this.time = Math.min(this.end, this.time + elapsed * this.speed);
+    if (this.time >= this.end) this.playing = false;
     else requestAnimationFrame(this.advance);
     for (const listener of this.frames) listener(this.time);
     if (this.tick !== before || !this.playing) this.tickChanged();

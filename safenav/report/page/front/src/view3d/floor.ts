@@ -1,0 +1,104 @@
+/** The map: ground, lines between regions, walls (low, so that nothing hides behind them). */
+
+import {
+  BoxGeometry,
+  BufferGeometry,
+  Float32BufferAttribute,
+  Group,
+  InstancedMesh,
+  LineBasicMaterial,
+  LineSegments,
+  Matrix4,
+  Mesh,
+  MeshBasicMaterial,
+  MeshLambertMaterial,
+  PlaneGeometry,
+} from "three";
+import type { Run } from "../run";
+import { themeColour } from "./colours";
+
+export const LOW = 0.35;
+export const HIGH = 2.0;
+
+/** The middle of a region on the ground, in metres. */
+export function centreOf(run: Run, side: number, region: number): [x: number, y: number] {
+  return [((region % run.cols) + 0.5) * side, (run.rows - Math.floor(region / run.cols) - 0.5) * side];
+}
+
+export function isWall(run: Run, region: number): boolean {
+  return run.grid[Math.floor(region / run.cols)]![region % run.cols] === "#";
+}
+
+function wallsBeside(run: Run, free: number[]): number[] {
+  const found = new Set<number>();
+  for (const region of free) {
+    const [row, col] = [Math.floor(region / run.cols), region % run.cols];
+    for (let r = Math.max(0, row - 1); r <= Math.min(run.rows - 1, row + 1); r++) {
+      for (let c = Math.max(0, col - 1); c <= Math.min(run.cols - 1, col + 1); c++) {
+        if (isWall(run, r * run.cols + c)) found.add(r * run.cols + c);
+      }
+    }
+  }
+  return [...found];
+}
+
+export class Floor {
+  readonly group = new Group();
+  /** West, south, east and north of what is to be seen, in metres. */
+  readonly extent: [west: number, south: number, east: number, north: number];
+  /** The walls beside a free region; all others hide nothing and are left out. */
+  private readonly standing: number[];
+  private readonly walls: InstancedMesh<BoxGeometry, MeshLambertMaterial>;
+  private readonly ground: Mesh<PlaneGeometry, MeshBasicMaterial>;
+  private readonly lines: LineSegments<BufferGeometry, LineBasicMaterial>;
+
+  constructor(
+    private readonly run: Run,
+    private readonly side: number,
+  ) {
+    const free = [...Array(run.rows * run.cols).keys()].filter((region) => !isWall(run, region));
+    const cols = free.map((region) => region % run.cols);
+    const rows = free.map((region) => run.rows - 1 - Math.floor(region / run.cols));
+    const [west, east] = [Math.min(...cols) * side, (Math.max(...cols) + 1) * side];
+    const [south, north] = [Math.min(...rows) * side, (Math.max(...rows) + 1) * side];
+    this.extent = [west - side / 4, south - side / 4, east + side / 4, north + side / 4];
+    this.standing = wallsBeside(run, free);
+    const [width, depth] = [east - west, north - south];
+    this.ground = new Mesh(new PlaneGeometry(width, depth), new MeshBasicMaterial());
+    this.ground.position.set(west + width / 2, south + depth / 2, -0.01);
+    const points: number[] = [];
+    for (let y = south; y < north + side / 2; y += side) points.push(west, y, 0, east, y, 0);
+    for (let x = west; x < east + side / 2; x += side) points.push(x, south, 0, x, north, 0);
+    const geometry = new BufferGeometry();
+    geometry.setAttribute("position", new Float32BufferAttribute(points, 3));
+    this.lines = new LineSegments(geometry, new LineBasicMaterial());
+    const regions = this.standing;
+    this.walls = new InstancedMesh(
+      new BoxGeometry(side, side, 1),
+      new MeshLambertMaterial({ transparent: true }),
+      regions.length,
+    );
+    this.group.add(this.ground, this.lines, this.walls);
+    this.raise(LOW);
+    this.recolour();
+  }
+
+  /** Sets the height of all walls. */
+  raise(height: number): void {
+    const place = new Matrix4();
+    this.standing.forEach((region, i) => {
+      const [x, y] = centreOf(this.run, this.side, region);
+      place.makeScale(1, 1, height).setPosition(x, y, height / 2);
+      this.walls.setMatrixAt(i, place);
+    });
+    this.walls.instanceMatrix.needsUpdate = true;
+    this.walls.material.opacity = height > LOW ? 0.6 : 1;
+    this.walls.material.needsUpdate = true;
+  }
+
+  recolour(): void {
+    this.ground.material.color = themeColour("ground");
+    this.lines.material.color = themeColour("grid");
+    this.walls.material.color = themeColour("wall");
+  }
+}

@@ -1,0 +1,101 @@
+/**
+ * The motion that a 3D page carries (`safenav/report/view3d/encode.py`), and where each robot is
+ * at a moment. Metres, seconds, radians; x east, y north, z up, from the map's south-western corner.
+ */
+
+export type Kind = "walker" | "flyer" | "rover" | "disc";
+
+export interface Track {
+  kind: Kind;
+  /** Metres across. */
+  size: number;
+  /** Names of the columns of `data`, in order. */
+  columns: string[];
+  /** Column by column: the first value, then the differences; deflated, base64. */
+  data: string;
+  /** Planned footholds: x, y, yaw (thousandths), side (1 left, -1 right), down and up (ms). */
+  feet: [x: number, y: number, yaw: number, side: number, down: number, up: number][];
+}
+
+export interface Motion {
+  side: number;
+  seconds: number;
+  /** When all that belongs to each tick has been done, in seconds. */
+  clock: number[];
+  /** Samples a second. */
+  rate: number;
+  samples: number;
+  tracks: Track[];
+  reserved: [robot: number, region: number, from: number, to: number][];
+  actions: [robot: number, obstacle: string, action: string, from: number, to: number][];
+}
+
+/** What a sampled robot is at a moment; columns that its kind does not have are undefined. */
+export type Sample = Record<string, number>;
+
+export interface Sampled {
+  track: Track;
+  columns: Map<string, Float32Array>;
+}
+
+const THOUSANDTHS = 1000;
+const ANGLES = new Set(["yaw", "lyaw", "ryaw"]);
+
+async function inflated(text: string): Promise<Int32Array> {
+  const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
+  return unpacked(new Uint8Array(await new Response(stream).arrayBuffer()));
+}
+
+/** Signed numbers of one, two or four bytes: -127..127, or a mark and the wider number. */
+function unpacked(bytes: Uint8Array): Int32Array {
+  const view = new DataView(bytes.buffer);
+  const values: number[] = [];
+  for (let i = 0; i < bytes.length; ) {
+    const small = view.getInt8(i++);
+    if (small !== -128) {
+      values.push(small);
+      continue;
+    }
+    values.push(view.getInt32(i, true));
+    i += 4;
+  }
+  return Int32Array.from(values);
+}
+
+/** The columns of all robots. */
+export async function decoded(motion: Motion): Promise<Sampled[]> {
+  return Promise.all(
+    motion.tracks.map(async (track) => {
+      const steps = await inflated(track.data);
+      const columns = new Map<string, Float32Array>();
+      track.columns.forEach((name, c) => {
+        const column = new Float32Array(motion.samples);
+        let value = 0;
+        for (let i = 0; i < motion.samples; i++) {
+          value += steps[c * motion.samples + i]!;
+          column[i] = value / THOUSANDTHS;
+        }
+        columns.set(name, column);
+      });
+      return { track, columns };
+    }),
+  );
+}
+
+/** The values at a moment, between two samples; angles are continuous in the columns. */
+export function sampleAt(motion: Motion, robot: Sampled, seconds: number): Sample {
+  const place = Math.max(0, Math.min(motion.samples - 1, seconds * motion.rate));
+  const before = Math.floor(place);
+  const after = Math.min(motion.samples - 1, before + 1);
+  const part = place - before;
+  const found: Sample = {};
+  for (const [name, column] of robot.columns) {
+    found[name] = column[before]! + (column[after]! - column[before]!) * part;
+  }
+  return found;
+}
+
+export function isAngle(column: string): boolean {
+  return ANGLES.has(column);
+}

@@ -1,0 +1,287 @@
+/** The scene of a run: everything that is drawn, brought to a moment by `update`. */
+
+import {
+  Color,
+  DirectionalLight,
+  Group,
+  HemisphereLight,
+  Mesh,
+  MeshBasicMaterial,
+  PerspectiveCamera,
+  PlaneGeometry,
+  Scene,
+  WebGLRenderer,
+} from "three";
+import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+import { at, type Run } from "../run";
+import type { Shown } from "../settings";
+import { bodyOf, type Body, type Doing } from "./bodies";
+import { themeColour } from "./colours";
+import type { Lens, View } from "./eye";
+import { centreOf, Floor, HIGH, LOW } from "./floor";
+import { sampleAt, type Motion, type Sampled } from "./motion";
+import { Obstacles } from "./obstacles";
+import { FIELD_ANGLE, Notice, sign } from "./signs";
+import { Trails } from "./trails";
+
+
+const EASE = 0.35;
+
+export class RunScene implements Lens {
+  readonly renderer: WebGLRenderer;
+  private readonly scene = new Scene();
+  private readonly camera = new PerspectiveCamera(FIELD_ANGLE, 1, 0.1, 800);
+  private readonly orbit: OrbitControls;
+  private readonly floor: Floor;
+  private readonly obstacles: Obstacles;
+  private readonly trails: Trails;
+  private readonly bodies: Body[];
+  private readonly notices: Notice[];
+  private readonly plates = new Group();
+  private readonly reserved: Mesh<PlaneGeometry, MeshBasicMaterial>[] = [];
+  private readonly targets = new Group();
+  private targetsKey = "";
+  private readonly anchors: Group[];
+  private view: View = "orbit";
+  /** Whether the reader has moved the camera by hand since it was last placed. */
+  private touched = false;
+  /** The time that was drawn last, in seconds. */
+  private moment = 0;
+
+  constructor(
+    canvas: HTMLCanvasElement,
+    private readonly run: Run,
+    private readonly motion: Motion,
+    private readonly robots: Sampled[],
+  ) {
+    this.renderer = new WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
+    this.camera.up.set(0, 0, 1);
+    this.orbit = new OrbitControls(this.camera, canvas);
+    this.orbit.maxPolarAngle = Math.PI * 0.49;
+    this.orbit.addEventListener("start", () => (this.touched = true));
+    const colours = run.robots.map((robot) => robot.look.colour);
+    this.floor = new Floor(run, motion.side);
+    this.obstacles = new Obstacles(run, motion);
+    this.trails = new Trails(motion, robots, colours);
+    this.bodies = robots.map(({ track }, i) => bodyOf(track.kind, track.size, colours[i]!));
+    this.anchors = this.bodies.map(() => new Group());
+    this.notices = run.robots.map(
+      (robot, i) =>
+        new Notice(
+          (sprite) => {
+            sprite.position.z = this.bodies[i]!.top;
+            this.anchors[i]!.add(sprite);
+          },
+          () => ({ ink: robot.look.ink, paper: robot.look.colour, height: 0.038, anchor: -0.9 }),
+        ),
+    );
+    run.robots.forEach((robot, i) => {
+      const name = sign(robot.name, { ink: "#fff", paper: "rgba(20,24,30,0.72)", height: 0.032, anchor: 0 });
+      name.position.z = this.bodies[i]!.top;
+      this.anchors[i]!.add(name);
+    });
+    for (const colour of colours) {
+      const material = new MeshBasicMaterial({ color: new Color(colour), transparent: true, opacity: 0.2, depthWrite: false });
+      for (let i = 0; i < 3; i++) {
+        const plate = new Mesh(new PlaneGeometry(motion.side * 0.97, motion.side * 0.97), material);
+        plate.position.z = 0.004;
+        this.reserved.push(plate);
+        this.plates.add(plate);
+      }
+    }
+    const sun = new DirectionalLight(0xffffff, 1.7);
+    sun.position.set(-4, -7, 12);
+    this.scene.add(new HemisphereLight(0xffffff, 0x8a8f98, 1.7), sun);
+    this.scene.add(this.floor.group, this.plates, this.targets, this.obstacles.group, this.trails.group);
+    this.scene.add(...this.bodies.map((body) => body.group), ...this.anchors);
+    this.home();
+    this.recolour();
+  }
+
+  recolour(): void {
+    this.scene.background = themeColour("page");
+    this.floor.recolour();
+  }
+
+  raise(high: boolean): void {
+    this.floor.raise(high ? HIGH : LOW);
+  }
+
+  resize(width: number, height: number): void {
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    this.renderer.setSize(width, height, false);
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+    if (!this.touched) this.look(this.view);
+  }
+
+  look(view: View): void {
+    this.view = view;
+    this.touched = false;
+    this.home();
+  }
+
+  /** Where the camera begins in the present view. */
+  private home(): void {
+    const [west, south, east, north] = this.floor.extent;
+    const [width, depth] = [east - west, north - south];
+    const target: [number, number, number] = [(west + east) / 2, (south + north) / 2, 0];
+    const angle = (this.camera.fov * Math.PI) / 360;
+    const aspect = this.camera.aspect;
+    if (this.view === "top") {
+      const away = Math.max(depth / 2, width / 2 / aspect) / Math.tan(angle);
+      this.orbit.target.set(...target);
+      this.camera.position.set(target[0], target[1] - 0.001, away * 1.04);
+    } else if (this.view === "orbit") {
+      // Seen at 50 degrees from the horizon; the near edge is wider than the middle.
+      const away = Math.max(depth * 0.4, (width * 0.5) / aspect) / Math.tan(angle) + depth * 0.32;
+      this.orbit.target.set(target[0], target[1] - depth * 0.03, 0);
+      this.camera.position.set(target[0], target[1] - away * 0.643, away * 0.766);
+    } else {
+      const { x, y } = this.sample(this.view, this.moment);
+      this.orbit.target.set(x!, y!, 0.8);
+      this.camera.position.set(x! - 3.4, y! - 5.2, 4.2);
+    }
+    this.orbit.update();
+  }
+
+  private sample(robot: number, seconds: number): Record<string, number> {
+    return sampleAt(this.motion, this.robots[robot]!, seconds);
+  }
+
+  /** Draws a moment; ticks decide what is known by then. */
+  update(seconds: number, tick: number, shown: Shown): void {
+    const before = this.view;
+    if (typeof before === "number") {
+      const from = this.sample(before, this.moment);
+      const to = this.sample(before, seconds);
+      const [dx, dy] = [to.x! - from.x!, to.y! - from.y!];
+      this.orbit.target.x += dx;
+      this.orbit.target.y += dy;
+      this.camera.position.x += dx;
+      this.camera.position.y += dy;
+    }
+    this.moment = seconds;
+    this.run.robots.forEach((_, i) => {
+      const sample = this.sample(i, seconds);
+      const body = this.bodies[i]!;
+      body.pose(sample, seconds, this.doing(i, seconds));
+      const base = this.robots[i]!.track.kind === "flyer" ? sample.z! : 0;
+      this.anchors[i]!.position.set(sample.x!, sample.y!, base);
+    });
+    this.obstacles.update(tick, seconds, shown.hidden);
+    this.trails.group.visible = shown.trails;
+    if (shown.trails) this.trails.update(seconds);
+    this.showReserved(seconds, shown.numbers);
+    this.showNotices(tick, seconds);
+    this.showTargets(tick, shown.targets);
+    this.orbit.update();
+    this.renderer.render(this.scene, this.camera);
+  }
+
+  private doing(robot: number, seconds: number): Doing | null {
+    for (const [who, , action, from, to] of this.motion.actions) {
+      if (who !== robot || seconds < from - EASE || seconds > to + EASE) continue;
+      const strength = Math.min(1, (seconds - from + EASE) / EASE, (to + EASE - seconds) / EASE);
+      return { action, strength };
+    }
+    return null;
+  }
+
+  /** Tints the regions that are reserved: the one a robot leaves and the one it enters. */
+  private showReserved(seconds: number, shown: boolean): void {
+    for (const plate of this.reserved) plate.visible = false;
+    if (!shown) return;
+    const used = new Array<number>(this.run.robots.length).fill(0);
+    for (const [robot, region, from, to] of this.motion.reserved) {
+      if (seconds < from || seconds >= to || used[robot]! >= 3) continue;
+      const plate = this.reserved[robot * 3 + used[robot]!++]!;
+      const [x, y] = centreOf(this.run, this.motion.side, region);
+      plate.position.set(x, y, 0.004 + robot * 0.0005);
+      plate.visible = true;
+    }
+  }
+
+  /** Who asks for help, helps or gives way right now; and who pushes or senses. */
+  private showNotices(tick: number, seconds: number): void {
+    const words = this.run.robots.map(() => "");
+    for (const [kind, about, , requester, helpers] of at(this.run.stack, tick)[1]) {
+      this.run.robots.forEach((robot, i) => {
+        if (kind === "request" && robot.name === requester) words[i] = `waits: ${about}`;
+        if (helpers.includes(robot.name)) words[i] = kind === "request" ? `helps: ${about}` : "gives way";
+      });
+    }
+    for (const [robot, obstacle, action, from, to] of this.motion.actions) {
+      if (seconds >= from && seconds < to) words[robot] = `${action}: ${obstacle}`;
+    }
+    words.forEach((text, i) => this.notices[i]!.show(text));
+  }
+
+  private showTargets(tick: number, shown: boolean): void {
+    this.targets.visible = shown;
+    const wanted = this.run.robots.map((robot) => at(robot.tasks, tick)[2]);
+    const key = JSON.stringify(wanted);
+    if (key === this.targetsKey) return;
+    this.targetsKey = key;
+    this.targets.clear();
+    const slots = new Map<number, number>();
+    wanted.forEach((regions, i) => {
+      const look = this.run.robots[i]!.look;
+      for (const region of regions.slice(0, 40)) {
+        const slot = slots.get(region) ?? 0;
+        slots.set(region, slot + 1);
+        const flag = sign(look.letters, { ink: look.ink, paper: look.colour, height: 0.034 });
+        const [x, y] = centreOf(this.run, this.motion.side, region);
+        const { side } = this.motion;
+        flag.position.set(x + side * (0.34 - 0.2 * slot), y - side * 0.36, 0.22);
+        this.targets.add(flag);
+      }
+    });
+  }
+
+  /** Calls back whenever the reader drags or turns the camera. */
+  onTouch(listener: () => void): () => void {
+    this.orbit.addEventListener("change", listener);
+    return () => this.orbit.removeEventListener("change", listener);
+  }
+
+  /** Nearer or farther by a factor. */
+  dolly(factor: number): void {
+    this.touched = true;
+    const { target } = this.orbit;
+    this.camera.position.sub(target).multiplyScalar(factor).add(target);
+  }
+
+  /** Moves the map by so many pixels, along the ground. */
+  slide(dx: number, dy: number): void {
+    this.touched = true;
+    const away = this.camera.position.distanceTo(this.orbit.target);
+    const metres = (2 * away * Math.tan((FIELD_ANGLE * Math.PI) / 360)) / this.renderer.domElement.clientHeight;
+    for (const point of [this.orbit.target, this.camera.position]) {
+      point.x -= dx * metres;
+      point.y += dy * metres;
+    }
+  }
+
+  /** Looks at a column and row. */
+  aim(x: number, y: number): void {
+    const { side } = this.motion;
+    const [east, north] = [(x + 0.5) * side, (this.run.rows - y - 0.5) * side];
+    const [dx, dy] = [east - this.orbit.target.x, north - this.orbit.target.y];
+    this.touched = true;
+    for (const point of [this.orbit.target, this.camera.position]) {
+      point.x += dx;
+      point.y += dy;
+    }
+  }
+
+  /** The present picture as a PNG, in a data URL. */
+  picture(): string {
+    return this.renderer.domElement.toDataURL("image/png");
+  }
+
+  dispose(): void {
+    this.orbit.dispose();
+    this.renderer.dispose();
+  }
+}

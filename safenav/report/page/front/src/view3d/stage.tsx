@@ -1,0 +1,135 @@
+/** The stage of the 3D page: the scene on a canvas, and what chooses the camera and the walls. */
+
+import { useLayoutEffect, useReducer, useRef, useState } from "preact/hooks";
+import type { Run } from "../run";
+import { calm } from "../settings";
+import type { Choice, Stage, StageProps } from "../stage";
+import { OrbitEye } from "./eye";
+import type { Motion, Sampled } from "./motion";
+import { RunScene } from "./scene";
+
+const CHOICES: Choice[] = [
+  ["numbers", "reserved regions"],
+  ["trails", "footprints and ways"],
+  ["targets", "targets"],
+  ["hidden", "hidden obstacles"],
+];
+
+/** Half seconds, for readers who want less motion. */
+const CALM_STEPS = 2;
+
+export function stage3d(motion: Motion, robots: Sampled[]): Stage {
+  const eye = new OrbitEye();
+  const View = (props: StageProps) => <Scene {...props} motion={motion} robots={robots} eye={eye} />;
+  return { View, eye, choices: CHOICES };
+}
+
+interface SceneProps extends StageProps {
+  motion: Motion;
+  robots: Sampled[];
+  eye: OrbitEye;
+}
+
+function Scene({ run, player, tick, shown, theme, motion, robots, eye }: SceneProps) {
+  const canvas = useRef<HTMLCanvasElement>(null);
+  const scene = useRef<RunScene | null>(null);
+  const latest = useRef(shown);
+  latest.current = shown;
+  const [high, setHigh] = useState(false);
+  const [failed, setFailed] = useState(false);
+  const draw = (): void => {
+    const seconds = calm.matches ? Math.floor(player.time * CALM_STEPS) / CALM_STEPS : player.time;
+    scene.current?.update(seconds, player.tick, latest.current);
+  };
+  useLayoutEffect(() => {
+    let made: RunScene;
+    try {
+      made = scene.current = new RunScene(canvas.current!, run, motion, robots);
+    } catch {
+      setFailed(true);
+      return;
+    }
+    eye.attach(made);
+    const room = canvas.current!.parentElement!;
+    const observer = new ResizeObserver(() => {
+      made.resize(room.clientWidth, room.clientHeight);
+      draw();
+    });
+    observer.observe(room);
+    // A camera that is dragged is drawn also while the run stands still, once a frame.
+    let frame = 0;
+    const touched = (): void => {
+      cancelAnimationFrame(frame);
+      frame = requestAnimationFrame(draw);
+    };
+    const stops = [player.onFrame(draw), eye.onChange(touched), made.onTouch(touched)];
+    return () => {
+      eye.attach(null);
+      for (const stop of stops) stop();
+      observer.disconnect();
+      cancelAnimationFrame(frame);
+      made.dispose();
+    };
+  }, [run, player, eye]);
+  useLayoutEffect(() => {
+    scene.current?.recolour();
+    draw();
+  }, [theme]);
+  useLayoutEffect(() => {
+    scene.current?.raise(high);
+    draw();
+  }, [high]);
+  useLayoutEffect(draw, [shown, tick]);
+  return (
+    <div class="stage3d">
+      <canvas ref={canvas} role="img" aria-label={`The run in three dimensions, tick ${tick}`} />
+      {failed && <p class="failure">This browser shows no 3D graphics (WebGL). The flat page shows the same run.</p>}
+      <Tools run={run} eye={eye} high={high} onHigh={setHigh} onSave={() => save(scene.current, run, tick)} />
+    </div>
+  );
+}
+
+interface ToolsProps {
+  run: Run;
+  eye: OrbitEye;
+  high: boolean;
+  onHigh(high: boolean): void;
+  onSave(): void;
+}
+
+function Tools({ run, eye, high, onHigh, onSave }: ToolsProps) {
+  const [, redraw] = useReducer((count: number) => count + 1, 0);
+  useLayoutEffect(() => eye.onChange(() => redraw(0)), [eye]);
+  return (
+    <div class="cameras" role="group" aria-label="View of the scene">
+      <select
+        aria-label="Camera"
+        value={String(eye.view)}
+        onChange={({ currentTarget: { value } }) =>
+          eye.choose(value === "orbit" || value === "top" ? value : Number(value))
+        }
+      >
+        <option value="orbit">around the map</option>
+        <option value="top">from above</option>
+        {run.robots.map((robot, i) => (
+          <option value={String(i)}>follow {robot.name}</option>
+        ))}
+      </select>
+      <label>
+        <input type="checkbox" checked={high} onChange={({ currentTarget }) => onHigh(currentTarget.checked)} /> high
+        walls
+      </label>
+      <button type="button" onClick={onSave} title="Save this picture as PNG">
+        PNG
+      </button>
+    </div>
+  );
+}
+
+function save(scene: RunScene | null, run: Run, tick: number): void {
+  if (scene === null) return;
+  const link = document.createElement("a");
+  link.href = scene.picture();
+  link.download = `${run.source.replace(/\.jsonl$/, "")}-${tick}.png`;
+  link.click();
+}

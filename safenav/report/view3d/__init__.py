@@ -1,0 +1,1 @@
+"""The 3D page: a run in metres and seconds."""
