@@ -24,6 +24,8 @@ COMMANDS = {
     "check-trace": "Check a trace independently of what wrote it.",
     "draw": "Draw a scenario before any run.",
     "replay": "Replay a trace: a page, pictures, or the terminal.",
+    "motion": "Make the motion of a trace in metres and seconds.",
+    "check-motion": "Check a motion against its trace, independently of what made it.",
     "export": "Write a trace as waypoints in metres.",
     "new": "Write a commented scenario to begin with.",
     "schema": "Print the JSON Schema of scenarios.",

@@ -19,6 +19,7 @@ Examples:
   safenav run scenarios/case_study_1.yaml
   safenav run scenarios/case_study_3.yaml --trace chain.jsonl
   safenav run scenarios/case_study_3.yaml --html chain.html
+  safenav run scenarios/case_study_1.yaml --trace door.jsonl --motion door.motion.jsonl
   safenav run scenarios/hello.yaml --json
 \b
 Exit codes:
@@ -33,6 +34,9 @@ Exit codes:
 @click.argument("scenario", type=click.Path(path_type=Path))
 @click.option("--trace", type=click.Path(path_type=Path), help="Write what happens (JSON Lines).")
 @click.option("--html", type=click.Path(path_type=Path), help="Write the replay as one HTML page.")
+@click.option(
+    "--motion", type=click.Path(path_type=Path), help="Write the run in metres and seconds."
+)
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON, no story.")
 @click.option("--seed", type=click.IntRange(min=0), help="Use this seed, not the scenario's.")
 @click.option("--max-ticks", type=click.IntRange(min=1), help="Stop after so many ticks.")
@@ -42,6 +46,7 @@ def command(
     scenario: Path,
     trace: Path | None,
     html: Path | None,
+    motion: Path | None,
     as_json: bool,
     seed: int | None,
     max_ticks: int | None,
@@ -72,7 +77,7 @@ def command(
     ledger = Ledger()
     listeners: list[Listener] = [ledger]
     with ExitStack() as stack:
-        if html is not None and trace is None:
+        if (html is not None or motion is not None) and trace is None:
             trace = Path(stack.enter_context(TemporaryDirectory())) / f"{scenario.stem}.jsonl"
         if trace is not None:
             listeners.append(stack.enter_context(TraceWriter(trace)))
@@ -84,6 +89,8 @@ def command(
         result = mission.run()
         if html is not None and trace is not None:
             _write_page(trace, html)
+        if motion is not None and trace is not None:
+            _write_motion(trace, motion)
     wrong = differences(plan.expect, ledger)
     if as_json:
         click.echo(json.dumps(_record(ledger, mission, wrong), indent=2))
@@ -98,6 +105,16 @@ def _write_page(trace: Path, html: Path) -> None:
     from safenav.report.replay.reading import read_replay
 
     write_bytes(html, page_of(read_replay(trace), trace.name).encode())
+
+
+def _write_motion(trace: Path, motion: Path) -> None:
+    from safenav.motion.file.writing import text_of
+    from safenav.motion.making import motion_of
+    from safenav.motion.source import read_source
+    from safenav.outfile import write_bytes
+
+    source = read_source(trace)
+    write_bytes(motion, text_of(motion_of(source.trace, source.digest)).encode())
 
 
 def _status(outcome: str, expected: bool, wrong: bool) -> ExitCode:

@@ -10,6 +10,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from safenav.errors import UsageError
 from safenav.motion.file.records import Moving
 from safenav.motion.geometry import Floor
 
@@ -60,10 +61,10 @@ class Mover(ABC):
         self.size = size
         self.values = values
 
-    @property
-    def rolling(self) -> bool:
-        """Whether it is in the midst of motion: it then goes on at once, or halts first."""
-        return False
+    def shape(self, footprint: object) -> None:
+        """Take a footprint (corners [x, y] in metres) instead of a disc. Raises UsageError."""
+        if footprint is not None:
+            raise UsageError(f"{self.robot}: only a rover has a footprint")
 
     @abstractmethod
     def move(self, errand: Errand) -> list[Moving]:

@@ -29,7 +29,8 @@ def test_the_built_in_catalogue(safenav: Command) -> None:
         "capabilities": ["push"],
         "vision": None,
         "size": 0.6,
-        "speed": 0.5,
+        "speed": 0.45,
+        "motion": {"kind": "walker"},
         "timing": {"least": 1, "most": 1},
         "source": "built in",
     }

@@ -138,15 +138,16 @@ class Drive(Piece):
 
 @dataclass(frozen=True)
 class Track:
-    """How a flyer followed its reference in wind: rows of a flight that was simulated, every
-    ``step`` seconds from ``t0``: position, velocity, quaternion (w, x, y, z), thrust, wind (m/s,
-    x and y)."""
+    """How a flyer followed its references in wind: rows of a simulated flight, every ``step``
+    seconds from ``t0``: position, velocity, quaternion (w, x, y, z), body rates (rad/s), thrust
+    (N), wind (m/s, x and y). ``errors``: metres off the reference at each row."""
 
     robot: str
     tick: int
     t0: float
     step: float
     rows: tuple[Numbers, ...]
+    errors: Numbers
 
 
 @dataclass(frozen=True)

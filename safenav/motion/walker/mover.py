@@ -47,10 +47,6 @@ class WalkerMover(Mover):
             )
         self.foot = 0
 
-    @property
-    def rolling(self) -> bool:
-        return self.foot != 0
-
     def limits(self) -> Mapping[str, float]:
         walker = self.gait.walker
         own = {"size": self.size, "omega": self.gait.omega, "height": walker.height}

@@ -12,6 +12,13 @@ from safenav.scenario.model import ObstacleType, ResolveAt, RobotModel, Timing
 from safenav.scenario.reading.catalogue import UNLIMITED
 
 
+def _motion_data(model: RobotModel) -> dict[str, object] | None:
+    """The kind of motion and the parameters that the model sets itself."""
+    return (
+        None if model.motion is None else {"kind": model.motion.kind, **dict(model.motion.values)}
+    )
+
+
 def catalogue_data(catalogue: Catalogue) -> dict[str, Any]:
     """Everything, fit for JSON. ``capabilities`` says who has each and what needs it."""
     return {
@@ -23,6 +30,7 @@ def catalogue_data(catalogue: Catalogue) -> dict[str, Any]:
                 "vision": model.vision,
                 "size": model.size,
                 "speed": model.speed,
+                "motion": _motion_data(model),
                 "timing": {"least": model.timing.least, "most": model.timing.most},
                 "source": catalogue.sources[f"robots.{name}"],
             }

@@ -1,0 +1,81 @@
+"""``safenav motion``: a run in metres and seconds."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from safenav.errors import ExitCode
+
+EPILOG = """\b
+Examples:
+  safenav motion run.jsonl -o run.motion.jsonl
+  safenav motion run.jsonl --report
+  safenav motion run.jsonl -o windy.jsonl --gust 2 --push 0.1 --seed 7 --report
+  safenav check-motion run.motion.jsonl run.jsonl
+\b
+Exit codes:
+  0  done   2  no trace, bad usage, or a robot that cannot move so
+"""
+
+
+@click.command(epilog=EPILOG)
+@click.argument("trace", type=click.Path(path_type=Path))
+@click.option(
+    "-o", "--output", type=click.Path(path_type=Path), help="File to write; - is standard output."
+)
+@click.option(
+    "--side",
+    type=click.FloatRange(min=0, min_open=True, max=1e6),
+    metavar="M",
+    help="Metres of a region, if not as the trace says (2.7 if it does not).",
+)
+@click.option("--seed", type=click.IntRange(min=0), default=0, help="Seed of the disturbances.")
+@click.option(
+    "--gust",
+    type=click.FloatRange(min=0),
+    default=0.0,
+    metavar="M/S",
+    help="Wind on flyers, root mean square; their flight is simulated.",
+)
+@click.option(
+    "--push",
+    type=click.FloatRange(min=0),
+    default=0.0,
+    metavar="M/S",
+    help="Blows to walkers, once a move, by up to this change of velocity.",
+)
+@click.option("--report", is_flag=True, help="Print times, waiting, distances, errors, margins.")
+def command(
+    trace: Path,
+    output: Path | None,
+    side: float | None,
+    seed: int,
+    gust: float,
+    push: float,
+    report: bool,
+) -> int:
+    """Make the motion of TRACE: how each robot moves in metres and seconds, so that whatever
+    the run guarantees holds at every instant."""
+    from safenav.motion.file.writing import text_of
+    from safenav.motion.making import SIDE, Disturbances, motion_of
+    from safenav.motion.report import report_of
+    from safenav.motion.source import read_source
+    from safenav.outfile import write_bytes
+
+    if output is None and not report:
+        raise click.UsageError("say what to do: -o FILE, --report, or both")
+    source = read_source(trace)
+    if side is None and source.trace.header.resolution is None:
+        click.echo(
+            f"{trace}: the trace does not say how large a region is; {SIDE:g} m it is "
+            "(--side M for another)",
+            err=True,
+        )
+    motion = motion_of(source.trace, source.digest, side, Disturbances(seed, gust, push))
+    if output is not None:
+        write_bytes(output, text_of(motion).encode())
+    if report:
+        click.echo(report_of(motion), err=str(output) == "-")
+    return ExitCode.OK

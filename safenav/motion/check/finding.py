@@ -1,0 +1,26 @@
+"""What is wrong with a motion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+NEAR = 1e-7
+"""Metres, seconds, radians: what the rounding of a file can explain."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A broken rule: when (seconds), who, which rule, and what was found in metres and seconds."""
+
+    t: float
+    robot: str
+    rule: str
+    found: str
+
+    def __str__(self) -> str:
+        who = f"{self.robot}: " if self.robot else ""
+        return f"t = {self.t:.3f} s: {who}{self.found} [{self.rule}]"
+
+
+Report = Callable[[Finding], None]

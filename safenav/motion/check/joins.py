@@ -1,0 +1,134 @@
+"""The rule of continuity: a robot's pieces follow each other without gap, jump or jerk of
+velocity, except by the blows that the file tells of."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from safenav.motion.check.finding import NEAR, Finding, Report
+from safenav.motion.check.gliding import arc_ends, curve_ends
+from safenav.motion.check.paths import Array
+from safenav.motion.file.records import Drive, Flight, Moving, Push, Segment
+
+
+def check_joins(
+    robot: str,
+    pieces: Sequence[Moving],
+    pushes: Sequence[Push],
+    makespan: float,
+    report: Report,
+) -> None:
+    """Pieces of one robot in order. ``makespan``: until when it must be somewhere."""
+    if not pieces:
+        report(Finding(0.0, robot, "continuity", "nothing says where it is"))
+        return
+    first, last = pieces[0], pieces[-1]
+    if abs(first.t0) > NEAR:
+        found = f"nothing says where it is until {first.t0:.3f} s"
+        report(Finding(0.0, robot, "continuity", found))
+    if abs(last.t1 - makespan) > NEAR:
+        found = f"nothing says where it is from {last.t1:.3f} s to the end at {makespan:.3f} s"
+        report(Finding(last.t1, robot, "continuity", found))
+    speed = np.hypot(*_ends(first)[0][2:4])
+    if speed > NEAR:
+        report(Finding(0.0, robot, "continuity", f"it starts with {speed:.3f} m/s"))
+    for before, after in pairwise(pieces):
+        _joined(before, after, _blow(pushes, after.t0), report)
+
+
+def _joined(before: Moving, after: Moving, blow: Array, report: Report) -> None:
+    def wrong(found: str) -> None:
+        report(Finding(before.t1, before.robot, "continuity", found))
+
+    if after.t0 > before.t1 + NEAR:
+        wrong(f"nothing says where it is for {after.t0 - before.t1:.3f} s")
+        return
+    if after.t0 < before.t1 - NEAR:
+        wrong(f"two pieces of motion overlap by {before.t1 - after.t0:.3f} s")
+        return
+    if type(before) is not type(after):
+        wrong("it goes on as another kind of robot")
+        return
+    if before.to != after.origin:
+        wrong(f"it goes on in region {after.origin}, not in {before.to}")
+    end, start = _ends(before)[1], _ends(after)[0]
+    jump = float(np.hypot(*(start[:2] - end[:2])))
+    kick = float(np.abs(start[2:] - end[2:] - blow[: len(start) - 2]).max())
+    if jump > NEAR:
+        wrong(f"it jumps by {jump:.4f} m")
+    elif kick > NEAR:
+        wrong(f"its velocity jumps by {kick:.4f} m/s")
+    if isinstance(before, Segment) and isinstance(after, Segment):
+        _feet(before, after, wrong)
+
+
+def _feet(before: Segment, after: Segment, wrong: Callable[[str], None]) -> None:
+    """The feet at the end of a segment are those at the start of the next one."""
+    lasting = before.t1 - before.t0
+    for side in (1, -1):
+        there = [f for f in before.feet if f.side == side and abs(f.up - lasting) < NEAR]
+        here = [f for f in after.feet if f.side == side and abs(f.down) < NEAR]
+        if there and here:
+            jump = float(np.hypot(there[0].x - here[0].x, there[0].y - here[0].y))
+            if jump > NEAR:
+                wrong(f"a foot on the ground jumps by {jump:.4f} m")
+    up = [swing for swing in before.swings if abs(swing.t1 - lasting) < NEAR and swing.u1 < 1]
+    on = [swing for swing in after.swings if abs(swing.t0) < NEAR and swing.u0 > 0]
+    if len(up) != len(on):
+        wrong("a foot in the air is lost")
+    for one, other in zip(up, on, strict=False):
+        off = np.abs(np.subtract(one.goal, other.start))
+        turned = abs(np.remainder(off[2] + np.pi, 2 * np.pi) - np.pi)
+        if one.side != other.side or max(*off[[0, 1, 3, 4]], turned) > NEAR:
+            wrong("a foot in the air jumps")
+
+
+def _ends(piece: Moving) -> tuple[Array, Array]:
+    """Position, then velocity and what else must not jump, at both ends."""
+    if isinstance(piece, Segment):
+        return np.array(piece.start), np.array(piece.goal)
+    if isinstance(piece, Flight):
+        first, last = curve_ends(piece.curves[0])[0], curve_ends(piece.curves[-1])[1]
+        order = [0, 1, 3, 4, 2, 5]
+        return first[order], last[order]
+    assert isinstance(piece, Drive)
+    first, last = arc_ends(piece.arcs[0])[0], arc_ends(piece.arcs[-1])[1]
+    return _driven(first), _driven(last)
+
+
+def _driven(end: Array) -> Array:
+    x, y, yaw, speed = end
+    return np.array([x, y, speed * np.cos(yaw), speed * np.sin(yaw), np.cos(yaw), np.sin(yaw)])
+
+
+def _blow(pushes: Sequence[Push], t: float) -> Array:
+    total = np.zeros(4)
+    for push in pushes:
+        if abs(push.t - t) < NEAR:
+            total[:2] += (push.dx, push.dy)
+    return total
+
+
+def inner_joins(piece: Moving, report: Report) -> None:
+    """The curves or arcs within a piece follow each other, too."""
+    if isinstance(piece, Flight):
+        ends = [curve_ends(curve) for curve in piece.curves]
+    elif isinstance(piece, Drive):
+        ends = [(_driven(a), _driven(b)) for a, b in map(arc_ends, piece.arcs)]
+    else:
+        return
+    for (_, end), (start, _) in pairwise(ends):
+        jump = float(np.abs(end - start).max())
+        if jump > NEAR:
+            report(Finding(piece.t0, piece.robot, "continuity", f"it jumps by {jump:.4f} m"))
+
+
+def by_robot(pieces: Sequence[Moving]) -> Mapping[str, list[Moving]]:
+    """The pieces of each robot, in the order of the file."""
+    found: dict[str, list[Moving]] = {}
+    for piece in pieces:
+        found.setdefault(piece.robot, []).append(piece)
+    return found

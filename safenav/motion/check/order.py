@@ -1,0 +1,201 @@
+"""The rules of order: what the trace did in a serial order still holds in continuous time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from safenav.audit.records import Blocked, Header, Move, Resolved, Synthesis, Trace
+from safenav.motion.check.finding import NEAR, Finding, Report
+from safenav.motion.file.records import Action, Moving
+
+
+@dataclass(frozen=True)
+class Passage:
+    """A step of the trace, with the pieces of motion that carry it out."""
+
+    robot: str
+    tick: int
+    origin: int
+    to: int
+    begin: float
+    end: float
+
+
+@dataclass
+class _Run:
+    """What has happened so far, in the serial order of the trace."""
+
+    left: dict[int, dict[str, float]] = field(default_factory=dict)
+    ended: dict[str, float] = field(default_factory=dict)
+    bound: dict[str, float] = field(default_factory=dict)
+    opened: dict[str, float] = field(default_factory=dict)
+
+
+def conflicts_of(header: Header) -> dict[str, frozenset[str]]:
+    """With whom each robot must never share a region."""
+    found = {}
+    for name, robot in header.robots.items():
+        if robot.conflicts is not None:
+            found[name] = robot.conflicts
+        else:
+            others = (n for n, other in header.robots.items() if other.layer == robot.layer)
+            found[name] = frozenset(others) - {name}
+    return found
+
+
+def passages(
+    trace: Trace, pieces: Mapping[str, Sequence[Moving]], report: Report
+) -> dict[int, Passage]:
+    """For each line of the trace with which a step begins, when it is carried out. Steps and
+    pieces must match one by one."""
+    found: dict[int, Passage] = {}
+    moved = {
+        name: [piece for piece in own if piece.origin != piece.to] for name, own in pieces.items()
+    }
+    for name, steps in _steps(trace).items():
+        mine = _merged(moved.get(name, []))
+        for (line, tick, origin, to), done in zip(steps, mine, strict=False):
+            if (done.origin, done.to) != (origin, to):
+                what = f"moves {done.origin} -> {done.to} where the trace moves {origin} -> {to}"
+                report(Finding(done.begin, name, "order", f"{what} (tick {tick})"))
+                return found
+            found[line] = done
+        if len(mine) < len(steps):
+            _, tick, origin, to = steps[len(mine)]
+            t = mine[-1].end if mine else 0.0
+            what = f"the move {origin} -> {to} of tick {tick} is missing"
+            report(Finding(t, name, "order", what))
+        elif len(mine) > len(steps):
+            extra = mine[len(steps)]
+            what = f"moves {extra.origin} -> {extra.to}, which the trace does not"
+            report(Finding(extra.begin, name, "order", what))
+    return found
+
+
+def _merged(pieces: Sequence[Moving]) -> list[Passage]:
+    """One passage a step: a push splits a step into pieces of one tick."""
+    found: list[Passage] = []
+    for piece in pieces:
+        same = (piece.robot, piece.tick, piece.origin, piece.to)
+        last = found[-1] if found else None
+        if last is not None and (last.robot, last.tick, last.origin, last.to) == same:
+            found[-1] = Passage(*same, last.begin, piece.t1)
+        else:
+            found.append(Passage(*same, piece.t0, piece.t1))
+    return found
+
+
+def _steps(trace: Trace) -> dict[str, list[tuple[int, int, int, int]]]:
+    """The steps of each robot: line of the trace where it begins, tick, from, to."""
+    found: dict[str, list[tuple[int, int, int, int]]] = {n: [] for n in trace.header.robots}
+    begun: dict[str, Move] = {}
+    for record in trace.records:
+        if not isinstance(record, Move):
+            continue
+        if record.toward is not None:
+            begun.setdefault(record.robot, record)
+            continue
+        first = begun.pop(record.robot, record)
+        if record.to != record.origin:
+            step = (first.line, first.tick, record.origin, record.to)
+            found[record.robot].append(step)
+    return found
+
+
+def check_order(
+    trace: Trace,
+    steps: Mapping[int, Passage],
+    actions: Sequence[Action],
+    report: Report,
+) -> None:
+    """A region is entered after those who left it before, after what blocked it is resolved,
+    and after what a robot's strategy answers; actions are where and when they must be."""
+    run = _Run()
+    waiting = list(actions)
+    conflicts = conflicts_of(trace.header)
+    pending: dict[str, Passage] = {}
+    turn: str | None = None
+    closed: set[str] = set()
+    for record in trace.records:
+        if isinstance(record, Move):
+            turn = record.robot
+            step = steps.get(record.line)
+            if step is not None:
+                _entered(trace.header, run, conflicts, closed, step, report)
+                pending[record.robot] = step
+                run.ended[record.robot] = step.end
+            if record.toward is None and record.to != record.origin:
+                arrived = pending.get(record.robot)
+                if arrived is not None:
+                    run.left.setdefault(record.origin, {})[record.robot] = arrived.end
+        elif isinstance(record, Resolved):
+            _acted(trace.header, run, record, waiting, report)
+        elif isinstance(record, Blocked):
+            closed.add(record.obstacle)
+        elif isinstance(record, Synthesis) and turn is not None:
+            run.bound[record.robot] = run.ended.get(turn, 0.0)
+    for action in waiting:
+        what = f"resolves {action.obstacle}, which the trace does not (tick {action.tick})"
+        report(Finding(action.t0, action.robot, "action", what))
+
+
+def _entered(
+    header: Header,
+    run: _Run,
+    conflicts: Mapping[str, frozenset[str]],
+    closed: set[str],
+    step: Passage,
+    report: Report,
+) -> None:
+    def wrong(rule: str, found: str) -> None:
+        report(Finding(step.begin, step.robot, rule, found))
+
+    for other, left in run.left.get(step.to, {}).items():
+        if other != step.robot and (
+            other in conflicts[step.robot] or step.robot in conflicts[other]
+        ):
+            early = left - step.begin
+            if early > NEAR:
+                wrong("order", f"enters region {step.to} {early:.3f} s before {other} has left it")
+    early = run.bound.get(step.robot, 0.0) - step.begin
+    if early > NEAR:
+        what = f"moves {early:.3f} s before what its strategy answers has happened"
+        wrong("order", what)
+    for name, obstacle in header.obstacles.items():
+        if obstacle.region != step.to or step.robot not in obstacle.blocks or name in closed:
+            continue
+        opened = run.opened.get(name)
+        if opened is None:
+            wrong("obstacle", f"enters region {step.to} with {name} unresolved")
+        elif opened - step.begin > NEAR:
+            early = opened - step.begin
+            wrong("obstacle", f"enters region {step.to} {early:.3f} s before {name} is resolved")
+
+
+def _acted(
+    header: Header, run: _Run, record: Resolved, waiting: list[Action], report: Report
+) -> None:
+    obstacle = header.obstacles[record.obstacle]
+    done = next(
+        (a for a in waiting if (a.robot, a.obstacle) == (record.robot, record.obstacle)), None
+    )
+    arrived = run.ended.get(record.robot, 0.0)
+    if done is None:
+        what = f"{record.obstacle} is never resolved (tick {record.tick})"
+        report(Finding(arrived, record.robot, "action", what))
+        return
+    waiting.remove(done)
+    early = arrived - done.t0
+    if early > NEAR:
+        what = f"acts on {record.obstacle} {early:.3f} s before it has arrived"
+        report(Finding(done.t0, record.robot, "action", what))
+    early = run.bound.get(record.robot, 0.0) - done.t0
+    if early > NEAR:
+        what = f"acts on {record.obstacle} {early:.3f} s before what its strategy answers"
+        report(Finding(done.t0, record.robot, "action", what))
+    if done.t1 < done.t0 or done.action != obstacle.action:
+        what = f"performs '{done.action}' for {done.t1 - done.t0:.3f} s on {record.obstacle}"
+        report(Finding(done.t0, record.robot, "action", what))
+    run.opened[record.obstacle] = done.t1
+    run.ended[record.robot] = max(arrived, done.t1)

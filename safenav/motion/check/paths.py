@@ -1,0 +1,165 @@
+"""Where a body is: each piece of motion as samples of discs, whatever it is made of."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import ceil
+
+import numpy as np
+from numpy.typing import NDArray
+
+from safenav.motion.file.records import Drive, Flight, Moving, Numbers, Segment, Swing
+
+Array = NDArray[np.float64]
+
+STEP = 0.02
+"""Seconds between samples of a body."""
+FOOT = 0.11
+"""Metres: radius of the circle that a walker's foot fits in."""
+
+
+@dataclass(frozen=True)
+class Disc:
+    """A disc of some radius on its way: times since the start of the motion (n), centres
+    (n, 2), and what it is."""
+
+    what: str
+    radius: float
+    times: Array
+    centres: Array
+
+
+def power_series(coefficients: Numbers, times: Array, derivative: int = 0) -> Array:
+    """A polynomial or a derivative of it, term by term."""
+    total = np.zeros_like(times)
+    for power, coefficient in enumerate(coefficients):
+        factor = float(np.prod([power - k for k in range(derivative)])) if derivative else 1.0
+        if power >= derivative:
+            total += coefficient * factor * times ** (power - derivative)
+    return total
+
+
+def grid(seconds: float, step: float = STEP) -> Array:
+    """Times from 0 to the end, at most a step apart."""
+    found: Array = np.linspace(0.0, seconds, max(2, ceil(seconds / step) + 1))
+    return found
+
+
+def discs(piece: Moving, limits: Mapping[str, object]) -> list[Disc]:
+    """The discs that a piece moves: the body, and of a walker each foot."""
+    size = limits.get("size", 0.0)
+    radius = float(size) / 2 if isinstance(size, int | float) else 0.0
+    if isinstance(piece, Segment):
+        return _walking(piece, radius, limits)
+    times, centres = [], []
+    begin = piece.t0
+    if isinstance(piece, Flight):
+        for curve in piece.curves:
+            t = grid(curve.seconds, _step(curve.x, curve.y))
+            times.append(begin + t)
+            centres.append(np.stack([power_series(curve.x, t), power_series(curve.y, t)], axis=1))
+            begin += curve.seconds
+    if isinstance(piece, Drive):
+        for arc in piece.arcs:
+            t = grid(arc.seconds, _step(arc.way) if arc.curvature is not None else _step(()))
+            way = power_series(arc.way, t)
+            times.append(begin + t)
+            centres.append(along(arc.x, arc.y, arc.yaw, arc.curvature, way)[:, :2])
+            begin += arc.seconds
+    return [Disc("body", radius, np.concatenate(times), np.concatenate(centres))]
+
+
+def along(x: float, y: float, yaw: float, curvature: float | None, way: Array) -> Array:
+    """Poses (n, 3) of a unicycle after some way (m) on a circle, or after turning by ``way``."""
+    if curvature is None:
+        still = np.zeros_like(way)
+        return np.stack([x + still, y + still, yaw + way], axis=1)
+    if abs(curvature) < 1e-12:
+        heading = np.full_like(way, yaw)
+        return np.stack([x + way * np.cos(yaw), y + way * np.sin(yaw), heading], axis=1)
+    heading = yaw + curvature * way
+    east = x + (np.sin(heading) - np.sin(yaw)) / curvature
+    north = y - (np.cos(heading) - np.cos(yaw)) / curvature
+    return np.stack([east, north, heading], axis=1)
+
+
+def _step(*coefficients: Numbers) -> float:
+    """Seconds between samples; two samples are enough of what does not move."""
+    return STEP if any(len(axis) > 1 for axis in coefficients) else float("inf")
+
+
+@dataclass(frozen=True)
+class Mass:
+    """A walker's centre of mass: times since the segment's start, states (n, 4), and centres of
+    pressure (n, 2); ``late`` is what the phases miss of xi at the start, ``early`` of eta at
+    the goal."""
+
+    times: Array
+    states: Array
+    pressures: Array
+    late: float
+    early: float
+
+
+def mass(segment: Segment, omega: float, step: float = STEP) -> Mass:
+    """Solves c'' = omega^2 (c - p) phase by phase: its growing part from the goal backwards, its
+    shrinking part from the start forwards."""
+    start, goal = np.array(segment.start), np.array(segment.goal)
+    pressures = [np.array([phase.x, phase.y]) for phase in segment.phases]
+    shrinking = [start[:2] - start[2:] / omega]
+    for phase, p in zip(segment.phases, pressures, strict=True):
+        shrinking.append(p + (shrinking[-1] - p) * np.exp(-omega * phase.seconds))
+    growing = [goal[:2] + goal[2:] / omega]
+    for phase, p in zip(reversed(segment.phases), reversed(pressures), strict=True):
+        growing.append(p + (growing[-1] - p) * np.exp(-omega * phase.seconds))
+    growing.reverse()
+    times, states, centres = [], [], []
+    begin = 0.0
+    for index, (phase, p) in enumerate(zip(segment.phases, pressures, strict=True)):
+        t = grid(phase.seconds, step)[:, None]
+        falls = p + (shrinking[index] - p) * np.exp(-omega * t)
+        rises = p + (growing[index + 1] - p) * np.exp(-omega * (phase.seconds - t))
+        times.append(begin + t[:, 0])
+        states.append(np.hstack([(falls + rises) / 2, omega * (rises - falls) / 2]))
+        centres.append(np.repeat(p[None], len(t), axis=0))
+        begin += phase.seconds
+    late = float(np.abs(growing[0] - (start[:2] + start[2:] / omega)).max())
+    early = float(np.abs(shrinking[-1] - (goal[:2] - goal[2:] / omega)).max())
+    return Mass(np.concatenate(times), np.concatenate(states), np.concatenate(centres), late, early)
+
+
+def swing_states(swing: Swing, times: Array) -> tuple[Array, Array]:
+    """Positions (n, 2) and speeds (n) of a foot in the air, at times since its lift: a quintic
+    by its Hermite form, with no acceleration at its ends."""
+    seconds = swing.t1 - swing.t0
+    u = times / seconds
+    begin = 1 - 10 * u**3 + 15 * u**4 - 6 * u**5
+    leave = u - 6 * u**3 + 8 * u**4 - 3 * u**5
+    arrive = -4 * u**3 + 7 * u**4 - 3 * u**5
+    d_begin = -30 * u**2 + 60 * u**3 - 30 * u**4
+    d_leave = 1 - 18 * u**2 + 32 * u**3 - 15 * u**4
+    d_arrive = -12 * u**2 + 28 * u**3 - 15 * u**4
+    places, speeds = [], []
+    for axis in (0, 1):
+        a, va = swing.start[axis], swing.start[axis + 3] * seconds
+        b, vb = swing.goal[axis], swing.goal[axis + 3] * seconds
+        places.append(a * begin + va * leave + b * (1 - begin) + vb * arrive)
+        speeds.append(((a - b) * d_begin + va * d_leave + vb * d_arrive) / seconds)
+    return np.stack(places, axis=1), np.hypot(speeds[0], speeds[1])
+
+
+def _walking(segment: Segment, radius: float, limits: Mapping[str, object]) -> list[Disc]:
+    omega = limits.get("omega")
+    assert isinstance(omega, float | int)
+    still = segment.start == segment.goal and len(segment.phases) == 1
+    path = mass(segment, float(omega), float("inf") if still else STEP)
+    found = [Disc("body", radius, segment.t0 + path.times, path.states[:, :2])]
+    for foot in segment.feet:
+        when, where = np.array([segment.t0 + foot.down]), np.array([[foot.x, foot.y]])
+        found.append(Disc("foot", FOOT, when, where))
+    for swing in segment.swings:
+        t = grid(swing.t1 - swing.t0)
+        places, _ = swing_states(swing, t)
+        found.append(Disc("swinging foot", FOOT, segment.t0 + swing.t0 + t, places))
+    return found

@@ -1,0 +1,165 @@
+"""All rules of a motion, in the order of time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import pairwise
+
+from safenav.audit.records import Trace
+from safenav.motion.check.bodies import check_distances
+from safenav.motion.check.deeds import check_deeds
+from safenav.motion.check.finding import NEAR, Finding
+from safenav.motion.check.gliding import check_drive, check_flight
+from safenav.motion.check.joins import by_robot, check_joins, inner_joins
+from safenav.motion.check.order import check_order, conflicts_of, passages
+from safenav.motion.check.room import Grid, check_overlaps, check_room, holdings
+from safenav.motion.check.walking import check_segment
+from safenav.motion.file.records import (
+    Action,
+    Drive,
+    Flight,
+    Link,
+    Motion,
+    Moving,
+    Push,
+    Segment,
+)
+
+SIDE = 2.7
+WALKER = ("omega", "height", "step", "aside", "friction", "swing", "size")
+"""What the header must say of a walker."""
+
+
+def check_motion(motion: Motion, trace: Trace, digest: str) -> list[Finding]:
+    """Every broken rule, by time; none if the motion carries out the trace (``digest``: sha256
+    of its file) as docs/motion.md demands."""
+    found = _header(motion, trace, digest)
+    if found:
+        return found
+    report = found.append
+    lines = motion.lines
+    moving = [line for line in lines if isinstance(line, Moving)]
+    actions = [line for line in lines if isinstance(line, Action)]
+    pieces = by_robot(moving)
+    limits = motion.header.robots
+    unknown = next((name for name in pieces if name not in limits), None)
+    if unknown is not None:
+        return [Finding(0.0, unknown, "header", "is no robot of the header")]
+    for piece in moving:
+        _dynamics(piece, limits, found)
+    if found:
+        return _by_time(found)  # what cannot be solved has no path to look at
+    grid = Grid(motion.header.rows, motion.header.cols, motion.header.side)
+    conflicts = conflicts_of(trace.header)
+    makespan = motion.outcome.makespan
+    for name in trace.header.robots:
+        pushes = [line for line in lines if isinstance(line, Push) and line.robot == name]
+        check_joins(name, pieces.get(name, []), pushes, makespan, report)
+        _start(name, trace, pieces.get(name, []), found)
+    held = holdings(lines, report)
+    for holding in held:
+        if not _free(trace, holding.region):
+            what = f"it reserves region {holding.region}, a wall"
+            report(Finding(holding.begin, holding.robot, "wall", what))
+    check_overlaps(held, conflicts, report)
+    check_room(moving, held, motion.header, limits, report)
+    check_order(trace, passages(trace, pieces, report), actions, report)
+    check_deeds(trace, actions, pieces, grid, limits, report)
+    check_distances(pieces, limits, conflicts, makespan, report)
+    _outcome(motion, found)
+    return _by_time(found)
+
+
+def _by_time(found: list[Finding]) -> list[Finding]:
+    return sorted(found, key=lambda finding: finding.t)
+
+
+def _header(motion: Motion, trace: Trace, digest: str) -> list[Finding]:
+    header, world = motion.header, trace.header
+
+    def wrong(what: str) -> list[Finding]:
+        return [Finding(0.0, "", "header", what)]
+
+    if header.trace != digest:
+        return wrong("the motion is of another trace: the sha256 of its header is not this one's")
+    if (header.rows, header.cols) != (world.rows, world.cols):
+        return wrong(f"a map of {header.rows} x {header.cols} regions")
+    if set(header.robots) != set(world.robots):
+        return wrong(f"the robots {', '.join(sorted(header.robots))} are not those of the trace")
+    if header.side <= 0:
+        return wrong(f"regions of {header.side:g} m")
+    for name, limits in header.robots.items():
+        wanted = WALKER if limits.get("kind") == "walker" else ("size",)
+        for key in wanted:
+            value = limits.get(key)
+            if isinstance(value, bool) or not isinstance(value, int | float) or value <= 0:
+                return wrong(f"{name}: '{key}' is missing, or no positive number")
+    return []
+
+
+def _dynamics(
+    piece: Moving, limits: Mapping[str, Mapping[str, object]], found: list[Finding]
+) -> None:
+    numbers = {
+        key: float(value)
+        for key, value in limits[piece.robot].items()
+        if isinstance(value, int | float)
+    }
+    if isinstance(piece, Segment):
+        if limits[piece.robot].get("kind") != "walker" and "omega" not in numbers:
+            found.append(Finding(piece.t0, piece.robot, "header", "it walks, and is no walker"))
+        else:
+            check_segment(piece, numbers, found.append)
+    elif isinstance(piece, Flight):
+        check_flight(piece, numbers, found.append)
+    elif isinstance(piece, Drive):
+        check_drive(piece, numbers, found.append)
+    inner_joins(piece, found.append)
+
+
+def _start(name: str, trace: Trace, pieces: list[Moving], found: list[Finding]) -> None:
+    start = trace.header.robots[name].start
+    if pieces and pieces[0].origin != start:
+        what = f"it starts in region {pieces[0].origin}, not in {start}"
+        found.append(Finding(0.0, name, "order", what))
+
+
+def _free(trace: Trace, region: int) -> bool:
+    row, col = divmod(region, trace.header.cols)
+    if not 0 <= row < trace.header.rows:
+        return False
+    return trace.header.grid[row][col] != "#"
+
+
+def _outcome(motion: Motion, found: list[Finding]) -> None:
+    """The makespan is when the last piece ends, and the length of the chain that is named."""
+    makespan, chain = motion.outcome.makespan, motion.outcome.chain
+    last = max((line.t1 for line in motion.lines if isinstance(line, Moving)), default=0.0)
+
+    def wrong(what: str) -> None:
+        found.append(Finding(makespan, "", "makespan", what))
+
+    if abs(last - makespan) > NEAR:
+        wrong(f"the last piece of motion ends at {last:.3f} s, not at {makespan:.3f} s")
+    length = sum(link.t1 - link.t0 for link in chain)
+    if chain and abs(length - makespan) > 1e-6 * max(1, len(chain)):
+        wrong(f"the longest chain takes {length:.3f} s, the motion {makespan:.3f} s")
+    for before, after in pairwise(chain):
+        if abs(after.t0 - before.t1) > NEAR:
+            wrong(f"the chain waits for {after.t0 - before.t1:.3f} s at {before.t1:.3f} s")
+    for link in chain:
+        if not _done(link, motion):
+            wrong(f"{link.robot} does not do '{link.what}' at {link.t0:.3f} s")
+
+
+def _done(link: Link, motion: Motion) -> bool:
+    """Whether pieces of the robot fill the link."""
+    filled = sum(
+        min(line.t1, link.t1) - max(line.t0, link.t0)
+        for line in motion.lines
+        if isinstance(line, Moving)
+        and line.robot == link.robot
+        and line.t0 < link.t1 - NEAR
+        and line.t1 > link.t0 + NEAR
+    )
+    return abs(filled - (link.t1 - link.t0)) < NEAR * 10

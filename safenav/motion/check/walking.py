@@ -1,0 +1,147 @@
+"""The rules of a walker's segment: the pendulum, and feet that could carry it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from itertools import pairwise
+
+import numpy as np
+
+from safenav.motion.check.finding import NEAR, Finding, Report
+from safenav.motion.check.paths import grid, mass, swing_states
+from safenav.motion.file.records import Foothold, Segment
+
+GRAVITY = 9.81
+SHIFT = (0.06, 0.03)
+"""Metres ahead and aside by which the centre of pressure may leave the middle of a foot."""
+
+
+Wrong = Callable[[float, str, str], None]
+
+
+def check_segment(segment: Segment, limits: Mapping[str, float], report: Report) -> None:
+    """All rules of one segment."""
+
+    def wrong(t: float, rule: str, found: str) -> None:
+        report(Finding(segment.t0 + t, segment.robot, rule, found))
+
+    omega, height = limits["omega"], limits["height"]
+    gravity = omega**2 * height
+    if abs(gravity - GRAVITY) > 1e-6:
+        wrong(0, "gravity", f"a gravity of {gravity:.4f} m/s^2, not {GRAVITY}")
+        return
+    lasting = sum(phase.seconds for phase in segment.phases)
+    if abs(lasting - (segment.t1 - segment.t0)) > NEAR:
+        wrong(0, "time", f"phases of {lasting:.4f} s in {segment.t1 - segment.t0:.4f} s")
+        return
+    if any(phase.seconds <= 0 for phase in segment.phases):
+        wrong(0, "time", "a phase that takes no time")
+        return
+    path = mass(segment, omega)
+    for end, missed in (("start", path.late), ("goal", path.early)):
+        if missed > 1e-8:
+            what = f"the centre of mass misses the {end} of its segment by {missed:.4f} m"
+            wrong(0, "dynamics", what)
+            return
+    pull = np.hypot(*(path.states[:, :2] - path.pressures).T) / height
+    worst = int(pull.argmax())
+    if pull[worst] > limits["friction"]:
+        what = f"friction of {pull[worst]:.3f} needed, more than {limits['friction']:g}"
+        wrong(float(path.times[worst]), "friction", what)
+    _support(segment, wrong)
+    _steps(segment, limits, wrong)
+    _swings(segment, limits, wrong)
+
+
+def _support(segment: Segment, wrong: Wrong) -> None:
+    """In every phase the centre of pressure is under the feet that are on the ground."""
+    begin = 0.0
+    for phase in segment.phases:
+        end = begin + phase.seconds
+        down = [f for f in segment.feet if f.down <= begin + NEAR and f.up >= end - NEAR]
+        if not down:
+            wrong(begin, "support", "no foot is on the ground")
+            return
+        off = _off(down, phase.x, phase.y)
+        if off > NEAR:
+            what = f"the centre of pressure is {off:.3f} m outside the feet on the ground"
+            wrong(begin, "support", what)
+            return
+        begin = end
+
+
+def _off(feet: list[Foothold], x: float, y: float) -> float:
+    """How far a point is outside what one or two feet span, each good for its ``SHIFT``."""
+    one, other = feet[0], feet[-1]
+    span = (other.x - one.x, other.y - one.y)
+    square = span[0] ** 2 + span[1] ** 2
+    share = 0.0
+    if square > 0:
+        share = ((x - one.x) * span[0] + (y - one.y) * span[1]) / square
+        share = min(1.0, max(0.0, share))
+    dx, dy = x - one.x - share * span[0], y - one.y - share * span[1]
+    yaw = one.yaw
+    ahead = abs(dx * np.cos(yaw) + dy * np.sin(yaw)) - SHIFT[0]
+    aside = abs(dy * np.cos(yaw) - dx * np.sin(yaw)) - SHIFT[1]
+    return float(max(0.0, ahead, aside))
+
+
+def _steps(segment: Segment, limits: Mapping[str, float], wrong: Wrong) -> None:
+    for before, after in pairwise(segment.feet):
+        dx, dy = after.x - before.x, after.y - before.y
+        length = float(np.hypot(dx, dy))
+        if length > limits["step"] + NEAR:
+            wrong(after.down, "step", f"a step of {length:.3f} m, more than {limits['step']:g}")
+        if before.side == after.side:
+            continue
+        yaw = (before.yaw + after.yaw) / 2
+        aside = float(after.side * (dy * np.cos(yaw) - dx * np.sin(yaw)))
+        if aside < limits["aside"] - NEAR:
+            what = f"a foot lands {aside:.3f} m beside the other, less than {limits['aside']:g}"
+            wrong(after.down, "feet", what)
+
+
+def _swings(segment: Segment, limits: Mapping[str, float], wrong: Wrong) -> None:
+    for swing in segment.swings:
+        if swing.t1 <= swing.t0:
+            wrong(swing.t0, "time", "a swing that takes no time")
+            return
+        _, speeds = swing_states(swing, grid(swing.t1 - swing.t0))
+        if speeds.max() > limits["swing"] + NEAR:
+            what = f"a foot swings at {speeds.max():.2f} m/s, more than {limits['swing']:g}"
+            wrong(swing.t0, "swing", what)
+        mine = [foot for foot in segment.feet if foot.side == swing.side]
+        lifted = [foot for foot in mine if abs(foot.up - swing.t0) < NEAR]
+        landed = [foot for foot in mine if abs(foot.down - swing.t1) < NEAR]
+        for word, u, feet, state in (
+            ("leaves", swing.u0 - 0.0, lifted, swing.start),
+            ("reaches", 1.0 - swing.u1, landed, swing.goal),
+        ):
+            if abs(u) > NEAR:
+                continue  # half-way at a walking pose: the next segment goes on with it
+            apart = min((np.hypot(f.x - state[0], f.y - state[1]) for f in feet), default=None)
+            if apart is None:
+                wrong(swing.t0, "feet", f"a foot {word} the ground where it has no foothold")
+            elif apart > NEAR:
+                what = f"a swinging foot {word} the ground {apart:.3f} m beside its foothold"
+                wrong(swing.t0, "feet", what)
+    _grounded(segment, wrong)
+
+
+def _grounded(segment: Segment, wrong: Wrong) -> None:
+    """Each foot is either on the ground or in the air."""
+    for side in (1, -1):
+        spans = [(f.down, f.up) for f in segment.feet if f.side == side]
+        spans += [(s.t0, s.t1) for s in segment.swings if s.side == side]
+        spans.sort()
+        reached = 0.0
+        for begin, end in spans:
+            if abs(begin - reached) > NEAR:
+                what = "is in two places" if begin < reached else "is nowhere"
+                foot = "left" if side == 1 else "right"
+                wrong(begin, "feet", f"the {foot} foot {what}")
+                return
+            reached = end
+        if abs(reached - (segment.t1 - segment.t0)) > NEAR:
+            wrong(reached, "feet", f"the {'left' if side == 1 else 'right'} foot is nowhere")
+            return

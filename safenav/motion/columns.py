@@ -1,0 +1,199 @@
+"""A robot's motion as columns of numbers at a chosen rate.
+
+In the frame of the world (the map's origin and yaw applied, as ROS has it) or of the map.
+A walker has ``t, com_{x,y,z}, vel_{x,y,z}, acc_{x,y,z}, cop_{x,y}, yaw`` and for each foot
+``left_{x,y,z,yaw}``; all others ``t, x, y, z, vel_*, acc_*, yaw``.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import cos, sin
+
+import numpy as np
+from numpy.typing import NDArray
+
+from safenav.errors import UsageError
+from safenav.motion.file.records import Arc, Curve, Flight, Motion, Moving, Segment, Swing
+from safenav.motion.pendulum import sampled
+from safenav.motion.polynomial import derivative, quintic, values
+
+Array = NDArray[np.float64]
+
+WALKER = (
+    *("com_x", "com_y", "com_z", "vel_x", "vel_y", "vel_z", "acc_x", "acc_y", "acc_z"),
+    *("cop_x", "cop_y", "yaw", "left_x", "left_y", "left_z", "left_yaw"),
+    *("right_x", "right_y", "right_z", "right_yaw"),
+)
+BODY = ("x", "y", "z", "vel_x", "vel_y", "vel_z", "acc_x", "acc_y", "acc_z", "yaw")
+LEFT, RIGHT = 1, -1
+_TURNED = (
+    *(("com_x", "com_y"), ("x", "y"), ("vel_x", "vel_y"), ("acc_x", "acc_y")),
+    *(("cop_x", "cop_y"), ("left_x", "left_y"), ("right_x", "right_y")),
+)
+_DIRECTIONS = frozenset({"vel_x", "acc_x"})
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Columns by name, each as long as ``times`` (seconds)."""
+
+    times: Array
+    columns: Mapping[str, Array]
+
+    @property
+    def place(self) -> tuple[Array, Array]:
+        """x and y of the middle of the body."""
+        name = "com_" if "com_x" in self.columns else ""
+        return self.columns[f"{name}x"], self.columns[f"{name}y"]
+
+    @property
+    def velocity(self) -> tuple[Array, Array]:
+        return self.columns["vel_x"], self.columns["vel_y"]
+
+
+def columns_of(motion: Motion, robot: str, rate: float, in_world: bool = True) -> Columns:
+    """The columns of one robot, ``rate`` samples a second from 0 to the end of the motion.
+
+    Raises UsageError for a robot that is not of the motion.
+    """
+    if robot not in motion.header.robots:
+        known = ", ".join(motion.header.robots)
+        raise UsageError(f"'{robot[:40]}' is no robot of this motion\n    known: {known}")
+    times = np.arange(0.0, motion.outcome.makespan + 0.5 / rate, 1.0 / rate)
+    pieces = [line for line in motion.lines if isinstance(line, Moving) and line.robot == robot]
+    limits = motion.header.robots[robot]
+    walks = any(isinstance(piece, Segment) for piece in pieces)
+    names = WALKER if walks else BODY
+    table = np.zeros((len(times), len(names)))
+    begins = np.array([piece.t0 for piece in pieces])
+    rows = np.searchsorted(times, begins - 1e-12)
+    for piece, low, high in zip(pieces, rows, [*rows[1:], len(times)], strict=True):
+        since = np.minimum(times[low:high] - piece.t0, piece.t1 - piece.t0)
+        if len(since):
+            table[low:high] = sample(piece, since, limits)
+    columns = {name: table[:, index] for index, name in enumerate(names)}
+    return Columns(times, _placed(columns, motion.header.origin) if in_world else columns)
+
+
+def sample(piece: Moving, times: Array, limits: Mapping[str, object]) -> Array:
+    """The columns (times, names) of a piece at times since its begin, in the map's frame."""
+    if isinstance(piece, Segment):
+        return _walking(piece, times, limits)
+    parts: list[Curve | Arc] = [*piece.curves] if isinstance(piece, Flight) else [*piece.arcs]
+    ends = np.cumsum([part.seconds for part in parts])
+    which = np.minimum(np.searchsorted(ends, times, side="right"), len(parts) - 1)
+    table = np.zeros((len(times), len(BODY)))
+    for index, part in enumerate(parts):
+        chosen = which == index
+        since = np.minimum(times[chosen] - (ends[index] - part.seconds), part.seconds)
+        table[chosen] = _driving(part, since) if isinstance(part, Arc) else _flying(part, since)
+    return table
+
+
+def _walking(segment: Segment, times: Array, limits: Mapping[str, object]) -> Array:
+    omega, height, clearance = (
+        float(str(limits[name])) for name in ("omega", "height", "clearance")
+    )
+    durations = np.array([phase.seconds for phase in segment.phases])
+    pressures = np.array([[phase.x, phase.y] for phase in segment.phases])
+    start, goal = np.array(segment.start), np.array(segment.goal)
+    states, pressure = sampled(durations, pressures, start, goal, times, omega)
+    table = np.zeros((len(times), len(WALKER)))
+    table[:, 0:2], table[:, 2] = states[:, :2], height
+    table[:, 3:5] = states[:, 2:]
+    table[:, 6:8] = omega**2 * (states[:, :2] - pressure)
+    table[:, 9:11] = pressure
+    table[:, 11] = _body_yaw(segment, times)
+    for side, at in ((LEFT, 12), (RIGHT, 16)):
+        for foot in segment.feet:
+            if foot.side == side:
+                down = (times >= foot.down) & (times <= foot.up)
+                table[down, at : at + 4] = (foot.x, foot.y, 0.0, foot.yaw)
+        for swing in segment.swings:
+            if swing.side == side:
+                up = (times > swing.t0) & (times < swing.t1)
+                table[up, at : at + 4] = swung(swing, times[up], clearance)
+    return table
+
+
+def swung(swing: Swing, times: Array, clearance: float) -> Array:
+    """x, y, z and yaw of a foot in the air (times, 4), at times since the segment's begin."""
+    seconds = swing.t1 - swing.t0
+    since = times - swing.t0
+    x, y, yaw = (
+        values(
+            quintic(seconds, swing.start[i], swing.start[i + 3], swing.goal[i], swing.goal[i + 3]),
+            since,
+        )
+        for i in (0, 1, 2)
+    )
+    u = swing.u0 + (swing.u1 - swing.u0) * since / seconds
+    return np.stack([x, y, 64 * clearance * u**3 * (1 - u) ** 3, yaw], axis=1)
+
+
+def _body_yaw(segment: Segment, times: Array) -> Array:
+    before, after, begin, end = segment.turning
+    if end <= begin:
+        return np.full_like(times, after)
+    u = np.clip((times - begin) / (end - begin), 0.0, 1.0)
+    share: Array = u**3 * (10 - 15 * u + 6 * u**2)
+    return before + (after - before) * share
+
+
+def _flying(curve: Curve, times: Array) -> Array:
+    table = np.zeros((len(times), len(BODY)))
+    for axis, path in enumerate((curve.x, curve.y, curve.z)):
+        speed = derivative(path)
+        table[:, axis] = values(path, times)
+        table[:, 3 + axis] = values(speed, times)
+        table[:, 6 + axis] = values(derivative(speed), times)
+    table[:, 9] = values(curve.yaw, times)
+    return table
+
+
+def _driving(arc: Arc, times: Array) -> Array:
+    table = np.zeros((len(times), len(BODY)))
+    way = values(arc.way, times)
+    if arc.curvature is None:
+        table[:, 0], table[:, 1], table[:, 9] = arc.x, arc.y, arc.yaw + way
+        return table
+    speed = derivative(arc.way)
+    pace, pull = values(speed, times), values(derivative(speed), times)
+    bend = arc.curvature
+    yaw = arc.yaw + bend * way
+    chord = way * np.sinc(bend * way / 2 / np.pi)
+    table[:, 0] = arc.x + chord * np.cos(arc.yaw + bend * way / 2)
+    table[:, 1] = arc.y + chord * np.sin(arc.yaw + bend * way / 2)
+    table[:, 3], table[:, 4] = pace * np.cos(yaw), pace * np.sin(yaw)
+    table[:, 6] = pull * np.cos(yaw) - bend * pace**2 * np.sin(yaw)
+    table[:, 7] = pull * np.sin(yaw) + bend * pace**2 * np.cos(yaw)
+    table[:, 9] = yaw
+    return table
+
+
+def _placed(columns: dict[str, Array], origin: tuple[float, float, float]) -> dict[str, Array]:
+    x0, y0, yaw = origin
+    found = dict(columns)
+    for x, y in _TURNED:
+        if x in columns:
+            shift = (0.0, 0.0) if x in _DIRECTIONS else (x0, y0)
+            found[x] = shift[0] + columns[x] * cos(yaw) - columns[y] * sin(yaw)
+            found[y] = shift[1] + columns[x] * sin(yaw) + columns[y] * cos(yaw)
+    for name in ("yaw", "left_yaw", "right_yaw"):
+        if name in columns:
+            found[name] = columns[name] + yaw
+    return found
+
+
+def csv_text(columns: Columns) -> str:
+    """A line for each sample, below a line of headings."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["t", *columns.columns])
+    table = np.column_stack([columns.times, *columns.columns.values()])
+    writer.writerows([[f"{value:.6g}" for value in row] for row in table.tolist()])
+    return text.getvalue()

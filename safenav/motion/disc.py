@@ -1,0 +1,118 @@
+"""A disc that glides from centre to centre: the motion of a model that says nothing else.
+
+Each move is a quintic from rest to rest, so it needs nothing of what comes after it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import atan2, hypot, pi, remainder, sqrt, tau
+
+from safenav.errors import UsageError
+from safenav.motion.file.records import Curve, Flight, Moving
+from safenav.motion.geometry import Floor, way, yaw
+from safenav.motion.mover import Errand, Mover, Values
+from safenav.motion.polynomial import PEAK, quintic
+
+PEAK_ACCELERATION = 10 / sqrt(3)
+"""The highest acceleration of a quintic from rest to rest over way / seconds^2."""
+TURNING = 1.5
+"""Radians per second at which it turns to face something."""
+ROOM = 0.05
+"""Metres that a robot stays inside its region when it stops short of an obstacle there."""
+
+
+class DiscMover(Mover):
+    """A disc at rest at ``place``, in the middle of its region or short of it."""
+
+    name = "glide"
+    at_rest = "rest"
+
+    def __init__(
+        self,
+        robot: str,
+        floor: Floor,
+        region: int,
+        heading: str | None,
+        size: float,
+        values: Values,
+    ) -> None:
+        super().__init__(robot, floor, region, heading, size, values)
+        if size + 2 * ROOM > floor.side:
+            raise UsageError(
+                f"{robot}: a body of {size:g} m does not fit into regions of {floor.side:g} m\n"
+                "    give the map a larger 'resolution', or the model a smaller 'size'"
+            )
+        self.place = floor.centre(region)
+        self.facing = yaw(heading) if heading else 0.0
+
+    @property
+    def altitude(self) -> float:
+        """Metres above the ground."""
+        return 0.0
+
+    def limits(self) -> Mapping[str, float]:
+        return {"size": self.size, "speed": self.values["speed"]}
+
+    def seconds(self, metres: float) -> float:
+        """How long a way from rest to rest takes."""
+        return PEAK * metres / self.values["speed"]
+
+    def move(self, errand: Errand) -> list[Moving]:
+        x, y = self.floor.centre(errand.to)
+        if errand.short:
+            ahead = way(errand.heading)
+            back = self.floor.side / 2 - self.size / 2 - ROOM
+            x, y = x - ahead[0] * back, y - ahead[1] * back
+        moved = self._go(errand.tick, (x, y), yaw(errand.heading), errand.to)
+        self.region, self.heading = errand.to, errand.heading
+        return moved
+
+    def rest(self, tick: int, until: float) -> list[Moving]:
+        x, y = self.place
+        still = Curve(until - self.time, (x,), (y,), (self.altitude,), (self.facing,))
+        return [self._flight(self.at_rest, tick, self.region, until, still)]
+
+    def face(self, tick: int, region: int) -> list[Moving]:
+        if region == self.region:
+            return []
+        x, y = self.floor.centre(region)
+        wanted = atan2(y - self.place[1], x - self.place[0])
+        return self._turn(tick, wanted)
+
+    def resume(self, tick: int) -> list[Moving]:
+        centre = self.floor.centre(self.region)
+        if self.place == centre:
+            return []
+        return self._go(tick, centre, self.facing, self.region)
+
+    def _turn(self, tick: int, wanted: float) -> list[Moving]:
+        angle = remainder(wanted - self.facing, tau)
+        if abs(angle) < 1e-9:
+            return []
+        seconds = PEAK * abs(angle) / TURNING
+        x, y = self.place
+        turning = quintic(seconds, self.facing, 0.0, self.facing + angle, 0.0)
+        curve = Curve(seconds, (x,), (y,), (self.altitude,), turning)
+        flight = self._flight("turn", tick, self.region, self.time + seconds, curve)
+        self.facing = wanted
+        return [flight]
+
+    def _go(self, tick: int, there: tuple[float, float], wanted: float, to: int) -> list[Moving]:
+        here = self.place
+        seconds = self.seconds(hypot(there[0] - here[0], there[1] - here[1]))
+        angle = remainder(wanted - self.facing, tau)
+        if angle == -pi:
+            angle = pi
+        seconds = max(seconds, PEAK * abs(angle) / TURNING)
+        x, y = (quintic(seconds, here[i], 0.0, there[i], 0.0) for i in (0, 1))
+        turning = quintic(seconds, self.facing, 0.0, self.facing + angle, 0.0)
+        curve = Curve(seconds, x, y, (self.altitude,), turning)
+        flight = self._flight(self.name, tick, to, self.time + seconds, curve)
+        self.place, self.facing = there, wanted
+        return [flight]
+
+    def _flight(self, name: str, tick: int, to: int, until: float, curve: Curve) -> Flight:
+        flight = Flight(self.robot, tick, name, self.region, to, self.time, until, (curve,))
+        self.time = until
+        return flight

@@ -1,0 +1,1 @@
+"""A quadcopter: its reference, and how it follows that in wind."""

@@ -1,0 +1,105 @@
+"""From a trace to the motion of all its robots."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import safenav
+from safenav.audit.records import RobotHeader, Trace
+from safenav.errors import Diagnostic, InputError, UsageError
+from safenav.motion.file.records import Header, Motion
+from safenav.motion.geometry import Floor
+from safenav.motion.kinds import mover
+from safenav.motion.mover import Mover
+from safenav.motion.timing.order import order_of
+from safenav.motion.timing.schedule import scheduled
+from safenav.scenario.motion import resolved
+from safenav.scenario.reading.catalogue import built_in
+
+SIDE = 2.7
+"""Metres of a region if the trace does not say: as in the paper's code."""
+
+
+@dataclass(frozen=True)
+class Disturbances:
+    """What disturbs the robots: a seed, gusts (m/s, root mean square) on flyers, pushes (m/s,
+    the change of velocity) on walkers."""
+
+    seed: int = 0
+    gust: float = 0.0
+    push: float = 0.0
+
+
+def motion_of(
+    trace: Trace, digest: str, side: float | None = None, against: Disturbances = Disturbances()
+) -> Motion:
+    """The motion of a run. ``digest``: sha256 of the trace's file; ``side``: metres of a region,
+    if not as the trace says.
+
+    Raises UsageError or InputError if somebody cannot move so.
+    """
+    floor = floor_of(trace, side)
+    movers = movers_of(trace, floor)
+    plan = scheduled(order_of(trace, floor), movers)
+    header = Header(
+        trace=digest,
+        safenav=safenav.__version__,
+        side=floor.side,
+        rows=floor.rows,
+        cols=floor.cols,
+        origin=trace.header.origin or (0.0, 0.0, 0.0),
+        robots={name: _described(trace, name, movers[name]) for name in movers},
+        seed=against.seed,
+        gust=against.gust,
+        push=against.push,
+    )
+    return Motion(header, plan.lines, plan.outcome)
+
+
+def floor_of(trace: Trace, side: float | None = None) -> Floor:
+    """The floor of a trace in metres. Raises InputError if its regions are not square."""
+    header = trace.header
+    if side is None:
+        east, north = header.resolution or (SIDE, SIDE)
+        if abs(east - north) > 1e-9 * max(east, north):
+            found = f"regions of {east:g} x {north:g} m: robots move on square ones only"
+            hint = "say how large they are: --side 2.7"
+            raise InputError([Diagnostic(trace.source, header.line, 1, found, hint)])
+        side = east
+    if not 0 < side < 1e6:
+        found = f"regions of {side:g} m: their side must be more than 0"
+        raise InputError([Diagnostic(trace.source, header.line, 1, found)])
+    return Floor(header.rows, header.cols, side)
+
+
+def movers_of(trace: Trace, floor: Floor) -> dict[str, Mover]:
+    """A mover for each robot, where it starts."""
+    movers = {}
+    for name, robot in trace.header.robots.items():
+        if not 0 <= robot.start < floor.rows * floor.cols:
+            found = f"{name} starts in region {robot.start}, which is not on the map"
+            raise InputError([Diagnostic(trace.source, trace.header.line, 1, found)])
+        movers[name] = mover(name, floor, robot.start, robot.heading, _motion(robot))
+    return movers
+
+
+def _motion(robot: RobotHeader) -> dict[str, object]:
+    """What the trace says; of an older trace, what the built-in catalogue says of the model."""
+    if robot.motion is not None:
+        return dict(robot.motion)
+    model = built_in().robots.get(robot.model)
+    known = None if model is None else resolved(model.motion, model.size, model.speed)
+    if known is None:
+        raise UsageError(
+            f"{robot.name}: the model '{robot.model}' does not say how it moves in metres\n"
+            "    add 'motion: rover' or 'speed: 0.5' to it in the scenario, and run it again"
+        )
+    return known
+
+
+def _described(trace: Trace, name: str, moved: Mover) -> Mapping[str, object]:
+    robot = trace.header.robots[name]
+    motion = _motion(robot)
+    described: dict[str, object] = {**motion, "layer": robot.layer, **moved.limits()}
+    return described

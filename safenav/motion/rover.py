@@ -1,0 +1,105 @@
+"""A unicycle: it turns on the spot in the middle of a region and drives straight to the next.
+
+Speed and acceleration, straight and in turning, stay within its limits. Its footprint is a disc
+or a convex polygon around its middle, which has room to turn in a region.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import atan2, hypot, pi, remainder, sqrt, tau
+
+from safenav.errors import UsageError
+from safenav.motion.disc import PEAK_ACCELERATION, ROOM
+from safenav.motion.file.records import Arc, Drive, Moving
+from safenav.motion.geometry import Floor, way, yaw
+from safenav.motion.mover import Errand, Mover, Values
+from safenav.motion.polynomial import PEAK, quintic
+
+
+class RoverMover(Mover):
+    """A rover at rest at ``place``, facing ``facing`` radians."""
+
+    def __init__(
+        self,
+        robot: str,
+        floor: Floor,
+        region: int,
+        heading: str | None,
+        size: float,
+        values: Values,
+    ) -> None:
+        super().__init__(robot, floor, region, heading, size, values)
+        self.place = floor.centre(region)
+        self.facing = yaw(heading) if heading else 0.0
+        self.shape(None)
+
+    def shape(self, footprint: object) -> None:
+        if isinstance(footprint, list):
+            self.size = 2 * max(hypot(x, y) for x, y in footprint)
+        if self.size + 2 * ROOM > self.floor.side:
+            raise UsageError(
+                f"{self.robot}: a rover of {self.size:g} m cannot turn in regions of "
+                f"{self.floor.side:g} m\n"
+                "    give the map a larger 'resolution', or the model a smaller 'size'"
+            )
+
+    def limits(self) -> Mapping[str, float]:
+        names = ("speed", "acceleration", "turning")
+        return {"size": self.size, **{name: self.values[name] for name in names}}
+
+    def move(self, errand: Errand) -> list[Moving]:
+        x, y = self.floor.centre(errand.to)
+        if errand.short:
+            ahead = way(errand.heading)
+            back = self.floor.side / 2 - self.size / 2 - ROOM
+            x, y = x - ahead[0] * back, y - ahead[1] * back
+        arcs = [*self._turning(yaw(errand.heading)), self._driving((x, y))]
+        drive = self._drive("drive", errand.tick, errand.to, arcs)
+        self.region, self.heading = errand.to, errand.heading
+        return [drive]
+
+    def rest(self, tick: int, until: float) -> list[Moving]:
+        still = Arc(until - self.time, *self.place, self.facing, 0.0, (0.0,))
+        return [self._drive("rest", tick, self.region, [still], until)]
+
+    def face(self, tick: int, region: int) -> list[Moving]:
+        if region == self.region:
+            return []
+        x, y = self.floor.centre(region)
+        arcs = self._turning(atan2(y - self.place[1], x - self.place[0]))
+        return [self._drive("turn", tick, self.region, arcs)] if arcs else []
+
+    def resume(self, tick: int) -> list[Moving]:
+        centre = self.floor.centre(self.region)
+        if self.place == centre:
+            return []
+        return [self._drive("drive", tick, self.region, [self._driving(centre)])]
+
+    def _turning(self, wanted: float) -> list[Arc]:
+        angle = remainder(wanted - self.facing, tau)
+        if abs(angle) < 1e-9:
+            return []
+        if abs(angle + pi) < 1e-9:
+            angle = pi
+        speed, pull = self.values["turning"], self.values["acceleration"] / (self.size / 2)
+        seconds = max(PEAK * abs(angle) / speed, sqrt(PEAK_ACCELERATION * abs(angle) / pull))
+        arc = Arc(seconds, *self.place, self.facing, None, quintic(seconds, 0, 0, angle, 0))
+        self.facing = wanted
+        return [arc]
+
+    def _driving(self, there: tuple[float, float]) -> Arc:
+        metres = hypot(there[0] - self.place[0], there[1] - self.place[1])
+        pull = PEAK_ACCELERATION * metres / self.values["acceleration"]
+        seconds = max(PEAK * metres / self.values["speed"], sqrt(pull))
+        arc = Arc(seconds, *self.place, self.facing, 0.0, quintic(seconds, 0, 0, metres, 0))
+        self.place = there
+        return arc
+
+    def _drive(
+        self, name: str, tick: int, to: int, arcs: list[Arc], until: float | None = None
+    ) -> Drive:
+        end = self.time + sum(arc.seconds for arc in arcs) if until is None else until
+        drive = Drive(self.robot, tick, name, self.region, to, self.time, end, tuple(arcs))
+        self.time = end
+        return drive

@@ -1,0 +1,29 @@
+"""The trace that a motion is made of: its records, and the sum by which it is known again."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from hashlib import sha256
+from pathlib import Path
+
+from safenav.audit.reader import read_bytes
+from safenav.audit.records import Trace
+from safenav.errors import Diagnostic, InputError
+
+
+@dataclass(frozen=True)
+class Source:
+    """A trace and the sha256 of its file."""
+
+    trace: Trace
+    digest: str
+
+
+def read_source(path: Path) -> Source:
+    """The trace in a file. Raises InputError if it cannot be read or is none."""
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise InputError([Diagnostic(str(path), 0, 0, f"cannot be read: {reason}")]) from error
+    return Source(read_bytes(content, str(path)), sha256(content).hexdigest())

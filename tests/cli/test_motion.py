@@ -1,0 +1,141 @@
+"""safenav motion and check-motion as commands: files, exit codes, errors that say what to do."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from cli.conftest import Command
+
+DOOR = """\
+safenav: 1
+map:
+  grid: |
+    #######
+    #..#..#
+    #.....#
+    #..#..#
+    #######
+  {metres}
+{catalogue}
+robots:
+  rover: {{model: {model}, start: [2, 1], {heading} objective: {{visit: [[2, 5], [2, 1]]}}}}
+obstacles: [{{type: door, region: [2, 3]}}]
+until: {{rounds: 1}}
+"""
+
+
+def scenario(
+    tmp_path: Path, model: str = "cart", metres: str = "", motion: str = "speed: 1"
+) -> Path:
+    path = tmp_path / "door.yaml"
+    own = f"{{mobility: free, layer: ground, capabilities: [push], {motion}}}"
+    catalogue = f"catalogue: {{robots: {{cart: {own}}}}}"
+    path.write_text(DOOR.format(metres=metres, catalogue=catalogue, model=model, heading=""))
+    return path
+
+
+@pytest.fixture
+def moved(safenav: Command, tmp_path: Path) -> Path:
+    """A folder with run.jsonl and run.motion.jsonl."""
+    made = safenav(
+        "run", scenario(tmp_path), "--trace", "run.jsonl", "--motion", "run.motion.jsonl"
+    )
+    assert made.returncode == 0, made.stderr
+    return tmp_path
+
+
+def test_run_with_motion_is_what_the_motion_command_makes(safenav: Command, moved: Path) -> None:
+    again = safenav("motion", "run.jsonl", "-o", "again.jsonl")
+    assert again.returncode == 0
+    assert (moved / "again.jsonl").read_text() == (moved / "run.motion.jsonl").read_text()
+    assert "2.7 m it is (--side M for another)" in again.stderr
+
+
+def test_motion_is_accepted_by_its_checker(safenav: Command, moved: Path) -> None:
+    found = safenav("check-motion", moved / "run.motion.jsonl", moved / "run.jsonl")
+    assert found.returncode == 0
+    assert "no rule broken" in found.stdout
+
+
+def test_damaged_motion_exits_with_1_and_its_first_finding(safenav: Command, moved: Path) -> None:
+    path = moved / "run.motion.jsonl"
+    lines = path.read_text().splitlines()
+    lines.remove(next(line for line in lines if '"from":15,"to":16' in line))
+    path.write_text("\n".join(lines) + "\n")
+    found = safenav("check-motion", path, "run.jsonl")
+    assert found.returncode == 1
+    assert "nothing says where it is until" in found.stdout
+    data = json.loads(safenav("check-motion", "--json", path, "run.jsonl").stdout)
+    assert data["ok"] is False
+    assert data["findings"][0]["robot"] == "rover"
+
+
+def test_motion_of_another_trace_is_a_finding(safenav: Command, moved: Path) -> None:
+    other = moved / "other.jsonl"
+    other.write_text((moved / "run.jsonl").read_text() + "\n")
+    found = safenav("check-motion", "run.motion.jsonl", other)
+    assert found.returncode == 1
+    assert "of another trace" in found.stdout
+
+
+def test_report_names_the_chain_and_the_waiting(safenav: Command, moved: Path) -> None:
+    del moved
+    found = safenav("motion", "run.jsonl", "--report")
+    assert found.returncode == 0
+    for words in ("makespan", "longest chain", "push door@17", "way m", "rover"):
+        assert words in found.stdout
+
+
+@pytest.mark.parametrize(
+    ("motion", "metres", "words"),
+    [
+        ("size: 0.5", "", "does not say how it moves in metres"),
+        ("speed: 1, size: 3", "", "a body of 3 m does not fit into regions of 2.7 m"),
+        ("motion: {kind: rover}, size: 1", "resolution: 0.9", "cannot turn in regions of 0.9 m"),
+    ],
+    ids=["no parameters", "too large a body", "too small a region"],
+)
+def test_who_cannot_move_so_is_told_and_nothing_is_written(
+    safenav: Command, tmp_path: Path, motion: str, metres: str, words: str
+) -> None:
+    path = scenario(tmp_path, motion=motion, metres=metres)
+    assert safenav("run", path, "--trace", "run.jsonl").returncode == 0
+    found = safenav("motion", "run.jsonl", "-o", "out.jsonl")
+    assert found.returncode == 2
+    assert words in found.stderr
+    assert not (tmp_path / "out.jsonl").exists()
+
+
+def test_walker_on_small_regions_is_refused(safenav: Command, moved: Path) -> None:
+    trace = (moved / "run.jsonl").read_text()
+    own = '"motion": {"kind": "disc"'.replace(" ", "")
+    assert own in trace
+    (moved / "walker.jsonl").write_text(trace.replace(own, '"motion":{"kind":"walker"'))
+    found = safenav("motion", "walker.jsonl", "--side", "1.2", "-o", "out.jsonl")
+    assert found.returncode == 2
+    assert "cannot walk on regions of 1.2 m" in found.stderr
+
+
+def test_what_is_no_trace_is_told(safenav: Command, tmp_path: Path) -> None:
+    (tmp_path / "no.jsonl").write_text("{}\n")
+    for arguments in (["motion", "no.jsonl", "-o", "out"], ["motion", "none.jsonl", "--report"]):
+        assert safenav(*arguments).returncode == 2
+    assert safenav("motion", "no.jsonl").returncode == 2
+
+
+def test_unknown_kind_of_motion_in_a_scenario_is_told_with_its_place(
+    safenav: Command, tmp_path: Path
+) -> None:
+    found = safenav("check", scenario(tmp_path, motion="motion: rovr"))
+    assert found.returncode == 2
+    assert "unknown kind 'rovr'" in found.stderr
+    assert "did you mean 'rover'" in found.stderr
+
+
+def test_parameters_out_of_range_are_told(safenav: Command, tmp_path: Path) -> None:
+    found = safenav("check", scenario(tmp_path, motion="motion: {kind: flyer, tilt: 20}"))
+    assert found.returncode == 2
+    assert "'tilt' in 'motion' of robot model cart is 20, and must be from 0.5 to 8" in found.stderr

@@ -1,0 +1,55 @@
+"""Real traces to move by: every shipped scenario, run once for all tests that want it."""
+
+from __future__ import annotations
+
+import tempfile
+from functools import cache
+from hashlib import sha256
+from pathlib import Path
+
+from safenav.audit.reader import read_bytes
+from safenav.audit.records import Trace
+from safenav.motion.file.reading import parsed
+from safenav.motion.file.records import Motion
+from safenav.motion.file.writing import text_of
+from safenav.motion.making import motion_of
+from safenav.runtime.mission import Mission
+from safenav.runtime.trace import TraceWriter
+from safenav.scenario.reading.loader import load_scenario, load_scenario_text
+
+SCENARIOS = Path(__file__).parents[2] / "scenarios"
+SHIPPED = sorted(path.stem for path in SCENARIOS.glob("*.yaml"))
+
+
+@cache
+def trace_bytes(name: str) -> bytes:
+    """The trace of a shipped scenario, as its file."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "trace.jsonl"
+        with TraceWriter(path) as writer:
+            Mission(load_scenario(SCENARIOS / f"{name}.yaml"), listeners=[writer]).run()
+        return path.read_bytes()
+
+
+def played(text: str) -> bytes:
+    """The trace of a scenario that is given as text."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "trace.jsonl"
+        with TraceWriter(path) as writer:
+            Mission(load_scenario_text(text, "made.yaml"), listeners=[writer]).run()
+        return path.read_bytes()
+
+
+def trace_of(name: str) -> Trace:
+    return read_bytes(trace_bytes(name), f"{name}.jsonl")
+
+
+def digest_of(name: str) -> str:
+    return sha256(trace_bytes(name)).hexdigest()
+
+
+@cache
+def motion(name: str) -> Motion:
+    """The motion of a shipped scenario, as a reader of its file has it."""
+    made = motion_of(trace_of(name), digest_of(name))
+    return parsed(text_of(made).encode(), f"{name}.motion.jsonl")

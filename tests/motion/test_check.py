@@ -1,0 +1,236 @@
+"""The checker accepts what is right, and refuses each kind of damage with its reason."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import pytest
+
+from motion.runs import SHIPPED, digest_of, motion, trace_of
+from safenav.motion.check.finding import Finding
+from safenav.motion.check.verdict import check_motion
+from safenav.motion.file.records import (
+    Action,
+    Drive,
+    Flight,
+    Line,
+    Motion,
+    Moving,
+    Release,
+    Reserve,
+    Segment,
+)
+
+DOOR = "case_study_1"
+
+
+def judged(found: Motion, name: str = DOOR) -> list[Finding]:
+    return check_motion(found, trace_of(name), digest_of(name))
+
+
+def changed(found: Motion, pick: Callable[[Line], bool], change: Callable[[Line], Line]) -> Motion:
+    """The motion with the first line that is picked changed."""
+    lines = list(found.lines)
+    index = next(index for index, line in enumerate(lines) if pick(line))
+    lines[index] = change(lines[index])
+    return replace(found, lines=tuple(lines))
+
+
+def walks(line: Line) -> bool:
+    return isinstance(line, Segment) and line.primitive == "walk straight"
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_motion_of_a_shipped_scenario_is_accepted(name: str) -> None:
+    assert judged(motion(name), name) == []
+
+
+def test_foot_moved_by_5_cm_is_refused() -> None:
+    def moved(line: Line) -> Line:
+        assert isinstance(line, Segment)
+        feet = list(line.feet)
+        feet[2] = replace(feet[2], x=feet[2].x + 0.05)
+        return replace(line, feet=tuple(feet))
+
+    found = judged(changed(motion(DOOR), walks, moved))
+    assert any("0.050 m beside its foothold" in finding.found for finding in found)
+
+
+def test_centre_of_pressure_moved_with_its_foot_is_refused() -> None:
+    """A foot that is moved as a whole no longer carries the mass from start to goal."""
+
+    def moved(line: Line) -> Line:
+        assert isinstance(line, Segment)
+        phases, feet = list(line.phases), list(line.feet)
+        phases[2] = replace(phases[2], x=phases[2].x + 0.05)
+        feet[2] = replace(feet[2], x=feet[2].x + 0.05)
+        return replace(line, phases=tuple(phases), feet=tuple(feet))
+
+    found = judged(changed(motion(DOOR), walks, moved))
+    assert found[0].rule == "dynamics"
+    assert "misses the" in found[0].found
+
+
+def test_moves_that_overlap_by_10_ms_are_refused() -> None:
+    name = "two_digits"
+    entering = [
+        line
+        for line in motion(name).lines
+        if isinstance(line, Reserve) and line.robot == "right" and line.t > 0
+    ]
+    left = {line.region for line in motion(name).lines if isinstance(line, Release)}
+    target = next(line for line in entering if line.region in left and _tight(line))
+    early = changed(motion(name), lambda line: line is target, _sooner)
+    found = judged(early, name)
+    assert any(f.rule == "overlap" and "for 0.010 s" in f.found for f in found)
+
+
+def _tight(line: Reserve) -> bool:
+    """Whether somebody else releases the region at the very time."""
+    return any(
+        isinstance(other, Release)
+        and other.region == line.region
+        and other.robot != line.robot
+        and abs(other.t - line.t) < 1e-9
+        for other in motion("two_digits").lines
+    )
+
+
+def _sooner(line: Line) -> Line:
+    assert isinstance(line, Reserve)
+    return replace(line, t=line.t - 0.01)
+
+
+def test_pieces_of_one_robot_that_overlap_by_10_ms_are_refused() -> None:
+    def longer(line: Line) -> Line:
+        assert isinstance(line, Flight)
+        curve = replace(line.curves[0], seconds=line.curves[0].seconds + 0.01)
+        return replace(line, t1=line.t1 + 0.01, curves=(curve,))
+
+    found = judged(changed(motion(DOOR), lambda line: isinstance(line, Flight), longer))
+    assert any("overlap by 0.010 s" in finding.found for finding in found)
+
+
+def test_body_pushed_into_a_wall_by_5_cm_is_refused() -> None:
+    """A flight along the northern wall, shifted towards it."""
+    found, trace = motion(DOOR), trace_of(DOOR)
+    into = found.header.side / 2 - 0.25 + 0.05
+
+    def along(line: Line) -> bool:
+        if not isinstance(line, Flight) or abs(line.to - line.origin) != 1:
+            return False
+        row, col = divmod(line.to, trace.header.cols)
+        return trace.header.grid[row - 1][col] == "#"
+
+    def pushed(line: Line) -> Line:
+        assert isinstance(line, Flight)
+        curve = line.curves[0]
+        return replace(line, curves=(replace(curve, y=(curve.y[0] + into, *curve.y[1:])),))
+
+    refused = judged(changed(found, along, pushed))
+    assert any(f.rule == "room" and "reaches 0.050 m into region" in f.found for f in refused)
+
+
+def test_action_before_its_time_is_refused() -> None:
+    def early(line: Line) -> Line:
+        assert isinstance(line, Action)
+        return replace(line, t0=line.t0 - 3, t1=line.t1 - 3)
+
+    found = judged(changed(motion(DOOR), lambda line: isinstance(line, Action), early))
+    reasons = {finding.rule for finding in found}
+    assert "action" in reasons
+    assert any("before it has arrived" in f.found or "while it acts" in f.found for f in found)
+
+
+def test_door_entered_before_it_is_open_is_refused() -> None:
+    def late(line: Line) -> Line:
+        assert isinstance(line, Action)
+        return replace(line, t1=line.t1 + 0.5)
+
+    found = judged(changed(motion(DOOR), lambda line: isinstance(line, Action), late))
+    assert any("0.500 s before door@47 is resolved" in f.found for f in found)
+
+
+def test_missing_segment_is_refused() -> None:
+    lines = list(motion(DOOR).lines)
+    lines.remove(next(line for line in lines if walks(line)))
+    found = judged(replace(motion(DOOR), lines=tuple(lines)))
+    assert any(f.rule == "continuity" and "nothing says where it is" in f.found for f in found)
+
+
+def test_missing_move_with_a_longer_rest_is_refused() -> None:
+    """The last flight replaced by hovering where the quadcopter was: continuous, but not there."""
+    lines = list(motion(DOOR).lines)
+    last = [line for line in lines if isinstance(line, Flight)][-1]
+    while lines[lines.index(last)].origin == last.to:
+        lines.remove(last)
+        last = [line for line in lines if isinstance(line, Flight)][-1]
+    lines.remove(last)
+    found = judged(replace(motion(DOOR), lines=tuple(lines)))
+    assert any("is missing" in f.found for f in found)
+
+
+def test_another_gravity_is_refused() -> None:
+    robots = {name: dict(robot) for name, robot in motion(DOOR).header.robots.items()}
+    robots["digit"]["omega"] *= (9.0 / 9.81) ** 0.5
+    header = replace(motion(DOOR).header, robots=robots)
+    found = judged(replace(motion(DOOR), header=header))
+    assert found[0].rule == "gravity"
+    assert "9.0000 m/s^2, not 9.81" in found[0].found
+
+
+def test_another_height_is_refused() -> None:
+    robots = {name: dict(robot) for name, robot in motion(DOOR).header.robots.items()}
+    robots["digit"]["omega"], robots["digit"]["height"] = (9.81 / 0.9) ** 0.5, 0.9
+    found = judged(replace(motion(DOOR), header=replace(motion(DOOR).header, robots=robots)))
+    assert found[0].rule == "dynamics"
+
+
+def test_motion_of_another_trace_is_refused() -> None:
+    found = check_motion(motion(DOOR), trace_of("case_study_2"), digest_of("case_study_2"))
+    assert len(found) == 1
+    assert "of another trace" in found[0].found
+
+
+def test_wall_reserved_is_refused() -> None:
+    def walled(line: Line) -> Line:
+        assert isinstance(line, Reserve)
+        return replace(line, region=0)
+
+    found = judged(
+        changed(motion(DOOR), lambda line: isinstance(line, Reserve) and line.t > 0, walled)
+    )
+    assert any(f.rule == "wall" for f in found)
+
+
+def test_jump_between_pieces_is_refused() -> None:
+    name = "warehouse"
+
+    def moved(line: Line) -> Line:
+        assert isinstance(line, Drive)
+        arcs = (replace(line.arcs[0], x=line.arcs[0].x + 0.02), *line.arcs[1:])
+        return replace(line, arcs=arcs)
+
+    found = judged(changed(motion(name), lambda line: isinstance(line, Drive), moved), name)
+    assert any("jumps by 0.02" in f.found for f in found)
+
+
+def test_speed_above_the_limit_is_refused() -> None:
+    robots = {name: dict(robot) for name, robot in motion(DOOR).header.robots.items()}
+    robots["quad"]["speed"] = 0.9
+    found = judged(replace(motion(DOOR), header=replace(motion(DOOR).header, robots=robots)))
+    assert found[0].rule == "speed"
+    assert "1.000 m/s, more than 0.9" in found[0].found
+
+
+def test_shorter_makespan_is_refused() -> None:
+    outcome = replace(motion(DOOR).outcome, makespan=motion(DOOR).outcome.makespan - 1)
+    found = judged(replace(motion(DOOR), outcome=outcome))
+    assert any(f.rule == "makespan" for f in found)
+
+
+def test_findings_are_told_in_the_order_of_time() -> None:
+    lines = [line for line in motion(DOOR).lines if not (isinstance(line, Moving) and line.t0 > 50)]
+    found = judged(replace(motion(DOOR), lines=tuple(lines)))
+    assert [f.t for f in found] == sorted(f.t for f in found)

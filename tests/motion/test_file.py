@@ -1,0 +1,83 @@
+"""The motion file: what is written is read again; what is broken is told with its place."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from motion.runs import digest_of, motion, trace_of
+from safenav.errors import InputError
+from safenav.motion.file.reading import parsed
+from safenav.motion.file.writing import text_of
+from safenav.motion.making import motion_of
+
+
+@pytest.mark.parametrize("name", ["case_study_1", "team_of_six"])
+def test_file_is_read_as_it_was_written(name: str) -> None:
+    text = text_of(motion(name))
+    again = parsed(text.encode(), "again")
+    assert again == motion(name)
+    assert text_of(again) == text
+
+
+def test_same_trace_makes_the_same_file() -> None:
+    made = [text_of(motion_of(trace_of("case_study_2"), digest_of("case_study_2"))) for _ in "ab"]
+    assert made[0] == made[1]
+
+
+def test_further_lines_and_fields_are_skipped() -> None:
+    lines = text_of(motion("case_study_1")).splitlines()
+    lines.insert(3, '{"type": "weather", "rain": true}')
+    first = json.loads(lines[1])
+    lines[1] = json.dumps({**first, "colour": "red"})
+    assert parsed("\n".join(lines).encode(), "more") == motion("case_study_1")
+
+
+def broken(change: dict[str, object] | None = None, without: str | None = None) -> bytes:
+    lines = text_of(motion("case_study_1")).splitlines()
+    index = next(i for i, line in enumerate(lines) if '"segment"' in line)
+    data = {**json.loads(lines[index]), **(change or {})}
+    if without is not None:
+        del data[without]
+    lines[index] = json.dumps(data)
+    return "\n".join(lines).encode()
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b"", "empty"),
+        (b"{}\n", "first line must be the header"),
+        (b'{"type": "header", "motion": 9}\n', "this safenav reads 1"),
+        (b'{"type": "header", "motion": 1}\n', "'trace' is missing"),
+        (b"nonsense\n", "not JSON"),
+    ],
+    ids=["empty", "no header", "another version", "header without a trace", "no JSON"],
+)
+def test_what_is_no_motion_is_told(content: bytes, words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        parsed(content, "file")
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (lambda: broken(without="phases"), "'phases' is missing"),
+        (lambda: broken({"t0": "soon"}), "'t0' is wrong: a number was expected"),
+        (lambda: broken({"t0": None}), "'t0' is wrong"),
+        (lambda: broken({"start": [1, 2]}), "'start' is wrong"),
+        (lambda: broken({"phases": [[1]]}), "'phases' is wrong"),
+        (lambda: broken({"tick": 1.5}), "whole number"),
+    ],
+    ids=["missing", "text", "null", "too short", "row too short", "no whole number"],
+)
+def test_broken_line_is_told_with_its_field(content, words: str) -> None:  # type: ignore[no-untyped-def]
+    with pytest.raises(InputError, match=words):
+        parsed(content(), "file")
+
+
+def test_cut_off_file_is_told() -> None:
+    text = text_of(motion("case_study_1"))
+    with pytest.raises(InputError, match="cut off"):
+        parsed(text[: text.rindex('{"type":"outcome"')].encode(), "file")

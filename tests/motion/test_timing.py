@@ -1,0 +1,172 @@
+"""Reservations: whatever moves take, nobody meets, nothing is entered early, and all end."""
+
+from __future__ import annotations
+
+import os
+import random
+from itertools import combinations
+
+import pytest
+
+from motion.runs import SHIPPED, motion, trace_of
+from safenav.audit.records import Move, Resolved, Trace
+from safenav.motion.file.records import Action, Moving, Release, Reserve
+from safenav.motion.geometry import Floor
+from safenav.motion.making import floor_of
+from safenav.motion.mover import Errand, Mover
+from safenav.motion.timing.order import Step, order_of
+from safenav.motion.timing.schedule import Schedule, scheduled
+
+SLOWED = int(os.environ.get("SAFENAV_MOTION_SLOWED", "20"))
+
+
+class Stroller(Mover):
+    """Takes one to three seconds for a move, by chance, and sometimes one to halt."""
+
+    chance: random.Random
+
+    def move(self, errand: Errand) -> list[Moving]:
+        self.region = errand.to
+        self.time += self.chance.uniform(1, 3)
+        return []
+
+    def halt(self, tick: int) -> list[Moving]:
+        del tick
+        self.time += self.chance.choice([0.0, 1.0])
+        return []
+
+    def rest(self, tick: int, until: float) -> list[Moving]:
+        del tick
+        self.time = until
+        return []
+
+    def limits(self) -> dict[str, float]:
+        return {"size": 0.5}
+
+
+def strolled(trace: Trace, seed: int, edges: bool = True) -> Schedule:
+    floor = Floor(trace.header.rows, trace.header.cols, 2.7)
+    movers: dict[str, Mover] = {}
+    for name, robot in trace.header.robots.items():
+        mover = Stroller(name, floor, robot.start, robot.heading, 0.5, {"action_seconds": 2.0})
+        mover.chance = random.Random(f"{seed} {name}")
+        movers[name] = mover
+    nodes = order_of(trace, floor_of(trace))
+    if not edges:
+        nodes = tuple(node if not isinstance(node, Step) else _alone(node) for node in nodes)
+    return scheduled(nodes, movers)
+
+
+def _alone(step: Step) -> Step:
+    return Step(step.index, step.tick, step.robot, (), step.origin, step.to, step.heading)
+
+
+def overlaps(trace: Trace, plan: Schedule) -> int:
+    """Pairs of robots in conflict that have one region at once."""
+    held: dict[tuple[str, int], float] = {}
+    spans: dict[int, list[tuple[str, float, float]]] = {}
+    for line in plan.lines:
+        if isinstance(line, Reserve):
+            held[line.robot, line.region] = line.t
+        elif isinstance(line, Release):
+            begin = held.pop((line.robot, line.region))
+            spans.setdefault(line.region, []).append((line.robot, begin, line.t))
+    for (robot, region), begin in held.items():
+        spans.setdefault(region, []).append((robot, begin, float("inf")))
+    robots = trace.header.robots
+    return sum(
+        1
+        for having in spans.values()
+        for one, other in combinations(having, 2)
+        if one[0] != other[0]
+        and other[0] in (robots[one[0]].conflicts or ())
+        and min(one[2], other[2]) > max(one[1], other[1]) + 1e-9
+    )
+
+
+def entered_early(trace: Trace, plan: Schedule) -> int:
+    """Reservations of a region whose obstacle blocks the robot and is not resolved yet."""
+    done = {line.obstacle: line.t1 for line in plan.lines if isinstance(line, Action)}
+    blocked = [
+        line
+        for line in plan.lines
+        if isinstance(line, Reserve)
+        for obstacle in trace.header.obstacles.values()
+        if obstacle.region == line.region
+        and line.robot in obstacle.blocks
+        and line.t < done.get(obstacle.name, float("inf")) - 1e-9
+    ]
+    return len(blocked)
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_slow_robots_never_overlap_never_enter_a_door_early_and_all_end(name: str) -> None:
+    trace = trace_of(name)
+    steps = sum(
+        1 for r in trace.records if isinstance(r, Move) and r.to != r.origin and r.toward is None
+    )
+    resolved = sum(1 for r in trace.records if isinstance(r, Resolved))
+    for seed in range(SLOWED):
+        plan = strolled(trace, seed)
+        assert overlaps(trace, plan) == 0
+        assert entered_early(trace, plan) == 0
+        assert sum(1 for line in plan.lines if isinstance(line, Release)) == steps
+        assert sum(1 for line in plan.lines if isinstance(line, Action)) == resolved
+
+
+def test_without_the_rule_slow_robots_would_overlap() -> None:
+    trace = trace_of("two_digits")
+    assert all(overlaps(trace, strolled(trace, seed, edges=False)) > 0 for seed in range(5))
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_edges_point_backwards(name: str) -> None:
+    trace = trace_of(name)
+    for node in order_of(trace, floor_of(trace)):
+        assert all(edge.node < node.index for edge in node.after)
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_makespan_is_the_length_of_the_chain_that_is_named(name: str) -> None:
+    outcome = motion(name).outcome
+    assert outcome.chain[0].t0 == 0
+    assert outcome.chain[-1].t1 == pytest.approx(outcome.makespan)
+    for before, after in zip(outcome.chain, outcome.chain[1:], strict=False):
+        assert after.t0 == pytest.approx(before.t1, abs=1e-9)
+    length = sum(link.t1 - link.t0 for link in outcome.chain)
+    assert length == pytest.approx(outcome.makespan, abs=1e-6)
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_robots_are_busy_or_wait_for_somebody(name: str) -> None:
+    found = motion(name)
+    for line in found.lines:
+        if hasattr(line, "cause"):
+            assert line.on in found.header.robots
+            assert line.t1 > line.t0
+
+
+def test_digit_opens_the_door_for_the_quadcopter_which_waits_for_it() -> None:
+    found = motion("case_study_1")
+    (action,) = [line for line in found.lines if isinstance(line, Action)]
+    assert (action.robot, action.obstacle, action.action) == ("digit", "door@47", "push")
+    assert action.t1 - action.t0 == pytest.approx(2.0)
+    entered = min(
+        line.t
+        for line in found.lines
+        if isinstance(line, Reserve) and line.robot == "quad" and line.region == 47
+    )
+    assert entered == pytest.approx(action.t1)
+    assert found.outcome.waiting["quad"] > 20
+
+
+def test_step_of_several_ticks_is_one_move() -> None:
+    trace = trace_of("team_of_six")
+    steps = [r for r in trace.records if isinstance(r, Move) and r.robot == "porter"]
+    assert any(r.toward is not None for r in steps)
+    moved = [
+        line
+        for line in motion("team_of_six").lines
+        if isinstance(line, Moving) and line.robot == "porter" and line.origin != line.to
+    ]
+    assert len(moved) == sum(1 for r in steps if r.origin != r.to)
