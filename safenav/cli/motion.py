@@ -67,7 +67,7 @@ def command(
     if output is None and not report:
         raise click.UsageError("say what to do: -o FILE, --report, or both")
     source = read_source(trace)
-    if side is None and source.trace.header.resolution is None:
+    if side is None and source.trace.header.scenario.map.resolution is None:
         click.echo(
             f"{trace}: the trace does not say how large a region is; {SIDE:g} m it is "
             "(--side M for another)",

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import safenav
-from safenav.audit.records import RobotHeader, Trace
 from safenav.errors import Diagnostic, InputError, UsageError
 from safenav.motion.file.records import Header, Motion
 from safenav.motion.geometry import Floor
@@ -16,6 +15,7 @@ from safenav.motion.timing.order import order_of
 from safenav.motion.timing.schedule import scheduled
 from safenav.scenario.motion import resolved
 from safenav.scenario.reading.catalogue import built_in
+from safenav.trace.records import RobotHeader, Trace
 
 SIDE = 2.7
 """Metres of a region if the trace does not say: as in the paper's code."""
@@ -48,7 +48,7 @@ def motion_of(
         side=floor.side,
         rows=floor.rows,
         cols=floor.cols,
-        origin=trace.header.origin or (0.0, 0.0, 0.0),
+        origin=trace.header.scenario.map.origin or (0.0, 0.0, 0.0),
         robots={name: _described(trace, name, movers[name]) for name in movers},
         seed=against.seed,
         gust=against.gust,
@@ -59,9 +59,9 @@ def motion_of(
 
 def floor_of(trace: Trace, side: float | None = None) -> Floor:
     """The floor of a trace in metres. Raises InputError if its regions are not square."""
-    header = trace.header
+    header, world = trace.header, trace.header.scenario.map
     if side is None:
-        east, north = header.resolution or (SIDE, SIDE)
+        east, north = world.resolution or (SIDE, SIDE)
         if abs(east - north) > 1e-9 * max(east, north):
             found = f"regions of {east:g} x {north:g} m: robots move on square ones only"
             hint = "say how large they are: --side 2.7"
@@ -70,21 +70,21 @@ def floor_of(trace: Trace, side: float | None = None) -> Floor:
     if not 0 < side < 1e6:
         found = f"regions of {side:g} m: their side must be more than 0"
         raise InputError([Diagnostic(trace.source, header.line, 1, found)])
-    return Floor(header.rows, header.cols, side)
+    return Floor(world.rows, world.cols, side)
 
 
 def movers_of(trace: Trace, floor: Floor) -> dict[str, Mover]:
     """A mover for each robot, where it starts."""
     movers = {}
-    for name, robot in trace.header.robots.items():
+    for name, robot in trace.header.scenario.robots.items():
         if not 0 <= robot.start < floor.rows * floor.cols:
             found = f"{name} starts in region {robot.start}, which is not on the map"
             raise InputError([Diagnostic(trace.source, trace.header.line, 1, found)])
-        movers[name] = mover(name, floor, robot.start, robot.heading, _motion(robot))
+        movers[name] = mover(name, floor, robot.start, robot.heading, _motion(name, robot))
     return movers
 
 
-def _motion(robot: RobotHeader) -> dict[str, object]:
+def _motion(name: str, robot: RobotHeader) -> dict[str, object]:
     """What the trace says; of an older trace, what the built-in catalogue says of the model."""
     if robot.motion is not None:
         return dict(robot.motion)
@@ -92,14 +92,14 @@ def _motion(robot: RobotHeader) -> dict[str, object]:
     known = None if model is None else resolved(model.motion, model.size, model.speed)
     if known is None:
         raise UsageError(
-            f"{robot.name}: the model '{robot.model}' does not say how it moves in metres\n"
+            f"{name}: the model '{robot.model}' does not say how it moves in metres\n"
             "    add 'motion: rover' or 'speed: 0.5' to it in the scenario, and run it again"
         )
     return known
 
 
 def _described(trace: Trace, name: str, moved: Mover) -> Mapping[str, object]:
-    robot = trace.header.robots[name]
-    motion = _motion(robot)
+    robot = trace.header.scenario.robots[name]
+    motion = _motion(name, robot)
     described: dict[str, object] = {**motion, "layer": robot.layer, **moved.limits()}
     return described

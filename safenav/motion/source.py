@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
 
-from safenav.audit.reader import read_bytes
-from safenav.audit.records import Trace
 from safenav.errors import Diagnostic, InputError
+from safenav.trace.reading import read_bytes
+from safenav.trace.records import Trace
 
 
 @dataclass(frozen=True)

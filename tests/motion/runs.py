@@ -7,15 +7,15 @@ from functools import cache
 from hashlib import sha256
 from pathlib import Path
 
-from safenav.audit.reader import read_bytes
-from safenav.audit.records import Trace
 from safenav.motion.file.reading import parsed
 from safenav.motion.file.records import Motion
 from safenav.motion.file.writing import text_of
 from safenav.motion.making import motion_of
 from safenav.runtime.mission import Mission
-from safenav.runtime.trace import TraceWriter
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
+from safenav.trace.reading import read_bytes
+from safenav.trace.records import Trace
+from safenav.trace.writing import TraceWriter
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 SHIPPED = sorted(path.stem for path in SCENARIOS.glob("*.yaml"))

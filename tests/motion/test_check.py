@@ -120,8 +120,8 @@ def test_body_pushed_into_a_wall_by_5_cm_is_refused() -> None:
     def along(line: Line) -> bool:
         if not isinstance(line, Flight) or abs(line.to - line.origin) != 1:
             return False
-        row, col = divmod(line.to, trace.header.cols)
-        return trace.header.grid[row - 1][col] == "#"
+        row, col = divmod(line.to, trace.header.scenario.map.cols)
+        return trace.header.scenario.map.grid[row - 1][col] == "#"
 
     def pushed(line: Line) -> Line:
         assert isinstance(line, Flight)

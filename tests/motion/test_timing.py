@@ -9,13 +9,13 @@ from itertools import combinations
 import pytest
 
 from motion.runs import SHIPPED, motion, trace_of
-from safenav.audit.records import Move, Resolved, Trace
 from safenav.motion.file.records import Action, Moving, Release, Reserve
 from safenav.motion.geometry import Floor
 from safenav.motion.making import floor_of
 from safenav.motion.mover import Errand, Mover
 from safenav.motion.timing.order import Step, order_of
 from safenav.motion.timing.schedule import Schedule, scheduled
+from safenav.trace.records import Move, Resolved, Trace
 
 SLOWED = int(os.environ.get("SAFENAV_MOTION_SLOWED", "20"))
 
@@ -45,9 +45,9 @@ class Stroller(Mover):
 
 
 def strolled(trace: Trace, seed: int, edges: bool = True) -> Schedule:
-    floor = Floor(trace.header.rows, trace.header.cols, 2.7)
+    floor = Floor(trace.header.scenario.map.rows, trace.header.scenario.map.cols, 2.7)
     movers: dict[str, Mover] = {}
-    for name, robot in trace.header.robots.items():
+    for name, robot in trace.header.scenario.robots.items():
         mover = Stroller(name, floor, robot.start, robot.heading, 0.5, {"action_seconds": 2.0})
         mover.chance = random.Random(f"{seed} {name}")
         movers[name] = mover
@@ -73,7 +73,7 @@ def overlaps(trace: Trace, plan: Schedule) -> int:
             spans.setdefault(line.region, []).append((line.robot, begin, line.t))
     for (robot, region), begin in held.items():
         spans.setdefault(region, []).append((robot, begin, float("inf")))
-    robots = trace.header.robots
+    robots = trace.header.scenario.robots
     return sum(
         1
         for having in spans.values()
@@ -91,7 +91,7 @@ def entered_early(trace: Trace, plan: Schedule) -> int:
         line
         for line in plan.lines
         if isinstance(line, Reserve)
-        for obstacle in trace.header.obstacles.values()
+        for obstacle in trace.obstacles.values()
         if obstacle.region == line.region
         and line.robot in obstacle.blocks
         and line.t < done.get(obstacle.name, float("inf")) - 1e-9
@@ -103,7 +103,7 @@ def entered_early(trace: Trace, plan: Schedule) -> int:
 def test_slow_robots_never_overlap_never_enter_a_door_early_and_all_end(name: str) -> None:
     trace = trace_of(name)
     steps = sum(
-        1 for r in trace.records if isinstance(r, Move) and r.to != r.origin and r.toward is None
+        1 for r in trace.records if isinstance(r, Move) and r.to != r.from_ and r.toward is None
     )
     resolved = sum(1 for r in trace.records if isinstance(r, Resolved))
     for seed in range(SLOWED):
@@ -169,4 +169,4 @@ def test_step_of_several_ticks_is_one_move() -> None:
         for line in motion("team_of_six").lines
         if isinstance(line, Moving) and line.robot == "porter" and line.origin != line.to
     ]
-    assert len(moved) == sum(1 for r in steps if r.origin != r.to)
+    assert len(moved) == sum(1 for r in steps if r.from_ != r.to)

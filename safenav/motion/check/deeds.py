@@ -7,12 +7,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from safenav.audit.records import Header as TraceHeader
-from safenav.audit.records import Resolved, Trace
 from safenav.motion.check.finding import NEAR, Finding, Report
 from safenav.motion.check.paths import Array, discs
 from safenav.motion.check.room import Grid
 from safenav.motion.file.records import Action, Moving
+from safenav.trace.records import Resolved, Trace
 
 STILL = 1e-6
 """Metres that a body at rest may move by rounding."""
@@ -28,10 +27,12 @@ def check_deeds(
 ) -> None:
     """Every action of the motion against the line of the trace that it carries out."""
     lines = {
-        (record.robot, record.obstacle, record.tick): record
+        (name, record.obstacle, record.tick): record
         for record in trace.records
         if isinstance(record, Resolved)
+        for name in (record.robot, *(record.robots or ()))
     }
+    obstacles = trace.obstacles
     for action in actions:
         record = lines.get((action.robot, action.obstacle, action.tick))
         if record is None:
@@ -48,29 +49,29 @@ def check_deeds(
         if moved > STILL:
             what = f"moves by {moved:.3f} m while it acts on {action.obstacle}"
             report(Finding(action.t0, action.robot, "action", what))
-        off = float(grid.distance(path[:1], grid.place(record.at))[0])
-        if off > STILL:
-            what = f"acts on {action.obstacle} {off:.3f} m outside region {record.at}"
-            report(Finding(action.t0, action.robot, "action", what))
-        _behind(trace.header, action, record.at, pieces, grid, limits, report)
+        if action.robot == record.robot:
+            off = float(grid.distance(path[:1], grid.place(record.at))[0])
+            if off > STILL:
+                what = f"acts on {action.obstacle} {off:.3f} m outside region {record.at}"
+                report(Finding(action.t0, action.robot, "action", what))
+        obstacle = obstacles.get(action.obstacle)
+        if obstacle is not None:
+            _behind(obstacle.region, action, pieces, grid, limits, report)
 
 
 def _behind(
-    header: TraceHeader,
-    action: Action,
     at: int,
+    action: Action,
     pieces: Mapping[str, Sequence[Moving]],
     grid: Grid,
     limits: Mapping[str, Mapping[str, object]],
     report: Report,
 ) -> None:
     """Who resolves an obstacle in its own region stays before the region's middle until then."""
-    obstacle = header.obstacles.get(action.obstacle)
-    if obstacle is None or obstacle.region != at:
-        return
     own = pieces.get(action.robot, ())
     entering = [p for p in own if p.to == at and p.origin != at and p.t1 <= action.t0 + NEAR]
-    if not entering:
+    here = [p for p in own if p.t0 <= action.t0 + NEAR and p.t1 >= action.t0 - NEAR]
+    if not entering or any(p.to != at for p in here):
         return
     last = entering[-1]
     (col, row), (from_col, from_row) = grid.place(at), grid.place(last.origin)

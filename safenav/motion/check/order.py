@@ -5,9 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from safenav.audit.records import Blocked, Header, Move, Resolved, Synthesis, Trace
 from safenav.motion.check.finding import NEAR, Finding, Report
 from safenav.motion.file.records import Action, Moving
+from safenav.trace.records import (
+    Appeared,
+    Blocked,
+    Gone,
+    Move,
+    ObstacleHeader,
+    Resolved,
+    ScenarioHeader,
+    Synthesis,
+    Trace,
+)
 
 
 @dataclass(frozen=True)
@@ -30,16 +40,17 @@ class _Run:
     ended: dict[str, float] = field(default_factory=dict)
     bound: dict[str, float] = field(default_factory=dict)
     opened: dict[str, float] = field(default_factory=dict)
+    """When obstacles that stand no more were resolved; 0 for one that never stood, or went."""
 
 
-def conflicts_of(header: Header) -> dict[str, frozenset[str]]:
+def conflicts_of(scenario: ScenarioHeader) -> dict[str, frozenset[str]]:
     """With whom each robot must never share a region."""
     found = {}
-    for name, robot in header.robots.items():
+    for name, robot in scenario.robots.items():
         if robot.conflicts is not None:
             found[name] = robot.conflicts
         else:
-            others = (n for n, other in header.robots.items() if other.layer == robot.layer)
+            others = (n for n, other in scenario.robots.items() if other.layer == robot.layer)
             found[name] = frozenset(others) - {name}
     return found
 
@@ -88,7 +99,9 @@ def _merged(pieces: Sequence[Moving]) -> list[Passage]:
 
 def _steps(trace: Trace) -> dict[str, list[tuple[int, int, int, int]]]:
     """The steps of each robot: line of the trace where it begins, tick, from, to."""
-    found: dict[str, list[tuple[int, int, int, int]]] = {n: [] for n in trace.header.robots}
+    found: dict[str, list[tuple[int, int, int, int]]] = {
+        n: [] for n in trace.header.scenario.robots
+    }
     begun: dict[str, Move] = {}
     for record in trace.records:
         if not isinstance(record, Move):
@@ -97,8 +110,8 @@ def _steps(trace: Trace) -> dict[str, list[tuple[int, int, int, int]]]:
             begun.setdefault(record.robot, record)
             continue
         first = begun.pop(record.robot, record)
-        if record.to != record.origin:
-            step = (first.line, first.tick, record.origin, record.to)
+        if record.to != record.from_:
+            step = (first.line, first.tick, record.from_, record.to)
             found[record.robot].append(step)
     return found
 
@@ -113,24 +126,31 @@ def check_order(
     and after what a robot's strategy answers; actions are where and when they must be."""
     run = _Run()
     waiting = list(actions)
-    conflicts = conflicts_of(trace.header)
+    conflicts = conflicts_of(trace.header.scenario)
     pending: dict[str, Passage] = {}
     turn: str | None = None
     closed: set[str] = set()
+    obstacles = trace.obstacles
+    run.opened.update((name, 0.0) for name, found in obstacles.items() if found.from_)
     for record in trace.records:
         if isinstance(record, Move):
             turn = record.robot
             step = steps.get(record.line)
             if step is not None:
-                _entered(trace.header, run, conflicts, closed, step, report)
+                _entered(obstacles, run, conflicts, closed, step, report)
                 pending[record.robot] = step
                 run.ended[record.robot] = step.end
-            if record.toward is None and record.to != record.origin:
+            if record.toward is None and record.to != record.from_:
                 arrived = pending.get(record.robot)
                 if arrived is not None:
-                    run.left.setdefault(record.origin, {})[record.robot] = arrived.end
+                    run.left.setdefault(record.from_, {})[record.robot] = arrived.end
         elif isinstance(record, Resolved):
-            _acted(trace.header, run, record, waiting, report)
+            _acted(obstacles[record.obstacle], run, record, waiting, report)
+        elif isinstance(record, Appeared):
+            run.opened.pop(record.obstacle, None)
+            closed.discard(record.obstacle)
+        elif isinstance(record, Gone):
+            run.opened[record.obstacle] = 0.0
         elif isinstance(record, Blocked):
             closed.add(record.obstacle)
         elif isinstance(record, Synthesis) and turn is not None:
@@ -141,7 +161,7 @@ def check_order(
 
 
 def _entered(
-    header: Header,
+    obstacles: Mapping[str, ObstacleHeader],
     run: _Run,
     conflicts: Mapping[str, frozenset[str]],
     closed: set[str],
@@ -162,7 +182,7 @@ def _entered(
     if early > NEAR:
         what = f"moves {early:.3f} s before what its strategy answers has happened"
         wrong("order", what)
-    for name, obstacle in header.obstacles.items():
+    for name, obstacle in obstacles.items():
         if obstacle.region != step.to or step.robot not in obstacle.blocks or name in closed:
             continue
         opened = run.opened.get(name)
@@ -174,28 +194,38 @@ def _entered(
 
 
 def _acted(
-    header: Header, run: _Run, record: Resolved, waiting: list[Action], report: Report
+    obstacle: ObstacleHeader,
+    run: _Run,
+    record: Resolved,
+    waiting: list[Action],
+    report: Report,
 ) -> None:
-    obstacle = header.obstacles[record.obstacle]
-    done = next(
-        (a for a in waiting if (a.robot, a.obstacle) == (record.robot, record.obstacle)), None
-    )
-    arrived = run.ended.get(record.robot, 0.0)
-    if done is None:
-        what = f"{record.obstacle} is never resolved (tick {record.tick})"
-        report(Finding(arrived, record.robot, "action", what))
-        return
-    waiting.remove(done)
-    early = arrived - done.t0
-    if early > NEAR:
-        what = f"acts on {record.obstacle} {early:.3f} s before it has arrived"
-        report(Finding(done.t0, record.robot, "action", what))
-    early = run.bound.get(record.robot, 0.0) - done.t0
-    if early > NEAR:
-        what = f"acts on {record.obstacle} {early:.3f} s before what its strategy answers"
-        report(Finding(done.t0, record.robot, "action", what))
-    if done.t1 < done.t0 or done.action != obstacle.action:
-        what = f"performs '{done.action}' for {done.t1 - done.t0:.3f} s on {record.obstacle}"
-        report(Finding(done.t0, record.robot, "action", what))
-    run.opened[record.obstacle] = done.t1
-    run.ended[record.robot] = max(arrived, done.t1)
+    """All that take part act, after they have arrived, and at once if they are several."""
+    need = record.need or 0
+    team = {record.robot: None, **dict.fromkeys(record.robots or ())}
+    spans = []
+    for name in team:
+        done = next((a for a in waiting if (a.robot, a.obstacle) == (name, obstacle.name)), None)
+        arrived = run.ended.get(name, 0.0)
+        if done is None:
+            what = f"never acts on {obstacle.name} (tick {record.tick})"
+            report(Finding(arrived, name, "action", what))
+            continue
+        waiting.remove(done)
+        spans.append((done.t0, done.t1))
+        for since, what in (
+            (arrived, "it has arrived"),
+            (run.bound.get(name, 0.0), "what its strategy answers"),
+        ):
+            if since - done.t0 > NEAR:
+                early = f"acts on {obstacle.name} {since - done.t0:.3f} s before {what}"
+                report(Finding(done.t0, name, "action", early))
+        if done.t1 < done.t0 or done.action != obstacle.all_needs[need].action:
+            what = f"performs '{done.action}' for {done.t1 - done.t0:.3f} s on {obstacle.name}"
+            report(Finding(done.t0, name, "action", what))
+        run.ended[name] = max(arrived, done.t1)
+    if len(set(spans)) > 1:
+        what = f"acts on {obstacle.name} at another time than the others"
+        report(Finding(spans[0][0], record.robot, "action", what))
+    if spans and need == len(obstacle.all_needs) - 1:
+        run.opened[obstacle.name] = max(end for _, end in spans)

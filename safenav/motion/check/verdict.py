@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from itertools import pairwise
 
-from safenav.audit.records import Trace
 from safenav.motion.check.bodies import check_distances
 from safenav.motion.check.deeds import check_deeds
 from safenav.motion.check.finding import NEAR, Finding
@@ -24,6 +23,7 @@ from safenav.motion.file.records import (
     Push,
     Segment,
 )
+from safenav.trace.records import Trace
 
 SIDE = 2.7
 WALKER = ("omega", "height", "step", "aside", "friction", "swing", "size")
@@ -50,9 +50,9 @@ def check_motion(motion: Motion, trace: Trace, digest: str) -> list[Finding]:
     if found:
         return _by_time(found)  # what cannot be solved has no path to look at
     grid = Grid(motion.header.rows, motion.header.cols, motion.header.side)
-    conflicts = conflicts_of(trace.header)
+    conflicts = conflicts_of(trace.header.scenario)
     makespan = motion.outcome.makespan
-    for name in trace.header.robots:
+    for name in trace.header.scenario.robots:
         pushes = [line for line in lines if isinstance(line, Push) and line.robot == name]
         check_joins(name, pieces.get(name, []), pushes, makespan, report)
         _start(name, trace, pieces.get(name, []), found)
@@ -75,7 +75,7 @@ def _by_time(found: list[Finding]) -> list[Finding]:
 
 
 def _header(motion: Motion, trace: Trace, digest: str) -> list[Finding]:
-    header, world = motion.header, trace.header
+    header, world = motion.header, trace.header.scenario.map
 
     def wrong(what: str) -> list[Finding]:
         return [Finding(0.0, "", "header", what)]
@@ -84,7 +84,7 @@ def _header(motion: Motion, trace: Trace, digest: str) -> list[Finding]:
         return wrong("the motion is of another trace: the sha256 of its header is not this one's")
     if (header.rows, header.cols) != (world.rows, world.cols):
         return wrong(f"a map of {header.rows} x {header.cols} regions")
-    if set(header.robots) != set(world.robots):
+    if set(header.robots) != set(trace.header.scenario.robots):
         return wrong(f"the robots {', '.join(sorted(header.robots))} are not those of the trace")
     if header.side <= 0:
         return wrong(f"regions of {header.side:g} m")
@@ -118,17 +118,17 @@ def _dynamics(
 
 
 def _start(name: str, trace: Trace, pieces: list[Moving], found: list[Finding]) -> None:
-    start = trace.header.robots[name].start
+    start = trace.header.scenario.robots[name].start
     if pieces and pieces[0].origin != start:
         what = f"it starts in region {pieces[0].origin}, not in {start}"
         found.append(Finding(0.0, name, "order", what))
 
 
 def _free(trace: Trace, region: int) -> bool:
-    row, col = divmod(region, trace.header.cols)
-    if not 0 <= row < trace.header.rows:
+    row, col = divmod(region, trace.header.scenario.map.cols)
+    if not 0 <= row < trace.header.scenario.map.rows:
         return False
-    return trace.header.grid[row][col] != "#"
+    return trace.header.scenario.map.grid[row][col] != "#"
 
 
 def _outcome(motion: Motion, found: list[Finding]) -> None:

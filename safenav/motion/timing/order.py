@@ -10,12 +10,12 @@ section VII of the paper names the problem.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
-from safenav.audit.records import Header, Move, Resolved, Synthesis, Trace
 from safenav.motion.geometry import Floor
+from safenav.trace.records import Move, ObstacleHeader, Resolved, RobotHeader, Synthesis, Trace
 
 
 class Cause(StrEnum):
@@ -59,7 +59,7 @@ class Step:
 
 @dataclass(frozen=True)
 class Deed:
-    """A robot at ``at`` resolves an obstacle in ``region``."""
+    """A robot at ``at`` acts on an obstacle in ``region``; ``others`` take part."""
 
     index: int
     tick: int
@@ -69,6 +69,7 @@ class Deed:
     obstacle: str
     at: int
     region: int
+    others: tuple[str, ...] = ()
 
 
 Node = Step | Deed
@@ -76,7 +77,7 @@ Node = Step | Deed
 
 def order_of(trace: Trace, floor: Floor) -> tuple[Node, ...]:
     """The nodes of a run in an order in which all edges point backwards."""
-    order = _Order(trace.header, floor, _arrivals(trace))
+    order = _Order(trace.header.scenario.robots, trace.obstacles, floor, _arrivals(trace))
     for number, record in enumerate(trace.records):
         order.take(number, record)
     return _with_next_headings(order.nodes)
@@ -104,7 +105,7 @@ def _arrivals(trace: Trace) -> _Arrivals:
             continue
         lines = pending.pop(record.robot, [])
         skipped.update(lines[1:])
-        if lines and record.to != record.origin:
+        if lines and record.to != record.from_:
             begins[lines[0]] = number
         else:
             skipped.update(lines)  # it gave up, and never left
@@ -117,7 +118,8 @@ def _arrivals(trace: Trace) -> _Arrivals:
 class _Order:
     """Goes through a trace; owns what is known of the run so far."""
 
-    header: Header
+    robots: Mapping[str, RobotHeader]
+    obstacles: Mapping[str, ObstacleHeader]
     floor: Floor
     arrivals: _Arrivals
     nodes: list[Node] = field(default_factory=list)
@@ -149,18 +151,18 @@ class _Order:
             return
         start = self.arrivals.ends.get(number)
         if start is not None:
-            self.left[move.origin][move.robot] = self.started[start]
+            self.left[move.from_][move.robot] = self.started[start]
             return
         end = self.arrivals.begins.get(number)
         target = move.to if end is None else move.toward
         assert target is not None
-        if target == move.origin:
+        if target == move.from_:
             return
-        heading = self.floor.heading(move.origin, target)
-        step = Step(len(self.nodes), move.tick, move.robot, (), move.origin, target, heading)
+        heading = self.floor.heading(move.from_, target)
+        step = Step(len(self.nodes), move.tick, move.robot, (), move.from_, target, heading)
         self._add(replace(step, after=self._before(move.robot, target)))
         if end is None:
-            self.left[move.origin][move.robot] = step.index
+            self.left[move.from_][move.robot] = step.index
         else:
             self.started[number] = step.index
 
@@ -183,25 +185,37 @@ class _Order:
         return found
 
     def _resolved(self, record: Resolved) -> None:
-        obstacle = self.header.obstacles[record.obstacle]
+        obstacle = self.obstacles[record.obstacle]
+        need = record.need or 0
+        others = tuple(name for name in record.robots or () if name != record.robot)
+        together = [
+            After(edge.node, Cause.TOGETHER) for other in others for edge in self._own(other)
+        ]
         deed = Deed(
             len(self.nodes),
             record.tick,
             record.robot,
-            tuple(self._own(record.robot)),
-            obstacle.action,
+            (*self._own(record.robot), *together),
+            obstacle.all_needs[need].action,
             record.obstacle,
             record.at,
             obstacle.region,
+            others,
         )
-        entering = self.last.get(record.robot)
-        if entering is not None and obstacle.region == record.at:
-            step = self.nodes[entering]
-            if isinstance(step, Step):
-                self.nodes[entering] = replace(step, short=True)
+        for name in (record.robot, *others):
+            self._stop_short(name, obstacle.region)
         self._add(deed)
-        if record.traversable is not False:
+        for other in others:
+            self.last[other] = deed.index
+        if need == len(obstacle.all_needs) - 1 and record.traversable is not False:
             self.resolved[obstacle.region].append((obstacle.blocks, deed.index))
+
+    def _stop_short(self, robot: str, region: int) -> None:
+        """The step into an obstacle's own region ends before it, if the robot acts there."""
+        if robot in self.last:
+            step = self.nodes[self.last[robot]]
+            if isinstance(step, Step) and step.to == region:
+                self.nodes[step.index] = replace(step, short=True)
 
     def _add(self, node: Node) -> None:
         self.nodes.append(node)
@@ -210,7 +224,7 @@ class _Order:
     def _conflict(self, robot: str, other: str) -> bool:
         if robot == other:
             return False
-        mine, theirs = self.header.robots[robot], self.header.robots[other]
+        mine, theirs = self.robots[robot], self.robots[other]
         if mine.conflicts is None or theirs.conflicts is None:
             return mine.layer == theirs.layer
         return other in mine.conflicts or robot in theirs.conflicts

@@ -36,16 +36,23 @@ class Schedule:
 
 
 @dataclass(frozen=True)
+class _Stop:
+    """A robot that halted from ``begin`` until a node could start."""
+
+    robot: str
+    begin: float
+
+
+@dataclass(frozen=True)
 class _Done:
-    """A node in time. ``begin`` is when its robot was ready to halt for it, or to begin;
-    ``edge`` is what it waited for last."""
+    """A node in time. ``edge`` is what it waited for last; ``stop`` is the halt between that and
+    its start, if there was one."""
 
     node: Node
-    begin: float
-    halted: float
     start: float
     end: float
     edge: After | None
+    stop: _Stop | None
 
 
 def scheduled(nodes: Iterable[Node], movers: Mapping[str, Mover]) -> Schedule:
@@ -66,30 +73,38 @@ class _Clock:
         self._waited = dict.fromkeys(movers, 0.0)
 
     def take(self, node: Node) -> None:
-        mover = self._movers[node.robot]
-        begin = mover.time
-        edge = self._latest(node.after)
-        ready = 0.0 if edge is None else self._done[edge.node].end
-        late = ready > begin + AT_ONCE
-        halted = begin
-        if late or isinstance(node, Deed):
-            self._lines += mover.halt(node.tick)
-            halted = mover.time
-        if late:
-            if mover.time < ready:
-                self._lines += mover.rest(node.tick, ready)
-            assert edge is not None
-            on = self._done[edge.node].node
-            wait = Wait(node.robot, node.tick, begin, mover.time, edge.cause, on.robot, on.tick)
-            self._lines.append(wait)
-            self._waited[node.robot] += mover.time - begin
-        start = mover.time
+        ready, edge = self._latest(node.after)
+        names = [node.robot, *(node.others if isinstance(node, Deed) else ())]
+        begins = {name: self._movers[name].time for name in names}
+        acting = isinstance(node, Deed)
+        for name in names:
+            if acting or ready > begins[name] + AT_ONCE:
+                self._lines += self._movers[name].halt(node.tick)
+        start = max(ready, *(self._movers[name].time for name in names))
+        if not acting and ready <= begins[node.robot] + AT_ONCE:
+            start = begins[node.robot]  # it goes on without a halt
+        stop = None
+        for name in names:
+            mover = self._movers[name]
+            if mover.time >= start and mover.time > max(begins[name], ready) + AT_ONCE:
+                stop = _Stop(name, begins[name])
+            if mover.time < start:
+                self._lines += mover.rest(node.tick, start)
+            if edge is not None and ready > begins[name] + AT_ONCE:
+                self._wait(name, node, begins[name], start, edge)
+        if stop is not None:
+            edge = self._own(stop.robot, node.after)
         if isinstance(node, Step):
-            self._step(node, mover)
+            self._step(node, self._movers[node.robot])
         else:
-            self._deed(node, mover)
-        bound = edge if late and halted <= ready else self._own(node.after)
-        self._done.append(_Done(node, begin, halted, start, mover.time, bound))
+            self._deed(node, [self._movers[name] for name in names])
+        end = max(self._movers[name].time for name in names)
+        self._done.append(_Done(node, start, end, edge, stop))
+
+    def _wait(self, name: str, node: Node, begin: float, start: float, edge: After) -> None:
+        on = self._done[edge.node].node
+        self._lines.append(Wait(name, node.tick, begin, start, edge.cause, on.robot, on.tick))
+        self._waited[name] += start - begin
 
     def _step(self, step: Step, mover: Mover) -> None:
         errand = Errand(step.tick, step.origin, step.to, step.heading, step.then, step.short)
@@ -97,31 +112,45 @@ class _Clock:
         self._lines += mover.move(errand)
         self._lines.append(Release(step.robot, step.tick, step.origin, mover.time))
 
-    def _deed(self, deed: Deed, mover: Mover) -> None:
-        self._lines += mover.face(deed.tick, deed.region)
-        begin = mover.time
-        end = begin + float(mover.values.get(ACTION_SECONDS, 2.0))
-        self._lines += mover.rest(deed.tick, end)
-        action = Action(
-            deed.robot, deed.tick, deed.action, deed.obstacle, deed.region, begin, mover.time
-        )
-        self._lines.append(action)
-        self._lines += mover.resume(deed.tick)
+    def _deed(self, deed: Deed, movers: list[Mover]) -> None:
+        for mover in movers:
+            self._lines += mover.face(deed.tick, deed.region)
+        begin = max(mover.time for mover in movers)
+        end = begin + max(float(mover.values.get(ACTION_SECONDS, 2.0)) for mover in movers)
+        for mover in movers:
+            self._lines += mover.rest(deed.tick, end)
+            self._lines.append(
+                Action(mover.robot, deed.tick, deed.action, deed.obstacle, deed.region, begin, end)
+            )
+        for mover in movers:
+            self._lines += mover.resume(deed.tick)
 
-    def _latest(self, edges: tuple[After, ...]) -> After | None:
-        """The edge whose node ends last; the robot's own of those that end at once."""
-        return max(
-            edges,
-            key=lambda edge: (self._done[edge.node].end, edge.cause is Cause.OWN),
-            default=None,
-        )
+    def _latest(self, edges: tuple[After, ...]) -> tuple[float, After | None]:
+        """The edge whose node ends last, and when; the robot's own of those that end at once."""
+        if not edges:
+            return 0.0, None
+        own = {edge.node: edge.cause is Cause.OWN for edge in edges}
+        last = max(edges, key=lambda edge: (self._done[edge.node].end, own[edge.node]))
+        near = self._done[last.node].end - AT_ONCE
+        for edge in edges:
+            if edge.cause is Cause.OWN and self._done[edge.node].end >= near:
+                return self._done[last.node].end, edge
+        return self._done[last.node].end, last
 
-    @staticmethod
-    def _own(edges: tuple[After, ...]) -> After | None:
-        return next((edge for edge in edges if edge.cause is Cause.OWN), None)
+    def _own(self, robot: str, edges: tuple[After, ...]) -> After | None:
+        """The edge to what this robot did before."""
+        for edge in edges:
+            done = self._done[edge.node].node
+            others = done.others if isinstance(done, Deed) else ()
+            if edge.cause in (Cause.OWN, Cause.TOGETHER) and robot in (done.robot, *others):
+                return edge
+        return None
 
     def schedule(self) -> Schedule:
-        last: dict[str, _Done] = {done.node.robot: done for done in self._done}
+        last: dict[str, _Done] = {}
+        for done in self._done:
+            others = done.node.others if isinstance(done.node, Deed) else ()
+            last.update((name, done) for name in (done.node.robot, *others))
         tick = max((done.node.tick for done in self._done), default=0)
         busy = {}
         for name, mover in self._movers.items():
@@ -143,12 +172,11 @@ class _Clock:
             robot, tick = done.node.robot, done.node.tick
             found.append(Link(robot, tick, "stop", done.end, makespan, Cause.OWN))
         while done is not None:
-            node, edge = done.node, done.edge
+            node, edge, stop = done.node, done.edge, done.stop
             cause = edge.cause if edge is not None else Cause.OWN
             found.append(Link(node.robot, node.tick, _what(node), done.start, done.end, cause))
-            if (edge is None or edge.cause is Cause.OWN) and done.begin < done.start:
-                stop = Link(node.robot, node.tick, "stop", done.begin, done.start, Cause.OWN)
-                found.append(stop)
+            if stop is not None:
+                found.append(Link(stop.robot, node.tick, "stop", stop.begin, done.start, Cause.OWN))
             done = self._done[edge.node] if edge is not None else None
         return tuple(reversed(found))
 
