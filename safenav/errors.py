@@ -75,3 +75,9 @@ class ResourceLimitError(SafenavError):
     """A synthesis ran out of time or memory."""
 
     exit_code = ExitCode.RESOURCE_LIMIT
+
+
+class NotCertifiedError(SafenavError):
+    """The checker refuses the bundle that was made of a run."""
+
+    exit_code = ExitCode.NEGATIVE

@@ -22,6 +22,8 @@ COMMANDS = {
     "verify": "Check a strategy file against its specification.",
     "batch": "Run many scenarios and compare them with what they expect.",
     "check-trace": "Check a trace independently of what wrote it.",
+    "certify": "Run a scenario and write a bundle that proves the run.",
+    "check-bundle": "Check a bundle and print what it establishes.",
     "draw": "Draw a scenario before any run.",
     "replay": "Replay a trace: a page, pictures, or the terminal.",
     "motion": "Make the motion of a trace in metres and seconds.",

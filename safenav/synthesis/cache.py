@@ -26,6 +26,7 @@ VARIABLE = "SAFENAV_CACHE"
 _OFF = "off"
 _MAGIC = b"safenav-cache 1 "
 _SUFFIX = ".answer"
+_TEXT_SUFFIX = ".structuredslugs"
 _LIMIT_BYTES = 512 << 20
 _PRUNE_TO = 0.75
 _STALE_TEMPORARY_SECONDS = 3600.0
@@ -100,9 +101,10 @@ class Cache:
         """Keep a proven verdict; spent time and memory prove nothing and are not kept."""
         if self.directory is None or entry.verdict not in _LASTING:
             return
-        path = self._path(key)
+        self._write(self._path(key), _pack(entry, key))
+
+    def _write(self, path: Path, data: bytes) -> None:
         temporary = path.with_name(f".{path.stem}.{os.getpid()}.{os.urandom(4).hex()}")
-        data = _pack(entry, key)
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             try:
@@ -117,6 +119,24 @@ class Cache:
             return
         self._bound(len(data))
 
+    def keep_text(self, sha256: str, text: str) -> None:
+        """Keep a specification's text under its sha256, by which traces name it."""
+        if self.directory is None:
+            return
+        path = self._text_path(sha256)
+        if not path.exists():
+            self._write(path, text.encode())
+
+    def load_text(self, sha256: str) -> str | None:
+        """The text with this sha256; None if it is not kept (any more)."""
+        if self.directory is None:
+            return None
+        try:
+            data = self._text_path(sha256).read_bytes()
+        except OSError:
+            return None
+        return data.decode() if hashlib.sha256(data).hexdigest() == sha256 else None
+
     def drop(self, key: str) -> None:
         """Forget an answer that proved wrong."""
         if self.directory is not None:
@@ -126,6 +146,10 @@ class Cache:
     def _path(self, key: str) -> Path:
         assert self.directory is not None
         return self.directory / key[:2] / (key + _SUFFIX)
+
+    def _text_path(self, sha256: str) -> Path:
+        assert self.directory is not None
+        return self.directory / sha256[:2] / (sha256 + _TEXT_SUFFIX)
 
     def _warn(self, error: OSError) -> None:
         if not self._warned:
@@ -157,7 +181,7 @@ class Cache:
             for path in shard.iterdir():
                 with contextlib.suppress(OSError):
                     status = path.stat()
-                    if path.suffix == _SUFFIX:
+                    if path.suffix in (_SUFFIX, _TEXT_SUFFIX):
                         found.append((status.st_mtime, status.st_size, path))
                     elif now - status.st_mtime > _STALE_TEMPORARY_SECONDS:
                         path.unlink()  # of a writer that was killed

@@ -162,6 +162,7 @@ class Synthesizer:
         jobs = []
         for index, spec in enumerate(specs):
             job = _Job(index, spec, spec.to_structuredslugs(), question)
+            self.cache.keep_text(hashlib.sha256(job.text.encode()).hexdigest(), job.text)
             begun = time.monotonic()
             remembered = self._remembered(job)
             if remembered is None:

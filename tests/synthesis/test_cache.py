@@ -7,6 +7,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import replace
+from hashlib import sha256
 from pathlib import Path
 
 import pytest
@@ -226,7 +227,7 @@ def test_a_damaged_entry_is_computed_again(
 ) -> None:
     binary, calls = counting
     Synthesizer(binary).synthesize(patrol)
-    (file,) = (p for p in own_cache.rglob("*") if p.is_file())
+    (file,) = (p for p in own_cache.rglob("*.answer"))
     file.write_bytes(file.read_bytes()[:-5])
     assert not Synthesizer(binary).synthesize(patrol).cached
     assert Synthesizer(binary).synthesize(patrol).cached
@@ -267,3 +268,14 @@ def test_processes_share_it_without_a_lock(tmp_path: Path) -> None:
         assert writer.returncode == 0, complaint.decode()
     leftovers = [p for p in (tmp_path / "shared").rglob("*") if p.name.startswith(".")]
     assert leftovers == []
+
+
+def test_a_text_is_kept_under_its_sha256_and_a_damaged_one_is_gone(tmp_path: Path) -> None:
+    cache, text = Cache(tmp_path), "[OUTPUT]\nx\n"
+    name = sha256(text.encode()).hexdigest()
+    assert cache.load_text(name) is None
+    cache.keep_text(name, text)
+    assert cache.load_text(name) == text
+    (file,) = (p for p in tmp_path.rglob("*") if p.is_file())
+    file.write_text("[OUTPUT]\ny\n")
+    assert cache.load_text(name) is None

@@ -673,6 +673,7 @@ class Run:
                 raise RefusedError("a line follows the outcome")
             if judge is not None:
                 judge(record)
+        self.line = 0
         where: list[tuple[str, int | None]] = [("trace.jsonl", None)]
         self._claim(
             "moves",
@@ -1137,56 +1138,48 @@ class Bundle:
                         raise RefusedError(f"the map in {path} is not that of scenario.json")
 
 
-def check(place: Path, *, compare: bool = True) -> list[Claim]:
-    """What a bundle establishes. Raises RefusedError with the first reason why it does not, or
-    TooLargeError. ``compare``: its manifest has to claim just that."""
+def check(place: Path, *, compare: bool = True) -> tuple[str, str, list[Claim]]:
+    """``accepted``, ``refused`` or ``too large``; the first reason; and what is established (of a
+    bundle that is refused: until then). ``compare``: the manifest has to claim just that."""
+    run = None
     try:
         bundle = Bundle(place)
         run = Run(bundle)
-        try:
-            claims = run.replay()
-        except RefusedError as reason:
-            raise RefusedError(f"trace.jsonl, line {run.line}: {reason}") from None
+        run.replay()
         said = [(c["id"], c["kind"], c["text"]) for c in bundle.manifest["claims"]]
-        if compare and said != [(c.id, c.kind, c.text) for c in claims]:
+        if compare and said != [(c.id, c.kind, c.text) for c in run.claims]:
             raise RefusedError("the manifest does not claim what the evidence establishes")
+    except RefusedError as error:
+        reason = str(error)
+    except TooLargeError as error:
+        return "too large", str(error), run.claims if run else []
     except (LookupError, TypeError, ValueError, AttributeError, RecursionError) as error:
-        raise RefusedError(f"a file is not as documented: {error!r}") from error
-    return claims
+        reason = f"a file is not as documented: {error!r}"
+    else:
+        return "accepted", "", run.claims
+    if run is not None and run.line:
+        reason = f"trace.jsonl, line {run.line}: {reason}"
+    return "refused", reason, run.claims if run else []
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description="Check a bundle of safenav.")
     parser.add_argument("bundle", type=Path)
     parser.add_argument("--json", action="store_true", help="print what is established as JSON")
+    parser.add_argument("--any-claims", action="store_true", help="whatever the manifest claims")
     options = parser.parse_args()
     if not (options.bundle / "manifest.json").is_file() and not zipfile.is_zipfile(options.bundle):
         print(f"{options.bundle} is no bundle: a folder with a manifest.json, or a .zip of one")
         return 2
-    reason, status, claims = "", 0, []
-    try:
-        claims = check(options.bundle)
-    except RefusedError as error:
-        reason, status = str(error), 1
-    except TooLargeError as error:
-        reason, status = str(error), 3
+    verdict, reason, claims = check(options.bundle, compare=not options.any_claims)
     if options.json:
-        print(
-            json.dumps(
-                {"accepted": not status, "reason": reason, "claims": [asdict(c) for c in claims]}
-            )
-        )
-        return status
-    for claim in claims:
-        print(f"  {claim.id}: {claim.text}")
-    print(
-        "accepted"
-        if not status
-        else f"refused: {reason}"
-        if status == 1
-        else f"too large: {reason}"
-    )
-    return status
+        said = {"verdict": verdict, "reason": reason, "claims": [asdict(c) for c in claims]}
+        print(json.dumps(said))
+    else:
+        for claim in claims:
+            print(f"  {claim.id}: {claim.text}")
+        print(f"{verdict}{': ' * bool(reason)}{reason}")
+    return {"accepted": 0, "refused": 1, "too large": 3}[verdict]
 
 
 if __name__ == "__main__":

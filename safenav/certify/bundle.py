@@ -1,0 +1,167 @@
+"""Write a bundle: the files of a run with their evidence, as docs/certificates.md lays it out."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.metadata
+import json
+import platform
+import shutil
+import sys
+import tempfile
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import safenav
+from safenav.certify.check import Verdict, check_bundle
+from safenav.certify.evidence import counter_evidence, strategy_measures
+from safenav.certify.measures import NoMeasureError
+from safenav.certify.page import page_of
+from safenav.certify.run import Kept, read_lines
+from safenav.errors import NotCertifiedError, UsageError
+from safenav.spec.parsing import read_specification
+from safenav.synthesis.slugs import Synthesizer
+
+CHECKER = Path(__file__).parent / "checker"
+PROGRAMS = ("check.py", "check_strategies.py")
+
+
+@dataclass(frozen=True)
+class Made:
+    """A bundle that was written, and what its own checker says of it."""
+
+    path: Path
+    verdict: Verdict
+    files: int
+    bytes: int
+
+
+def make_bundle(
+    target: Path,
+    trace: bytes,
+    sources: Mapping[str, bytes],
+    kept: Kept,
+    synthesizer: Synthesizer,
+    motion: bytes | None = None,
+) -> Made:
+    """Write the bundle of a run to ``target``, a folder or a name that ends in .zip.
+
+    ``sources``: the scenario's YAML, map and catalogue files by name. ``kept``: texts and
+    strategies of all ``synthesis`` lines (see ``Kept.complete``).
+
+    Raises UsageError if the target exists, NotCertifiedError if the checker refuses the bundle.
+    """
+    if target.exists():
+        raise UsageError(f"{target} exists; name a bundle that does not")
+    with tempfile.TemporaryDirectory(dir=_parent(target), prefix=".bundle-") as directory:
+        folder = Path(directory) / "bundle"
+        files = _files(trace, sources, kept, synthesizer)
+        if motion is not None:
+            files["motion.json"] = motion
+        for name, data in files.items():
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            (folder / name).write_bytes(data)
+        manifest = _manifest(files, [])
+        _write_manifest(folder, manifest)
+        verdict = check_bundle(folder, compare=False)
+        if not verdict.accepted:
+            raise NotCertifiedError(f"the checker refuses this run: {verdict.reason}")
+        page, facts = page_of(read_lines(trace, "trace.jsonl"), verdict.claims, files)
+        for name, data in (("index.html", page.encode()), ("assurance.json", facts)):
+            files[name] = data
+            (folder / name).write_bytes(data)
+        _write_manifest(folder, _manifest(files, [dict(claim) for claim in verdict.claims]))
+        if target.suffix == ".zip":
+            _pack(folder, Path(directory) / "bundle.zip")
+            (Path(directory) / "bundle.zip").replace(target)
+        else:
+            shutil.move(folder, target)
+    return Made(target, verdict, len(files) + 1, sum(map(len, files.values())))
+
+
+def _parent(target: Path) -> Path:
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UsageError(f"{target} cannot be written: {error.strerror}") from error
+    return target.parent
+
+
+def _files(
+    trace: bytes, sources: Mapping[str, bytes], kept: Kept, synthesizer: Synthesizer
+) -> dict[str, bytes]:
+    """All files but the page and the manifest."""
+    lines = read_lines(trace, "trace.jsonl")
+    files = {
+        "scenario.json": _json(lines[0]["scenario"]),
+        "trace.jsonl": trace,
+        **{f"source/{name}": data for name, data in sources.items()},
+        **{name: (CHECKER / name).read_bytes() for name in PROGRAMS},
+    }
+    for line in lines:
+        if line["type"] != "synthesis":
+            continue
+        spec, strategy = line["spec"], line.get("strategy")
+        text = kept.texts[spec]
+        files[f"specs/{spec}.structuredslugs"] = text.encode()
+        if strategy is not None:
+            files[f"strategies/{strategy}.json"] = kept.strategies[strategy]
+            name = f"measures/{spec}-{strategy}.json"
+            if name not in files:
+                files[name] = _json(strategy_measures(text, kept.strategies[strategy]))
+        name = f"counterstrategies/{spec}.json"
+        if line["verdict"] == "unrealizable" and name not in files:
+            proof = _counterstrategy(text, line["robot"], synthesizer)
+            if proof is not None:
+                files[name] = proof
+    return files
+
+
+def _counterstrategy(text: str, robot: str, synthesizer: Synthesizer) -> bytes | None:
+    """The proof that a specification is unrealizable; None if it cannot be had in the limits."""
+    answer = synthesizer.counterstrategy(read_specification(text, robot=robot))
+    if answer.strategy_json is None:
+        return None
+    try:
+        evidence = counter_evidence(text, answer.strategy_json)
+    except (NoMeasureError, LookupError):
+        return None
+    return _json({"automaton": json.loads(answer.strategy_json), **evidence.to_data()})
+
+
+def _json(data: Any) -> bytes:
+    return json.dumps(data, separators=(",", ":"), sort_keys=True).encode() + b"\n"
+
+
+def _manifest(files: Mapping[str, bytes], claims: list[dict[str, Any]]) -> dict[str, Any]:
+    return {
+        "format": "safenav-bundle",
+        "version": 1,
+        "made_by": {
+            "safenav": safenav.__version__,
+            "python": platform.python_version(),
+            "networkx": importlib.metadata.version("networkx"),
+            "platform": sys.platform,
+        },
+        "files": {
+            name: {"sha256": hashlib.sha256(data).hexdigest(), "bytes": len(data)}
+            for name, data in sorted(files.items())
+        },
+        "claims": claims,
+    }
+
+
+def _write_manifest(folder: Path, manifest: Mapping[str, Any]) -> None:
+    (folder / "manifest.json").write_text(json.dumps(manifest, indent=1) + "\n")
+
+
+def _pack(folder: Path, archive: Path) -> None:
+    """A .zip whose bytes depend on the files alone."""
+    with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as packed:
+        for path in sorted(p for p in folder.rglob("*") if p.is_file()):
+            name = zipfile.ZipInfo(path.relative_to(folder).as_posix(), (1980, 1, 1, 0, 0, 0))
+            name.compress_type = zipfile.ZIP_DEFLATED
+            packed.writestr(name, path.read_bytes())

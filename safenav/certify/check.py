@@ -1,0 +1,57 @@
+"""Run the checker as a reviewer would: a program of its own, with nothing but Python's library."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import Any
+
+from safenav.errors import UsageError
+
+PROGRAM = Path(__file__).parent / "checker" / "check.py"
+
+
+class Result(StrEnum):
+    ACCEPTED = "accepted"
+    REFUSED = "refused"
+    TOO_LARGE = "too large"
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What the checker says: the claims that it has established, and why it refuses if it does.
+
+    A claim has ``id``, ``kind``, ``text`` and ``evidence``: pairs of a file and a line or None.
+    """
+
+    result: Result
+    reason: str
+    claims: tuple[Mapping[str, Any], ...]
+
+    @property
+    def accepted(self) -> bool:
+        return self.result is Result.ACCEPTED
+
+
+_JUDGED = (0, 1, 3)
+
+
+def check_bundle(bundle: Path, *, compare: bool = True) -> Verdict:
+    """Check a bundle with the checker that is installed (not the copy in the bundle).
+
+    ``compare``: the manifest has to claim what the evidence establishes.
+    Raises UsageError if this is no bundle.
+    """
+    command = [sys.executable, "-I", "-S", str(PROGRAM), str(bundle), "--json"]
+    if not compare:
+        command.append("--any-claims")
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode not in _JUDGED:
+        raise UsageError((done.stdout + done.stderr).strip().splitlines()[-1])
+    said = json.loads(done.stdout)
+    return Verdict(Result(said["verdict"]), said["reason"], tuple(said["claims"]))

@@ -1,0 +1,149 @@
+"""The facts of the assurance page as data: what was asked, guaranteed, assumed, seen, left open."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+Claim = Mapping[str, Any]
+
+NOT_COVERED = (
+    "That robots move as their mobility says, notice an obstacle before they enter it, and "
+    "succeed in what their capabilities name: the model of the world.",
+    "That the trace tells what happened: it was written by the program that ran.",
+    "The step from the scenario's YAML file to scenario.json; of a map that is drawn in the file "
+    "the grid is compared.",
+    "The checker (check.py, check_strategies.py) and Python itself.",
+    "Motion in metres, unless the bundle holds a motion file that `safenav check-motion` accepts.",
+    "Time: no claim says when a goal is met, only that it is met again and again.",
+)
+"""What a bundle does not prove."""
+
+_ASSUMED = {
+    "out_of_my_way": "the others are out of its way again and again, on each side",
+    "off_my_targets": "the others are not on its targets again and again",
+    "out_of_my_sight": "the others are out of its sight again and again",
+    "at_its_targets": "the others are at their own targets again and again",
+}
+_TOLD = ("violation", "request", "resolved", "blocked", "appeared", "gone", "assumption", "plan")
+
+
+def facts_of(
+    lines: Sequence[Mapping[str, Any]], claims: Sequence[Claim], files: Mapping[str, bytes]
+) -> dict[str, Any]:
+    """Everything that the assurance page says, for programs."""
+    scenario = lines[0]["scenario"]
+    outcome: Mapping[str, Any] = next(
+        (line for line in reversed(lines) if line["type"] == "outcome"), {}
+    )
+    return {
+        "name": scenario["name"],
+        "asked": [_asked(name, robot) for name, robot in scenario["robots"].items()],
+        "obstacles": [
+            {"name": o["name"], "region": o["region"], "action": o["action"]}
+            for o in scenario["obstacles"]
+        ],
+        "outcome": outcome.get("outcome", "unfinished"),
+        "explanation": outcome.get("explanation", "the trace ends before the run does"),
+        "claims": [dict(claim) for claim in claims],
+        "assumptions": _assumptions(lines),
+        "happened": [
+            {"line": number, "tick": line["tick"], "what": _event(line)}
+            for number, line in enumerate(lines, 1)
+            if line["type"] in _TOLD
+        ],
+        "not_covered": list(NOT_COVERED),
+        "files": {
+            name: {"sha256": hashlib.sha256(data).hexdigest(), "bytes": len(data)}
+            for name, data in sorted(files.items())
+        },
+    }
+
+
+def _asked(name: str, robot: Mapping[str, Any]) -> dict[str, Any]:
+    return {
+        "robot": name,
+        "model": robot["model"],
+        "mobility": robot["mobility"],
+        "start": robot["start"],
+        "capabilities": list(robot["capabilities"]),
+        "objective": in_words(robot["objective"]),
+        "avoids": list(robot.get("conflicts") or ()),
+    }
+
+
+def in_words(objective: Mapping[str, Any]) -> str:
+    """An objective as a sentence without its subject."""
+    ((kind, value),) = objective.items()
+    if kind == "ltl":
+        return "keep the formulas of its own objective"
+    if kind == "hold":
+        return f"go to {_target(value)} and stay"
+    listed = [_target(target) for target in value]
+    if kind == "cover":
+        return f"be at each of {', '.join(listed)} again and again, in any order"
+    strict = ", without crossing the one whose turn it is not" if kind == "patrol" else ""
+    return f"be at {' and '.join(listed)} in turn, again and again{strict}"
+
+
+def _target(target: int | list[int]) -> str:
+    return str(target) if isinstance(target, int) else "|".join(map(str, target))
+
+
+def _assumptions(lines: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Each assumption once: what it is, who relies on it, who checks it, whether it failed."""
+    relied: dict[str, set[str]] = {}
+    for line in lines:
+        text = _ASSUMED.get(line.get("fairness") or "none")
+        if line["type"] == "synthesis" and text and line["verdict"] == "realizable":
+            relied.setdefault(text, set()).add(line["robot"])
+    found: list[dict[str, Any]] = [
+        {
+            "text": text,
+            "robots": sorted(robots),
+            "checked_by": "nobody can see it fail in a finite run; the run shows how it went, and "
+            "joint plans bring about what it asks of robots that share a floor",
+            "failed": [],
+        }
+        for text, robots in relied.items()
+    ]
+    failed = [
+        {"tick": line["tick"], "robot": line["robot"], "what": line["name"]}
+        for line in lines
+        if line["type"] == "assumption"
+    ]
+    others = sorted(
+        {n for line in lines if line["type"] == "synthesis" for n in line.get("moving") or ()}
+    )
+    if others:
+        found.append(
+            {
+                "text": "the others step to a neighbouring region at most, one after the other, "
+                "and never onto the robot",
+                "robots": others,
+                "checked_by": "the other robots' own strategies guarantee it, and the trace is "
+                "checked for it move by move",
+                "failed": failed,
+            }
+        )
+    return found
+
+
+def _event(line: Mapping[str, Any]) -> str:
+    match line["type"]:
+        case "violation":
+            return f"{line['robot']} finds {line['obstacle']} in its way and steps back"
+        case "request":
+            helper = line.get("helper") or "nobody"
+            return f"{line['requester']} asks for help with {line['obstacle']}: {helper}"
+        case "resolved":
+            return f"{line['robot']} resolves {line['obstacle']}"
+        case "blocked":
+            return f"{line['obstacle']} stays for {', '.join(line['robots'])}: {line['reason']}"
+        case "assumption":
+            return f"an assumption of {line['robot']} failed: {line['name']}"
+        case "plan":
+            return f"a joint plan for {', '.join(line['robots'])}"
+        case kind:
+            return f"{line['obstacle']} {kind}"

@@ -1,0 +1,79 @@
+"""What a run leaves behind that a bundle needs: its trace, the texts, the strategies."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from safenav.errors import UsageError
+from safenav.spec.parsing import read_specification
+from safenav.synthesis.cache import Cache
+from safenav.synthesis.slugs import Phase, SynthesisProgress, Synthesizer
+
+
+@dataclass
+class Kept:
+    """Specifications' texts and strategies by sha256, as the trace names them.
+
+    ``__call__`` listens to the synthesizer and takes what it answers.
+    """
+
+    texts: dict[str, str] = field(default_factory=dict)
+    strategies: dict[str, bytes] = field(default_factory=dict)
+
+    def __call__(self, progress: SynthesisProgress) -> None:
+        result = progress.result
+        if progress.phase is not Phase.FINISHED or result is None:
+            return
+        if result.strategy_json is not None and result.strategy_sha256 is not None:
+            self.strategies[result.strategy_sha256] = result.strategy_json
+
+    def complete(
+        self, lines: Sequence[Mapping[str, Any]], cache: Cache, synthesizer: Synthesizer
+    ) -> None:
+        """Add what a trace's ``synthesis`` lines name and is not here yet: texts from the cache,
+        strategies by asking again.
+
+        Raises UsageError, which says what is gone, if that is not possible.
+        """
+        for line in lines:
+            spec, strategy = line["spec"], line.get("strategy")
+            if spec not in self.texts:
+                text = cache.load_text(spec)
+                if text is None:
+                    raise UsageError(
+                        f"the specification of {line['robot']} at tick {line['tick']} "
+                        f"({spec[:12]}) is not in the cache any more; run the scenario again "
+                        "with `safenav certify`"
+                    )
+                self.texts[spec] = text
+            if strategy is not None and strategy not in self.strategies:
+                self.strategies[strategy] = self._again(line, synthesizer)
+
+    def _again(self, line: Mapping[str, Any], synthesizer: Synthesizer) -> bytes:
+        spec = read_specification(self.texts[line["spec"]], robot=line["robot"])
+        data = synthesizer.synthesize(spec).strategy_json
+        if data is None or hashlib.sha256(data).hexdigest() != line["strategy"]:
+            raise UsageError(
+                f"the strategy of {line['robot']} at tick {line['tick']} "
+                f"({line['strategy'][:12]}) is gone: the synthesizer that is installed now gives "
+                "another one; run the scenario again with `safenav certify`"
+            )
+        return data
+
+
+def read_lines(trace: bytes, name: str) -> list[dict[str, Any]]:
+    """The lines of a trace, its header first. Raises UsageError if it is none."""
+    try:
+        lines = [json.loads(line) for line in trace.splitlines()]
+        if lines[0]["type"] != "header" or lines[0]["trace"] < 2:
+            raise UsageError(
+                f"{name}: certificates need a trace of version 2; this one is of version "
+                f"{lines[0].get('trace')}"
+            )
+    except (ValueError, LookupError, TypeError, AttributeError) as error:
+        raise UsageError(f"{name} is no complete trace: {error}") from error
+    return lines

@@ -1,0 +1,61 @@
+"""``safenav certify``: a run, and everything that proves it, as one bundle."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from safenav.errors import ExitCode, NotCertifiedError, UsageError
+
+if TYPE_CHECKING:
+    from safenav.certify.bundle import Made
+
+EPILOG = """\b
+Examples:
+  safenav certify scenarios/case_study_3.yaml -o chain
+  safenav certify scenarios/case_study_3.yaml -o chain.zip
+  safenav certify --trace chain.jsonl -o chain
+  python3 -I -S chain/check.py chain
+\b
+Exit codes:
+  0  the bundle is written, and its checker accepts it
+  1  the checker refuses the run: the reason is printed, no bundle is written
+  2  bad input or usage   3  time or memory limit   4  synthesizer failure
+"""
+
+
+@click.command(epilog=EPILOG)
+@click.argument("scenario", type=click.Path(path_type=Path), required=False)
+@click.option("--trace", type=click.Path(path_type=Path), help="The trace of an earlier run.")
+@click.option(
+    "-o", "--output", type=click.Path(path_type=Path), required=True, help="A folder, or a .zip."
+)
+@click.option("--seed", type=click.IntRange(min=0), help="Use this seed, not the scenario's.")
+def command(scenario: Path | None, trace: Path | None, output: Path, seed: int | None) -> int:
+    """Run SCENARIO and write a bundle: the run, every strategy with the reason why it keeps what
+    it promises, and a small program that checks all that with nothing but Python.
+
+    The run's outcome does not matter: also that a mission cannot be done is certified."""
+    from safenav.certify.record import bundle_of_run, bundle_of_trace
+
+    if (scenario is None) == (trace is None):
+        raise UsageError("name a scenario to run, or the --trace of an earlier run")
+    try:
+        if scenario is not None:
+            made = bundle_of_run(scenario, output, seed=seed)
+        else:
+            assert trace is not None
+            made = bundle_of_trace(trace, output)
+    except NotCertifiedError as error:
+        click.echo(str(error), err=True)
+        return ExitCode.NEGATIVE
+    _tell(made)
+    return ExitCode.OK
+
+
+def _tell(made: Made) -> None:
+    for claim in made.verdict.claims:
+        click.echo(f"  {claim['text']}")
+    click.echo(f"{made.path}: {made.files} files, {made.bytes / 1024:.0f} KiB, accepted")

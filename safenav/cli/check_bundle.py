@@ -1,0 +1,45 @@
+"""``safenav check-bundle``: check a bundle by the checker that is installed."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import click
+
+from safenav.errors import ExitCode
+
+
+@click.command(name="check-bundle")
+@click.argument("bundle", type=click.Path(path_type=Path, exists=True))
+@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
+def command(bundle: Path, as_json: bool) -> int:
+    """Check a BUNDLE (a folder or a .zip) and print what it establishes, claim by claim.
+
+    The program is the one that is installed, not the copy in the bundle. A reviewer without
+    safenav runs `python3 -I -S check.py BUNDLE`.
+
+    \b
+    Exit codes:
+      0  accepted   1  refused: the first reason is printed   2  this is no bundle
+      3  larger than the checker takes on
+    """
+    from safenav.certify.check import Result, check_bundle
+    from safenav.report.terminal.table import table
+
+    verdict = check_bundle(bundle)
+    if as_json:
+        data = {"verdict": verdict.result, "reason": verdict.reason, "claims": verdict.claims}
+        click.echo(json.dumps(data, indent=2))
+    else:
+        rows = [(claim["id"], claim["text"]) for claim in verdict.claims]
+        if rows:
+            click.echo("\n".join(table(("claim", "established"), rows)))
+        colour = "green" if verdict.accepted else "red"
+        reason = f": {verdict.reason}" if verdict.reason else ""
+        click.echo(f"{bundle}: {click.style(verdict.result, fg=colour)}{reason}")
+    return {
+        Result.ACCEPTED: ExitCode.OK,
+        Result.REFUSED: ExitCode.NEGATIVE,
+        Result.TOO_LARGE: ExitCode.RESOURCE_LIMIT,
+    }[verdict.result]
