@@ -133,7 +133,7 @@ def _counterstrategy(text: str, robot: str, synthesizer: Synthesizer) -> bytes |
 
 
 def _json(data: Any) -> bytes:
-    return json.dumps(data, separators=(",", ":"), sort_keys=True).encode() + b"\n"
+    return json.dumps(data, separators=(",", ":")).encode() + b"\n"
 
 
 def _manifest(files: Mapping[str, bytes], claims: list[dict[str, Any]]) -> dict[str, Any]:

@@ -28,7 +28,7 @@ def circumstances(task: Task, world: RegionMap) -> dict[str, Any]:
         "region": task.pose.region,
         "heading": None if heading is None else heading.label,
         "memory": _memory(task),
-        "closed": [[known.region, _why(known.item, known.region)] for known in task.blocked],
+        "closed": [[k.region, k.item.removeprefix("obstacles.")] for k in task.blocked],
         "moving": [other.name for other in task.observed if other.danger],
         "tracked": [other.name for other in positions if not other.danger],
         "tracking": task.tracking.value,
@@ -67,10 +67,3 @@ def _memory(task: Task) -> dict[str, int]:
         case Ltl():
             return dict(task.memory.values)
     return {}
-
-
-def _why(item: str, region: int) -> str:
-    """What shuts a region: an obstacle's name, or the robot that waits there."""
-    if item.startswith("robots."):
-        return item
-    return item if "@" in item else f"{item}@{region}"

@@ -34,6 +34,7 @@ from itertools import chain, combinations, product
 from pathlib import Path
 from typing import Any
 
+sys.dont_write_bytecode = True  # a bundle stays as it is
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from check_strategies import (
@@ -621,7 +622,7 @@ class Run:
 
     def __init__(self, bundle: Bundle) -> None:
         self.bundle = bundle
-        self.scenario = bundle.json("scenario.json")
+        self.scenario = bundle.header["scenario"]  # its robots are in the order of their turns
         self.world = World(self.scenario["map"])
         self.data = self.scenario["robots"]
         self.robots = {
@@ -796,11 +797,12 @@ class Run:
                 stands = self.obstacles[why]["region"] == region
             if not stands:
                 raise RefusedError(f"{name} takes {region} to be closed by {why}, which is not so")
-        for obstacle in self.known:
-            if self._stands(obstacle, name) and obstacle not in closed:
+        for obstacle, robots in self.sealed.items():
+            if name in robots and obstacle not in closed:
                 raise RefusedError(f"{name} does not know of {obstacle}")
         for other, value in task.knowledge.items():
-            where = whereabouts(self.world, task, other, value)
+            looked = whereabouts(self.world, task, other, value)  # it may have moved on since
+            where = set().union(*(self.world.around(region) for region in looked))
             if not where & self.robots[other].places:
                 raise RefusedError(f"{name} believes {other} to be where it is not")
 
@@ -1048,8 +1050,10 @@ class Run:
         if what == "completed":
             rounds = self.scenario["until"].get("rounds") or 0
             for name, robot in self.robots.items():
-                aims = len(targets_of(self.data[name]["objective"])) or 1
-                met = min(robot.goals.count(k) for k in range(aims))
+                aims = targets_of(self.data[name]["objective"])
+                met = min(robot.goals.count(k) for k in range(len(aims) or 1))
+                if "hold" in robot.objective and robot.pose[0] in aims[0]:
+                    met = rounds
                 if met < rounds or not same_objective(
                     robot.objective, self.data[name]["objective"]
                 ):
