@@ -12,11 +12,11 @@ from safenav.certify.bundle import Made, make_bundle
 from safenav.certify.run import Kept, read_lines
 from safenav.errors import UsageError
 from safenav.runtime.mission import Mission
-from safenav.runtime.trace import TraceWriter
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Synthesizer
+from safenav.trace.writing import TraceWriter
 from safenav.verify.verification import first_failure
 
 

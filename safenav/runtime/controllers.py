@@ -18,6 +18,7 @@ from safenav.runtime.tasks import Assignment
 from safenav.scenario.model import Coordination, Robot, Scenario, Tracking
 from safenav.scenario.objective import Hold, Ltl, Target, targets_of
 from safenav.spec.assignable import Switch, places
+from safenav.spec.circumstances import circumstances
 from safenav.spec.compile import assumption_names, compile_task
 from safenav.spec.task import LADDERS, Fairness, Known, Observed, Task
 from safenav.synthesis.slugs import Listener as SynthesisListener
@@ -104,6 +105,9 @@ class Controllers:
         """Tell what was synthesized for some robots of an attempt."""
         for name in names:
             task, result = attempt.answers[name].task, attempt.answers[name].result
+            planner = None
+            if result.strategy is not None:
+                planner = Planner.start(task, result.strategy, attempt.assignments[name])
             self._state.emit(
                 records.Synthesis(
                     self._state.tick,
@@ -118,6 +122,8 @@ class Controllers:
                     result.strategy_sha256,
                     objective_in_trace(task.objective),
                     tuple(assumption_names(task, self._state.scenario.map)),
+                    None if planner is None else planner.node,
+                    **circumstances(task, self._state.scenario.map),
                 )
             )
 

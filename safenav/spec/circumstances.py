@@ -10,8 +10,8 @@ from typing import Any
 
 from safenav.scenario.model import Tracking
 from safenav.scenario.objective import Ltl, Patrol, Visit
+from safenav.scenario.pursuit import Pursuit
 from safenav.spec.assignable import places
-from safenav.spec.objective import patrol_starts_with_second
 from safenav.spec.others.belief import models
 from safenav.spec.task import Fairness, Task
 from safenav.world.map import RegionMap
@@ -60,8 +60,8 @@ def _memory(task: Task) -> dict[str, int]:
     """The variables that remember how far the objective is, and their values at the start."""
     match task.objective:
         case Patrol():
-            second = patrol_starts_with_second(task.objective, task.pose.region, task.memory)
-            return {"scout": int(second)}
+            first = Pursuit(task.objective).begin(task.pose.region, task.memory.index)
+            return {"scout": first}
         case Visit(targets) if len(targets) > 1:
             return {"goal": task.memory.index}
         case Ltl():

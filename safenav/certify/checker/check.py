@@ -37,7 +37,7 @@ from typing import Any
 sys.dont_write_bytecode = True  # a bundle stays as it is
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
-from check_strategies import (
+from check_strategies import (  # noqa: E402
     Clause,
     Formula,
     RefusedError,
@@ -281,7 +281,9 @@ class Validation:
         if task.robot["tracking"] == "exact":
             yield from reach
             return
-        seen = {r for r in reach if world.sees(region, r, task.robot["vision"], task.sight_closed)}
+        seen = {
+            r for r in reach if world.sees(region, r, task.robot.get("vision"), task.sight_closed)
+        }
         yield from seen
         if hidden := reach - seen:
             yield self.believed(name, hidden)
@@ -626,7 +628,7 @@ class Run:
         self.world = World(self.scenario["map"])
         self.data = self.scenario["robots"]
         self.robots = {
-            name: Robot((data["start"], data["heading"]), data["objective"])
+            name: Robot((data["start"], data.get("heading")), data["objective"])
             for name, data in self.data.items()
         }
         self.obstacles = {o["name"]: o for o in self.scenario["obstacles"]}
@@ -649,11 +651,11 @@ class Run:
                 raise RefusedError(f"{name} starts in a wall")
             turning = data["mobility"] == "heading"
             if data["mobility"] not in ("free", "heading") or turning != (
-                data["heading"] in HEADINGS
+                data.get("heading") in HEADINGS
             ):
                 raise RefusedError(f"{name} has no known mobility, or no heading for it")
-            for other in data["conflicts"]:
-                if other == name or name not in self.data[other]["conflicts"]:
+            for other in data.get("conflicts", ()):
+                if other == name or name not in self.data[other].get("conflicts", ()):
                     raise RefusedError(f"{name} must avoid {other}, but not the other way round")
                 if self.data[other]["start"] == data["start"]:
                     raise RefusedError(f"{name} and {other} start in one region")
@@ -755,16 +757,20 @@ class Run:
             if isinstance(known, list):
                 known = self.world.size + beliefs[name].index(frozenset(known))
             knowledge[name] = known
+        robot, objective = self.data[record["robot"]], record["objective"]
+        if record.get("form") == "alternation" and "patrol" in objective:
+            objective = {"visit": objective["patrol"]}
+        exact = robot["tracking"] != "nearby"
         places, aims = record.get("places"), record.get("others_targets") or {}
         return Task(
             record["robot"],
-            self.data[record["robot"]],
-            (record["region"], record["heading"]),
-            record["objective"],
+            robot,
+            (record["region"], record.get("heading")),
+            objective,
             record.get("memory") or {},
             frozenset(region for region, _ in record.get("closed") or ()),
             tuple(record.get("moving") or ()),
-            tuple(n for n in self.data if n in knowledge),
+            tuple(name for name in self.data if name in knowledge and exact),
             record["fairness"],
             knowledge,
             beliefs,
@@ -772,7 +778,7 @@ class Run:
             frozenset(record.get("sight_closed") or ()),
             None if places is None else frozenset(places),
             record.get("neutral") or 0,
-            {n: targets_of({"visit": t}) for n, t in aims.items()},
+            {name: targets_of({"visit": targets}) for name, targets in aims.items()},
             frozenset((region, heading) for region, heading in record.get("forbidden") or ()),
         )
 
@@ -784,8 +790,10 @@ class Run:
             raise RefusedError(f"{name} is at {robot.pose}, but synthesized for {task.pose}")
         if not same_objective(task.objective, robot.objective):
             raise RefusedError(f"{name} is synthesized for another objective than the one in force")
-        closed = {why: region for region, why in record.get("closed") or ()}
-        for other in self.data[name]["conflicts"]:
+        closed = {
+            why.removeprefix("obstacles."): region for region, why in record.get("closed") or ()
+        }
+        for other in self.data[name].get("conflicts", ()):
             parked = closed.get(f"robots.{other}") in self.robots[other].places
             if other not in task.moving and not parked:
                 raise RefusedError(f"{name} does not know of {other}")
@@ -811,7 +819,10 @@ class Run:
         data = self.obstacles[obstacle]
         if name in self.sealed.get(obstacle, ()):
             return True
-        return obstacle in self.present and name in data["blocks"]
+        if obstacle not in self.present or name not in data["blocks"]:
+            return False
+        left = self._needs(obstacle)[self.done.get(obstacle, 0) :]
+        return not {need["action"] for need in left} <= set(self.data[name]["capabilities"])
 
     # moves
 
@@ -836,7 +847,7 @@ class Run:
         assert robot.validation is not None
         if task.robot["tracking"] == "exact":
             return there
-        radius, closed = task.robot["vision"], task.sight_closed
+        radius, closed = task.robot.get("vision"), task.sight_closed
         if self.world.sees(here, there, radius, closed):
             return there
         before = robot.validation.whereabouts(other, robot.knowledge[other])
@@ -858,13 +869,13 @@ class Run:
         if record.get("signal") is not None:
             robot.signal = record["signal"]
         target = record["to"] if record.get("toward") is None else record["toward"]
-        after = (target, record["heading"])
+        after = (target, record.get("heading"))
         if robot.toward is not None:  # on its way: nothing was decided
             pass
         else:
             self._check_decision(name, robot, record, after)
         robot.refused, robot.back = False, None
-        robot.pose = (record["to"], record["heading"])
+        robot.pose = (record["to"], record.get("heading"))
         robot.toward = record.get("toward")
         if robot.toward is None and robot.after is not None:
             robot.node, robot.after = robot.after, None
@@ -884,9 +895,9 @@ class Run:
         before = robot.pose
         options = self.world.moves(self.data[name]["mobility"], before)
         fits = {p for p in options if p[0] == goal}
-        if robot.toward is not None and record["heading"] == before[1]:
+        if robot.toward is not None and record.get("heading") == before[1]:
             fits.add((goal, before[1]))  # it turned when it set out
-        if (toward is None and (goal, record["heading"]) not in fits) or not fits:
+        if (toward is None and (goal, record.get("heading")) not in fits) or not fits:
             raise RefusedError(
                 f"{name} cannot go from {before} to {goal} facing {record['heading']}"
             )
@@ -894,7 +905,7 @@ class Run:
             for obstacle, data in self.obstacles.items():
                 if data["region"] == goal and self._stands(obstacle, name) and goal != start:
                     raise RefusedError(f"{name} enters {goal}, where {obstacle} stands")
-        for other in self.data[name]["conflicts"]:
+        for other in self.data[name].get("conflicts", ()):
             if {to, goal} & self.robots[other].places:
                 raise RefusedError(f"{name} and {other} are in one region")
 

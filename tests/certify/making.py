@@ -1,0 +1,66 @@
+"""Bundles of real scenarios for tests, each made once, and the checker as a reviewer runs it."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import subprocess
+import sys
+from functools import lru_cache
+from pathlib import Path
+from tempfile import mkdtemp
+
+from safenav.certify.record import bundle_of_run
+
+ROOT = Path(__file__).parents[2]
+SCENARIOS = ROOT / "scenarios"
+
+Files = dict[str, bytes]
+"""A bundle as data: content by name, without the manifest."""
+
+
+@lru_cache(maxsize=64)
+def bundle_at(scenario: Path) -> Path:
+    """The bundle of a scenario's run; not to be changed."""
+    target = Path(mkdtemp(prefix="safenav-bundle-")) / scenario.stem
+    bundle_of_run(scenario, target)
+    return target
+
+
+def shipped(name: str) -> Path:
+    return bundle_at(SCENARIOS / f"{name}.yaml")
+
+
+def files_of(bundle: Path) -> Files:
+    found = (path for path in bundle.rglob("*") if path.is_file())
+    files = {path.relative_to(bundle).as_posix(): path.read_bytes() for path in found}
+    del files["manifest.json"]
+    return files
+
+
+def rewrite(bundle: Path, files: Files, target: Path) -> Path:
+    """A bundle with these files whose manifest was repaired; it claims what ``bundle`` does."""
+    manifest = json.loads((bundle / "manifest.json").read_bytes())
+    manifest["files"] = {
+        name: {"sha256": hashlib.sha256(data).hexdigest(), "bytes": len(data)}
+        for name, data in files.items()
+    }
+    for name, data in files.items():
+        (target / name).parent.mkdir(parents=True, exist_ok=True)
+        (target / name).write_bytes(data)
+    (target / "manifest.json").write_text(json.dumps(manifest))
+    return target
+
+
+def run_checker(bundle: Path, *, program: Path | None = None) -> tuple[int, str]:
+    """Exit status and output of the checker (default: the bundle's own copy)."""
+    program = program or bundle / "check.py"
+    done = subprocess.run(
+        [sys.executable, "-I", "-S", str(program), str(bundle)],
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd="/",
+        env={},
+    )
+    return done.returncode, done.stdout + done.stderr

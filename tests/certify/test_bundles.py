@@ -1,0 +1,166 @@
+"""Bundles of the shipped scenarios: accepted by their own checker, and by nothing but Python."""
+
+import json
+import shutil
+import subprocess
+import sys
+import zipfile
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+
+from certify.making import SCENARIOS, files_of, rewrite, run_checker, shipped
+
+COMPLETED = (
+    "case_study_1",
+    "case_study_1_beliefs",
+    "case_study_2",
+    "case_study_2_beliefs",
+    "case_study_3",
+    "case_study_3_beliefs",
+    "hello",
+    "two_digits",
+)
+UNREALIZABLE = (
+    "contradictory_objective",
+    "cornered",
+    "crossing_a_target",
+    "forbidden_way",
+    "impossible_start",
+    "parked_robot",
+)
+
+
+@pytest.mark.parametrize("name", COMPLETED)
+def test_the_run_of_a_shipped_scenario_is_proven(name: str) -> None:
+    status, said = run_checker(shipped(name))
+    assert status == 0, said
+    assert said.endswith("accepted\n")
+    assert "The mission is completed" in said
+    assert "realizes the text of its specification" in said
+    assert "keeps the rules of the scenario" in said
+
+
+@pytest.mark.parametrize("name", UNREALIZABLE)
+def test_that_a_robot_is_unrealizable_is_proven(name: str) -> None:
+    status, said = run_checker(shipped(f"unrealizable/{name}"))
+    assert status == 0, said
+    assert "No strategy exists for" in said
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["team_of_six", "warehouse"])
+def test_the_run_of_a_large_team_is_proven(name: str) -> None:
+    status, said = run_checker(shipped(name))
+    assert status == 0, said
+
+
+def test_the_checker_leaves_the_bundle_as_it_is() -> None:
+    bundle = shipped("hello")
+    before = {path: path.read_bytes() for path in bundle.rglob("*") if path.is_file()}
+    run_checker(bundle)
+    assert before == {path: path.read_bytes() for path in bundle.rglob("*") if path.is_file()}
+
+
+def test_a_bundle_that_was_copied_elsewhere_is_accepted(tmp_path: Path) -> None:
+    copy = shutil.copytree(shipped("case_study_1"), tmp_path / "somewhere else")
+    assert run_checker(copy)[0] == 0
+
+
+def test_a_zip_holds_the_same(tmp_path: Path) -> None:
+    bundle = shipped("hello")
+    packed = tmp_path / "hello.zip"
+    with zipfile.ZipFile(packed, "w") as archive:
+        for name in [*files_of(bundle), "manifest.json"]:
+            archive.write(bundle / name, name)
+    status, said = run_checker(packed, program=bundle / "check.py")
+    assert (status, said.splitlines()[-1]) == (0, "accepted")
+
+
+def test_what_is_no_bundle_is_told_apart_from_a_refusal(tmp_path: Path) -> None:
+    status, said = run_checker(tmp_path, program=shipped("hello") / "check.py")
+    assert status == 2
+    assert "is no bundle" in said
+
+
+def test_a_file_that_the_manifest_does_not_name_is_refused(tmp_path: Path) -> None:
+    bundle = rewrite(shipped("hello"), files_of(shipped("hello")), tmp_path / "b")
+    (bundle / "extra").write_text("x")
+    status, said = run_checker(bundle)
+    assert status == 1
+    assert "extra is either missing or not in the manifest" in said
+
+
+def test_a_claim_that_was_not_established_is_refused(tmp_path: Path) -> None:
+    bundle = rewrite(shipped("hello"), files_of(shipped("hello")), tmp_path / "b")
+    manifest = json.loads((bundle / "manifest.json").read_bytes())
+    manifest["claims"][0]["text"] = "Nothing can ever go wrong."
+    (bundle / "manifest.json").write_text(json.dumps(manifest))
+    assert run_checker(bundle)[0] == 1
+
+
+def safenav(*arguments: str | Path) -> tuple[int, str]:
+    """Exit status and output of a command."""
+    command = [sys.executable, "-m", "safenav", *map(str, arguments)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    return done.returncode, done.stdout + done.stderr
+
+
+def test_the_commands_make_a_bundle_and_check_it(tmp_path: Path) -> None:
+    scenario, target = SCENARIOS / "hello.yaml", tmp_path / "hello.zip"
+    assert safenav("certify", scenario, "-o", target)[0] == 0
+    status, said = safenav("check-bundle", target)
+    assert (status, said.split()[-1]) == (0, "accepted")
+    status, said = safenav("certify", scenario, "-o", target)
+    assert status == 2
+    assert "name a bundle that does not" in said
+
+
+def test_a_trace_of_an_earlier_run_is_certified(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("SAFENAV_CACHE", str(tmp_path / "cache"))
+    scenario, trace = SCENARIOS / "case_study_1.yaml", tmp_path / "door.jsonl"
+    assert safenav("run", scenario, "--trace", trace)[0] == 0
+    assert safenav("certify", "--trace", trace, "-o", tmp_path / "door")[0] == 0
+    assert run_checker(tmp_path / "door")[0] == 0
+    monkeypatch.setenv("SAFENAV_CACHE", str(tmp_path / "another"))
+    status, said = safenav("certify", "--trace", trace, "-o", tmp_path / "again")
+    assert status == 2
+    assert "is not in the cache any more" in said
+
+
+class Links(HTMLParser):
+    """The anchors and the links of a page."""
+
+    def __init__(self, page: str) -> None:
+        super().__init__()
+        self.ids: set[str] = set()
+        self.links: list[str] = []
+        self.feed(page)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        found = dict(attrs)
+        self.ids |= {value for key, value in attrs if key == "id" and value}
+        if tag == "a" and found.get("href"):
+            self.links.append(str(found["href"]))
+
+
+def test_each_claim_leads_to_its_evidence_in_two_clicks() -> None:
+    bundle = shipped("case_study_3")
+    page = Links((bundle / "index.html").read_text())
+    facts = json.loads((bundle / "assurance.json").read_bytes())
+    assert {claim["id"] for claim in facts["claims"]} <= page.ids
+    for link in page.links:
+        if link.startswith("#"):
+            assert link[1:] in page.ids, link
+        else:
+            assert (bundle / link).is_file(), link
+
+
+def test_the_page_loads_nothing_from_elsewhere() -> None:
+    page = (shipped("case_study_3") / "index.html").read_text()
+    assert "<script" not in page
+    assert "src=" not in page
+    assert "http" not in page.replace("http://www.w3.org/2000/svg", "")
