@@ -102,7 +102,7 @@ def test_a_claim_that_was_not_established_is_refused(tmp_path: Path) -> None:
 
 def safenav(*arguments: str | Path) -> tuple[int, str]:
     """Exit status and output of a command."""
-    command = [sys.executable, "-m", "safenav", *map(str, arguments)]
+    command = [str(Path(sys.executable).parent / "safenav"), *map(str, arguments)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     return done.returncode, done.stdout + done.stderr
 
