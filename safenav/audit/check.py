@@ -38,6 +38,9 @@ from safenav.audit.rules.obstacles import (
 )
 from safenav.audit.rules.order import HeaderRule, OrderRule
 from safenav.audit.rules.outcome import CompletedRule, OutcomeRule
+from safenav.audit.rules.passing import AppearedRule, GoneRule
+from safenav.audit.rules.plans import FollowsPlanRule, PlanRule
+from safenav.audit.rules.proofs import ProofRule
 from safenav.audit.rules.requests import BidsRule, HelperRule, RequestRule
 from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.rules.stack import MissedPopRule, PopRule, PushRule
@@ -91,8 +94,13 @@ RULES: tuple[type[Rule], ...] = (
     SynthesisRule,
     StrategyRule,
     VerdictsRule,
+    AppearedRule,
+    GoneRule,
+    PlanRule,
+    FollowsPlanRule,
     OutcomeRule,
     CompletedRule,
+    ProofRule,
 )
 """Every rule, in the order in which findings on one line are told."""
 

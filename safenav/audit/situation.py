@@ -14,15 +14,19 @@ from typing import TypeVar
 from safenav.audit.grid import Grid
 from safenav.audit.progress import Progress
 from safenav.trace.records import (
+    Appeared,
     Assumption,
     Backtrack,
     Belief,
     Blocked,
     BlockReason,
     Ending,
+    Form,
     Goal,
+    Gone,
     Heading,
     Move,
+    Need,
     Objective,
     ObstacleHeader,
     Outcome,
@@ -44,6 +48,8 @@ RESYNTHESIS = "resynthesis"
 class Status(Enum):
     """What has become of an obstacle."""
 
+    ABSENT = auto()
+    """It has not appeared yet, or has gone by itself."""
     UNRESOLVED = auto()
     RESOLVED = auto()
     UNTRAVERSABLE = auto()
@@ -96,6 +102,9 @@ class Situation:
     """The team, the obstacles and the stack, as of some line."""
 
     def __init__(self, trace: Trace) -> None:
+        self.derived = trace.header.trace > 1
+        """Whether duties are worked out afresh at every event (since version 2), so that a
+        stack entry binds nobody for good."""
         self.header = trace.header.scenario
         self.header_line = trace.header.line
         self.grid = Grid(self.header.map)
@@ -109,8 +118,14 @@ class Situation:
         self.toward: dict[str, Region | None] = dict.fromkeys(robots)
         self.beliefs: dict[tuple[str, str], Belief] = {}
         self.stack: list[Frame] = []
-        self.status = dict.fromkeys(self.obstacles, Status.UNRESOLVED)
+        self.status = {
+            name: Status.ABSENT if obstacle.from_ else Status.UNRESOLVED
+            for name, obstacle in self.obstacles.items()
+        }
+        self.stage = dict.fromkeys(self.obstacles, 0)
+        self.done: dict[str, set[str]] = {name: set() for name in self.obstacles}
         self.discovered: set[str] = set()
+        self.form: dict[tuple[str, Objective], Form | None] = {}
         self.outcome: Outcome | None = None
         self.turn = Turn(0, None, self.header_line, dict(self.objectives))
 
@@ -131,15 +146,37 @@ class Situation:
         return other in listed
 
     def capable(self, obstacle: str) -> set[str]:
-        """The robots that can resolve the obstacle."""
-        action = self.obstacles[obstacle].action
+        """The robots that have the action which the obstacle needs next."""
+        action = self.need(obstacle).action
         return {n for n, r in self.header.robots.items() if action in r.capabilities}
+
+    def alternates(self, robot: str) -> bool:
+        """Whether the robot was synthesized for its objective as plain alternation."""
+        return self.form.get((robot, self.objectives[robot])) is Form.ALTERNATION
+
+    def need(self, obstacle: str) -> Need:
+        """What the obstacle needs next, or needed last."""
+        needs = self.obstacles[obstacle].all_needs
+        return needs[min(self.stage[obstacle], len(needs) - 1)]
 
     def blocked_by(self, obstacle: str) -> set[str]:
         """The robots that must not enter the obstacle's region: those whom its type blocks,
-        save those who can resolve it (DESIGN section 5, step 2)."""
+        save those who can resolve it by themselves (DESIGN section 5, step 2)."""
         listed = self.obstacles[obstacle].blocks & self.header.robots.keys()
-        return set(listed) - self.capable(obstacle)
+        rest = self.obstacles[obstacle].all_needs[self.stage[obstacle] :]
+        return {
+            name
+            for name in listed
+            if any(
+                need.robots > 1 or need.action not in self.header.robots[name].capabilities
+                for need in rest or (self.need(obstacle),)
+            )
+        }
+
+    def is_last_need(self, record: Resolved) -> bool:
+        """Whether the line says that the whole obstacle is resolved, not only one of its needs."""
+        count = len(self.obstacles[record.obstacle].all_needs)
+        return record.need is None or record.need + 1 >= count
 
     def is_cut_short(self) -> bool:
         """Whether the run ended within this turn, so that the rest of it never happened."""
@@ -155,6 +192,16 @@ class Situation:
     def is_requested(self, obstacle: str) -> bool:
         """Whether a request for the obstacle is on the stack and not yet answered."""
         return not self.is_over(obstacle) and any(f.obstacle == obstacle for f in self.stack)
+
+    def frame_of(self, record: Pop) -> Frame | None:
+        """The entry that a pop drops: that of its request, wherever it stands in the stack; if
+        there is none, or in traces of version 1, the top one."""
+        why = (record.obstacle, record.requester, record.helper)
+        if self.derived:
+            for frame in reversed(self.stack):
+                if (frame.obstacle, frame.requester, frame.helper) == why:
+                    return frame
+        return self.stack[-1] if self.stack else None
 
     def obstacles_at(self, region: Region) -> list[ObstacleHeader]:
         return [o for o in self.obstacles.values() if o.region == region]
@@ -195,6 +242,7 @@ class Situation:
                 self.region[record.robot] = record.to
                 self.heading[record.robot] = record.heading
                 self.toward[record.robot] = record.toward
+                self._perform(record.robot)
             case Belief():
                 self.beliefs[record.robot, record.of] = record
             case Violation():
@@ -202,11 +250,23 @@ class Situation:
                 if self.external and self.status[record.obstacle] is Status.RESOLVED:
                     # A door has fallen shut again.
                     self.status[record.obstacle] = Status.UNRESOLVED
-            case Resolved():
+            case Resolved() if self.is_last_need(record):
+                self.stage[record.obstacle] = len(self.obstacles[record.obstacle].all_needs)
                 gone = record.traversable is not False
                 self.status[record.obstacle] = Status.RESOLVED if gone else Status.UNTRAVERSABLE
                 for progress in self.progress.values():
                     progress.recount()
+            case Resolved():
+                self.stage[record.obstacle] = (record.need or 0) + 1
+                self.done[record.obstacle].clear()
+            case Appeared():
+                self.status[record.obstacle] = Status.UNRESOLVED
+                self.stage[record.obstacle] = 0
+                self.done[record.obstacle].clear()
+                self.discovered.discard(record.obstacle)
+            case Gone():
+                self.status[record.obstacle] = Status.ABSENT
+                self.discovered.discard(record.obstacle)
             case Blocked():
                 untraversable = record.reason is BlockReason.UNTRAVERSABLE
                 self.status[record.obstacle] = (
@@ -224,10 +284,12 @@ class Situation:
                 self.stack.append(frame)
                 self._put_in_force(record.objectives, record.line)
             case Pop():
-                if self.stack:
-                    self.stack.pop()
+                dropped = self.frame_of(record)
+                if dropped is not None:
+                    self.stack.remove(dropped)
                 self._put_in_force(record.objectives, record.line)
             case Synthesis():
+                self.form[record.robot, record.objective] = record.form
                 if record.tick > 0:
                     robot = record.robot
                     self.progress[robot].reset(self.objectives[robot], record.line)
@@ -247,6 +309,18 @@ class Situation:
         self.turn.final = last
         from_outside = (Ending.INTERRUPTED, Ending.ERROR)
         self.turn.torn = last and (self.outcome is None or self.outcome.outcome in from_outside)
+
+    def standing(self, obstacle: str) -> set[str]:
+        """Who has the action that the obstacle needs next and stands where it is performed."""
+        regions = self.need(obstacle).regions
+        return {robot for robot in self.capable(obstacle) if self.region[robot] in regions}
+
+    def _perform(self, robot: str) -> None:
+        """Note what the robot does where it stands: its part in the needs that are next."""
+        for name in self.obstacles:
+            open_ = self.status[name] in (Status.UNRESOLVED, Status.GIVEN_UP)
+            if open_ and robot in self.standing(name):
+                self.done[name].add(robot)
 
     def _put_in_force(self, objectives: Mapping[str, Objective], line: int) -> None:
         for robot, objective in objectives.items():

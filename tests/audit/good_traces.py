@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from audit.good_plans import GOOD_PLANS
 from audit.trace_script import Line, Script, obstacle, robot
 
 ROOM = """
@@ -303,7 +304,7 @@ def cycle() -> list[Line]:
     return s.end("operator_needed", {"digit": 0, "quad": 0}, cause="cyclic_requests")
 
 
-GOOD: dict[str, Callable[[], list[Line]]] = {
+GOOD: dict[str, Callable[[], list[Line]]] = GOOD_PLANS | {
     builder.__name__: builder
     for builder in (
         door,

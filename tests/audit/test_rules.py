@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from audit.broken_traces import CASES
+from audit.broken_plans import CASES_OF_PLANS
+from audit.broken_traces import CASES as CASES_OF_OLD
 from audit.good_traces import GOOD
 from audit.trace_script import Line, Mutation, Script, find, robot, text
 from safenav.audit.check import NAMES_RULE, RULES, check_trace
 
+CASES = [*CASES_OF_OLD, *CASES_OF_PLANS]
 HOLD: Line = {"ltl": {}}
 
 

@@ -121,6 +121,12 @@ class Script:
         self.position[name] = to
         return self.add("move", robot=name, **{"from": origin}, to=to, heading=self.heading[name])
 
+    def step(self, name: str, to: int | None = None) -> Self:
+        """A move, or a stay, that a joint plan decided."""
+        self.move(name, to)
+        self.lines[-1]["by"] = "plan"
+        return self
+
     def set_out(self, name: str, toward: int) -> Self:
         """A tick of a step that takes several: still here, on the way there."""
         here = self.position[name]

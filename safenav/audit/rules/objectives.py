@@ -11,6 +11,8 @@ from safenav.trace.records import (
     Assumption,
     Blocked,
     Goal,
+    Move,
+    MovedBy,
     Objective,
     Pop,
     Push,
@@ -77,7 +79,8 @@ class GoalOrderRule(Rule):
 
 class PatrolRule(Rule):
     """The paper's Patrol (its equation for Patrol_p): on meeting a target the robot leaves it
-    with its next step, and it never touches the target whose turn it is not."""
+    with its next step, and it never touches the target whose turn it is not; save where it is
+    told to alternate, or moved by a joint plan (D 5.3 and 5.4)."""
 
     name = "patrol"
 
@@ -87,6 +90,8 @@ class PatrolRule(Rule):
         if progress is None or progress.objective.kind != "patrol" or turn.robot is None:
             return
         robot, here = turn.robot, now.region[turn.robot]
+        if now.alternates(robot) or not _by_strategy(turn):
+            return
         for index, target in enumerate(progress.objective.targets):
             if here not in target:
                 continue
@@ -187,7 +192,8 @@ class RoundsRule(Rule):
 
 
 class HoldRule(Rule):
-    """A robot that holds stays in its target once it is there (D 3 and 5.5)."""
+    """A robot that holds stays in its target once it is there, unless a joint plan moves it
+    (D 3 and 5.4)."""
 
     name = "hold"
 
@@ -196,12 +202,18 @@ class HoldRule(Rule):
         if turn.robot is None or turn.first(Violation) is not None:
             return
         objective = turn.objectives[turn.robot]
-        if objective.kind != "hold":
+        if objective.kind != "hold" or not _by_strategy(turn):
             return
         here, target = now.region[turn.robot], objective.targets[0]
         if turn.origin in target and here not in target:
             problem = f"{turn.robot} holds, but leaves for {now.show(here)}"
             yield self.broken(turn.tick, turn.robot, turn.line, problem)
+
+
+def _by_strategy(turn: Turn) -> bool:
+    """Whether its strategy decided what the robot did in this turn, as far as is told."""
+    move = turn.first(Move)
+    return move is None or move.by in (None, MovedBy.STRATEGY)
 
 
 def _is_target(objective: Objective, index: int, region: Region) -> bool:

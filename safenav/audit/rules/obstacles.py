@@ -8,9 +8,11 @@ from safenav.audit.grid import opposite
 from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.situation import Situation, Status
 from safenav.trace.records import (
+    Appeared,
     Backtrack,
     Blocked,
     BlockReason,
+    Gone,
     Move,
     Record,
     Request,
@@ -81,9 +83,10 @@ class BacktrackRule(Rule):
 
 
 class ResolutionRule(Rule):
-    """An obstacle is resolved once, by a robot that has its action and stands where that can
-    be performed; it reveals the truth of the header, if the world is simulated, and says rightly
-    whether a request for it was open (D 5.2 and 5.6, T)."""
+    """A need is met in its turn, by as many distinct robots as it takes, who have its action and
+    stand, all at once if they have to, where it can be performed. With the last one the obstacle
+    is resolved, once: it reveals the truth of the header, if the world is simulated. The line
+    says rightly whether a request was open (D 3, 5.2 and 5.6, T)."""
 
     name = "resolution"
 
@@ -94,16 +97,25 @@ class ResolutionRule(Rule):
 
     def _problems(self, record: Resolved, now: Situation) -> Iterator[str]:
         robot, name, at = record.robot, record.obstacle, now.show(record.at)
-        obstacle = now.obstacles[name]
-        if robot not in now.capable(name):
-            yield f"{robot} cannot {obstacle.action}, which {name} needs"
+        obstacle, need = now.obstacles[name], now.need(name)
+        for one in record.robots or (robot,):
+            if one not in now.capable(name):
+                yield f"{one} cannot {need.action}, which {name} needs"
         if record.at != now.region[robot]:
             yield f"{robot} resolves {name} from {at}, but is at {now.show(now.region[robot])}"
-        if record.at not in obstacle.resolution_regions:
+        if record.at not in need.regions:
             yield f"{name} cannot be resolved from {at}"
+        if now.status[name] is Status.ABSENT:
+            yield f"{name} is not there"
+            return
         again = now.status[name] is Status.RESOLVED and not now.external
         if again or now.status[name] is Status.UNTRAVERSABLE:
             yield f"{name} was resolved before"
+            return
+        if record.need is not None and record.need != now.stage[name]:
+            yield f"need {record.need} of {name} is met, but {now.stage[name]} is next"
+        yield from _group_problems(record, now)
+        if not now.is_last_need(record):
             return
         if record.traversable is not obstacle.traversable and not now.external:
             found, truth = _truth(record.traversable), _truth(obstacle.traversable)
@@ -113,10 +125,23 @@ class ResolutionRule(Rule):
             yield f"{name} is said{claim} to have been requested, but it {fact}"
 
 
+def _group_problems(record: Resolved, now: Situation) -> Iterator[str]:
+    """What is wrong with those who took part together."""
+    name, need = record.obstacle, now.need(record.obstacle)
+    group = set(record.robots or (record.robot,))
+    if len(group) < need.robots:
+        yield f"{name} takes {need.robots} robots, not {len(group)}"
+    able = now.standing(name) if need.together else now.done[name]
+    for one in sorted(group - able - {record.robot}):
+        when = "now" if need.together else "or stood"
+        yield f"{one} has no part in it: it does not stand {when} where {name} is resolved"
+
+
 class MissedResolutionRule(Rule):
-    """A robot that has the action and stands on a resolution region after its turn has resolved
-    the obstacle, whether or not it was asked (D 5.2). Where two could be resolved and the first
-    ended the run, the second is not missed; where the world is not simulated, actions may fail."""
+    """Robots that have the action which an obstacle needs next, and stand after a turn where it
+    is performed, as many as it takes, have met the need, whether or not they were asked (D 5.2).
+    Where two could be resolved and the first ended the run, the second is not missed; where the
+    world is not simulated, actions may fail."""
 
     name = "missed-resolution"
 
@@ -125,14 +150,16 @@ class MissedResolutionRule(Rule):
         move = turn.first(Move)
         if turn.robot is None or move is None or now.is_cut_short() or now.external:
             return
-        here = now.region[turn.robot]
-        for obstacle in now.obstacles.values():
-            if now.status[obstacle.name] is not Status.UNRESOLVED:
+        met = {record.obstacle for record in turn.all(Resolved)}
+        for name in now.obstacles:
+            if now.status[name] is not Status.UNRESOLVED or name in met:
                 continue
-            if here in obstacle.resolution_regions and turn.robot in now.capable(obstacle.name):
+            standing, need = now.standing(name), now.need(name)
+            group = standing if need.together else now.done[name]
+            if turn.robot in standing and len(group) >= need.robots:
                 problem = (
-                    f"{turn.robot} can {obstacle.action} and is at {now.show(here)}, "
-                    f"but does not resolve {obstacle.name}"
+                    f"{turn.robot} can {need.action} and is at "
+                    f"{now.show(now.region[turn.robot])}, but does not resolve {name}"
                 )
                 yield self.broken_by(move, turn.robot, problem)
 
@@ -152,6 +179,8 @@ class BlockedRule(Rule):
             for problem in self._problems(record, now):
                 yield self.broken_by(record, now.turn.robot, problem)
             self._blocked.add(record.obstacle)
+        elif isinstance(record, Appeared | Gone):
+            self._blocked.discard(record.obstacle)
 
     def turn(self, now: Situation) -> Iterator[Finding]:
         joined = {record.obstacle for record in now.turn.all(Blocked)}
@@ -174,6 +203,8 @@ class BlockedRule(Rule):
             if not any(r.obstacle == name and r.traversable is False for r in turn.all(Resolved)):
                 yield f"nobody has found {name} untraversable in this turn"
             return
+        if record.reason is BlockReason.UNRESOLVABLE:
+            return  # that is proven, which another rule judges
         request = next((r for r in turn.all(Request) if r.obstacle == name), None)
         if request is None:
             yield f"nobody has asked for {name} in this turn"

@@ -8,6 +8,7 @@ from safenav.audit.rules.requests import replaces_helper
 from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.situation import Situation
 from safenav.trace.records import (
+    Appeared,
     Assumption,
     Backtrack,
     Belief,
@@ -15,7 +16,10 @@ from safenav.trace.records import (
     Discovered,
     Ending,
     Goal,
+    Gone,
     Move,
+    Plan,
+    PlanEnd,
     Pop,
     Push,
     Record,
@@ -40,8 +44,11 @@ _PHASES: dict[type[Record], tuple[int, ...]] = {
     Push: (5,),
 }
 """When in a turn a line may come (T, Time): those of a resolution before the goals, those of
-a request after them. An assumption may be violated, and a belief told, at any moment."""
+a request after them. An assumption may be violated, and a belief told, at any moment. Since
+version 2 what follows a move has no order of its own: a settlement may follow on anything."""
 
+_MOVED = _PHASES[Move][0]
+_AT_ANY_MOMENT = (Discovered, Appeared, Gone, Plan, PlanEnd)
 _BEFORE_THE_FIRST_MOVE = (Synthesis, Goal, Assumption)
 
 
@@ -98,11 +105,9 @@ class OrderRule(Rule):
         self._phase = 0
 
     def line(self, record: Record, now: Situation) -> Iterator[Finding]:
-        if isinstance(record, Discovered):  # within a turn, or before the first line of one
+        if isinstance(record, _AT_ANY_MOMENT):  # within a turn, or before the first line of one
             if record.tick not in (now.turn.tick, self._tick):
-                problem = (
-                    f"{record.obstacle.name} is discovered in tick {record.tick}, out of order"
-                )
+                problem = f"a line of tick {record.tick} among those of tick {now.turn.tick}"
                 yield self.broken_by(record, None, problem)
         elif isinstance(record, Violation | Backtrack | Move) and now.starts_turn(record):
             yield from self._turn_begins(record, now)
@@ -148,25 +153,30 @@ class OrderRule(Rule):
         turn, kind = now.turn, type(record).__name__.lower()
         if type(record) not in _PHASES and not isinstance(record, Assumption | Belief):
             return  # the outcome
-        if record.tick != turn.tick:
+        begun = (turn.tick, self._tick) if now.derived else (turn.tick,)
+        if record.tick not in begun:
             problem = f"a {kind} line of tick {record.tick} among those of tick {turn.tick}"
             yield self.broken_by(record, turn.robot, problem)
         if turn.robot is None:
-            if not isinstance(record, _BEFORE_THE_FIRST_MOVE):
+            settled = now.derived and isinstance(record, Request | Push | Pop | Blocked)
+            if not isinstance(record, _BEFORE_THE_FIRST_MOVE) and not settled:
                 yield self.broken_by(record, None, f"a {kind} line before the first turn")
             return
         if isinstance(record, Goal) and _begins_on_its_target(record, now):
             return
         if isinstance(record, Request) and replaces_helper(record, now):
             return
-        actor = _actor(record)
+        actor = _actor(record, now.derived)
         if actor is not None and actor != turn.robot:
             yield self.broken_by(record, actor, f"a {kind} line of {actor} in {turn.robot}'s turn")
         if isinstance(record, Assumption | Belief):
             return
         if isinstance(record, Backtrack) and turn.first(Backtrack) is not None:
             yield self.broken_by(record, turn.robot, f"{turn.robot} backs up twice in one turn")
-        allowed = [phase for phase in _PHASES[type(record)] if phase >= self._phase]
+        phases = _PHASES[type(record)]
+        if now.derived and phases[0] > _MOVED and self._phase >= _MOVED:
+            return
+        allowed = [phase for phase in phases if phase >= self._phase]
         if allowed:
             self._phase = allowed[0]
         else:
@@ -180,8 +190,8 @@ def _begins_on_its_target(record: Goal, now: Situation) -> bool:
     return any(synthesis.robot == record.robot for synthesis in now.turn.all(Synthesis))
 
 
-def _actor(record: Record) -> str | None:
+def _actor(record: Record, derived: bool) -> str | None:
     """The robot of a line that only tells what the robot whose turn it is does."""
     if isinstance(record, Backtrack | Resolved | Goal | Belief):
         return record.robot
-    return record.requester if isinstance(record, Request) else None
+    return record.requester if isinstance(record, Request) and not derived else None

@@ -85,6 +85,8 @@ class OutcomeRule(Rule):
             yield "it says that an assumption was violated, but no line tells of it"
         if outcome.outcome is not Ending.OPERATOR_NEEDED:
             return
+        if now.derived:
+            return  # that is proven, which another rule judges
         request = now.turn.first(Request)
         if outcome.cause is None:
             yield "an operator is needed, but it does not say why"
@@ -114,7 +116,7 @@ class CompletedRule(Rule):
         self._held: dict[str, int] = {}
 
     def line(self, record: Record, now: Situation) -> Iterable[Finding]:
-        if isinstance(record, Resolved):
+        if isinstance(record, Resolved) and now.is_last_need(record):
             self._goals.clear()
             self._held.clear()
         elif isinstance(record, Goal | Move):
@@ -134,7 +136,7 @@ class CompletedRule(Rule):
         for robot in now.header.robots:
             for problem in self._rounds(robot, outcome, wanted, now):
                 yield self.broken_by(outcome, robot, problem)
-        if outcome.outcome is Ending.COMPLETED and now.stack:
+        if outcome.outcome is Ending.COMPLETED and now.stack and not now.derived:
             frame = now.stack[-1]
             why = f"the push of line {frame.line} ({frame.obstacle}) was never popped"
             yield self.broken_by(outcome, None, f"the run is completed, but {why}")
@@ -149,7 +151,7 @@ class CompletedRule(Rule):
             yield f"the rounds of {robot} are not told"
             return
         objective = now.objectives[robot]
-        _, most = _bounds(self._goals.get(robot, []), objective)
+        _, most = bounds(self._goals.get(robot, []), objective)
         if outcome.outcome is Ending.COMPLETED:
             if told < wanted:
                 yield f"{robot} has {told} rounds of {wanted}, so the run is not completed"
@@ -160,10 +162,10 @@ class CompletedRule(Rule):
                 yield f"{robot} has held for {self._held.get(robot, 0)} ticks of {wanted}"
 
     def _surely(self, robot: str, now: Situation) -> int:
-        return _bounds(self._goals.get(robot, []), now.objectives[robot])[0]
+        return bounds(self._goals.get(robot, []), now.objectives[robot])[0]
 
 
-def _bounds(goals: list[Goal], objective: Objective) -> tuple[int, int | None]:
+def bounds(goals: list[Goal], objective: Objective) -> tuple[int, int | None]:
     """The least and the greatest number of rounds that these goals can be (None: no bound)."""
     if objective.kind not in COUNTED_KINDS:
         return 0, None

@@ -7,12 +7,15 @@ from collections.abc import Iterator
 from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.situation import Situation, Status
 from safenav.trace.records import (
+    Appeared,
     Blocked,
+    Gone,
     OperatorCause,
     Push,
     Record,
     Region,
     Request,
+    Resolved,
     Synthesis,
     Verdict,
     Violation,
@@ -20,26 +23,40 @@ from safenav.trace.records import (
 
 
 class RequestRule(Rule):
-    """Who meets an obstacle asks for help in the same turn, once and for that obstacle; the
-    regions are those where it can be resolved; a helper that is found gets its task, and if
-    there is none the obstacle joins O, save where requests are cyclic (D 5.4 and 5.7, T Time)."""
+    """Who meets an obstacle asks for help in the same turn, once and for that obstacle, unless
+    it has asked before; the regions are those where its next need can be met. In version 1 a
+    helper that is found gets its task, and if there is none the obstacle joins O, save where
+    requests are cyclic; since version 2 a request stays open (D 5.2, T Time)."""
 
     name = "request"
+
+    def __init__(self) -> None:
+        self._open: set[tuple[str, str]] = set()
 
     def line(self, record: Record, now: Situation) -> Iterator[Finding]:
         if isinstance(record, Request):
             for problem in self._problems(record, now):
                 yield self.broken_by(record, record.requester, problem)
+            self._open.add((record.obstacle, record.requester))
+        elif isinstance(record, Resolved | Gone | Appeared):
+            over = {key for key in self._open if key[0] == record.obstacle}
+            if not isinstance(record, Resolved) or now.is_last_need(record):
+                self._open -= over
 
     def turn(self, now: Situation) -> Iterator[Finding]:
         turn = now.turn
         if turn.torn:
             return
         violation, requests = turn.first(Violation), turn.all(Request)
-        if violation is not None and not requests and not now.is_cut_short():
+        asked = (
+            now.derived
+            and violation is not None
+            and ((violation.obstacle, violation.robot) in self._open)
+        )
+        if violation is not None and not (requests or asked or now.is_cut_short()):
             problem = f"{turn.robot} meets {violation.obstacle} and does not ask for help"
             yield self.broken_by(violation, turn.robot, problem)
-        for request in requests:
+        for request in () if now.derived else requests:
             yield from self._consequences(request, now)
 
     def _consequences(self, request: Request, now: Situation) -> Iterator[Finding]:
@@ -59,11 +76,15 @@ class RequestRule(Rule):
         if replaces_helper(record, now):
             return
         violation = now.turn.first(Violation)
-        if violation is None or violation.obstacle != record.obstacle:
+        met = now.derived and record.obstacle in now.discovered
+        if not met and (violation is None or violation.obstacle != record.obstacle):
             yield f"{record.requester} asks for {record.obstacle} without having met it"
-        if now.turn.first(Request) is not None:
+        if now.turn.first(Request) is not None and not now.derived:
             yield f"{record.requester} asks twice in one turn"
-        listed = now.obstacles[record.obstacle].resolution_regions
+        if record.need is not None and record.need != now.stage[record.obstacle]:
+            stage = now.stage[record.obstacle]
+            yield f"need {record.need} of {record.obstacle} is asked for, but {stage} is next"
+        listed = now.need(record.obstacle).regions
         wanted = {region for region in listed if now.grid.is_free(region)}
         if set(record.regions) - set(listed) or not wanted <= set(record.regions):
             told, truth = _list(record.regions), _list(sorted(wanted))
@@ -90,6 +111,9 @@ class BidsRule(Rule):
         for robot in sorted(able & set(record.bids)):
             least, most = _distances(robot, record.obstacle, now)
             bid = record.bids[robot]
+            if now.derived and least is not None and bid is not None:
+                timing = now.header.robots[robot].timing
+                least, most = least * (1 if timing is None else timing.least), None
             if not _between(least, bid, most):
                 told = "no way" if bid is None else f"{bid} steps"
                 truth = "no way" if least is None else f"{least} steps"
@@ -98,10 +122,11 @@ class BidsRule(Rule):
 
 
 class HelperRule(Rule):
-    """The lowest bid wins, ties by the order of the team. A lower bidder is passed over only if
-    its synthesis failed in this turn, or that of a robot which does not bid (so that the fault
-    may be with the whole plan), or if it waits for help itself (which may be a cycle: D 5.4 and
-    5.7). So every failure that decides must be in the trace."""
+    """Helpers are robots that bid. In version 1 the lowest bid wins, ties by the order of the
+    team. A lower bidder is passed over only if its synthesis failed in this turn, or that of a
+    robot which does not bid (so that the fault may be with the whole plan), or if it waits for
+    help itself (which may be a cycle: D 5.4 and 5.7). So every failure that decides must be in
+    the trace. Since version 2 duties follow from the whole situation (D 5.2)."""
 
     name = "helper"
 
@@ -109,6 +134,9 @@ class HelperRule(Rule):
         # When the turn is over, so that failed attempts count wherever they were written.
         request = now.turn.first(Request)
         if request is None or now.turn.torn:
+            return
+        if now.derived:
+            yield from self._without_bid(now)
             return
         if request.helper is not None and request.bids.get(request.helper) is None:
             problem = f"{request.helper} is chosen for {request.obstacle} without a bid"
@@ -129,6 +157,18 @@ class HelperRule(Rule):
                 problem = f"{robot} bids least for {request.obstacle}, but {chosen} is chosen"
                 yield self.broken_by(request, robot, problem)
                 return
+
+    def _without_bid(self, now: Situation) -> Iterator[Finding]:
+        for request in now.turn.all(Request):
+            asked = {*(request.helpers or ()), request.helper} - {None}
+            for robot in sorted(name for name in asked if name is not None):
+                if request.bids.get(robot) is None:
+                    problem = f"{robot} is chosen for {request.obstacle} without a bid"
+                    yield self.broken_by(request, robot, problem)
+            need = now.need(request.obstacle)
+            if request.helpers and len(request.helpers) > need.robots:
+                problem = f"{request.obstacle} takes {need.robots} robots, not so many"
+                yield self.broken_by(request, None, problem)
 
 
 def replaces_helper(record: Request, now: Situation) -> bool:
@@ -153,7 +193,7 @@ def _failed(now: Situation) -> set[str]:
 
 def _distances(robot: str, obstacle: str, now: Situation) -> tuple[int | None, int | None]:
     """The least and the greatest distance that the robot can rightly bid."""
-    targets = [r for r in now.obstacles[obstacle].resolution_regions if now.grid.is_free(r)]
+    targets = [r for r in now.need(obstacle).regions if now.grid.is_free(r)]
     closed: set[Region] = set()
     for name, other in now.obstacles.items():
         known = now.status[name] in (Status.UNTRAVERSABLE, Status.GIVEN_UP)

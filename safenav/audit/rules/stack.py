@@ -29,12 +29,27 @@ class PushRule(Rule):
             return  # a robot makes way: not an answer to a request
         requests = now.turn.all(Request)  # a second one replaces a helper
         request = requests[-1] if requests else None
+        if now.derived:
+            yield from self._derived(record, now)
+            return
         why = (record.obstacle, record.requester, record.helper)
         if request is None or why != (request.obstacle, request.requester, request.helper):
             yield who, f"objectives are pushed for {record.obstacle} without such a request"
             return
         if now.header.coordination == RESYNTHESIS:
             yield from self._tasks(record, request, now)
+
+    def _derived(self, record: Push, now: Situation) -> Iterator[tuple[str | None, str]]:
+        """Since version 2: what is pushed is a duty for an obstacle that was met."""
+        if record.obstacle is None:
+            return
+        if record.obstacle not in now.discovered or now.is_over(record.obstacle):
+            problem = f"objectives are pushed for {record.obstacle}, which nobody waits for"
+            yield record.requester, problem
+        able = now.capable(record.obstacle)
+        for robot in sorted({*(record.helpers or ()), *([record.helper] if record.helper else [])}):
+            if robot not in able:
+                yield robot, f"{robot} is to help with {record.obstacle}, but lacks the action"
 
     def _tasks(self, record: Push, request: Request, now: Situation) -> Iterator[tuple[str, str]]:
         for robot, objective in record.objectives.items():
@@ -87,12 +102,14 @@ class PopRule(Rule):
         if not now.stack:
             yield who, "nothing is on the stack to be popped"
             return
-        frame = now.stack[-1]
+        frame = now.frame_of(record) or now.stack[-1]
         if record.depth != len(now.stack) - 1:
             yield who, f"the stack is {len(now.stack) - 1} deep after the pop, not {record.depth}"
         why = (frame.obstacle, frame.requester, frame.helper)
         if (record.obstacle, record.requester, record.helper) != why:
             yield who, f"the top of the stack is {_told(frame.obstacle)} of line {frame.line}"
+        if now.derived:
+            return
         if not now.is_over(frame.obstacle):
             yield who, f"{frame.obstacle} is popped, but is neither resolved nor given up"
         yield from _missing(record.objectives, now)
@@ -111,7 +128,8 @@ class MissedPopRule(Rule):
     def turn(self, now: Situation) -> Iterator[Finding]:
         if now.turn.final or not now.stack:
             return
-        frame = now.stack[-1]
+        over = [f for f in now.stack if f.obstacle is not None and now.is_over(f.obstacle)]
+        frame = over[-1] if now.derived and over else now.stack[-1]
         if frame.obstacle is not None and now.is_over(frame.obstacle):
             problem = f"{frame.obstacle} is done with, but stays on top of the stack"
             yield self.broken(now.turn.tick, now.turn.robot, _last_line(now), problem)

@@ -11,6 +11,7 @@ from safenav.trace.records import (
     Blocked,
     BlockReason,
     Move,
+    MovedBy,
     Objective,
     Reason,
     Record,
@@ -55,13 +56,15 @@ class SynthesisRule(Rule):
 
     def turn(self, now: Situation) -> Iterator[Finding]:
         turn = now.turn
-        for record in turn.all(Synthesis):
+        for record in () if now.derived else turn.all(Synthesis):
             causes = _CAUSES.get(record.reason)
             if causes and not any(map(turn.first, causes)) and not turn.torn:
                 problem = f"a synthesis for the reason {record.reason}, of which nothing is told"
                 yield self.broken_by(record, record.robot, problem)
         if turn.final or turn.robot is None or now.header.coordination != RESYNTHESIS:
             return
+        if now.derived:
+            return  # a robot may go back to a strategy that it has
         done = {(s.robot, s.objective) for s in turn.all(Synthesis)}
         for robot, objective in now.objectives.items():
             if objective != turn.objectives[robot] and (robot, objective) not in done:
@@ -80,7 +83,8 @@ class SynthesisRule(Rule):
             given = now.header.robots[robot].objective
             if record.objective != given:
                 yield f"{robot} is to {given}, but the synthesis is for {record.objective}"
-        if record.reason in _FOR_WHAT_IS_IN_FORCE and record.objective != now.objectives[robot]:
+        tried = record.reason in _FOR_WHAT_IS_IN_FORCE and not now.derived
+        if tried and record.objective != now.objectives[robot]:
             yield f"{robot} is to {now.objectives[robot]}, but gets {record.objective}"
         if is_initial is not (record.tick == 0):
             yield f"a synthesis of tick {record.tick} for the reason {record.reason}"
@@ -108,11 +112,13 @@ class StrategyRule(Rule):
         elif isinstance(record, Assumption):
             self._excused.add(record.robot)
         elif isinstance(record, Move) and record.robot not in self._excused:
-            problem = self._problem(record.robot, now)
+            problem = self._problem(record.robot, record.by, now)
             if problem:
                 yield self.broken_by(record, record.robot, problem)
 
-    def _problem(self, robot: str, now: Situation) -> str:
+    def _problem(self, robot: str, by: MovedBy | None, now: Situation) -> str:
+        if by in (MovedBy.PLAN, MovedBy.STAY, MovedBy.BACKTRACK):
+            return ""
         objective = now.objectives[robot]
         last = self._last.get((robot, objective))
         if last is None:

@@ -1,0 +1,56 @@
+"""Rules on obstacles that come and go by themselves."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from safenav.audit.rules.rule import Finding, Rule
+from safenav.audit.situation import Situation, Status
+from safenav.trace.records import Appeared, ChangeCause, Gone, Record
+
+
+class AppearedRule(Rule):
+    """An obstacle appears where none of that name is, never on a robot that is there or on its
+    way there, and if the scenario lets it appear, not before its time (T)."""
+
+    name = "appeared"
+
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        if not isinstance(record, Appeared):
+            return
+        obstacle = now.obstacles[record.obstacle]
+        if now.status[obstacle.name] not in (Status.ABSENT, Status.RESOLVED):
+            yield self.broken_by(record, None, f"{obstacle.name} appears where it is already")
+        for robot in now.header.robots:
+            if obstacle.region in now.taken_by(robot):
+                place = now.show(obstacle.region)
+                yield self.broken_by(
+                    record, robot, f"{obstacle.name} appears at {place}, where {robot} is"
+                )
+        if record.cause is ChangeCause.SCENARIO:
+            since = obstacle.from_
+            if since is None:
+                yield self.broken_by(record, None, f"the scenario lets {obstacle.name} not appear")
+            elif record.tick < since:
+                problem = f"{obstacle.name} appears in tick {record.tick}, before {since}"
+                yield self.broken_by(record, None, problem)
+
+
+class GoneRule(Rule):
+    """Only what is there goes by itself, and if the scenario lets it go, not before its time
+    (T)."""
+
+    name = "gone"
+
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        if not isinstance(record, Gone):
+            return
+        obstacle = now.obstacles[record.obstacle]
+        if now.status[obstacle.name] in (Status.ABSENT, Status.RESOLVED):
+            yield self.broken_by(record, None, f"{obstacle.name} goes, but it is not there")
+        if record.cause is ChangeCause.SCENARIO:
+            if obstacle.until is None:
+                yield self.broken_by(record, None, f"the scenario lets {obstacle.name} not go")
+            elif record.tick < obstacle.until:
+                problem = f"{obstacle.name} goes in tick {record.tick}, before {obstacle.until}"
+                yield self.broken_by(record, None, problem)

@@ -1,0 +1,194 @@
+"""Rules on joint plans: what a plan says, and whether the moves follow it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+from safenav.audit.grid import opposite
+from safenav.audit.precedence import Precedence
+from safenav.audit.rules.rule import Finding, Rule
+from safenav.audit.situation import Situation, Status
+from safenav.trace.records import (
+    Move,
+    MovedBy,
+    Place,
+    Plan,
+    PlanEnd,
+    PlanEndReason,
+    Record,
+    Violation,
+)
+
+
+class PlanRule(Rule):
+    """A joint plan begins where its robots are, consists of steps that they can make, enters
+    nothing that is known to be closed to them, and its orders keep those in conflict apart
+    however long each step takes (T)."""
+
+    name = "plan"
+
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        if isinstance(record, Plan):
+            for robot, problem in self._problems(record, now):
+                yield self.broken_by(record, robot, problem)
+
+    def _problems(self, plan: Plan, now: Situation) -> Iterator[tuple[str | None, str]]:
+        for robot, places in plan.robots.items():
+            for problem in _way_problems(robot, places, now):
+                yield robot, problem
+                break
+        for first, i, then, j in plan.orders:
+            for robot, index in ((first, i), (then, j)):
+                if not index < len(plan.robots.get(robot, ())):
+                    yield robot, f"an order speaks of place {index} of {robot}, which it has not"
+                    return
+        yield from _meetings(plan, now)
+
+
+class FollowsPlanRule(Rule):
+    """While a plan is in force, its robots make its steps and no others, each only when the
+    orders allow it. One plan follows on the end of another; it ends as reached when all its
+    steps were made, and otherwise for a reason that is told in the same turn (T)."""
+
+    name = "follows-plan"
+
+    def __init__(self) -> None:
+        self._running: _Running | None = None
+
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        match record:
+            case Plan():
+                if self._running is not None:
+                    why = f"that of line {self._running.plan.line} has no end"
+                    yield self.broken_by(record, None, f"a plan begins, and {why}")
+                self._running = _Running(record)
+            case PlanEnd():
+                yield from self._ended(record, now)
+                self._running = None
+            case Move() if self._running is not None and record.robot in self._running.at:
+                problem = self._running.problem(record, now)
+                if problem:
+                    yield self.broken_by(record, record.robot, problem)
+            case Move() if record.by is MovedBy.PLAN and now.toward[record.robot] is None:
+                problem = f"{record.robot} is said to move by a plan, and has no part in one"
+                yield self.broken_by(record, record.robot, problem)
+            case _:
+                pass
+
+    def _ended(self, record: PlanEnd, now: Situation) -> Iterator[Finding]:
+        running = self._running
+        if running is None:
+            yield self.broken_by(record, None, "a plan ends, but none is in force")
+        elif record.reason is PlanEndReason.REACHED:
+            for robot, places in running.plan.robots.items():
+                left = len(places) - 1 - running.at[robot]
+                if left > 0:
+                    problem = f"the plan is reached, but {robot} has {left} steps to make"
+                    yield self.broken_by(record, robot, problem)
+        elif record.reason is PlanEndReason.VIOLATION and now.turn.first(Violation) is None:
+            yield self.broken_by(record, None, "the plan ends by a violation that is not told")
+
+
+@dataclass
+class _Running:
+    """How far each robot is in a plan: ``at`` is the index of its place."""
+
+    plan: Plan
+    at: dict[str, int] = field(default_factory=dict)
+    bound: set[str] = field(default_factory=set)
+
+    def __post_init__(self) -> None:
+        self.at = dict.fromkeys(self.plan.robots, 0)
+
+    def problem(self, move: Move, now: Situation) -> str:
+        """What is wrong with a move; the robot is put where it went anyway."""
+        robot, places = move.robot, self.plan.robots[move.robot]
+        entered = move.to if move.toward is None else move.toward
+        if entered == now.region[robot]:
+            return ""
+        if self.at[robot] == 0 and entered == places[0][0]:
+            return ""  # it finishes the step in which the plan found it
+        index = self.at[robot] + 1
+        if index >= len(places):
+            return f"{robot} goes on to {now.show(entered)} after its last place of the plan"
+        region, heading = places[index]
+        told = ""
+        if entered != region:
+            told = f"{robot} goes to {now.show(entered)}; the plan says {now.show(region)}"
+        elif move.toward is None and move.heading != heading:
+            told = f"{robot} then faces {move.heading}; the plan says {heading}"
+        elif robot not in self.bound:
+            told = self._too_early(robot, index)
+        if move.toward is None:
+            self.at[robot] = index
+            self.bound.discard(robot)
+        else:
+            self.bound.add(robot)
+        return told
+
+    def _too_early(self, robot: str, index: int) -> str:
+        for first, i, then, j in self.plan.orders:
+            if (then, j) == (robot, index) and self.at[first] < i:
+                return f"{robot} does not wait until {first} has come to its place {i}"
+        return ""
+
+
+def _way_problems(robot: str, places: tuple[Place, ...], now: Situation) -> Iterator[str]:
+    here = (now.region[robot], now.heading[robot])
+    if not places:
+        yield f"the plan has no place for {robot}"
+        return
+    toward = now.toward[robot]
+    begins = places[0][0]
+    if begins != here[0] and begins != toward:
+        yield f"the plan begins with {robot} at {now.show(begins)}, but it is elsewhere"
+    elif toward is None and now.has_heading(robot) and places[0][1] != here[1]:
+        yield f"the plan begins with {robot} facing {places[0][1]}, but it faces {here[1]}"
+    for (origin, faced), (to, heading) in pairwise(places):
+        way = now.grid.direction(origin, to)
+        if way is None:
+            yield f"{robot} cannot step from {now.show(origin)} to {now.show(to)}, no neighbour"
+        elif not now.grid.is_free(to):
+            yield f"{robot} would enter {now.show(to)}, which is not free"
+        elif now.has_heading(robot) and faced is not None and way == opposite(faced):
+            yield f"{robot} faces {faced} and cannot step {way} to {now.show(to)}"
+        elif now.has_heading(robot) and heading != way:
+            yield f"{robot} steps {way} to {now.show(to)} and cannot face {heading} there"
+        for obstacle in now.obstacles_at(to):
+            closed = now.status[obstacle.name] in (Status.UNTRAVERSABLE, Status.GIVEN_UP)
+            known = closed or obstacle.name in now.discovered
+            if (
+                known
+                and now.status[obstacle.name] is not Status.RESOLVED
+                and (robot in now.blocked_by(obstacle.name))
+            ):
+                yield f"{robot} would enter {now.show(to)} with {obstacle.name}, which is known"
+
+
+def _meetings(plan: Plan, now: Situation) -> Iterator[tuple[str | None, str]]:
+    """Pairs of robots in conflict that the orders do not keep out of one region at one time."""
+    order = Precedence({name: len(places) for name, places in plan.robots.items()}, plan.orders)
+    if order.has_circle:
+        yield None, "the orders of the plan wait for each other in a circle"
+        return
+    visits: dict[int, list[tuple[str, int]]] = {}
+    for robot, places in plan.robots.items():
+        for index, (region, _) in enumerate(places):
+            visits.setdefault(region, []).append((robot, index))
+    for region, ones in visits.items():
+        for k, (one, i) in enumerate(ones):
+            for other, j in ones[:k]:
+                if one == other or not now.conflict(one, other):
+                    continue
+                if not (order.left_before(one, i, other, j) or order.left_before(other, j, one, i)):
+                    yield one, f"the plan lets {one} and {other} into {now.show(region)} at once"
+                    return
+        for outsider in now.header.robots:
+            if outsider in plan.robots or region not in now.taken_by(outsider):
+                continue
+            for robot, _ in ones:
+                if now.conflict(robot, outsider):
+                    yield robot, f"{robot} would enter {now.show(region)}, where {outsider} is"
+                    return

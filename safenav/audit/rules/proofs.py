@@ -1,0 +1,156 @@
+"""Rules on negatives: an operator is needed only where a proof shows it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import product
+
+from safenav.audit.proofs import (
+    Gate,
+    Moment,
+    Need,
+    Pose,
+    Robot,
+    never_resolved_problems,
+    problems_of,
+)
+from safenav.audit.proofs.formulas import UnreadError, read_formulas
+from safenav.audit.rules.outcome import bounds
+from safenav.audit.rules.rule import Finding, Rule
+from safenav.audit.situation import Situation, Status
+from safenav.trace.records import (
+    Blocked,
+    BlockReason,
+    Ending,
+    Goal,
+    Outcome,
+    Record,
+    Resolved,
+)
+
+
+class ProofRule(Rule):
+    """Who says that an operator is needed proves it: from where the robots are, with what they
+    know, nothing that they can do completes the mission (D 5.6, T). An obstacle that joins the
+    known ones because nobody can ever resolve it has its proof, too."""
+
+    name = "proof"
+
+    def __init__(self) -> None:
+        self._goals: dict[str, list[Goal]] = {}
+
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        if isinstance(record, Goal):
+            if now.objectives[record.robot] == now.header.robots[record.robot].objective:
+                self._goals.setdefault(record.robot, []).append(record)
+        elif isinstance(record, Resolved):
+            if now.is_last_need(record):
+                self._goals.clear()
+        elif isinstance(record, Blocked) and record.reason is BlockReason.UNRESOLVABLE:
+            if record.proof is None:
+                yield self.broken_by(record, None, f"{record.obstacle} is given up without proof")
+                return
+            for problem in never_resolved_problems(
+                record.proof, moment_of(now, self._goals), record.obstacle
+            ):
+                yield self.broken_by(record, None, problem)
+        elif isinstance(record, Outcome) and record.outcome is Ending.OPERATOR_NEEDED:
+            if not now.derived:
+                return
+            if record.proof is None:
+                yield self.broken_by(record, None, "an operator is needed, but that is not proven")
+                return
+            for problem in problems_of(record.proof, moment_of(now, self._goals)):
+                yield self.broken_by(record, None, problem)
+
+
+def moment_of(now: Situation, goals: dict[str, list[Goal]]) -> Moment:
+    """The moment at a line of the trace. ``goals``: those since the last resolution."""
+    world = now.grid
+    gates = {
+        name: Gate(
+            name,
+            obstacle.region,
+            tuple(
+                Need(need.action, need.robots, frozenset(need.regions), need.together)
+                for need in obstacle.all_needs
+            ),
+            frozenset(obstacle.blocks),
+            now.stage[name],
+            frozenset(now.done[name]),
+        )
+        for name, obstacle in now.obstacles.items()
+        if now.status[name] in (Status.UNRESOLVED, Status.GIVEN_UP) and name in now.discovered
+    }
+    return Moment(
+        world.rows,
+        world.cols,
+        _free(now),
+        {name: _robot(name, now, goals.get(name, [])) for name in now.header.robots},
+        gates,
+        {
+            name: frozenset(
+                obstacle.region
+                for obstacle in now.obstacles.values()
+                if now.status[obstacle.name] is Status.UNTRAVERSABLE and name in obstacle.blocks
+            )
+            for name in now.header.robots
+        },
+        now.header.until.rounds or 1,
+    )
+
+
+def _free(now: Situation) -> frozenset[int]:
+    return frozenset(r for r in range(now.grid.rows * now.grid.cols) if now.grid.is_free(r))
+
+
+def _robot(name: str, now: Situation, goals: list[Goal]) -> Robot:
+    told = now.header.robots[name]
+    objective = told.objective
+    rounds = now.header.until.rounds or 1
+    _, most = bounds(goals, objective)
+    done = max((goal.round for goal in goals), default=0) if most is None else most
+    robot = Robot(
+        name=name,
+        has_heading=now.has_heading(name),
+        capabilities=frozenset(told.capabilities),
+        pose=_pose(name, now),
+        targets=objective.targets,
+        in_order=objective.kind not in ("cover", "ltl"),
+        conflicts=frozenset(
+            other for other in now.header.robots if other != name and now.conflict(name, other)
+        ),
+        awaited=_awaited(name, now),
+        covered=frozenset(goal.goal for goal in goals if goal.goal < len(objective.targets)),
+        rounds_left=max(rounds - done, 0),
+    )
+    if objective.kind != "ltl":
+        return robot
+    try:
+        formulas = read_formulas(json.loads(objective.body))
+    except UnreadError:
+        return replace(robot, judged=False)
+    headings = ("north", "east", "south", "west") if robot.has_heading else (None,)
+    targets = formulas.goal_regions(product(_free(now), headings))
+    return replace(robot, formulas=formulas, targets=targets)
+
+
+def _awaited(name: str, now: Situation) -> tuple[int, ...]:
+    """The targets that may be next: one, unless the goal lines leave that open."""
+    count = len(now.header.robots[name].objective.targets)
+    if count < 2:
+        return (0,)
+    own = now.objectives[name] == now.header.robots[name].objective
+    next_ = now.progress[name].awaited
+    return (next_,) if own and next_ is not None else tuple(range(count))
+
+
+def _pose(name: str, now: Situation) -> Pose:
+    """Where the robot is; one on its way is where it will arrive."""
+    toward = now.toward[name]
+    if toward is None:
+        return now.region[name], now.heading[name] if now.has_heading(name) else None
+    way = now.grid.direction(now.region[name], toward)
+    return toward, way if now.has_heading(name) else None

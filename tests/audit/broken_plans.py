@@ -1,0 +1,86 @@
+"""The traces of version 2 broken on purpose, as in ``broken_traces``."""
+
+from __future__ import annotations
+
+import copy
+from typing import Any
+
+from audit.trace_script import Line, Mutation, both, drop, edit, find, insert_after, scenario
+
+
+def in_plan(robot: str, index: int, *place: Any) -> Mutation:
+    """Change one place of a robot in the first plan."""
+
+    def mutate(lines: list[Line]) -> None:
+        lines[find(lines, "plan")]["robots"][robot][index] = list(place)
+
+    return mutate
+
+
+def fall_on_the_cart(lines: list[Line]) -> None:
+    """Let the debris appear a tick earlier, on the cart."""
+    lines[0]["scenario"]["obstacles"][0]["from"] = 2
+    line = lines.pop(find(lines, "appeared"))
+    lines.insert(find(lines, "move", tick=2) + 1, line | {"tick": 2})
+
+
+def in_proof(*path: Any, to: Any) -> Mutation:
+    """Change something in the proof of the outcome."""
+
+    def mutate(lines: list[Line]) -> None:
+        inner: Any = lines[-1]["proof"]
+        for key in path[:-1]:
+            inner = inner[key]
+        inner[path[-1]] = copy.deepcopy(to)
+
+    return mutate
+
+
+CASES_OF_PLANS: list[tuple[Any, ...]] = [
+    ("plan", "planned", edit("plan", {}, orders=[["two", 1, "one", 3]]), 2, "one"),
+    ("plan", "planned", edit("plan", {}, orders=[["two", 9, "one", 3]]), 2, "two"),
+    (
+        "plan",
+        "planned",
+        edit("plan", {}, orders=[["two", 1, "one", 1], ["one", 1, "two", 1]]),
+        2,
+        None,
+    ),
+    ("plan", "planned", in_plan("one", 2, 15, None), 2, "one"),
+    ("plan", "planned", in_plan("one", 3, 3, None), 2, "one"),
+    ("plan", "met_on_the_way", in_plan("two", 0, 15, None), 1, "two"),
+    ("follows-plan", "planned", drop("plan_end"), 2, None),
+    ("follows-plan", "planned", edit("plan_end", {}, reason="violation"), 7, None),
+    ("follows-plan", "met_on_the_way", edit("plan_end", {}, reason="reached"), 2, "one"),
+    ("follows-plan", "planned", drop("plan"), 2, "one"),
+    (
+        "follows-plan",
+        "planned",
+        edit("plan", {}, orders=[["two", 1, "one", 1], ["one", 1, "two", 5]]),
+        2,
+        "one",
+    ),
+    ("appeared", "come_and_gone", scenario("obstacles", 0, "from", to=4), 3, None),
+    ("appeared", "come_and_gone", fall_on_the_cart, 2, "cart"),
+    ("gone", "come_and_gone", scenario("obstacles", 0, "until", to=9), 5, None),
+    ("gone", "come_and_gone", insert_after("gone", {}), 5, None),
+    ("resolution", "lifted", edit("resolved", {"need": 1}, robots=["right"]), 2, "right"),
+    ("resolution", "lifted", edit("resolved", {"need": 1}, need=0), 2, "right"),
+    ("resolution", "lifted", edit("resolved", {"need": 0}, robots=["left"]), 1, "cart"),
+    ("missed-resolution", "lifted", drop("resolved", need=1), 2, "right"),
+    ("proof", "given_up", edit("outcome", {}, proof=None), 2, None),
+    ("proof", "given_up", in_proof("robots", "digit", "live", to=False), 2, None),
+    (
+        "proof",
+        "given_up",
+        both(
+            scenario("robots", "digit", "capabilities", to=["clear"]),
+            edit("request", {}, bids={"digit": 1}),
+        ),
+        2,
+        None,
+    ),
+    ("proof", "stuck", in_proof("states", to=9), 1, None),
+    ("proof", "stuck", in_proof("start", "two", to=[12, None]), 1, None),
+    ("proof", "stuck", both(in_proof("robots", to=["one"]), in_proof("states", to=5)), 1, None),
+]
