@@ -51,6 +51,24 @@ class Formulas:
         """Whether the step is allowed with some memory."""
         return any(True for _ in self.steps(before, after))
 
+    def goal_regions(self, poses: Iterable[Pose]) -> tuple[frozenset[int], ...]:
+        """For each goal the regions in which a robot that stays may meet it; all of them for
+        one that only a move can meet."""
+        places = list(poses)
+        everywhere = frozenset(region for region, _ in places)
+
+        def meets(goal: Formula, pose: Pose) -> bool:
+            return any(
+                goal({**_values(pose), **old}, {**_values(pose), **new})
+                for old in self.valuations
+                for new in self.valuations
+            )
+
+        found = [
+            frozenset(pose[0] for pose in places if meets(goal, pose)) for goal in self.liveness
+        ]
+        return tuple(regions or everywhere for regions in found)
+
     def steps(self, before: Pose, after: Pose) -> Iterable[tuple[int, int, frozenset[int]]]:
         """The memory (by number) before and after with which the step is allowed, and the goals
         that it meets."""

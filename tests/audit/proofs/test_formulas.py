@@ -84,3 +84,9 @@ def test_who_must_not_stay_cannot_end_in_a_dead_end() -> None:
     moving = "region' != region"
     assert live(heading="east", safety=moving, liveness="TRUE") == set()
     assert live(safety=moving, liveness="TRUE") == set(FREE)
+
+
+def test_where_a_goal_is_met_follows_from_its_formula() -> None:
+    read = read_formulas({"liveness": ["region = 2 | region = 4", "region = 3 & region' = 4"]})
+    found = read.goal_regions([(region, None) for region in FREE])
+    assert found == (frozenset({2, 4}), FREE)
