@@ -17,6 +17,24 @@ def in_plan(robot: str, index: int, *place: Any) -> Mutation:
     return mutate
 
 
+def before_any_step(*mutations: Mutation) -> Mutation:
+    """Break a plan, and interrupt the run before anybody follows it."""
+
+    def mutate(lines: list[Line]) -> None:
+        both(*mutations)(lines)
+        outcome = lines[-1]
+        del lines[find(lines, "plan") + 1 :]
+        tick = lines[-1]["tick"]
+        syntheses = sum(line["type"] == "synthesis" for line in lines)
+        rounds = dict.fromkeys(outcome["rounds"], 0)
+        outcome.update(
+            outcome="interrupted", tick=tick, ticks=tick - 1, syntheses=syntheses, rounds=rounds
+        )
+        lines.append(outcome)
+
+    return mutate
+
+
 def fall_on_the_cart(lines: list[Line]) -> None:
     """Let the debris appear a tick earlier, on the cart."""
     lines[0]["scenario"]["obstacles"][0]["from"] = 2
@@ -37,19 +55,19 @@ def in_proof(*path: Any, to: Any) -> Mutation:
 
 
 CASES_OF_PLANS: list[tuple[Any, ...]] = [
-    ("plan", "planned", edit("plan", {}, orders=[["two", 1, "one", 3]]), 2, "one"),
-    ("plan", "planned", edit("plan", {}, orders=[["two", 9, "one", 3]]), 2, "two"),
+    ("plan", "planned", edit("plan", {}, orders=[["two", 1, "one", 3]]), 2, "two"),
+    ("plan", "planned", before_any_step(edit("plan", {}, orders=[["two", 9, "one", 3]])), 2, "two"),
     (
         "plan",
         "planned",
-        edit("plan", {}, orders=[["two", 1, "one", 1], ["one", 1, "two", 1]]),
+        before_any_step(edit("plan", {}, orders=[["two", 1, "one", 1], ["one", 1, "two", 1]])),
         2,
         None,
     ),
-    ("plan", "planned", in_plan("one", 2, 15, None), 2, "one"),
-    ("plan", "planned", in_plan("one", 3, 3, None), 2, "one"),
-    ("plan", "met_on_the_way", in_plan("two", 0, 15, None), 1, "two"),
-    ("follows-plan", "planned", drop("plan_end"), 2, None),
+    ("plan", "planned", before_any_step(in_plan("one", 2, 15, None)), 2, "one"),
+    ("plan", "planned", before_any_step(in_plan("one", 3, 3, None)), 2, "one"),
+    ("plan", "met_on_the_way", before_any_step(in_plan("two", 0, 15, None)), 1, "two"),
+    ("follows-plan", "planned", insert_after("plan", {}), 2, None),
     ("follows-plan", "planned", edit("plan_end", {}, reason="violation"), 7, None),
     ("follows-plan", "met_on_the_way", edit("plan_end", {}, reason="reached"), 2, "one"),
     ("follows-plan", "planned", drop("plan"), 2, "one"),
