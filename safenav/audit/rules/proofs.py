@@ -25,6 +25,7 @@ from safenav.trace.records import (
     BlockReason,
     Ending,
     Goal,
+    OperatorCause,
     Outcome,
     Record,
     Resolved,
@@ -57,10 +58,11 @@ class ProofRule(Rule):
             ):
                 yield self.broken_by(record, None, problem)
         elif isinstance(record, Outcome) and record.outcome is Ending.OPERATOR_NEEDED:
-            if not now.derived:
-                return
             if record.proof is None:
-                yield self.broken_by(record, None, "an operator is needed, but that is not proven")
+                if record.cause is OperatorCause.UNRESOLVABLE:
+                    yield self.broken_by(
+                        record, None, "an operator is needed, but that is not proven"
+                    )
                 return
             for problem in problems_of(record.proof, moment_of(now, self._goals)):
                 yield self.broken_by(record, None, problem)

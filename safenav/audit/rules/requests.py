@@ -111,9 +111,8 @@ class BidsRule(Rule):
         for robot in sorted(able & set(record.bids)):
             least, most = _distances(robot, record.obstacle, now)
             bid = record.bids[robot]
-            if now.derived and least is not None and bid is not None:
-                timing = now.header.robots[robot].timing
-                least, most = least * (1 if timing is None else timing.least), None
+            if now.derived and bid is not None:
+                most = None  # bids are in ticks, and a step may take several
             if not _between(least, bid, most):
                 told = "no way" if bid is None else f"{bid} steps"
                 truth = "no way" if least is None else f"{least} steps"

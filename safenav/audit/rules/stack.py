@@ -128,8 +128,7 @@ class MissedPopRule(Rule):
     def turn(self, now: Situation) -> Iterator[Finding]:
         if now.turn.final or not now.stack:
             return
-        over = [f for f in now.stack if f.obstacle is not None and now.is_over(f.obstacle)]
-        frame = over[-1] if now.derived and over else now.stack[-1]
+        frame = now.stack[-1]
         if frame.obstacle is not None and now.is_over(frame.obstacle):
             problem = f"{frame.obstacle} is done with, but stays on top of the stack"
             yield self.broken(now.turn.tick, now.turn.robot, _last_line(now), problem)
