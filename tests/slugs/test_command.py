@@ -56,6 +56,7 @@ OPTIONS = (
     "--counterStrategy",
     "--check",
     "--translate",
+    "--serve",
     "--jsonOutput",
     "--stats",
     "--sysInitRoboticsSemantics",
@@ -218,9 +219,6 @@ def test_translation_keeps_the_order_of_declarations(own_slugs: Path, folder: Pa
         (("/",), "cannot read '/': Is a directory"),
         (("--check", "nowhere", "follow.structuredslugs"), "cannot read 'nowhere'"),
         (("broken.structuredslugs",), "broken.structuredslugs:2:8: error: found the end"),
-        (("--explicitStrategy", "follow.structuredslugs", "no/x"), "cannot write 'no/x'"),
-        (("--explicitStrategy", "follow.structuredslugs", "/"), "cannot write '/': Is a directory"),
-        (("--stats", "no/x", "follow.structuredslugs"), "cannot write 'no/x'"),
     ],
 )
 def test_bad_usage_is_explained(
@@ -234,6 +232,36 @@ def test_bad_usage_is_explained(
     assert done.stdout == ""
     assert "RESULT" not in done.stderr
     assert sorted(folder.iterdir()) == before
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--explicitStrategy", "follow.structuredslugs", "no/x"), "cannot write 'no/x'"),
+        (("--explicitStrategy", "follow.structuredslugs", "/"), "cannot write '/': Is a directory"),
+        (("--translate", "follow.structuredslugs", "no/x"), "cannot write 'no/x'"),
+        (("--stats", "no/x", "follow.structuredslugs"), "cannot write 'no/x'"),
+    ],
+)
+def test_an_output_that_cannot_be_opened_costs_no_solution(
+    own_slugs: Path, folder: Path, arguments: tuple[str, ...], message: str
+) -> None:
+    """Exit status 4, as for output that cannot be written."""
+    before = sorted(folder.iterdir())
+    done = run(own_slugs, folder, *arguments)
+    assert done.returncode == 4
+    assert message in done.stderr
+    assert "RESULT" not in done.stderr
+    assert sorted(folder.iterdir()) == before
+
+
+@pytest.mark.parametrize("how", ["2>&-", "2>/dev/full"])
+def test_a_verdict_that_cannot_be_told_is_an_error(own_slugs: Path, folder: Path, how: str) -> None:
+    """Standard error is closed or full: exit status 4, and no file gets what it should say."""
+    command = f'"$0" --explicitStrategy follow.structuredslugs out.txt {how}'
+    done = subprocess.run(["/bin/sh", "-c", command, own_slugs], cwd=folder, check=False)
+    assert done.returncode == 4
+    assert not (folder / "out.txt").exists()
 
 
 def test_two_dashes_end_the_options(own_slugs: Path, folder: Path) -> None:
@@ -281,7 +309,66 @@ def test_a_limit_ends_the_run_in_order(
     assert sorted(folder.iterdir()) == sorted([*before, folder / "stats.json"])
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def _long_line(pieces: int) -> str:
+    """A specification whose one constraint has so many operators."""
+    return "[OUTPUT]\na\nb\n[SYS_TRANS]\n" + "| a & b " * pieces + "a\n"
+
+
+def _large_strategy(nodes: int) -> str:
+    """A strategy of FOLLOW's variables that is read for a while and then wrong."""
+    node = '{"rank": 0, "state": [0, 0, 0, 0], "trans": [0]}'
+    many = ", ".join(f'"{i}": {node}' for i in range(nodes))
+    names = '["light@0.0.2", "light@1", "at@0.0.2", "at@1"]'
+    return f'{{"version": 0, "variables": {names}, "nodes": {{{many}}}}}'
+
+
+@pytest.mark.parametrize("command", [(), ("--translate",), ("--check", "strategy.json")])
+@pytest.mark.parametrize(
+    ("limit", "message"),
+    [
+        (("--timeout", "0.005"), "slugs: time limit reached"),
+        (("--memory", "2"), "slugs: memory limit reached"),
+    ],
+)
+def test_limits_hold_while_reading(
+    own_slugs: Path,
+    folder: Path,
+    command: tuple[str, ...],
+    limit: tuple[str, str],
+    message: str,
+) -> None:
+    (folder / "long.slugsin").write_text(_long_line(1_000_000))
+    (folder / "strategy.json").write_text(_large_strategy(100_000))
+    file = "follow.structuredslugs" if "--check" in command else "long.slugsin"
+    done = run(own_slugs, folder, *limit, *command, file)
+    assert done.returncode == 3
+    assert done.stderr.splitlines()[-1].startswith(message)
+    assert done.stdout == ""
+
+
+def test_a_time_limit_ends_waiting_for_input(own_slugs: Path, folder: Path) -> None:
+    """Standard input that never comes."""
+    with subprocess.Popen(
+        [own_slugs, "--timeout", "0.1", "-"],
+        cwd=folder,
+        stdin=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        assert process.wait(timeout=30) == 3
+        assert process.stderr is not None
+        assert "slugs: time limit reached while reading" in process.stderr.read()
+
+
+def test_a_sum_has_no_more_bits_than_its_value_needs(own_slugs: Path, folder: Path) -> None:
+    """3,000 terms: the formulas of their sum stay in 40 MB, as diagrams and before."""
+    total = " + ".join(["x"] * 3000)
+    text = f"[OUTPUT]\nx: 0...7\n[SYS_INIT]\nx = 7\n[SYS_TRANS]\n{total} = 21000\nx' = x\n"
+    done = run(own_slugs, folder, "--memory", "40", "-", text=text)
+    assert "RESULT: Specification is realizable." in done.stderr
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_an_interrupt_ends_the_run_in_order(
     own_slugs: Path, folder: Path, number: signal.Signals
 ) -> None:
@@ -314,7 +401,7 @@ def test_an_interrupt_ends_waiting_for_input(own_slugs: Path, folder: Path) -> N
         assert process.stderr.readline().startswith("slugs ")
         time.sleep(0.1)
         process.send_signal(signal.SIGTERM)
-        assert process.stderr.read() == "slugs: interrupted\n"
+        assert process.stderr.read().startswith("slugs: interrupted while reading")
         assert process.wait(timeout=30) == 3
 
 

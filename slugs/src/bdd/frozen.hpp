@@ -16,6 +16,15 @@ class FrozenBdd {
 public:
   FrozenBdd(BddStore &store, const Bdd &f);
   Bdd thaw(BddStore &store) const;
+  // Its value where value_of(variable) says that of each variable.
+  template <typename Values> bool evaluate(const Values &value_of) const {
+    Edge e = root_;
+    while (e > 1) {
+      const Node &node = nodes_[(e >> 1) - 1];
+      e = (value_of(node.var) ? node.high : node.low) ^ (e & 1);
+    }
+    return e == bdd_true;
+  }
 
 private:
   struct Node {

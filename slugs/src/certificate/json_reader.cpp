@@ -10,7 +10,8 @@
 
 namespace slugs {
 
-JsonReader::JsonReader(std::string file, std::string_view text) : file_(std::move(file)), text_(text) {
+JsonReader::JsonReader(std::string file, std::string_view text, const Budget &budget)
+    : file_(std::move(file)), text_(text), pacer_(budget) {
   if (text_.substr(0, 3) == "\xEF\xBB\xBF")
     at_ = 3;
 }
@@ -28,6 +29,7 @@ std::string JsonReader::found() const {
 }
 
 void JsonReader::blanks() {
+  pacer_.step();
   while (at_ < text_.size() &&
          (text_[at_] == ' ' || text_[at_] == '\n' || text_[at_] == '\t' || text_[at_] == '\r'))
     ++at_;

@@ -5,22 +5,24 @@
 
 #pragma once
 
+#include "core/budget.hpp"
+
 #include <cstdint>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 
 namespace slugs {
 
 // The text is not JSON, or not of the expected shape; says where.
-struct JsonError : std::runtime_error {
-  using std::runtime_error::runtime_error;
+struct JsonError : Error {
+  explicit JsonError(const std::string &what) : Error(ExitStatus::BadInput, what) {}
+  std::string message() const override { return std::string(what()) + '\n'; }
 };
 
 class JsonReader {
 public:
   // `file` is for messages; the caller keeps the text alive.
-  JsonReader(std::string file, std::string_view text);
+  JsonReader(std::string file, std::string_view text, const Budget &budget = Budget());
 
   // Calls value(key) for each member; it must read the value.
   template <class Value> void object(Value value) {
@@ -62,6 +64,7 @@ private:
 
   std::string file_;
   std::string_view text_;
+  BudgetPacer pacer_;
   std::size_t at_ = 0;
 };
 

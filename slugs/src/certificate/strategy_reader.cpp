@@ -13,7 +13,8 @@ namespace {
 
 class StrategyReader {
 public:
-  StrategyReader(const std::string &file, std::string_view text) : json_(file, text) {}
+  StrategyReader(const std::string &file, std::string_view text, const Budget &budget)
+      : json_(file, text, budget) {}
 
   ExplicitStrategy read() {
     bool has_variables = false;
@@ -101,8 +102,8 @@ private:
 
 } // namespace
 
-ExplicitStrategy read_strategy(const std::string &file, std::string_view text) {
-  return StrategyReader(file, text).read();
+ExplicitStrategy read_strategy(const std::string &file, std::string_view text, const Budget &budget) {
+  return StrategyReader(file, text, budget).read();
 }
 
 } // namespace slugs

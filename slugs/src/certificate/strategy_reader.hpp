@@ -2,6 +2,8 @@
 
 #pragma once
 
+#include "core/budget.hpp"
+
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -28,7 +30,9 @@ struct ExplicitStrategy {
   std::size_t size() const { return ids.size(); }
 };
 
-// Reads what --explicitStrategy --jsonOutput prints.  Throws JsonError.
-ExplicitStrategy read_strategy(const std::string &file, std::string_view text);
+// Reads what --explicitStrategy --jsonOutput prints.  Throws JsonError,
+// LimitReached.
+ExplicitStrategy read_strategy(const std::string &file, std::string_view text,
+                               const Budget &budget = Budget());
 
 } // namespace slugs

@@ -10,6 +10,7 @@
 #include "command/input_file.hpp"
 #include "command/options.hpp"
 #include "command/outfile.hpp"
+#include "command/serve.hpp"
 #include "command/signals.hpp"
 #include "core/version.hpp"
 #include "game/solver.hpp"
@@ -24,34 +25,61 @@
 #include <new>
 #include <optional>
 
+#include <fcntl.h>
+#include <unistd.h>
+
 namespace slugs {
 
 namespace {
 
-// Raised after all mistakes of the input have been printed.
-struct InputRejected {};
+// A file that is opened while one of these is closed would take its place, and
+// get what is said to a person.  Their uses still fail: reading what can only be
+// written, and the other way round.
+void reserve_standard_descriptors() {
+  for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+    if (::fcntl(descriptor, F_GETFD) < 0)
+      ::open("/dev/null", descriptor == STDIN_FILENO ? O_WRONLY : O_RDONLY);
+}
 
-Budget budget_of(const Options &options, const std::atomic<bool> &interrupted) {
+// Raised after all mistakes of the input have been printed.
+struct InputRejected : Error {
+  InputRejected() : Error(ExitStatus::BadInput, "the input has mistakes") {}
+  std::string message() const override { return ""; }
+};
+
+Budget budget_of(const Options &options, const std::atomic<bool> &interrupted, Heap &heap) {
   Budget budget;
+  budget.also_used = &heap.used;
   budget.interrupted = &interrupted;
   constexpr double longest = 1e9; // seconds; keeps the deadline representable
   if (options.timeout_seconds && *options.timeout_seconds < longest)
     budget.deadline = Budget::Clock::now() + std::chrono::duration_cast<Budget::Clock::duration>(
                                                  std::chrono::duration<double>(*options.timeout_seconds));
   if (options.memory_megabytes && *options.memory_megabytes < (static_cast<std::size_t>(-1) >> 20))
-    budget.memory_bytes = *options.memory_megabytes << 20;
+    heap.limit = budget.memory_bytes = *options.memory_megabytes << 20;
   return budget;
 }
 
-Specification read(const std::string &file) {
-  const std::string text = read_file(file);
+Specification read(const std::string &file, const Budget &budget) try {
+  const std::string text = read_file(file, budget);
   const Source source(file, text);
   Diagnostics diagnostics(source);
-  Specification specification = read_specification(source, diagnostics);
+  Specification specification = read_specification(source, diagnostics, budget);
   diagnostics.print(std::cerr);
   if (diagnostics.error_count() > 0)
     throw InputRejected();
   return specification;
+} catch (const LimitReached &limit) {
+  throw LimitReached(limit.kind, limit.what() + std::string(" while reading the specification"));
+} catch (const std::bad_alloc &) {
+  throw LimitReached(LimitKind::Memory, "memory limit reached while reading the specification");
+}
+
+// A verdict that nobody can be told is none.
+void tell(const std::string &text) {
+  std::cerr << text;
+  if (!std::cerr)
+    throw WriteError("cannot write to standard error");
 }
 
 std::unique_ptr<StrategySink> sink_for(const Options &options, const Specification &specification,
@@ -85,8 +113,8 @@ private:
 };
 
 ExitStatus solve(const Options &options, const Budget &budget) {
-  std::cerr << "slugs " << version << ": synthesis from GR(1) specifications\n";
-  const Specification specification = read(options.file);
+  tell("slugs " + std::string(version) + ": synthesis from GR(1) specifications\n");
+  const Specification specification = read(options.file, budget);
   // Opened first: an output that cannot be written should not cost a solution.
   StatsFile stats(options.stats_file);
   std::optional<OutFile> out;
@@ -102,7 +130,7 @@ ExitStatus solve(const Options &options, const Budget &budget) {
   try {
     const bool realizable = solver.verdict() == Verdict::Realizable;
     word = realizable ? "realizable" : "unrealizable";
-    std::cerr << "RESULT: Specification is " << word << ".\n";
+    tell(std::string("RESULT: Specification is ") + word + ".\n");
     if (realizable ? options.explicit_strategy : options.counter_strategy) {
       const std::unique_ptr<StrategySink> sink = sink_for(options, specification, out->stream());
       if (realizable)
@@ -116,14 +144,46 @@ ExitStatus solve(const Options &options, const Budget &budget) {
   } catch (const LimitReached &limit) {
     std::cerr << "slugs: " << limit.what() << ' ' << solver.progress() << '\n';
   } catch (const std::bad_alloc &) {
-    std::cerr << "slugs: out of memory " << solver.progress() << '\n';
+    std::cerr << "slugs: memory limit reached " << solver.progress() << '\n';
   }
   stats.write(solver, word);
   return ExitStatus::Limit;
 }
 
-ExitStatus print_translation(const Options &options) {
-  const Specification specification = read(options.file);
+ExitStatus serve_moves(const Options &options, const Budget &budget) {
+  tell("slugs " + std::string(version) + ": synthesis from GR(1) specifications\n");
+  const Specification specification = read(options.file, budget);
+  StatsFile stats(options.stats_file);
+  OutFile out("");
+  SolverOptions solver_options;
+  solver_options.robotics_init = options.robotics_init;
+  solver_options.bias_for_action = options.bias_for_action;
+  Solver solver(specification, solver_options, budget);
+  const char *word = "unknown";
+  OnDemandStrategy *strategy = nullptr;
+  try {
+    const bool realizable = solver.verdict() == Verdict::Realizable;
+    word = realizable ? "realizable" : "unrealizable";
+    tell(std::string("RESULT: Specification is ") + word + ".\n");
+    strategy = realizable ? &solver.on_demand() : nullptr;
+  } catch (const LimitReached &limit) {
+    stats.write(solver, word);
+    throw LimitReached(limit.kind, limit.what() + (' ' + solver.progress()));
+  }
+  stats.write(solver, word);
+  if (!strategy)
+    return ExitStatus::Unrealizable;
+  // The time limit is one on becoming ready.
+  Budget serving = budget;
+  serving.deadline = Budget::Clock::time_point::max();
+  InputLines requests(serving);
+  serve(specification, *strategy, requests, out.stream());
+  out.commit();
+  return ExitStatus::Realizable;
+}
+
+ExitStatus print_translation(const Options &options, const Budget &budget) {
+  const Specification specification = read(options.file, budget);
   OutFile out(options.outfile);
   translate(specification, out.stream());
   out.commit();
@@ -131,8 +191,8 @@ ExitStatus print_translation(const Options &options) {
 }
 
 ExitStatus check_certificate(const Options &options, const Budget &budget) {
-  const Specification specification = read(options.file);
-  const ExplicitStrategy strategy = read_strategy(*options.check, read_file(*options.check));
+  const Specification specification = read(options.file, budget);
+  const ExplicitStrategy strategy = read_strategy(*options.check, read_file(*options.check, budget), budget);
   const bool counter = options.counter_strategy;
   const CheckResult result =
       check(specification, strategy, counter ? CertificateKind::Counterstrategy : CertificateKind::Strategy,
@@ -147,7 +207,8 @@ ExitStatus check_certificate(const Options &options, const Budget &budget) {
   return result.accepted ? ExitStatus::Realizable : ExitStatus::Rejected;
 }
 
-ExitStatus dispatch(const std::vector<std::string> &arguments, const std::atomic<bool> &interrupted) {
+ExitStatus dispatch(const std::vector<std::string> &arguments, const std::atomic<bool> &interrupted,
+                    Heap &heap) {
   const Options options = parse_options(arguments);
   if (options.help || options.version) {
     OutFile out("");
@@ -158,9 +219,11 @@ ExitStatus dispatch(const std::vector<std::string> &arguments, const std::atomic
     out.commit();
     return ExitStatus::Realizable;
   }
-  const Budget budget = budget_of(options, interrupted);
+  const Budget budget = budget_of(options, interrupted, heap);
+  if (options.serve)
+    return serve_moves(options, budget);
   if (options.translate)
-    return print_translation(options);
+    return print_translation(options, budget);
   if (options.check)
     return check_certificate(options, budget);
   return solve(options, budget);
@@ -168,38 +231,27 @@ ExitStatus dispatch(const std::vector<std::string> &arguments, const std::atomic
 
 } // namespace
 
-ExitStatus run_command(const std::vector<std::string> &arguments) {
+ExitStatus run_command(const std::vector<std::string> &arguments, Heap &heap) {
+  reserve_standard_descriptors();
   const std::atomic<bool> &interrupted = catch_signals();
-  const auto fail = [&](ExitStatus status, const std::string &message) {
-    std::cerr << "slugs: " << message << '\n';
+  const auto end = [](ExitStatus status, const std::string &message) {
+    std::cerr << message;
     return status;
   };
   try {
-    return dispatch(arguments, interrupted);
-  } catch (const InputRejected &) {
-    return ExitStatus::BadInput;
-  } catch (const UsageError &error) {
-    fail(ExitStatus::BadInput, error.what());
-    std::cerr << (error.hint.empty() ? "" : "  hint: " + error.hint + "\n")
-              << "  usage: slugs [options] FILE [OUTFILE]\n";
-    return ExitStatus::BadInput;
-  } catch (const LimitReached &limit) {
-    return fail(ExitStatus::Limit, limit.what());
-  } catch (const std::bad_alloc &) {
-    return fail(ExitStatus::Limit, "out of memory");
-  } catch (const std::exception &error) {
+    return dispatch(arguments, interrupted, heap);
+  } catch (const InputOutputError &error) {
     // A read or write that a signal cut short is an interrupt, not a failure.
-    if (interrupted.load())
-      return fail(ExitStatus::Limit, "interrupted");
-    if (dynamic_cast<const JsonError *>(&error)) {
-      std::cerr << error.what() << '\n';
-      return ExitStatus::BadInput;
-    }
-    if (dynamic_cast<const FileError *>(&error) || dynamic_cast<const OpenError *>(&error))
-      return fail(ExitStatus::BadInput, error.what());
-    if (dynamic_cast<const WriteError *>(&error))
-      return fail(ExitStatus::Internal, error.what());
-    return fail(ExitStatus::Internal, std::string("internal error, please report it: ") + error.what());
+    return interrupted.load() ? end(ExitStatus::Limit, "slugs: interrupted\n")
+                              : end(error.status, error.message());
+  } catch (const Error &error) {
+    return end(error.status, error.message());
+  } catch (const std::bad_alloc &) {
+    heap.limit = static_cast<std::size_t>(-1);
+    return end(ExitStatus::Limit, "slugs: memory limit reached\n");
+  } catch (const std::exception &error) {
+    return end(ExitStatus::Internal,
+               std::string("slugs: internal error, please report it: ") + error.what() + '\n');
   }
 }
 

@@ -2,6 +2,7 @@
 
 #pragma once
 
+#include "command/heap.hpp"
 #include "core/exit_status.hpp"
 
 #include <string>
@@ -9,7 +10,8 @@
 
 namespace slugs {
 
-// `arguments` without the program's name.  Catches everything.
-ExitStatus run_command(const std::vector<std::string> &arguments);
+// `arguments` without the program's name.  Catches everything.  `heap` counts
+// what the program allocates, and gets the limit of --memory.
+ExitStatus run_command(const std::vector<std::string> &arguments, Heap &heap);
 
 } // namespace slugs

@@ -3,37 +3,101 @@
 #include "command/input_file.hpp"
 
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
-#include <memory>
+
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 namespace slugs {
 
-std::string read_file(const std::string &path) {
-  const bool standard = path == "-";
-  const auto fail = [&](int reason) {
-    throw FileError("cannot read " + (standard ? std::string("standard input") : "'" + path + "'") + ": " +
-                    std::strerror(reason));
-  };
-  const auto close = [](std::FILE *file) {
-    if (file && file != stdin)
-      std::fclose(file);
-  };
-  const std::unique_ptr<std::FILE, decltype(close)> file(standard ? stdin : std::fopen(path.c_str(), "rb"),
-                                                         close);
-  if (!file)
-    fail(errno);
-  std::string text;
-  constexpr std::size_t chunk = std::size_t{1} << 16;
-  for (std::size_t got = chunk; got == chunk;) {
+namespace {
+
+// A descriptor, with its name for messages.
+class Input {
+public:
+  Input(int descriptor, std::string name) : descriptor_(descriptor), name_(std::move(name)) {
+    if (descriptor_ < 0)
+      fail(errno);
+  }
+  ~Input() {
+    if (descriptor_ > STDERR_FILENO)
+      ::close(descriptor_);
+  }
+  Input(const Input &) = delete;
+  Input &operator=(const Input &) = delete;
+
+  // Appends what is there next; false at the end.
+  bool read_some(std::string &text, const Budget &budget) {
+    constexpr std::size_t chunk = std::size_t{1} << 18;
+    constexpr int milliseconds = 50; // between looks at the budget
+    pollfd waiting{descriptor_, POLLIN, 0};
+    int ready;
+    do {
+      budget.check();
+      ready = ::poll(&waiting, 1, milliseconds);
+    } while (ready == 0 || (ready < 0 && errno == EINTR));
     const std::size_t before = text.size();
     text.resize(before + chunk);
-    got = std::fread(text.data() + before, 1, chunk, file.get());
-    text.resize(before + got);
+    const ssize_t got = ::read(descriptor_, text.data() + before, chunk);
+    const int reason = errno;
+    text.resize(before + (got > 0 ? static_cast<std::size_t>(got) : 0));
+    if (got < 0)
+      fail(reason);
+    return got > 0;
   }
-  if (std::ferror(file.get()))
-    fail(errno);
+
+  // Of a file; 0 for what has no size.
+  std::size_t size() const {
+    struct stat status;
+    return ::fstat(descriptor_, &status) == 0 && S_ISREG(status.st_mode)
+               ? static_cast<std::size_t>(status.st_size)
+               : 0;
+  }
+
+private:
+  [[noreturn]] void fail(int reason) const {
+    throw FileError("cannot read " + name_ + ": " + std::strerror(reason));
+  }
+
+  int descriptor_;
+  std::string name_;
+};
+
+constexpr const char *standard_input = "standard input";
+
+} // namespace
+
+std::string read_file(const std::string &path, const Budget &budget) {
+  const bool standard = path == "-";
+  Input input(standard ? STDIN_FILENO : ::open(path.c_str(), O_RDONLY | O_CLOEXEC),
+              standard ? standard_input : "'" + path + "'");
+  std::string text;
+  text.reserve(input.size() + (std::size_t{1} << 18));
+  while (input.read_some(text, budget))
+    continue;
   return text;
+}
+
+bool InputLines::next(std::string &line) {
+  Input input(STDIN_FILENO, standard_input);
+  for (std::size_t searched = at_;;) {
+    const std::size_t end = text_.find('\n', searched);
+    if (end != std::string::npos) {
+      line.assign(text_, at_, end - at_);
+      at_ = end + 1;
+      return true;
+    }
+    text_.erase(0, at_);
+    at_ = 0;
+    searched = text_.size();
+    if (input.read_some(text_, budget_))
+      continue;
+    if (text_.empty())
+      return false;
+    text_ += '\n'; // the last line may lack it
+  }
 }
 
 } // namespace slugs

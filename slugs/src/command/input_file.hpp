@@ -1,17 +1,32 @@
-// Reading a whole file, or standard input as "-".
+// Reading what comes from outside: a whole file, or standard input line by line.
 
 #pragma once
 
-#include <stdexcept>
+#include "core/budget.hpp"
+
 #include <string>
 
 namespace slugs {
 
-struct FileError : std::runtime_error {
-  using std::runtime_error::runtime_error;
+struct FileError : InputOutputError {
+  explicit FileError(const std::string &what) : InputOutputError(ExitStatus::BadInput, what) {}
 };
 
-// Throws FileError with a message that names the file and the reason.
-std::string read_file(const std::string &path);
+// A whole file, or standard input as "-".  Throws FileError with a message that
+// names the file and the reason, LimitReached also while a pipe keeps silent.
+std::string read_file(const std::string &path, const Budget &budget);
+
+// Standard input, one line after the other.
+class InputLines {
+public:
+  explicit InputLines(const Budget &budget) : budget_(budget) {}
+  // False at the end of the input.  Throws FileError, LimitReached.
+  bool next(std::string &line);
+
+private:
+  Budget budget_;
+  std::string text_;
+  std::size_t at_ = 0; // of what has not been handed out
+};
 
 } // namespace slugs

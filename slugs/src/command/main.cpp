@@ -1,7 +1,52 @@
-// The command `slugs`.
+// The command `slugs`: main(), and the operators new and delete that keep its
+// memory in bounds.
 
 #include "command/command.hpp"
+#include "command/heap.hpp"
+
+#include <cstdlib>
+#include <new>
+
+#ifdef __APPLE__
+#include <malloc/malloc.h>
+#else
+#include <malloc.h>
+#endif
+
+namespace {
+
+slugs::Heap heap; // one thread allocates
+
+std::size_t size_of(void *block) {
+#ifdef __APPLE__
+  return malloc_size(block);
+#else
+  return malloc_usable_size(block);
+#endif
+}
+
+void give_back(void *block) {
+  if (block)
+    heap.used -= size_of(block);
+  std::free(block);
+}
+
+} // namespace
+
+void *operator new(std::size_t bytes) {
+  void *block =
+      bytes <= heap.limit && heap.used <= heap.limit - bytes ? std::malloc(bytes ? bytes : 1) : nullptr;
+  if (!block)
+    throw std::bad_alloc();
+  heap.used += size_of(block);
+  return block;
+}
+void *operator new[](std::size_t bytes) { return operator new(bytes); }
+void operator delete(void *block) noexcept { give_back(block); }
+void operator delete[](void *block) noexcept { give_back(block); }
+void operator delete(void *block, std::size_t) noexcept { give_back(block); }
+void operator delete[](void *block, std::size_t) noexcept { give_back(block); }
 
 int main(int argc, char **argv) {
-  return static_cast<int>(slugs::run_command({argv + (argc > 0 ? 1 : 0), argv + argc}));
+  return static_cast<int>(slugs::run_command({argv + (argc > 0 ? 1 : 0), argv + argc}, heap));
 }

@@ -53,6 +53,10 @@ constexpr Row rows[] = {
      "print a strategy of the environment if it is not;\n"
      "with --explicitStrategy whichever there is",
      &Options::counter_strategy, nullptr},
+    {"--serve", nullptr,
+     "if it is realizable, answer one move of the strategy\n"
+     "for each line of standard input (see README)",
+     &Options::serve, nullptr},
     {"--check", "STRATEGY",
      "model check a JSON strategy against FILE without the\n"
      "solver; with --counterStrategy it is a counterstrategy",
@@ -75,7 +79,7 @@ constexpr Row rows[] = {
      &Options::bias_for_action, nullptr},
     {"Limits", nullptr, nullptr, nullptr, nullptr},
     {"--timeout", "SECONDS", "give up after this time", nullptr, set_timeout},
-    {"--memory", "MB", "give up before the solver's tables grow beyond this", nullptr, set_memory},
+    {"--memory", "MB", "give up before more memory than this is needed", nullptr, set_memory},
     {"About", nullptr, nullptr, nullptr, nullptr},
     {"--help", nullptr, "print this", &Options::help, nullptr},
     {"--version", nullptr, "print the version", &Options::version, nullptr},
@@ -138,6 +142,10 @@ void check_combination(const Options &options) {
   const bool strategy = options.explicit_strategy || options.counter_strategy;
   if (options.file.empty())
     throw UsageError("no input FILE given", "'-' reads standard input; 'slugs --help' shows examples");
+  if (options.serve && (strategy || options.realizability || options.check || options.translate))
+    throw UsageError("--serve answers moves and takes no other option about what to do");
+  if (options.serve && options.file == "-")
+    throw UsageError("--serve reads requests from standard input: the specification must be a file");
   if (options.check && options.translate)
     throw UsageError("--check and --translate exclude each other");
   if (options.translate && (strategy || options.realizability || options.json_output))
@@ -158,6 +166,11 @@ void check_combination(const Options &options) {
 }
 
 } // namespace
+
+std::string UsageError::message() const {
+  return Error::message() + (hint_.empty() ? "" : "  hint: " + hint_ + "\n") +
+         "  usage: slugs [options] FILE [OUTFILE]\n";
+}
 
 Options parse_options(const std::vector<std::string> &arguments) {
   Options options;
@@ -231,6 +244,7 @@ void print_help(std::ostream &out) {
          "  slugs --counterStrategy --jsonOutput --timeout 60 robot.structuredslugs\n"
          "  slugs --check strategy.json robot.structuredslugs\n"
          "  slugs --translate robot.structuredslugs robot.slugsin\n"
+         "  slugs --serve robot.structuredslugs\n"
          "\nExit status:\n"
          "  0   realizable; strategy accepted; translated\n"
          "  1   strategy rejected by --check\n"

@@ -3,10 +3,11 @@
 
 #pragma once
 
+#include "core/error.hpp"
+
 #include <cstddef>
 #include <iosfwd>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,7 @@ struct Options {
   bool bias_for_action = false;
   bool realizability = false;
   bool translate = false;
+  bool serve = false;
   bool help = false;
   bool version = false;
   std::optional<std::string> check;      // the strategy to check
@@ -30,10 +32,14 @@ struct Options {
   std::string outfile; // empty for standard output
 };
 
-struct UsageError : std::runtime_error {
+class UsageError : public Error {
+public:
   UsageError(const std::string &message, std::string hint = "")
-      : std::runtime_error(message), hint(std::move(hint)) {}
-  std::string hint;
+      : Error(ExitStatus::BadInput, message), hint_(std::move(hint)) {}
+  std::string message() const override;
+
+private:
+  std::string hint_;
 };
 
 // `arguments` without the program's name.  Throws UsageError.

@@ -7,20 +7,21 @@
 
 #pragma once
 
+#include "core/error.hpp"
+
 #include <memory>
 #include <ostream>
-#include <stdexcept>
 #include <string>
 
 namespace slugs {
 
 // The output cannot be opened.
-struct OpenError : std::runtime_error {
-  using std::runtime_error::runtime_error;
+struct OpenError : InputOutputError {
+  explicit OpenError(const std::string &what) : InputOutputError(ExitStatus::Internal, what) {}
 };
 // Something that was written did not arrive: disk full, closed pipe.
-struct WriteError : std::runtime_error {
-  using std::runtime_error::runtime_error;
+struct WriteError : InputOutputError {
+  explicit WriteError(const std::string &what) : InputOutputError(ExitStatus::Internal, what) {}
 };
 
 class OutFile {

@@ -1,4 +1,4 @@
-// SIGINT and SIGTERM as a flag that a Budget can watch.
+// SIGINT, SIGTERM and SIGHUP as a flag that a Budget can watch.
 //
 // Only the command installs them; the library never touches signals.
 

@@ -5,10 +5,11 @@
 
 #pragma once
 
+#include "core/error.hpp"
+
 #include <atomic>
 #include <chrono>
 #include <cstddef>
-#include <stdexcept>
 #include <string>
 
 namespace slugs {
@@ -16,9 +17,9 @@ namespace slugs {
 enum class LimitKind { Time, Memory, Interrupt };
 
 // Thrown out of the engine; `progress` says in words how far it got.
-class LimitReached : public std::runtime_error {
+class LimitReached : public Error {
 public:
-  LimitReached(LimitKind kind, const std::string &what) : std::runtime_error(what), kind(kind) {}
+  LimitReached(LimitKind kind, const std::string &what) : Error(ExitStatus::Limit, what), kind(kind) {}
   LimitKind kind;
 };
 
@@ -26,7 +27,8 @@ struct Budget {
   using Clock = std::chrono::steady_clock;
   Clock::time_point deadline = Clock::time_point::max();
   std::size_t memory_bytes = static_cast<std::size_t>(-1); // for the engine's tables
-  const std::atomic<bool> *interrupted = nullptr;          // set from a signal handler
+  const std::size_t *also_used = nullptr;         // bytes besides these tables, if someone counts them
+  const std::atomic<bool> *interrupted = nullptr; // set from a signal handler
 
   // Throws LimitReached for time and interrupt.  Memory is checked where it is
   // allocated, before the allocation.
@@ -36,6 +38,20 @@ struct Budget {
     if (deadline != Clock::time_point::max() && Clock::now() >= deadline)
       throw LimitReached(LimitKind::Time, "time limit reached");
   }
+};
+
+// Asks a budget at every so many steps of work that is too small to ask each time.
+class BudgetPacer {
+public:
+  explicit BudgetPacer(const Budget &budget) : budget_(budget) {}
+  void step() {
+    if ((++steps_ & 0xFFF) == 0)
+      budget_.check();
+  }
+
+private:
+  Budget budget_;
+  unsigned steps_ = 0;
 };
 
 } // namespace slugs

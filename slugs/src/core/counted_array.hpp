@@ -20,7 +20,8 @@ public:
   explicit MemoryAccount(const Budget &budget) : budget_(budget) {}
 
   bool has_room(std::size_t bytes) const {
-    return bytes <= budget_.memory_bytes && used_ <= budget_.memory_bytes - bytes;
+    const std::size_t used = used_ + (budget_.also_used ? *budget_.also_used : 0);
+    return bytes <= budget_.memory_bytes && used <= budget_.memory_bytes - bytes;
   }
   // To be called before bytes are allocated; give_back() when they are freed.
   void take(std::size_t bytes) {
@@ -36,6 +37,7 @@ public:
   std::size_t used() const { return used_; }
   std::size_t peak() const { return peak_; }
   const Budget &budget() const { return budget_; }
+  void lift_deadline() { budget_.deadline = Budget::Clock::time_point::max(); }
 
 private:
   Budget budget_;

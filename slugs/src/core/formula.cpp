@@ -6,24 +6,49 @@
 
 namespace slugs {
 
-std::size_t FormulaPool::KeyHash::operator()(const Key &key) const {
-  // Fibonacci hashing: operands are small consecutive numbers, the multiplier
-  // spreads them over the high bits, the shift brings those down.
-  std::uint64_t h = (key.operands ^ (static_cast<std::uint64_t>(key.op) << 61)) * 0x9E3779B97F4A7C15ull;
-  return static_cast<std::size_t>(h ^ (h >> 29));
+namespace {
+
+// Fibonacci hashing: operands are small consecutive numbers, the multiplier
+// spreads them over the high bits, the shift brings those down.
+std::size_t hash(const FormulaNode &node) {
+  const std::uint64_t operands = std::uint64_t{node.left} << 32 | node.right;
+  const std::uint64_t h = (operands ^ static_cast<std::uint64_t>(node.op) << 61) * 0x9E3779B97F4A7C15ull;
+  return static_cast<std::size_t>(h ^ h >> 29);
 }
 
-FormulaPool::FormulaPool() {
+} // namespace
+
+FormulaPool::FormulaPool() : slots_(64) {
   nodes_.push_back({Op::False, 0, 0});
   nodes_.push_back({Op::True, 0, 0});
 }
 
 FormulaId FormulaPool::intern(Op op, std::uint32_t left, std::uint32_t right) {
-  const Key key{(static_cast<std::uint64_t>(left) << 32) | right, op};
-  const auto [place, fresh] = ids_.try_emplace(key, static_cast<FormulaId>(nodes_.size()));
-  if (fresh)
-    nodes_.push_back({op, left, right});
-  return place->second;
+  const FormulaNode node{op, left, right};
+  std::size_t slot = hash(node) & (slots_.size() - 1);
+  for (; slots_[slot]; slot = (slot + 1) & (slots_.size() - 1)) {
+    const FormulaNode &known = nodes_[slots_[slot]];
+    if (known.op == op && known.left == left && known.right == right)
+      return slots_[slot];
+  }
+  const auto id = static_cast<FormulaId>(nodes_.size());
+  nodes_.push_back(node);
+  slots_[slot] = id;
+  if (2 * nodes_.size() > slots_.size())
+    grow();
+  return id;
+}
+
+void FormulaPool::grow() {
+  const std::size_t size = 2 * slots_.size();
+  slots_ = std::vector<FormulaId>(); // before the larger table is there
+  slots_.resize(size);
+  for (std::size_t id = 2; id < nodes_.size(); ++id) {
+    std::size_t slot = hash(nodes_[id]) & (size - 1);
+    while (slots_[slot])
+      slot = (slot + 1) & (size - 1);
+    slots_[slot] = static_cast<FormulaId>(id);
+  }
 }
 
 FormulaId FormulaPool::variable(std::uint32_t index, bool next) {
@@ -43,7 +68,7 @@ FormulaId FormulaPool::conjunction(FormulaId f, FormulaId g) {
     std::swap(f, g);
   if (f == 0)
     return 0;
-  if (f == 1 || f == g)
+  if (f == 1 || f == g || contains(Op::And, g, f))
     return g;
   return intern(Op::And, f, g);
 }
@@ -51,10 +76,10 @@ FormulaId FormulaPool::conjunction(FormulaId f, FormulaId g) {
 FormulaId FormulaPool::disjunction(FormulaId f, FormulaId g) {
   if (f > g)
     std::swap(f, g);
-  if (f == 0 || f == g)
-    return g;
   if (f == 1)
     return 1;
+  if (f == 0 || f == g || contains(Op::Or, g, f))
+    return g;
   return intern(Op::Or, f, g);
 }
 

@@ -12,7 +12,6 @@
 #pragma once
 
 #include <cstdint>
-#include <unordered_map>
 #include <vector>
 
 namespace slugs {
@@ -33,8 +32,8 @@ class FormulaPool {
 public:
   FormulaPool();
 
-  // Constructors simplify by constants, idempotence and double negation, and
-  // order the operands of commutative operators.
+  // Constructors simplify by constants, idempotence, absorption (f & (f & g)) and
+  // double negation, and order the operands of commutative operators.
   FormulaId constant(bool value) const { return value ? 1 : 0; }
   FormulaId variable(std::uint32_t index, bool next);
   FormulaId negation(FormulaId f);
@@ -48,18 +47,16 @@ public:
   std::size_t size() const { return nodes_.size(); }
 
 private:
+  bool contains(Op op, FormulaId whole, FormulaId part) const {
+    const FormulaNode &node = nodes_[whole];
+    return node.op == op && (node.left == part || node.right == part);
+  }
   FormulaId intern(Op op, std::uint32_t left, std::uint32_t right);
 
-  struct Key {
-    std::uint64_t operands;
-    Op op;
-    bool operator==(const Key &other) const { return operands == other.operands && op == other.op; }
-  };
-  struct KeyHash {
-    std::size_t operator()(const Key &key) const;
-  };
+  void grow();
+
   std::vector<FormulaNode> nodes_;
-  std::unordered_map<Key, FormulaId, KeyHash> ids_;
+  std::vector<FormulaId> slots_; // open addressing; 0 in an empty slot, since constants are not in it
 };
 
 } // namespace slugs

@@ -9,6 +9,7 @@
 #include "game/reach.hpp"
 #include "strategy/counter_extraction.hpp"
 #include "strategy/extraction.hpp"
+#include "strategy/on_demand.hpp"
 
 #include <algorithm>
 #include <new>
@@ -24,6 +25,7 @@ struct Solver::Implementation {
   Phase phase = Phase::Build;
   std::optional<Game> game;
   std::optional<Fixpoint> fixpoint;
+  std::optional<OnDemandStrategy> on_demand;
   std::optional<Verdict> verdict;
   std::size_t sift_at = 0;
 
@@ -124,6 +126,7 @@ struct Solver::Implementation {
 
 void Solver::Implementation::solve() {
   // Left over if a limit ended an earlier attempt; handles go before their store.
+  on_demand.reset();
   fixpoint.reset();
   game.reset();
   timed(Phase::Build, [&] {
@@ -177,6 +180,19 @@ void Solver::strategy(StrategySink &sink) {
   if (it.options.verdict_only)
     throw std::logic_error("a strategy after solving for the verdict only");
   it.timed(Phase::Strategy, [&] { extract_strategy(*it.game, *it.fixpoint, sink, it.statistics); });
+}
+
+OnDemandStrategy &Solver::on_demand() {
+  Implementation &it = *implementation_;
+  if (verdict() != Verdict::Realizable)
+    throw std::logic_error("a strategy of an unrealizable specification");
+  if (it.options.verdict_only)
+    throw std::logic_error("a strategy after solving for the verdict only");
+  it.timed(Phase::Strategy, [&] {
+    it.on_demand.emplace(*it.game, *it.fixpoint);
+    it.game->store.account().lift_deadline();
+  });
+  return *it.on_demand;
 }
 
 void Solver::counterstrategy(StrategySink &sink) {

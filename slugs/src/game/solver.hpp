@@ -18,6 +18,8 @@
 
 namespace slugs {
 
+class OnDemandStrategy;
+
 enum class Verdict { Realizable, Unrealizable };
 
 struct SolverOptions {
@@ -42,8 +44,12 @@ public:
   Verdict verdict();                        // solves at the first call
   void strategy(StrategySink &sink);        // only if realizable and not verdict_only
   void counterstrategy(StrategySink &sink); // only if unrealizable
-  const Statistics &statistics() const;     // valid at any time, also after LimitReached
-  std::string progress() const;             // one line: how far it got
+  // The same strategy move by move, only if realizable and not verdict_only;
+  // lives as long as the solver, which then does nothing else.  The time limit
+  // has no further effect.
+  OnDemandStrategy &on_demand();
+  const Statistics &statistics() const; // valid at any time, also after LimitReached
+  std::string progress() const;         // one line: how far it got
 
 private:
   struct Implementation;

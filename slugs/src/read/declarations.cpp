@@ -169,10 +169,10 @@ void limit_ranges(Specification &specification) {
     if (!needs_limit(integer))
       continue;
     const auto limit = [&](bool next) {
-      IntegerValue value;
+      std::vector<FormulaId> bits;
       for (std::uint32_t bit = 0; bit < integer.bits; ++bit)
-        value.bits.push_back(pool.variable(integer.first + bit, next));
-      const FormulaId above = less(pool, {integer.max - integer.min, {}}, value);
+        bits.push_back(pool.variable(integer.first + bit, next));
+      const FormulaId above = less(pool, {integer.max - integer.min, {}, 0}, bit_vector(std::move(bits)));
       return Constraint{pool.negation(above), integer.line, integer.name + ":" + range_text(integer), true};
     };
     const bool input = integer.owner == Owner::Input;

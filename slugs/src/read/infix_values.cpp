@@ -63,9 +63,11 @@ Value ValueAlgebra::number(const Lexeme &lexeme) const {
 Value ValueAlgebra::integer(const Integer &integer, bool next, Place place) const {
   Value value = unknown(place);
   value.type = Value::Type::Integer;
-  value.integer.offset = integer.min;
+  std::vector<FormulaId> bits;
   for (std::uint32_t bit = 0; bit < integer.bits; ++bit)
-    value.integer.bits.push_back(pool_.variable(integer.first + bit, next));
+    bits.push_back(pool_.variable(integer.first + bit, next));
+  value.integer = bit_vector(std::move(bits));
+  value.integer.offset = integer.min;
   value.variable = &integer;
   return value;
 }

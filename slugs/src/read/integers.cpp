@@ -3,6 +3,7 @@
 #include "read/integers.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace slugs {
 
@@ -17,17 +18,21 @@ Bits constant_bits(const FormulaPool &pool, std::uint64_t number) {
   return bits;
 }
 
-Bits add(FormulaPool &pool, const Bits &a, const Bits &b) {
+// The sum, in as many bits as `largest` needs, which it never exceeds.
+Bits add(FormulaPool &pool, const Bits &a, const Bits &b, std::uint64_t largest) {
   if (a.empty() || b.empty())
     return a.empty() ? b : a;
   Bits result;
-  result.reserve(std::max(a.size(), b.size()) + 1);
+  const std::size_t bits = std::max(a.size(), b.size()), needed = width(largest);
+  result.reserve(needed);
   FormulaId carry = pool.constant(false);
-  for (std::size_t i = 0; i < std::max(a.size(), b.size()); ++i) {
+  for (std::size_t i = 0; i < bits; ++i) {
     const FormulaId x = i < a.size() ? a[i] : pool.constant(false);
     const FormulaId y = i < b.size() ? b[i] : pool.constant(false);
     const FormulaId half = pool.exclusive(x, y);
     result.push_back(pool.exclusive(half, carry));
+    if (i + 1 == bits && needed <= bits)
+      return result; // there is no carry
     carry = pool.disjunction(pool.conjunction(x, y), pool.conjunction(half, carry));
   }
   if (carry != pool.constant(false))
@@ -42,10 +47,14 @@ struct Aligned {
   Bits b;
 };
 
+Bits raised(FormulaPool &pool, const IntegerValue &value, std::uint64_t by) {
+  return add(pool, value.bits, constant_bits(pool, by), value.largest + by);
+}
+
 Aligned align(FormulaPool &pool, const IntegerValue &a, const IntegerValue &b) {
   const std::int64_t base = std::min(a.offset, b.offset);
-  Aligned result{add(pool, a.bits, constant_bits(pool, static_cast<std::uint64_t>(a.offset - base))),
-                 add(pool, b.bits, constant_bits(pool, static_cast<std::uint64_t>(b.offset - base)))};
+  Aligned result{raised(pool, a, static_cast<std::uint64_t>(a.offset - base)),
+                 raised(pool, b, static_cast<std::uint64_t>(b.offset - base))};
   const std::size_t bits = std::max(result.a.size(), result.b.size());
   result.a.resize(bits, pool.constant(false));
   result.b.resize(bits, pool.constant(false));
@@ -54,8 +63,14 @@ Aligned align(FormulaPool &pool, const IntegerValue &a, const IntegerValue &b) {
 
 } // namespace
 
+IntegerValue bit_vector(std::vector<FormulaId> bits) {
+  const std::uint64_t largest = (std::uint64_t{1} << bits.size()) - 1; // an integer has at most 31
+  return {0, std::move(bits), largest};
+}
+
 IntegerValue sum(FormulaPool &pool, const IntegerValue &a, const IntegerValue &b) {
-  return {a.offset + b.offset, add(pool, a.bits, b.bits)};
+  const std::uint64_t largest = a.largest + b.largest;
+  return {a.offset + b.offset, add(pool, a.bits, b.bits, largest), largest};
 }
 
 FormulaId equal(FormulaPool &pool, const IntegerValue &a, const IntegerValue &b) {

@@ -2,8 +2,8 @@
 //
 // An expression denotes offset + bits, where bits is an unsigned little-endian
 // vector: variable x of range min...max is min plus its bits, a number is an
-// offset alone, and a sum has as many bits as it needs, so nothing wraps
-// around.  Comparisons move the offsets to one side and compare bit by bit.
+// offset alone, and a sum has as many bits as its largest value needs, so nothing
+// wraps around.  Comparisons move the offsets to one side and compare bit by bit.
 
 #pragma once
 
@@ -17,7 +17,11 @@ namespace slugs {
 struct IntegerValue {
   std::int64_t offset = 0;
   std::vector<FormulaId> bits;
+  std::uint64_t largest = 0; // value of the bits: those beyond it are always 0, and left out
 };
+
+// The bits themselves, which may all be 1.
+IntegerValue bit_vector(std::vector<FormulaId> bits);
 
 IntegerValue sum(FormulaPool &pool, const IntegerValue &a, const IntegerValue &b);
 FormulaId equal(FormulaPool &pool, const IntegerValue &a, const IntegerValue &b);

@@ -75,10 +75,6 @@ constexpr Spelling spellings[] = {
     {"\xE2\x80\x99", Token::Prime, "write the prime as '"}, // typographic apostrophe
 };
 
-Place place_of(int line, std::size_t begin, std::size_t length) {
-  return {line, static_cast<int>(begin) + 1, static_cast<int>(length)};
-}
-
 const Spelling *operator_at(std::string_view rest) {
   for (const Spelling &spelling : spellings)
     if (spelling.text[0] == rest[0] && rest.substr(0, spelling.text.size()) == spelling.text)
@@ -93,108 +89,117 @@ bool all_digits(std::string_view word) {
   return !word.empty();
 }
 
-// One word of slugsin without its leading operators: a number or a name, then
-// primes.
-void lex_word(std::string_view line, std::size_t begin, std::size_t end, int number,
-              std::vector<Lexeme> &out) {
-  std::size_t primes = end;
-  while (primes > begin + 1 && line[primes - 1] == '\'')
-    --primes;
-  const std::string_view word = line.substr(begin, primes - begin);
-  out.push_back({all_digits(word) ? Token::Number : Token::Name, word, place_of(number, begin, word.size())});
-  for (; primes < end; ++primes)
-    out.push_back({Token::Prime, line.substr(primes, 1), place_of(number, primes, 1)});
+Token prefix_operator(char c) {
+  switch (c) {
+  case '!':
+    return Token::Not;
+  case '&':
+    return Token::And;
+  case '|':
+    return Token::Or;
+  case '^':
+    return Token::Xor;
+  case '$':
+    return Token::Dollar;
+  case '?':
+    return Token::Question;
+  default:
+    return Token::End;
+  }
 }
 
 } // namespace
 
-std::vector<Lexeme> lex_slugsin(std::string_view line, int number) {
-  std::vector<Lexeme> out;
-  std::size_t at = 0;
-  while (true) {
-    while (at < line.size() && is_blank(line[at]))
-      ++at;
-    if (at == line.size())
-      break;
-    std::size_t end = at;
-    while (end < line.size() && !is_blank(line[end]))
-      ++end;
-    for (; at < end; ++at) {
-      Token token;
-      switch (line[at]) {
-      case '!':
-        token = Token::Not;
-        break;
-      case '&':
-        token = Token::And;
-        break;
-      case '|':
-        token = Token::Or;
-        break;
-      case '^':
-        token = Token::Xor;
-        break;
-      case '$':
-        token = Token::Dollar;
-        break;
-      case '?':
-        token = Token::Question;
-        break;
-      default:
-        token = Token::End;
-        break;
-      }
-      if (token == Token::End)
-        break;
-      out.push_back({token, line.substr(at, 1), place_of(number, at, 1)});
+// From `begin` to where the lexer stands.
+Lexeme Lexer::lexeme(Token token, std::size_t begin, const char *hint) const {
+  const std::size_t length = token == Token::End ? 1 : at_ - begin;
+  return {token,
+          token == Token::End ? std::string_view("") : line_.substr(begin, length),
+          {number_, static_cast<int>(begin) + 1, static_cast<int>(length)},
+          hint};
+}
+
+// A word is operators, then a number or a name, then primes.
+Lexeme Lexer::slugsin() {
+  if (at_ == word_end_) {
+    while (at_ < line_.size() && is_blank(line_[at_]))
+      ++at_;
+    if (at_ == line_.size()) {
+      word_end_ = at_;
+      return lexeme(Token::End, at_);
     }
-    if (at < end)
-      lex_word(line, at, end, number, out);
-    at = end;
+    word_end_ = at_;
+    while (word_end_ < line_.size() && !is_blank(line_[word_end_]))
+      ++word_end_;
+    named_ = false;
   }
-  out.push_back({Token::End, "", place_of(number, line.size(), 1)});
-  return out;
+  const std::size_t begin = at_;
+  if (named_) {
+    ++at_;
+    return lexeme(Token::Prime, begin);
+  }
+  if (const Token token = prefix_operator(line_[at_]); token != Token::End) {
+    ++at_;
+    return lexeme(token, begin);
+  }
+  named_ = true;
+  at_ = word_end_;
+  while (at_ > begin + 1 && line_[at_ - 1] == '\'')
+    --at_;
+  return lexeme(all_digits(line_.substr(begin, at_ - begin)) ? Token::Number : Token::Name, begin);
+}
+
+Lexeme Lexer::structured() {
+  while (at_ < line_.size() && is_blank(line_[at_]))
+    ++at_;
+  const std::size_t begin = at_;
+  if (at_ == line_.size())
+    return lexeme(Token::End, begin);
+  Token token = Token::Unknown;
+  const char *hint = nullptr;
+  if (is_digit(line_[at_])) {
+    token = Token::Number;
+    while (at_ < line_.size() && is_digit(line_[at_]))
+      ++at_;
+    if (at_ < line_.size() && starts_name(line_[at_])) {
+      token = Token::Unknown;
+      hint = "a name starts with a letter";
+      while (at_ < line_.size() && continues_name(line_[at_]))
+        ++at_;
+    }
+  } else if (starts_name(line_[at_])) {
+    token = Token::Name;
+    while (at_ < line_.size() && continues_name(line_[at_]))
+      ++at_;
+  } else if (const Spelling *spelling = operator_at(line_.substr(at_))) {
+    token = spelling->token;
+    hint = spelling->hint;
+    const bool twice = spelling->text == "&&" || spelling->text == "||";
+    at_ += twice && words_ == Words::StructuredPrefix ? 1 : spelling->text.size();
+  } else {
+    // One character, however many bytes it has in UTF-8.
+    for (++at_; at_ < line_.size() && (static_cast<unsigned char>(line_[at_]) & 0xC0) == 0x80;)
+      ++at_;
+  }
+  return lexeme(token, begin, hint);
+}
+
+Lexeme Lexer::at(int column) const {
+  const std::size_t before = static_cast<std::size_t>(column) - 1;
+  Lexeme result = Lexer(line_.substr(before), number_, words_, pacer_).peek();
+  result.place.column = column;
+  return result;
 }
 
 std::vector<Lexeme> lex_structured(std::string_view line, int number) {
-  std::vector<Lexeme> out;
-  out.reserve(line.size() / 3 + 2); // about as dense as people write
-  std::size_t at = 0;
-  while (true) {
-    while (at < line.size() && is_blank(line[at]))
-      ++at;
-    if (at == line.size())
-      break;
-    const std::size_t begin = at;
-    Token token = Token::Unknown;
-    const char *hint = nullptr;
-    if (is_digit(line[at])) {
-      token = Token::Number;
-      while (at < line.size() && is_digit(line[at]))
-        ++at;
-      if (at < line.size() && starts_name(line[at])) {
-        token = Token::Unknown;
-        hint = "a name starts with a letter";
-        while (at < line.size() && continues_name(line[at]))
-          ++at;
-      }
-    } else if (starts_name(line[at])) {
-      token = Token::Name;
-      while (at < line.size() && continues_name(line[at]))
-        ++at;
-    } else if (const Spelling *spelling = operator_at(line.substr(at))) {
-      token = spelling->token;
-      hint = spelling->hint;
-      at += spelling->text.size();
-    } else {
-      // One character, however many bytes it has in UTF-8.
-      for (++at; at < line.size() && (static_cast<unsigned char>(line[at]) & 0xC0) == 0x80;)
-        ++at;
-    }
-    out.push_back({token, line.substr(begin, at - begin), place_of(number, begin, at - begin), hint});
-  }
-  out.push_back({Token::End, "", place_of(number, line.size(), 1)});
-  return out;
+  BudgetPacer unlimited{Budget()};
+  Lexer lexer(line, number, Words::Structured, unlimited);
+  std::vector<Lexeme> all{lexer.take()};
+  // No declaration has as many; what a message needs of longer ones is among them.
+  while (all.back().token != Token::End && all.size() < 100)
+    all.push_back(lexer.take());
+  all.push_back({Token::End, "", {number, static_cast<int>(line.size()) + 1, 1}});
+  return all;
 }
 
 std::string describe(const Lexeme &lexeme) {

@@ -7,6 +7,7 @@
 
 #pragma once
 
+#include "core/budget.hpp"
 #include "read/source.hpp"
 
 #include <cstdint>
@@ -49,8 +50,50 @@ struct Lexeme {
                               // instead; the token is then the one meant
 };
 
-// Both end with a Token::End just behind the line.
-std::vector<Lexeme> lex_slugsin(std::string_view line, int number);
+enum class Words : std::uint8_t {
+  Slugsin,
+  Structured,
+  StructuredPrefix, // a prefix line of structuredslugs: "&&" and "||" are two operators each
+};
+
+// The tokens of a line, one at a time: a line may have millions.  The last one
+// is a Token::End just behind the line, again and again.
+class Lexer {
+public:
+  Lexer(std::string_view line, int number, Words words, BudgetPacer &pacer)
+      : line_(line), number_(number), words_(words), pacer_(pacer) {
+    advance();
+  }
+
+  const Lexeme &peek() const { return next_; }
+  Lexeme take() {
+    const Lexeme taken = next_;
+    advance();
+    return taken;
+  }
+  // The token that begins at a column where one did before.
+  Lexeme at(int column) const;
+
+private:
+  void advance() {
+    pacer_.step();
+    next_ = words_ == Words::Slugsin ? slugsin() : structured();
+  }
+  Lexeme slugsin();
+  Lexeme structured();
+  Lexeme lexeme(Token token, std::size_t begin, const char *hint = nullptr) const;
+
+  std::string_view line_;
+  int number_;
+  Words words_;
+  BudgetPacer &pacer_;
+  std::size_t at_ = 0;
+  std::size_t word_end_ = 0; // slugsin: of the word that at_ is in
+  bool named_ = false;       // slugsin: of this word only primes are left
+  Lexeme next_{};
+};
+
+// All tokens of a line of structuredslugs, for declarations.
 std::vector<Lexeme> lex_structured(std::string_view line, int number);
 
 // "'->'", "name 'x'", "the end of the line": for "found ..., expected ...".

@@ -43,8 +43,8 @@ int precedence(Token token) {
 
 class InfixParser {
 public:
-  InfixParser(const std::vector<Lexeme> &line, Section section, const Scope &scope,
-              const Specification &specification, FormulaPool &pool, Diagnostics &diagnostics)
+  InfixParser(Lexer &line, Section section, const Scope &scope, const Specification &specification,
+              FormulaPool &pool, Diagnostics &diagnostics)
       : line_(line), section_(section), scope_(scope), specification_(specification), pool_(pool),
         diagnostics_(diagnostics), algebra_(pool, diagnostics) {}
 
@@ -77,9 +77,16 @@ private:
       diagnostics_.error(lexeme.place, "found " + describe(lexeme), lexeme.hint);
   }
 
+  Lexeme take() {
+    before_ = last_;
+    const Lexeme taken = line_.take();
+    last_ = taken.token;
+    return taken;
+  }
+
   // Both return whether an operand is expected next.
   bool read_operand() {
-    const Lexeme &lexeme = line_[at_++];
+    const Lexeme lexeme = take();
     switch (lexeme.token) {
     case Token::Not:
       report_spelling(lexeme);
@@ -111,10 +118,10 @@ private:
 
   bool read_name(const Lexeme &lexeme) {
     const Symbol *symbol = scope_.find(lexeme.text);
-    const bool opens = line_[at_].token == Token::Open;
+    const bool opens = line_.peek().token == Token::Open;
     if ((lexeme.text == "next" || lexeme.text == "X") && (opens || !symbol)) {
       if (!opens) {
-        fail(line_[at_], "'(' after '" + std::string(lexeme.text) + "'",
+        fail(line_.peek(), "'(' after '" + std::string(lexeme.text) + "'",
              "write the next value as next(...) or with a prime, as in x'");
         return false;
       }
@@ -122,7 +129,7 @@ private:
         diagnostics_.error(lexeme.place, "next inside next(...)",
                            "only the current and the next value can be used, nothing later");
       operators_.push_back({Token::Open, true, lexeme});
-      ++at_;
+      take();
       return true;
     }
     if (!symbol && (lexeme.text == "TRUE" || lexeme.text == "FALSE")) {
@@ -130,7 +137,7 @@ private:
       return false;
     }
     if (const ForeignWord *word = symbol ? nullptr : foreign_word(lexeme.text, ForeignWord::Operator);
-        word && starts_operand(line_[at_])) {
+        word && starts_operand(line_.peek())) {
       diagnostics_.error(lexeme.place, word->message(), word->hint);
       if (word->meaning == Token::Not)
         operators_.push_back({Token::Not, false, lexeme});
@@ -148,8 +155,8 @@ private:
   Value variable(const Lexeme &lexeme, const Symbol *symbol) {
     bool next = next_depth_ > 0;
     Place place = lexeme.place;
-    if (line_[at_].token == Token::Prime) {
-      const Lexeme &prime = line_[at_++];
+    if (line_.peek().token == Token::Prime) {
+      const Lexeme prime = take();
       report_spelling(prime);
       if (next)
         diagnostics_.error(prime.place, "primed variable '" + printable(lexeme.text) + "' inside next(...)",
@@ -169,7 +176,7 @@ private:
   }
 
   bool read_operator() {
-    const Lexeme &lexeme = line_[at_++];
+    const Lexeme lexeme = take();
     if (lexeme.token == Token::End) {
       finish(lexeme);
       return false;
@@ -194,9 +201,8 @@ private:
     if (precedence(token) == 0 || token == Token::Not) {
       std::string hint;
       if (token == Token::Prime)
-        hint = line_[at_ - 2].token == Token::Prime
-                   ? "only the current and the next value can be used, nothing later"
-                   : "a prime belongs to a variable; for a formula write next(...)";
+        hint = before_ == Token::Prime ? "only the current and the next value can be used, nothing later"
+                                       : "a prime belongs to a variable; for a formula write next(...)";
       fail(lexeme, "an operator or the end of the line", hint);
       return false;
     }
@@ -260,14 +266,15 @@ private:
                        "the '(' at column " + std::to_string(open.column) + " is still open");
   }
 
-  const std::vector<Lexeme> &line_;
+  Lexer &line_;
   const Section section_;
   const Scope &scope_;
   const Specification &specification_;
   FormulaPool &pool_;
   Diagnostics &diagnostics_;
   ValueAlgebra algebra_;
-  std::size_t at_ = 0;
+  Token before_ = Token::End; // of the lexeme before the one taken last
+  Token last_ = Token::End;
   std::vector<Value> values_;
   std::vector<Waiting> operators_;
   int next_depth_ = 0;
@@ -277,8 +284,8 @@ private:
 
 } // namespace
 
-FormulaId parse_infix(const std::vector<Lexeme> &line, Section section, const Scope &scope,
-                      const Specification &specification, FormulaPool &pool, Diagnostics &diagnostics) {
+FormulaId parse_infix(Lexer &line, Section section, const Scope &scope, const Specification &specification,
+                      FormulaPool &pool, Diagnostics &diagnostics) {
   return InfixParser(line, section, scope, specification, pool, diagnostics).parse();
 }
 

@@ -15,7 +15,7 @@
 namespace slugs {
 
 // The formula of a line; true after an error, which is in `diagnostics` then.
-FormulaId parse_infix(const std::vector<Lexeme> &line, Section section, const Scope &scope,
-                      const Specification &specification, FormulaPool &pool, Diagnostics &diagnostics);
+FormulaId parse_infix(Lexer &line, Section section, const Scope &scope, const Specification &specification,
+                      FormulaPool &pool, Diagnostics &diagnostics);
 
 } // namespace slugs

@@ -13,10 +13,57 @@
 #include "read/lexer.hpp"
 #include "read/scope.hpp"
 
+#include <cstdint>
+#include <deque>
+#include <string>
+#include <vector>
+
 namespace slugs {
 
-// The formula of a line; true after an error, which is in `diagnostics` then.
-FormulaId parse_prefix(const std::vector<Lexeme> &line, Section section, const Scope &scope,
-                       FormulaPool &pool, Diagnostics &diagnostics);
+class PrefixParser {
+public:
+  PrefixParser(const Scope &scope, FormulaPool &pool, Diagnostics &diagnostics)
+      : scope_(scope), pool_(pool), diagnostics_(diagnostics) {}
+
+  // The formula of a line; true after an error, which is in the diagnostics then.
+  FormulaId parse(Lexer &line, Section section);
+
+private:
+  // An operator that waits for operands.  A line may have millions, so nothing
+  // is kept that can be found again.
+  struct Waiting {
+    Token op;
+    int column;
+    FormulaId held; // Not: how many in a row; And, Or, Xor: the left operand, or none
+  };
+  struct Buffer {
+    std::vector<FormulaId> entries; // those read so far
+    std::uint64_t wanted;
+  };
+  static constexpr FormulaId none = 0xFFFFFFFF;
+
+  void fail(const Lexeme &lexeme, const std::string &message, const std::string &hint = "");
+  void negate(const Lexeme &lexeme);
+  void push_operator(const Lexeme &lexeme);
+  void incomplete(const Lexeme &end);
+  bool count(const Lexeme &after, std::uint64_t &number);
+  void open_buffer(const Lexeme &lexeme);
+  void recall(const Lexeme &lexeme);
+  void constant(const Lexeme &lexeme);
+  void name(const Lexeme &lexeme);
+  FormulaId value(const Lexeme &lexeme, bool next);
+  void operand(FormulaId formula);
+
+  const Scope &scope_;
+  FormulaPool &pool_;
+  Diagnostics &diagnostics_;
+  Lexer *line_ = nullptr;
+  Section section_ = Section::EnvInit;
+  std::deque<Waiting> waiting_;
+  std::vector<Buffer> buffers_; // open ones
+  FormulaId result_ = 1;
+  bool done_ = false;
+  bool failed_ = false;
+};
 
 } // namespace slugs

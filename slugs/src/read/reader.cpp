@@ -18,11 +18,10 @@ namespace {
 
 // Whether a line is prefix notation: behind leading negations it starts with an
 // operator that no infix formula can start with.  A line such as "! a" is both.
-bool is_prefix(const std::vector<Lexeme> &line) {
-  std::size_t at = 0;
-  while (line[at].token == Token::Not)
-    ++at;
-  switch (line[at].token) {
+bool is_prefix(Lexer line) {
+  while (line.peek().token == Token::Not)
+    line.take();
+  switch (line.peek().token) {
   case Token::And:
   case Token::Or:
   case Token::Xor:
@@ -34,27 +33,10 @@ bool is_prefix(const std::vector<Lexeme> &line) {
   }
 }
 
-// In prefix notation "&&" and "||" are two operators each, not one.
-std::vector<Lexeme> as_prefix(const std::vector<Lexeme> &line) {
-  std::vector<Lexeme> result;
-  for (const Lexeme &lexeme : line) {
-    result.push_back(lexeme);
-    if (lexeme.text != "&&" && lexeme.text != "||")
-      continue;
-    Lexeme &first = result.back();
-    first.text = lexeme.text.substr(0, 1);
-    first.place.length = 1;
-    Lexeme second = first;
-    ++second.place.column;
-    result.push_back(second);
-  }
-  return result;
-}
-
 // Whether a line has what only infix lines have.  `TRUE` is a constant of
 // structuredslugs, unless it is the name of a variable.
-bool is_infix(const std::vector<Lexeme> &line, bool constants) {
-  for (const Lexeme &lexeme : line)
+bool is_infix(Lexer line, bool constants) {
+  for (Lexeme lexeme = line.take(); lexeme.token != Token::End; lexeme = line.take())
     switch (lexeme.token) {
     case Token::And:
     case Token::Or:
@@ -85,7 +67,7 @@ bool is_infix(const std::vector<Lexeme> &line, bool constants) {
   return false;
 }
 
-Language language_of(const Sections &sections, const Source &source) {
+Language language_of(const Sections &sections, const Source &source, BudgetPacer &pacer) {
   bool constants = true;
   for (const Declaration &declaration : sections.declarations) {
     const std::string_view text = trimmed(source.line(declaration.line));
@@ -96,7 +78,7 @@ Language language_of(const Sections &sections, const Source &source) {
   }
   for (const std::vector<int> &section : sections.constraints)
     for (const int number : section) {
-      const std::vector<Lexeme> line = lex_structured(source.line(number), number);
+      const Lexer line(source.line(number), number, Words::Structured, pacer);
       if (!is_prefix(line) && is_infix(line, constants))
         return Language::Structured;
     }
@@ -107,29 +89,39 @@ Language language_of(const Sections &sections, const Source &source) {
 
 Language language_of(const Source &source) {
   Diagnostics ignored(source);
-  return language_of(read_sections(source, ignored), source);
+  BudgetPacer unlimited{Budget()};
+  return language_of(read_sections(source, ignored), source, unlimited);
 }
 
-Specification read_specification(const Source &source, Diagnostics &diagnostics) {
+Specification read_specification(const Source &source, Diagnostics &diagnostics, const Budget &budget) {
+  constexpr std::size_t longest_text = 1000; // of a constraint as kept for messages
+  BudgetPacer pacer(budget);
+  budget.check();
   Specification specification;
   specification.file = source.file();
   const Sections sections = read_sections(source, diagnostics);
-  const Language language = language_of(sections, source);
+  budget.check();
+  const Language language = language_of(sections, source, pacer);
   (language == Language::Slugsin ? declare_slugsin : declare_structured)(sections, source, specification,
                                                                          diagnostics);
   const Scope scope(specification);
+  FormulaPool &pool = specification.formulas;
+  PrefixParser prefix(scope, pool, diagnostics);
   for (std::size_t i = 0; i < section_count; ++i) {
     const Section section = static_cast<Section>(i);
     for (const int number : sections.constraints[i]) {
       const std::string_view text = source.line(number);
-      const std::vector<Lexeme> line =
-          language == Language::Slugsin ? lex_slugsin(text, number) : lex_structured(text, number);
-      FormulaPool &pool = specification.formulas;
-      const FormulaId formula =
-          language == Language::Slugsin ? parse_prefix(line, section, scope, pool, diagnostics)
-          : is_prefix(line)             ? parse_prefix(as_prefix(line), section, scope, pool, diagnostics)
-                                        : parse_infix(line, section, scope, specification, pool, diagnostics);
-      specification[section].push_back({formula, number, std::string(trimmed(text)), false});
+      const auto lexer = [&](Words words) { return Lexer(text, number, words, pacer); };
+      FormulaId formula;
+      if (language == Language::Slugsin || is_prefix(lexer(Words::Structured))) {
+        Lexer line = lexer(language == Language::Slugsin ? Words::Slugsin : Words::StructuredPrefix);
+        formula = prefix.parse(line, section);
+      } else {
+        Lexer line = lexer(Words::Structured);
+        formula = parse_infix(line, section, scope, specification, pool, diagnostics);
+      }
+      const std::string_view kept = trimmed(text).substr(0, longest_text);
+      specification[section].push_back({formula, number, std::string(kept), false});
     }
   }
   limit_ranges(specification);

@@ -2,6 +2,7 @@
 
 #pragma once
 
+#include "core/budget.hpp"
 #include "core/specification.hpp"
 #include "read/diagnostics.hpp"
 
@@ -15,7 +16,8 @@ enum class Language { Slugsin, Structured };
 Language language_of(const Source &source);
 
 // All mistakes go to `diagnostics`; if there is an error the result is
-// incomplete and must not be used.
-Specification read_specification(const Source &source, Diagnostics &diagnostics);
+// incomplete and must not be used.  Throws LimitReached.
+Specification read_specification(const Source &source, Diagnostics &diagnostics,
+                                 const Budget &budget = Budget());
 
 } // namespace slugs

@@ -128,9 +128,10 @@ void PositionalStrategies::prepare_cofactors() {
 
 void PositionalStrategies::forget() { cofactor_->forget(); }
 
-Edge PositionalStrategies::transitions(const Word *state, std::size_t j) {
+Edge PositionalStrategies::transitions(const Word *state, std::size_t j, Edge inputs) {
   const Goal &goal = goals_[j];
-  return collect_steps(goal, state, (*cofactor_)(open_.edge(), state), goal.bits.size(), 0);
+  const Edge open = game_.store.and_edge((*cofactor_)(open_.edge(), state), inputs);
+  return collect_steps(goal, state, open, goal.bits.size(), 0);
 }
 
 // Splits the inputs by the digits of their step, from the highest one.

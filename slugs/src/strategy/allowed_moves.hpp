@@ -23,7 +23,9 @@ public:
   // the strategy may do while it pursues guarantee j: for each input, the
   // transitions of the earliest step of the fixpoint that has any.  A function
   // of next variables, which lives until forget().
-  Edge transitions(const Word *state, std::size_t j);
+  Edge transitions(const Word *state, std::size_t j) { return transitions(state, j, bdd_true); }
+  // The same for `inputs` only, a function of next inputs.
+  Edge transitions(const Word *state, std::size_t j, Edge inputs);
   void forget(); // with a collection
 
 private:

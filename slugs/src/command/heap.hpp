@@ -1,0 +1,17 @@
+// Memory that is allocated by new, counted and limited: readers and checks of
+// certificates keep theirs there.
+//
+// Only the program replaces operator new; the library leaves it alone.
+
+#pragma once
+
+#include <cstddef>
+
+namespace slugs {
+
+struct Heap {
+  std::size_t used = 0;
+  std::size_t limit = static_cast<std::size_t>(-1); // beyond it new throws std::bad_alloc
+};
+
+} // namespace slugs

@@ -1,0 +1,124 @@
+// See strategy/on_demand.hpp.  The diagrams are those of the extraction, asked for
+// one input instead of all.
+
+#include "strategy/on_demand.hpp"
+
+#include <stdexcept>
+#include <utility>
+
+namespace slugs {
+
+namespace {
+
+std::vector<Word> packed(const std::vector<bool> &state) {
+  std::vector<Word> words(words_for(state.size()));
+  for (std::size_t bit = 0; bit < state.size(); ++bit)
+    if (state[bit])
+      set_bit(words.data(), bit);
+  return words;
+}
+
+} // namespace
+
+OnDemandStrategy::OnDemandStrategy(Game &game, const Fixpoint &fixpoint)
+    : game_(game), fixpoint_(fixpoint), initial_(fixpoint.winning() & game.env_init & game.sys_init),
+      no_collection_(game.store), strategies_(game, fixpoint), cofactor_(game.store, game.guarantees),
+      successors_(game, Successors::Answers::Least), ranks_(game.store, cofactor_, game.guarantees) {
+  strategies_.prepare_cofactors();
+  game_.store.collect();
+  collect_at_ = game_.store.live_nodes() + (1u << 18);
+}
+
+std::optional<Position> OnDemandStrategy::start(const std::vector<std::optional<bool>> &values) {
+  BddStore &store = game_.store;
+  make_room();
+  // Given values first: then a value can be chosen for the others without going back.
+  Edge f = initial_.edge();
+  for (std::uint32_t bit = 0; bit < values.size(); ++bit)
+    if (values[bit])
+      f = store.cofactor_edge(f, current_var(bit), *values[bit]);
+  if (f == bdd_false)
+    return std::nullopt;
+  std::vector<bool> state(values.size());
+  for (std::uint32_t bit = 0; bit < values.size(); ++bit) {
+    if (values[bit]) {
+      state[bit] = *values[bit];
+      continue;
+    }
+    const Edge low = store.cofactor_edge(f, current_var(bit), false);
+    state[bit] = low == bdd_false;
+    f = state[bit] ? store.cofactor_edge(f, current_var(bit), true) : low;
+  }
+  return position(std::move(state), 0);
+}
+
+std::variant<Move, Refusal> OnDemandStrategy::move(const std::vector<bool> &state, std::uint32_t goal,
+                                                   const std::vector<bool> &inputs) {
+  BddStore &store = game_.store;
+  make_room();
+  std::vector<bool> values(2 * state.size());
+  for (std::uint32_t bit = 0; bit < state.size(); ++bit)
+    values[current_var(bit)] = state[bit];
+  if (!store.evaluate(fixpoint_.winning().edge(), values))
+    return Refusal::StateNotWinning;
+  const std::vector<Word> words = packed(state);
+  const Edge f = strategies_.transitions(words.data(), goal, input_cube(inputs));
+  if (f == bdd_false)
+    return Refusal::InputsNotAllowed;
+  const Word *const found = successors_.of(f)[0];
+  const Ranks::Step step = ranks_.from(words.data(), goal);
+  const std::uint32_t next_goal = ranks_.advance(step, found);
+  std::vector<bool> next(state.size());
+  for (std::uint32_t bit = 0; bit < state.size(); ++bit)
+    values[next_var(bit)] = next[bit] = get_bit(found, bit);
+  const auto count = static_cast<std::uint32_t>(game_.guarantees.size());
+  const bool any_met = store.evaluate(game_.guarantees[goal].edge(), values);
+  const std::uint32_t met = any_met ? (next_goal + count - goal - 1) % count + 1 : 0;
+  return Move{position(std::move(next), next_goal), met};
+}
+
+Position OnDemandStrategy::position(std::vector<bool> state, std::uint32_t goal) const {
+  const auto value_of = [&](Var v) -> bool { return state[v / 2]; };
+  std::uint64_t distance = 0;
+  for (const Round &round : fixpoint_.progress()[goal]) {
+    for (const FrozenBdd &step : round.steps) {
+      if (step.evaluate(value_of))
+        return {std::move(state), goal, distance, std::nullopt};
+      ++distance;
+    }
+    for (std::uint32_t i = 0; i < round.waiting.size(); ++i) {
+      if (round.waiting[i].evaluate(value_of)) {
+        // Without assumptions there is one that is true, which excuses nothing.
+        const bool excuses = !game_.assumptions[i].is_true();
+        return {std::move(state), goal, distance, excuses ? std::optional(i) : std::nullopt};
+      }
+      ++distance;
+    }
+  }
+  throw std::logic_error("a winning state without a way to its guarantee");
+}
+
+// The next inputs as a function, from the bottom.
+Edge OnDemandStrategy::input_cube(const std::vector<bool> &inputs) {
+  BddStore &store = game_.store;
+  Edge cube = bdd_true;
+  for (std::uint32_t level = 2 * store.bits(); level-- > 0;) {
+    const Var v = store.var_at(level);
+    if (v % 2 == 0 || game_.specification.variables[v / 2].owner != Owner::Input)
+      continue;
+    cube = inputs[v / 2] ? store.node(v, bdd_false, cube) : store.node(v, cube, bdd_false);
+  }
+  return cube;
+}
+
+void OnDemandStrategy::make_room() {
+  if (game_.store.live_nodes() <= collect_at_)
+    return;
+  ranks_.forget();
+  cofactor_.forget();
+  successors_.forget();
+  strategies_.forget();
+  game_.store.collect();
+}
+
+} // namespace slugs

@@ -1,0 +1,71 @@
+// The explicit strategy without a list of it: one move at a time.
+//
+// A position is a state with the guarantee that is pursued, as a node of the
+// explicit strategy is.  Its measure is a number and perhaps an assumption: the
+// first set of the fixpoint that has the state, in the order in which steps are
+// taken (see allowed_moves.cpp), and the assumption that waiting in this set
+// relies on.  On each move that does not meet the guarantee the number falls, or
+// it stays, the assumption stays, and it is not met on this move.  So whoever
+// follows can check each move, and a play that never meets the guarantee again
+// comes to violate an assumption for ever.
+
+#pragma once
+
+#include "game/fixpoint.hpp"
+#include "game/game.hpp"
+#include "strategy/allowed_moves.hpp"
+#include "strategy/ranks.hpp"
+#include "strategy/state_cofactor.hpp"
+#include "strategy/successors.hpp"
+
+#include <optional>
+#include <variant>
+#include <vector>
+
+namespace slugs {
+
+struct Position {
+  std::vector<bool> state; // by variable
+  std::uint32_t goal;      // the guarantee that is pursued
+  std::uint64_t distance;
+  std::optional<std::uint32_t> assumption; // may be waited for
+};
+
+struct Move {
+  Position to;
+  std::uint32_t met; // how many guarantees in turn, from the one that was pursued
+};
+
+enum class Refusal {
+  StateNotWinning,
+  InputsNotAllowed, // by ENV_TRANS
+};
+
+class OnDemandStrategy {
+public:
+  OnDemandStrategy(Game &game, const Fixpoint &fixpoint);
+
+  // The first initial node whose variables have these values, as far as given.
+  std::optional<Position> start(const std::vector<std::optional<bool>> &values);
+  // The successor that the explicit strategy has for these next inputs, by
+  // variable; outputs are ignored.  `goal` is a guarantee.
+  std::variant<Move, Refusal> move(const std::vector<bool> &state, std::uint32_t goal,
+                                   const std::vector<bool> &inputs);
+
+private:
+  Position position(std::vector<bool> state, std::uint32_t goal) const;
+  Edge input_cube(const std::vector<bool> &inputs);
+  void make_room();
+
+  Game &game_;
+  const Fixpoint &fixpoint_;
+  Bdd initial_;
+  CollectionPause no_collection_;
+  PositionalStrategies strategies_;
+  StateCofactor cofactor_;
+  Successors successors_;
+  Ranks ranks_;
+  std::size_t collect_at_ = 0;
+};
+
+} // namespace slugs
