@@ -107,7 +107,7 @@ class Strategy:
             raise SynthesizerError(f"the strategy is not JSON: {error}") from error
         if not isinstance(document, dict):
             raise _malformed("it is no JSON object")
-        fields = _locate(document.get("variables"), specification)
+        fields = locate(document.get("variables"), specification)
         states, ranks, transitions = _columns(document)
         _check_columns(states, ranks, transitions, len(document["variables"]))
         return cls(specification, fields, states, ranks, transitions)
@@ -230,7 +230,7 @@ def _malformed(what: str) -> SynthesizerError:
     return SynthesizerError(f"the strategy that the synthesizer printed is malformed: {what}")
 
 
-def _locate(names: object, specification: Specification) -> tuple[Field, ...]:
+def locate(names: object, specification: Specification) -> tuple[Field, ...]:
     """Find each variable's bits among the printed names."""
     if not isinstance(names, list) or not all(isinstance(n, str) for n in names):
         raise _malformed("'variables' is no list of names")
