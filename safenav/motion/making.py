@@ -7,7 +7,9 @@ from dataclasses import dataclass
 
 import safenav
 from safenav.errors import Diagnostic, InputError, UsageError
-from safenav.motion.file.records import Header, Motion
+from safenav.motion.file.records import Flight, Header, Line, Motion
+from safenav.motion.flyer.mover import FlyerMover
+from safenav.motion.flyer.simulation import check_gust, flown
 from safenav.motion.geometry import Floor
 from safenav.motion.kinds import mover
 from safenav.motion.mover import Mover
@@ -41,7 +43,14 @@ def motion_of(
     """
     floor = floor_of(trace, side)
     movers = movers_of(trace, floor)
+    for name, moved in movers.items():
+        if against.gust and isinstance(moved, FlyerMover):
+            speed = moved.values["speed"]
+            check_gust(name, against.gust, moved.values["tilt"], speed, floor.side)
     plan = scheduled(order_of(trace, floor), movers)
+    lines = plan.lines
+    if against.gust:
+        lines = _in_wind(lines, movers, floor, against)
     header = Header(
         trace=digest,
         safenav=safenav.__version__,
@@ -54,7 +63,21 @@ def motion_of(
         gust=against.gust,
         push=against.push,
     )
-    return Motion(header, plan.lines, plan.outcome)
+    return Motion(header, lines, plan.outcome)
+
+
+def _in_wind(
+    lines: tuple[Line, ...], movers: Mapping[str, Mover], floor: Floor, against: Disturbances
+) -> tuple[Line, ...]:
+    """The lines with how each flyer follows its references in gusts."""
+    tracks: list[Line] = []
+    for name, moved in movers.items():
+        own = [line for line in lines if isinstance(line, Flight) and line.robot == name]
+        if isinstance(moved, FlyerMover) and own:
+            seed = f"{against.seed} {name} wind"
+            tilt = moved.values["tilt"]
+            tracks += flown(own, floor, moved.size, tilt, against.gust, seed)
+    return (*lines, *tracks)
 
 
 def floor_of(trace: Trace, side: float | None = None) -> Floor:

@@ -11,7 +11,8 @@ from safenav.motion.check.finding import NEAR, Finding
 from safenav.motion.check.gliding import check_drive, check_flight
 from safenav.motion.check.joins import by_robot, check_joins, inner_joins
 from safenav.motion.check.order import check_order, conflicts_of, passages
-from safenav.motion.check.room import Grid, check_overlaps, check_room, holdings
+from safenav.motion.check.room import Grid, Holding, check_overlaps, check_room, holdings
+from safenav.motion.check.tracking import check_flown, check_track
 from safenav.motion.check.walking import check_segment
 from safenav.motion.file.records import (
     Action,
@@ -22,6 +23,7 @@ from safenav.motion.file.records import (
     Moving,
     Push,
     Segment,
+    Track,
 )
 from safenav.trace.records import Trace
 
@@ -63,6 +65,7 @@ def check_motion(motion: Motion, trace: Trace, digest: str) -> list[Finding]:
             report(Finding(holding.begin, holding.robot, "wall", what))
     check_overlaps(held, conflicts, report)
     check_room(moving, held, motion.header, limits, report)
+    _wind(motion, held, grid, found)
     check_order(trace, passages(trace, pieces, report), actions, report)
     check_deeds(trace, actions, pieces, grid, limits, report)
     check_distances(pieces, limits, conflicts, makespan, report)
@@ -115,6 +118,32 @@ def _dynamics(
     elif isinstance(piece, Drive):
         check_drive(piece, numbers, found.append)
     inner_joins(piece, found.append)
+
+
+def _wind(motion: Motion, held: list[Holding], grid: Grid, found: list[Finding]) -> None:
+    """The flights that were simulated: every flyer's, to the end, if there is wind."""
+    for name, limits in motion.header.robots.items():
+        tracks = [line for line in motion.lines if isinstance(line, Track) and line.robot == name]
+        flights = [line for line in motion.lines if isinstance(line, Flight) and line.robot == name]
+        if not tracks:
+            if motion.header.gust > 0 and limits.get("kind") == "flyer" and flights:
+                found.append(Finding(0.0, name, "track", "nothing says how it flies in the wind"))
+            continue
+        numbers = {key: float(v) for key, v in limits.items() if isinstance(v, int | float)}
+        before = len(found)
+        begin = 0.0
+        for track in tracks:
+            if abs(track.t0 - begin) > NEAR:
+                what = f"nothing says how it flies from {begin:.3f} s on"
+                found.append(Finding(begin, name, "track", what))
+                return
+            begin = track.t0 + track.step * len(track.rows)
+            check_track(track, numbers, found.append)
+        if begin < motion.outcome.makespan - tracks[-1].step:
+            what = f"nothing says how it flies from {begin:.3f} s on"
+            found.append(Finding(begin, name, "track", what))
+        if len(found) == before:
+            check_flown(tracks, held, grid, flights, numbers, found.append)
 
 
 def _start(name: str, trace: Trace, pieces: list[Moving], found: list[Finding]) -> None:

@@ -1,0 +1,129 @@
+"""The rules of a flight in wind: a rigid body that its thrust, gravity and the air could have
+flown so, inside the regions that the flyer has."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+
+from safenav.motion.check.finding import NEAR, Finding, Report
+from safenav.motion.check.paths import Array, power_series
+from safenav.motion.check.room import TOUCH, Grid, Holding
+from safenav.motion.file.records import Flight, Track
+
+MASS, GRAVITY, DRAG = 0.5, 9.81, 0.25
+PULL = 1.5
+"""Metres per second squared by which the mean of two samples of the pull may miss the mean
+between them: the attitude turns and the wind changes in a twentieth of a second."""
+WAY = 0.01
+"""Metres by which the mean speed of two samples may miss the way between them."""
+COLUMNS = 16
+
+
+def check_track(track: Track, limits: Mapping[str, float], report: Report) -> None:
+    """The samples of one line."""
+
+    def wrong(row: int, rule: str, found: str) -> None:
+        report(Finding(track.t0 + row * track.step, track.robot, rule, found))
+
+    if track.step <= 0 or any(len(row) != COLUMNS for row in track.rows):
+        wrong(0, "track", f"rows are not {COLUMNS} numbers at a positive step")
+        return
+    if len(track.rows) != len(track.errors):
+        wrong(0, "track", "there is not one error for each row")
+        return
+    rows = np.array(track.rows)
+    spin = np.abs(np.hypot.reduce(rows[:, 6:10], axis=1) - 1)
+    if spin.max() > 1e-4:
+        wrong(int(spin.argmax()), "attitude", "a quaternion whose length is not 1")
+        return
+    way = np.diff(rows[:, :3], axis=0) - (rows[1:, 3:6] + rows[:-1, 3:6]) / 2 * track.step
+    missed = np.abs(way).max(axis=1, initial=0.0)
+    if len(missed) and missed.max() > WAY:
+        what = f"it moves {missed.max():.3f} m otherwise than its velocity says"
+        wrong(int(missed.argmax()), "dynamics", what)
+    pull = _pull(rows)
+    change = np.diff(rows[:, 3:6], axis=0) / track.step - (pull[1:] + pull[:-1]) / 2
+    missed = np.abs(change).max(axis=1, initial=0.0)
+    if len(missed) and missed.max() > PULL:
+        what = f"its velocity changes by {missed.max():.2f} m/s^2 more than its thrust explains"
+        wrong(int(missed.argmax()), "dynamics", what)
+    lean = np.hypot(rows[:, 7], rows[:, 8])
+    most = np.sin(np.arctan(np.sqrt(2) * limits["tilt"] / GRAVITY) / 2) * 1.3
+    if lean.max() > most:
+        angle = float(np.degrees(2 * np.arcsin(min(1.0, lean.max()))))
+        wrong(int(lean.argmax()), "tilt", f"it leans by {angle:.0f} degrees")
+
+
+def check_flown(
+    tracks: Iterable[Track],
+    held: Sequence[Holding],
+    grid: Grid,
+    flights: Sequence[Flight],
+    limits: Mapping[str, float],
+    report: Report,
+) -> None:
+    """The body of one flyer in wind stays inside its regions, and its errors are what they are
+    said to be."""
+    radius = limits["size"] / 2
+    for track in tracks:
+        rows: Array = np.array(track.rows, dtype=np.float64)
+        times: Array = track.t0 + track.step * np.arange(len(rows), dtype=np.float64)
+        _inside(track, times, rows[:, :2], radius, held, grid, report)
+        reference = _reference(flights, times)
+        off = np.hypot(*(rows[:, :2] - reference).T)
+        told = np.abs(off - np.array(track.errors))
+        if told.max() > 1e-3:
+            what = f"it is {off[told.argmax()]:.3f} m off its reference, not as it is told"
+            report(Finding(float(times[told.argmax()]), track.robot, "track", what))
+
+
+def _inside(
+    track: Track,
+    times: Array,
+    places: Array,
+    radius: float,
+    held: Sequence[Holding],
+    grid: Grid,
+    report: Report,
+) -> None:
+    for cell in grid.cells(places, radius):
+        into = radius - grid.distance(places, cell)
+        spans = [h for h in held if h.robot == track.robot and grid.place(h.region) == cell]
+        free = np.zeros(len(times), dtype=bool)
+        for span in spans:
+            free |= (times >= span.begin - NEAR) & (times <= span.end + NEAR)
+        into = np.where(free, -1.0, into)
+        worst = int(into.argmax())
+        if into[worst] > TOUCH:
+            region = (grid.rows - 1 - cell[1]) * grid.cols + cell[0]
+            what = (
+                f"the wind takes it to ({places[worst, 0]:.3f}, {places[worst, 1]:.3f}) m, "
+                f"{into[worst]:.3f} m into region {region}, which it does not have"
+            )
+            report(Finding(float(times[worst]), track.robot, "room", what))
+            return
+
+
+def _pull(rows: Array) -> Array:
+    """Acceleration (n, 3) by thrust, gravity and drag."""
+    w, x, y, z = rows[:, 6:10].T
+    axis = np.stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x**2 + y**2)], axis=1)
+    air = rows[:, 3:6] - np.stack([rows[:, 14], rows[:, 15], np.zeros(len(rows))], axis=1)
+    pull: Array = axis * rows[:, 13:14] / MASS - DRAG * air
+    pull[:, 2] -= GRAVITY
+    return pull
+
+
+def _reference(flights: Sequence[Flight], times: Array) -> Array:
+    found = np.zeros((len(times), 2))
+    for flight in flights:
+        begin = flight.t0
+        for curve in flight.curves:
+            inside = (times >= begin - NEAR) & (times <= begin + curve.seconds + NEAR)
+            since = times[inside] - begin
+            for axis, path in enumerate((curve.x, curve.y)):
+                found[inside, axis] = power_series(path, since)
+            begin += curve.seconds
+    return found

@@ -1,0 +1,153 @@
+"""Model predictive tracking at 20 Hz along one axis: a condensed quadratic programme.
+
+The axis has position, velocity and acceleration, which follows a command with a lag; a
+disturbance is estimated from what the model did not predict. The command is bounded by the tilt
+limit; the corridor (the regions that the robot has) bounds the body by rows with one slack that
+has no bound: a bounded one could make the problem infeasible, and lose the drone. Source: paper,
+section VII (a quadratic programme at 20 Hz); Arnstroem et al. (2022) for the solver, DAQP.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from safenav.errors import UsageError
+
+Array = NDArray[np.float64]
+
+STEP = 0.05
+"""Seconds between commands."""
+HORIZON = 20
+LAG = 0.1
+"""Seconds in which the acceleration follows its command."""
+DRAG = 0.25
+"""Deceleration by the air in 1/s of the speed through it."""
+POSITION, VELOCITY, EFFORT, SLACK = 200.0, 10.0, 0.1, 1e5
+"""Weights of the errors, of the command off the reference's, and of leaving the corridor."""
+OPTIMAL = 1
+
+
+@dataclass(frozen=True)
+class Axis:
+    """Discrete model of one axis: state [p, v, a, d], ``d`` a constant disturbance."""
+
+    move: Array
+    steer: Array
+    gain: Array
+    """Of the estimator, on the measured position."""
+
+
+@dataclass(frozen=True)
+class Programme:
+    """The condensed programme: predictions are ``free @ state + forced @ commands``."""
+
+    free_position: Array
+    free_velocity: Array
+    forced_position: Array
+    forced_velocity: Array
+    cost: Array
+    rows: Array
+
+
+@lru_cache(maxsize=1)
+def axis() -> Axis:
+    """The model, discretized exactly enough by many small steps, and its estimator."""
+    parts = 50
+    small = STEP / parts
+    change = np.array([[0, 1, 0, 0], [0, -DRAG, 1, 1], [0, 0, -1 / LAG, 0], [0, 0, 0, 0]])
+    push = np.array([0, 0, 1 / LAG, 0])
+    once = np.eye(4) + small * change + small**2 / 2 * change @ change
+    move, steer = np.eye(4), np.zeros(4)
+    for _ in range(parts):
+        move, steer = once @ move, once @ steer + small * push
+    return Axis(move, steer, _estimator(move))
+
+
+def _estimator(move: Array) -> Array:
+    """The steady gain of a Kalman filter: noise of 5 mm on the position, gusts on d."""
+    noise = np.diag([1e-8, 1e-6, 1e-4, 2e-2])
+    spread, sees = np.eye(4), np.array([1.0, 0, 0, 0])
+    gain = sees
+    for _ in range(500):
+        spread = move @ spread @ move.T + noise
+        gain = spread @ sees / (sees @ spread @ sees + 0.005**2)
+        spread = spread - np.outer(gain, sees @ spread)
+    return gain
+
+
+@lru_cache(maxsize=1)
+def programme() -> Programme:
+    """The programme of the whole horizon, made once."""
+    model = axis()
+    free = np.zeros((HORIZON, 4, 4))
+    forced = np.zeros((HORIZON, 4, HORIZON))
+    state, effect = np.eye(4), np.zeros((4, HORIZON))
+    for step in range(HORIZON):
+        state, effect = model.move @ state, model.move @ effect
+        effect[:, step] += model.steer
+        free[step], forced[step] = state, effect
+    position, velocity = forced[:, 0], forced[:, 1]
+    cost = np.zeros((HORIZON + 1, HORIZON + 1))
+    cost[:-1, :-1] = POSITION * position.T @ position + VELOCITY * velocity.T @ velocity
+    cost[:-1, :-1] += EFFORT * np.eye(HORIZON)
+    cost[-1, -1] = SLACK
+    slack = np.ones((HORIZON, 1))
+    rows = np.vstack([np.hstack([position, -slack]), np.hstack([position, slack])])
+    return Programme(free[:, 0], free[:, 1], position, velocity, cost, rows)
+
+
+class Tracker:
+    """Tracks one axis. ``state`` is the estimate [p, v, a, d]; ``failed`` counts programmes that
+    the solver did not finish, in which case the reference's own command is given."""
+
+    def __init__(self, position: float, limit: float) -> None:
+        self.state = np.array([position, 0.0, 0.0, 0.0])
+        self.limit = limit
+        self.failed = 0
+
+    def observe(self, measured: float) -> None:
+        """Correct the estimate by a measured position (m)."""
+        self.state = self.state + axis().gain * (measured - self.state[0])
+
+    def command(self, wanted: Array, low: Array, high: Array) -> float:
+        """The acceleration to command now (m/s^2), and the estimate one step on.
+
+        ``wanted`` (HORIZON, 3): position, velocity, acceleration of the reference after each
+        step; ``low``, ``high`` (HORIZON): where the middle of the body may be.
+        """
+        plan = programme()
+        position = plan.free_position @ self.state
+        velocity = plan.free_velocity @ self.state
+        usual = np.clip(wanted[:, 2] + DRAG * wanted[:, 1] - self.state[3], -self.limit, self.limit)
+        slope = POSITION * plan.forced_position.T @ (position - wanted[:, 0])
+        slope += VELOCITY * plan.forced_velocity.T @ (velocity - wanted[:, 1])
+        slope -= EFFORT * usual
+        bound = np.full(HORIZON, self.limit)
+        far = np.full(HORIZON, 1e30)
+        upper = np.concatenate([bound, [1e30], high - position, far])
+        lower = np.concatenate([-bound, [0.0], -far, low - position])
+        found, flag = _solved(plan.cost, np.append(slope, 0.0), plan.rows, upper, lower)
+        if flag != OPTIMAL:
+            self.failed += 1
+            found = usual
+        given = float(np.clip(found[0], -self.limit, self.limit))
+        model = axis()
+        self.state = model.move @ self.state + model.steer * given
+        return given
+
+
+def _solved(
+    cost: Array, slope: Array, rows: Array, upper: Array, lower: Array
+) -> tuple[Array, int]:
+    try:
+        import daqp
+    except ImportError as error:
+        raise UsageError(
+            "flight in gusts needs the solver daqp\n    pip install 'safenav[motion]'"
+        ) from error
+    found, _, flag, _ = daqp.solve(cost.copy(), slope, rows.copy(), upper, lower)
+    return np.asarray(found), int(flag)
