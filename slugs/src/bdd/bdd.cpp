@@ -3,6 +3,8 @@
 
 #include "bdd/bdd.hpp"
 
+#include "bdd/reordering.hpp"
+
 #include <algorithm>
 #include <stdexcept>
 #include <string>
@@ -78,8 +80,11 @@ Edge BddStore::make(Var v, Edge low, Edge high) {
 
 std::uint32_t BddStore::allocate() {
   // Whatever throws comes first, so that a limit leaves the store consistent.
-  if ((live_ & 0xFFF) == 0)
+  if ((live_ & 0xFFF) == 0) {
     tick();
+    if (live_ > most_nodes_)
+      throw Outgrown();
+  }
   std::uint32_t n = free_list_;
   if (n) {
     free_list_ = nodes_[n].chain;
@@ -122,9 +127,20 @@ void BddStore::grow_buckets() {
 }
 
 void BddStore::before_operation() {
-  if (live_ >= collect_at_ && collection_allowed_)
+  if (!collection_allowed_)
+    return;
+  if (reordering_)
+    reordering_->before_operation();
+  if (live_ >= collect_at_)
     collect();
 }
+
+void BddStore::bound_nodes() {
+  if (reordering_ && collection_allowed_)
+    most_nodes_ = reordering_->most_nodes();
+}
+
+void BddStore::reorder_for_operation(unsigned given_up) { reordering_->after_giving_up(given_up); }
 
 void BddStore::mark(Edge f) {
   std::uint32_t n = f >> 1;

@@ -36,6 +36,7 @@ constexpr Var current_var(std::uint32_t bit) { return 2 * bit; }
 constexpr Var next_var(std::uint32_t bit) { return 2 * bit + 1; }
 
 class BddStore;
+class Reordering;
 
 // What sifting did, so that it can be undone: each pair that moved, and from
 // which position, in the order of the moves.
@@ -137,14 +138,19 @@ public:
   void collect();
   // Moves each pair to its best position, largest first (Rudell 1993).  Stops
   // moving a pair when the diagrams exceed `growth` times their best size.
-  // Appends to the log.  After a LimitReached out of here or undo() nothing but
-  // destruction is safe.
-  void sift(SiftingLog &log, double growth = 1.2);
+  // Appends to the log.  Moves no more pairs after it has looked at `budget` nodes
+  // in vain; each time that the diagrams have been halved it starts to count anew.
+  // After a LimitReached out of here or undo() nothing but destruction is safe.
+  void sift(SiftingLog &log, double growth = 1.2, std::uint64_t budget = unlimited_sifting);
+  // The same for all nodes, also those that no handle can reach.  They are gone afterwards.
+  void sift_all(SiftingLog &log, double growth, std::uint64_t budget);
+  static constexpr std::uint64_t unlimited_sifting = static_cast<std::uint64_t>(-1);
   // The reverse moves: every order on the way has been there before.
   void undo(const SiftingLog &log);
   // Forgets results, so that what an operation costs does not depend on the past.
   void clear_cache() { cache_.clear_to_zero(); }
-  std::uint64_t work() const { return work_; } // steps of operations so far
+  std::uint64_t work() const { return work_; }                 // steps of operations so far
+  std::uint64_t sifting_work() const { return sifting_work_; } // nodes looked at by reordering so far
 
   std::uint32_t bits() const { return static_cast<std::uint32_t>(level_of_var_.size() / 2); }
   std::size_t live_nodes() const { return live_; }           // as of the last collection plus all made since
@@ -160,6 +166,7 @@ public:
 private:
   friend class Bdd;
   friend class Sifting;
+  friend class Reordering;
   friend class CollectionPause;
 
   struct Node {
@@ -184,18 +191,34 @@ private:
   static constexpr Var free_var = 0xFFFFFFFF;
   static constexpr std::uint32_t max_nodes = 1u << 28;
   static constexpr unsigned operation_shift = 29;
+  static constexpr std::size_t unbounded = static_cast<std::size_t>(-1);
 
-  // Runs an operation on handles.  Where memory is short, garbage is swept and
-  // the operation repeated before it is given up.
+  // Thrown by an operation that makes more nodes than it may, see run().
+  struct Outgrown {};
+  // Thrown by an operation when work() exceeds what Reordering allows.
+  struct Overworked {};
+
+  // Runs an operation on handles.  One that makes too many nodes is repeated in
+  // a better order.  Where memory is short, garbage is swept and the operation
+  // repeated before it is given up.
   template <typename Operation> Bdd run(Operation operation) {
     before_operation();
-    try {
-      return Bdd(*this, operation());
-    } catch (const LimitReached &limit) {
-      if (limit.kind != LimitKind::Memory || !collection_allowed_)
-        throw;
-      collect();
-      return Bdd(*this, operation());
+    for (unsigned given_up = 0;;) {
+      try {
+        bound_nodes();
+        const Edge result = operation();
+        most_nodes_ = unbounded;
+        return Bdd(*this, result);
+      } catch (const Outgrown &) {
+        most_nodes_ = unbounded;
+        reorder_for_operation(++given_up);
+      } catch (const LimitReached &limit) {
+        most_nodes_ = unbounded;
+        if (limit.kind != LimitKind::Memory || !collection_allowed_)
+          throw;
+        collect();
+        return Bdd(*this, operation());
+      }
     }
   }
   std::uint32_t level(Edge f) const { return level_of_var_[nodes_[f >> 1].var]; }
@@ -206,6 +229,8 @@ private:
   void grow_buckets();
   void resize_cache();
   void before_operation();
+  void bound_nodes();
+  void reorder_for_operation(unsigned given_up);
   void plan_collection();
   void tick();
   void order_changed();
@@ -242,9 +267,13 @@ private:
   std::size_t collected_ = 0;
   std::size_t collect_at_ = 0;
   bool collection_allowed_ = true;
+  Reordering *reordering_ = nullptr;
+  std::size_t most_nodes_ = unbounded;
   std::uint64_t collections_ = 0;
   std::uint64_t reorderings_ = 0;
   std::uint64_t work_ = 0;
+  std::uint64_t sifting_work_ = 0;
+  std::uint64_t most_work_ = static_cast<std::uint64_t>(-1);
   std::vector<std::uint32_t> level_of_var_; // the constant's pseudo-variable is last, below all
   std::vector<Var> var_at_level_;
   std::vector<QuantifiedSet> sets_;

@@ -26,8 +26,11 @@ inline bool BddStore::cached(Operation op, Edge f, Edge g, Edge h, Edge &result)
     result = entry.result;
     return true;
   }
-  if ((++work_ & 0x3FFF) == 0)
+  if ((++work_ & 0x3FFF) == 0) {
     tick();
+    if (work_ > most_work_)
+      throw Overworked();
+  }
   return false;
 }
 

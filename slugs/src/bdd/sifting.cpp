@@ -19,8 +19,10 @@ public:
   Sifting(BddStore &store, double growth)
       : s_(store), growth_(growth), references_(store.account_), nodes_of_(store.level_of_var_.size()) {}
 
-  void run(SiftingLog &log) {
-    prepare();
+  enum class Roots { Handles, All };
+
+  void run(SiftingLog &log, Roots roots, std::uint64_t budget) {
+    prepare(roots);
     std::vector<std::uint32_t> bits(s_.bits());
     for (std::uint32_t b = 0; b < bits.size(); ++b)
       bits[b] = b;
@@ -29,18 +31,24 @@ public:
       weight[b] = nodes_of_[current_var(b)].size() + nodes_of_[next_var(b)].size();
     std::stable_sort(bits.begin(), bits.end(),
                      [&](std::uint32_t a, std::uint32_t b) { return weight[a] > weight[b]; });
+    std::uint64_t start = s_.sifting_work_;
+    std::size_t nodes = s_.live_;
     for (const std::uint32_t b : bits) {
-      if (weight[b] == 0)
+      if (weight[b] == 0 || s_.sifting_work_ - start > budget)
         break;
       const std::uint32_t from = s_.level_of_var_[current_var(b)] / 2;
       place(b);
       if (s_.level_of_var_[current_var(b)] / 2 != from)
         log.push_back({b, from});
+      if (s_.live_ < nodes / 2) {
+        nodes = s_.live_;
+        start = s_.sifting_work_;
+      }
     }
   }
 
   void undo(const SiftingLog &log) {
-    prepare();
+    prepare(Roots::Handles);
     for (std::size_t i = log.size(); i-- > 0;) {
       std::uint32_t at = s_.level_of_var_[current_var(log[i].bit)] / 2;
       for (; at < log[i].from; ++at)
@@ -51,9 +59,10 @@ public:
   }
 
 private:
-  // Counts references and drops everything that is not a node in use.
-  void prepare() {
-    s_.collect();
+  // Counts references.  Drops what no handle reaches, or holds it for itself.
+  void prepare(Roots roots) {
+    if (roots == Roots::Handles)
+      s_.collect();
     s_.clear_marks();
     references_.resize(s_.nodes_.size());
     for (std::uint32_t n = 1; n < s_.used_; ++n) {
@@ -66,6 +75,10 @@ private:
     }
     for (const Bdd *h = s_.handles_; h; h = h->after_)
       ++references_[h->edge_ >> 1];
+    if (roots == Roots::All)
+      for (std::uint32_t n = 1; n < s_.used_; ++n)
+        if (!references_[n] && s_.nodes_[n].var != BddStore::free_var)
+          references_[n] = 1;
   }
 
   void place(std::uint32_t bit) {
@@ -112,6 +125,7 @@ private:
     s_.level_of_var_[upper] = l + 1;
     s_.level_of_var_[lower] = l;
     std::vector<std::uint32_t> &uppers = nodes_of_[upper];
+    s_.sifting_work_ += uppers.size();
     moved_.clear();
     std::size_t kept = 0;
     for (const std::uint32_t n : uppers) {
@@ -199,11 +213,20 @@ private:
   std::vector<std::uint32_t> moved_;
 };
 
-void BddStore::sift(SiftingLog &log, double growth) {
+void BddStore::sift(SiftingLog &log, double growth, std::uint64_t budget) {
   if (!account_.has_room(nodes_.size() * sizeof(std::uint32_t)))
     return;
-  Sifting(*this, growth).run(log);
+  Sifting(*this, growth).run(log, Sifting::Roots::Handles, budget);
   after_sifting();
+  ++reorderings_;
+}
+
+void BddStore::sift_all(SiftingLog &log, double growth, std::uint64_t budget) {
+  if (!account_.has_room(nodes_.size() * sizeof(std::uint32_t)))
+    return;
+  Sifting(*this, growth).run(log, Sifting::Roots::All, budget);
+  after_sifting();
+  collect();
   ++reorderings_;
 }
 

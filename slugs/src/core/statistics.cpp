@@ -42,6 +42,8 @@ std::string to_json(const Statistics &s, const std::string &verdict) {
   out << "},\n"
       << "  \"peak_nodes\": " << s.peak_nodes << ",\n"
       << "  \"live_nodes\": " << s.live_nodes << ",\n"
+      << "  \"operation_steps\": " << s.operation_steps << ",\n"
+      << "  \"reordering_steps\": " << s.reordering_steps << ",\n"
       << "  \"reorderings\": " << s.reorderings << ",\n"
       << "  \"collections\": " << s.collections << ",\n"
       << "  \"memory_bytes\": " << s.memory_bytes << ",\n"

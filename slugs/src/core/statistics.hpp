@@ -32,6 +32,10 @@ struct Statistics {
 
   std::uint64_t peak_nodes = 0; // allocated at once, dead ones included
   std::uint64_t live_nodes = 0; // after the last collection
+  // Labour that does not depend on how busy the machine is: steps of operations
+  // that their cache did not know, and nodes looked at by reordering.
+  std::uint64_t operation_steps = 0;
+  std::uint64_t reordering_steps = 0;
   std::uint64_t reorderings = 0;
   std::uint64_t collections = 0;
   std::uint64_t memory_bytes = 0; // peak of the engine's tables

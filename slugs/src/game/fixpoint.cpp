@@ -60,7 +60,7 @@ Bdd Fixpoint::stay(const Bdd &start, const Bdd &moves, const Bdd &allowed, std::
       answered = kept;
       x &= !lost;
     }
-    between_steps(step, [&] { answered = store.constant(true); });
+    game_.reordering.between_steps(step, [&] { answered = store.constant(true); });
   }
 }
 
@@ -112,7 +112,7 @@ Bdd Fixpoint::reach_goal(std::size_t j) {
   const auto answer = [&](const Bdd &targets) {
     const auto step = [&] { return open & !store.exists_both(game_.sys_trans, targets, game_.next_outputs); };
     open = step();
-    between_steps(step, [] {});
+    game_.reordering.between_steps(step, [] {});
   };
   answer(game_.guarantees[j] & store.to_next(z_));
   Bdd y = store.constant(false);

@@ -6,7 +6,6 @@
 #include "core/statistics.hpp"
 #include "game/game.hpp"
 
-#include <functional>
 #include <vector>
 
 namespace slugs {
@@ -35,12 +34,6 @@ enum class Steps {
 class Fixpoint {
 public:
   Fixpoint(Game &game, bool robotics_init, Steps order, Statistics &statistics);
-
-  // Called between steps, where diagrams may be reordered, with a step such as
-  // those to come, and with what drops large diagrams that can be done without:
-  // they would be dragged along, and the order would be made for them.
-  using Work = std::function<void()>;
-  std::function<void(const Work &step, const Work &drop)> between_steps;
 
   // Computes until done, or until some initial position is known to be lost.
   // Returns whether the system wins.

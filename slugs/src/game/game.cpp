@@ -5,6 +5,7 @@
 #include "game/order.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <unordered_map>
 
 namespace slugs {
@@ -20,24 +21,40 @@ std::vector<Var> vars_of(const Specification &specification, bool next, bool inp
 }
 
 // Formulas may be deep, so they are translated in the order of their ids,
-// operands first, and not by recursion.
+// operands first, and not by recursion.  What has been used for the last time is
+// dropped: it would be dragged along in collections and reorderings.
 Bdd translate(BddStore &store, const FormulaPool &formulas, FormulaId root) {
-  std::unordered_map<FormulaId, Bdd> done;
+  struct Value {
+    Bdd bdd;
+    std::size_t uses = 0; // to come
+  };
+  std::unordered_map<FormulaId, Value> values;
   std::vector<FormulaId> needed{root};
-  done.emplace(root, Bdd());
+  const auto use = [&](FormulaId id) {
+    if (++values[id].uses == 1)
+      needed.push_back(id);
+  };
+  values[root].uses = 1;
   for (std::size_t i = 0; i < needed.size(); ++i) {
-    const FormulaNode &node = formulas[needed[i]];
+    const FormulaNode node = formulas[needed[i]];
     if (node.op == Op::False || node.op == Op::True || node.op == Op::Variable)
       continue;
-    if (done.try_emplace(node.left).second)
-      needed.push_back(node.left);
-    if (node.op != Op::Not && done.try_emplace(node.right).second)
-      needed.push_back(node.right);
+    use(node.left);
+    if (node.op != Op::Not)
+      use(node.right);
   }
   std::sort(needed.begin(), needed.end());
+  const auto take = [&](FormulaId id) {
+    Value &value = values[id];
+    assert(value.uses > 0);
+    const Bdd result = value.bdd;
+    if (--value.uses == 0)
+      value.bdd = Bdd();
+    return result;
+  };
   for (const FormulaId id : needed) {
     const FormulaNode &node = formulas[id];
-    Bdd &result = done[id];
+    Bdd &result = values[id].bdd;
     switch (node.op) {
     case Op::False:
       result = store.constant(false);
@@ -49,29 +66,27 @@ Bdd translate(BddStore &store, const FormulaPool &formulas, FormulaId root) {
       result = store.variable(node.right ? next_var(node.left) : current_var(node.left));
       break;
     case Op::Not:
-      result = !done[node.left];
+      result = !take(node.left);
       break;
     case Op::And:
-      result = done[node.left] & done[node.right];
+      result = take(node.left) & take(node.right);
       break;
     case Op::Or:
-      result = done[node.left] | done[node.right];
+      result = take(node.left) | take(node.right);
       break;
     case Op::Xor:
-      result = done[node.left] ^ done[node.right];
+      result = take(node.left) ^ take(node.right);
       break;
     }
   }
-  return done[root];
+  return take(root);
 }
 
 void conjoin(Bdd &result, BddStore &store, const Specification &specification, FormulaPool &formulas,
-             Section section, const std::function<void()> &between_steps) {
+             Section section) {
   for (const Constraint &constraint : specification[section])
-    for (const FormulaId f : conjuncts(formulas, constraint.formula)) {
+    for (const FormulaId f : conjuncts(formulas, constraint.formula))
       result &= translate(store, formulas, f);
-      between_steps();
-    }
 }
 
 std::vector<Bdd> goals(BddStore &store, const Specification &specification, Section section) {
@@ -87,7 +102,7 @@ std::vector<Bdd> goals(BddStore &store, const Specification &specification, Sect
 
 Game::Game(const Specification &spec, const std::vector<std::uint32_t> &order, const Budget &budget)
     : specification(spec), store(static_cast<std::uint32_t>(spec.variables.size()), order, budget),
-      current_inputs(store.make_set(vars_of(spec, false, true, false))),
+      reordering(store), current_inputs(store.make_set(vars_of(spec, false, true, false))),
       current_outputs(store.make_set(vars_of(spec, false, false, true))),
       current(store.make_set(vars_of(spec, false, true, true))),
       next_inputs(store.make_set(vars_of(spec, true, true, false))),
@@ -96,12 +111,12 @@ Game::Game(const Specification &spec, const std::vector<std::uint32_t> &order, c
       sys_init(store.constant(true)), env_trans(store.constant(true)), sys_trans(store.constant(true)),
       states(store.constant(true)) {}
 
-void Game::build(const std::function<void()> &between_steps) {
+void Game::build() {
   FormulaPool formulas = specification.formulas;
-  conjoin(env_init, store, specification, formulas, Section::EnvInit, between_steps);
-  conjoin(sys_init, store, specification, formulas, Section::SysInit, between_steps);
-  conjoin(env_trans, store, specification, formulas, Section::EnvTrans, between_steps);
-  conjoin(sys_trans, store, specification, formulas, Section::SysTrans, between_steps);
+  conjoin(env_init, store, specification, formulas, Section::EnvInit);
+  conjoin(sys_init, store, specification, formulas, Section::SysInit);
+  conjoin(env_trans, store, specification, formulas, Section::EnvTrans);
+  conjoin(sys_trans, store, specification, formulas, Section::SysTrans);
   assumptions = goals(store, specification, Section::EnvLiveness);
   guarantees = goals(store, specification, Section::SysLiveness);
 }

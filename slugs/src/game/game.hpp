@@ -7,20 +7,22 @@
 #pragma once
 
 #include "bdd/bdd.hpp"
+#include "bdd/reordering.hpp"
 #include "core/specification.hpp"
 
-#include <functional>
+#include <vector>
+
 #include <vector>
 
 namespace slugs {
 
 struct Game {
   Game(const Specification &specification, const std::vector<std::uint32_t> &order, const Budget &budget);
-  // Calls `between_steps` where diagrams may be reordered.
-  void build(const std::function<void()> &between_steps);
+  void build();
 
   const Specification &specification;
   BddStore store; // bit i is specification.variables[i]
+  Reordering reordering;
   VarSet current_inputs;
   VarSet current_outputs;
   VarSet current;

@@ -6,14 +6,13 @@
 
 namespace slugs {
 
-Bdd reachable_states(Game &game, const std::function<void()> &between_steps) {
+Bdd reachable_states(Game &game) {
   Bdd reached = game.env_init & game.sys_init;
   Bdd frontier = reached;
   while (!frontier.is_false()) {
     const Bdd image = game.image(frontier);
     frontier = image & !reached;
     reached |= image;
-    between_steps();
   }
   return reached;
 }

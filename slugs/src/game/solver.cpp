@@ -1,5 +1,5 @@
 // The way through the engine: order, game, reachable states, fixpoint, and on
-// request a strategy or a counterstrategy.  When to reorder is decided here.
+// request a strategy or a counterstrategy.
 
 #include "game/solver.hpp"
 
@@ -27,7 +27,6 @@ struct Solver::Implementation {
   std::optional<Fixpoint> fixpoint;
   std::optional<OnDemandStrategy> on_demand;
   std::optional<Verdict> verdict;
-  std::size_t sift_at = 0;
 
   Implementation(const Specification &s, const SolverOptions &o, const Budget &b)
       : specification(s), options(o), budget(b) {
@@ -65,60 +64,11 @@ struct Solver::Implementation {
       return;
     statistics.live_nodes = game->store.live_nodes();
     statistics.peak_nodes = game->store.peak_nodes();
+    statistics.operation_steps = game->store.work();
+    statistics.reordering_steps = game->store.sifting_work();
     statistics.reorderings = game->store.reorderings();
     statistics.collections = game->store.collections();
     statistics.memory_bytes = game->store.account().peak();
-  }
-
-  // One pass moves each pair once, with all others where they happened to be;
-  // later passes often gain more than the first.
-  SiftingLog sift() {
-    constexpr int most_passes = 6;
-    SiftingLog log;
-    for (int pass = 0; pass < most_passes; ++pass) {
-      game->store.collect();
-      const std::size_t before = game->store.live_nodes();
-      game->store.sift(log);
-      if (game->store.live_nodes() > before - before / 10)
-        break;
-    }
-    return log;
-  }
-
-  // Small diagrams are not the aim, cheap steps are, and sometimes the former
-  // makes the latter dearer: then the former order is restored.
-  void sift_if_grown(const Fixpoint::Work &step, const Fixpoint::Work &drop) {
-    BddStore &store = game->store;
-    if (store.collected_nodes() < sift_at)
-      return;
-    drop();
-    store.collect();
-    if (store.live_nodes() < sift_at)
-      return;
-    const auto cost = [&] {
-      store.clear_cache();
-      const std::uint64_t before = store.work();
-      step();
-      return store.work() - before;
-    };
-    const std::uint64_t old_cost = cost();
-    const SiftingLog log = sift();
-    const std::uint64_t new_cost = cost();
-    if (new_cost > old_cost)
-      store.undo(log);
-    // Where sifting gains little, more sifting gains nothing.
-    plan_sifting(new_cost < old_cost - old_cost / 5 ? 4 : 16);
-  }
-  // The same where there is no such work to compare by yet.
-  void sift_if_grown() {
-    if (game->store.collected_nodes() < sift_at)
-      return;
-    sift();
-    plan_sifting(4);
-  }
-  void plan_sifting(std::size_t growth) {
-    game->store.collect();
-    sift_at = std::max<std::size_t>(growth * game->store.live_nodes(), 1 << 14);
   }
 
   void solve();
@@ -133,26 +83,19 @@ void Solver::Implementation::solve() {
     const std::vector<std::uint32_t> order =
         options.start_order.empty() ? force_order(specification) : options.start_order;
     game.emplace(specification, order, budget);
-    sift_at = 1 << 16;
-    game->build([this] { sift_if_grown(); });
-    plan_sifting(4);
+    game->build();
   });
   timed(Phase::Reach, [&] {
-    const Bdd reachable = reachable_states(*game, [this] { sift_if_grown(); });
+    const Bdd reachable = reachable_states(*game);
     statistics.reachable_states = game->store.count(reachable, game->current_vars());
     game->restrict_to(reachable);
-    game->store.collect();
-    sift();
-    plan_sifting(8);
+    game->reordering.settle();
   });
   timed(Phase::Solve, [&] {
     const Steps steps = options.verdict_only      ? Steps::Fewest
                         : options.bias_for_action ? Steps::BiasForAction
                                                   : Steps::Plain;
     fixpoint.emplace(*game, options.robotics_init, steps, statistics);
-    fixpoint->between_steps = [this](const Fixpoint::Work &step, const Fixpoint::Work &drop) {
-      sift_if_grown(step, drop);
-    };
     verdict = fixpoint->solve() ? Verdict::Realizable : Verdict::Unrealizable;
     if (verdict == Verdict::Realizable) {
       const Bdd stuck = fixpoint->winning() & !game->store.exists(game->env_trans, game->next_inputs);

@@ -1,0 +1,133 @@
+// The policy; the mechanism is in sifting.cpp.
+
+#include "bdd/reordering.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <limits>
+
+namespace slugs {
+
+namespace {
+
+constexpr std::size_t first_sift = 1u << 14;
+constexpr std::size_t first_allowance = 1u << 18;
+constexpr double growth = 1.2;
+constexpr std::uint64_t gamble = 1u << 22; // nodes to look at for an operation that was given up
+constexpr std::uint64_t unlimited = std::numeric_limits<std::uint64_t>::max();
+
+bool much_less(std::size_t after, std::size_t before) { return after < before - before / 5; }
+
+class Off {
+public:
+  explicit Off(bool &flag) : flag_(flag), before_(flag) { flag_ = false; }
+  ~Off() { flag_ = before_; }
+  Off(const Off &) = delete;
+  Off &operator=(const Off &) = delete;
+
+private:
+  bool &flag_;
+  bool before_;
+};
+
+} // namespace
+
+Reordering::Reordering(BddStore &store) : store_(store), sift_at_(first_sift), allowance_(first_allowance) {
+  assert(!store_.reordering_);
+  store_.reordering_ = this;
+}
+
+Reordering::~Reordering() { store_.reordering_ = nullptr; }
+
+std::size_t Reordering::most_nodes() const {
+  if (!active_)
+    return std::numeric_limits<std::size_t>::max();
+  return store_.live_nodes() + std::max(allowance_, 4 * store_.collected_nodes());
+}
+
+void Reordering::before_operation() {
+  if (!active_ || settled_ || store_.live_nodes() < sift_at_)
+    return;
+  store_.collect();
+  const std::size_t before = store_.live_nodes();
+  if (before < sift_at_)
+    return;
+  SiftingLog log;
+  store_.sift(log, growth, gamble);
+  // Where sifting gains little, more sifting gains nothing.
+  plan(much_less(store_.live_nodes(), before) ? 2 : 16);
+}
+
+void Reordering::after_giving_up(unsigned times) {
+  assert(active_);
+  const Off quiet(active_);
+  SiftingLog log;
+  if (times == 1) {
+    store_.sift(log, growth, gamble);
+    return;
+  }
+  const std::size_t before = store_.live_nodes();
+  store_.sift_all(log, growth, gamble);
+  const bool gained = much_less(store_.live_nodes(), before);
+  allowance_ *= gained ? 2 : 8;
+}
+
+// One pass moves each pair once, with all others where they happened to be;
+// later passes often gain more than the first.
+SiftingLog Reordering::sift() {
+  constexpr int most_passes = 6;
+  SiftingLog log;
+  for (int pass = 0; pass < most_passes; ++pass) {
+    store_.collect();
+    const std::size_t before = store_.live_nodes();
+    store_.sift(log, growth);
+    if (store_.live_nodes() > before - before / 10)
+      break;
+  }
+  return log;
+}
+
+void Reordering::plan(std::size_t times) {
+  store_.collect();
+  sift_at_ = std::max<std::size_t>(times * store_.live_nodes(), first_sift);
+}
+
+void Reordering::settle() {
+  sift();
+  settled_ = true;
+  plan(8);
+}
+
+// The work of a step in the present order, from an empty cache; at most `limit`
+// or a little more.
+std::uint64_t Reordering::cost(const Work &step, std::uint64_t limit) {
+  store_.clear_cache();
+  const std::uint64_t before = store_.work();
+  if (limit < unlimited)
+    store_.most_work_ = before + limit;
+  try {
+    step();
+  } catch (const BddStore::Overworked &) {
+  }
+  store_.most_work_ = unlimited;
+  return store_.work() - before;
+}
+
+void Reordering::between_steps(const Work &step, const Work &drop) {
+  if (store_.collected_nodes() < sift_at_)
+    return;
+  drop();
+  store_.collect();
+  if (store_.live_nodes() < sift_at_)
+    return;
+  const Off quiet(active_);
+  const std::uint64_t old_cost = cost(step, unlimited);
+  const SiftingLog log = sift();
+  const std::uint64_t new_cost = cost(step, old_cost);
+  if (new_cost > old_cost)
+    store_.undo(log);
+  // Where sifting gains little, more sifting gains nothing.
+  plan(new_cost < old_cost - old_cost / 5 ? 4 : 16);
+}
+
+} // namespace slugs
