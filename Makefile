@@ -14,7 +14,9 @@ help: ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
 
 run: install ## install everything, build slugs/, run case study 1
-	$(BIN)/safenav run scenarios/case_study_1.yaml
+	@mkdir -p build
+	$(BIN)/safenav run scenarios/case_study_1.yaml --trace build/case_study_1.jsonl
+	@echo "See it in 3D: $(BIN)/safenav replay build/case_study_1.jsonl --3d"
 
 test: install lint slugs-test ## lint, types, C++ tests, Python tests
 	$(BIN)/pytest -n $(JOBS) --dist worksteal

@@ -37,6 +37,7 @@ def main() -> None:
         with tempfile.TemporaryDirectory() as folder:
             for number in (1, 2, 3):
                 _case_study(browser, number, Path(folder))
+            _solid(browser, Path(folder))
             _team(browser, Path(folder))
             _strategies(Path(folder))
     finally:
@@ -54,6 +55,28 @@ def _case_study(browser: Browser, number: int, folder: Path) -> None:
         _shoot(browser, page, request, HERE / "phone.png", width=390, height=844)
     if number == 1:
         (HERE / f"{name}.svg").write_text(svg_of(replay.scene(request)))
+
+
+def _solid(browser: Browser, folder: Path) -> None:
+    """Case study 1 in 3D: the whole floor, and Digit at the door while the quadcopter waits."""
+    trace, page = folder / "case_study_1.jsonl", folder / "solid.html"
+    _safenav("replay", str(trace), "--3d", "-o", str(page))
+    _shoot(browser, page, 11, HERE / "case_study_1_3d.png")
+    browser.open(page, "#tick=15", width=1280, height=720)
+    browser.wait(lambda: browser.all(".stage3d canvas"))
+    browser.press("r")
+    browser.press("r")
+    browser.run(_TO_THE_PUSH)
+    time.sleep(0.5)
+    _keep(browser, HERE / "door_3d.png")
+
+
+_TO_THE_PUSH = """
+    const action = JSON.parse(document.getElementById("motion").textContent).actions[0];
+    const slider = document.querySelector(".timeline input");
+    slider.value = String(action[3] + 0.6 * (action[4] - action[3]));
+    slider.dispatchEvent(new Event("input", {bubbles: true}));
+"""
 
 
 def _team(browser: Browser, folder: Path) -> None:
@@ -107,6 +130,11 @@ def _shoot(
 ) -> None:
     browser.open(page, f"#tick={tick}", width, height, scheme)
     time.sleep(0.4)
+    _keep(browser, path)
+
+
+def _keep(browser: Browser, path: Path) -> None:
+    """The page as it is now, as a small PNG."""
     image = Image.open(io.BytesIO(browser.driver.get_screenshot_as_png())).convert("RGB")
     Palette([image]).applied(image).save(path, optimize=True)
     print(f"{path.name}  {path.stat().st_size / 1024:.0f} KiB")

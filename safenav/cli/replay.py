@@ -25,6 +25,8 @@ Examples:
   safenav replay door.jsonl --png last --width 1600
   safenav replay door.jsonl --gif --ticks 5-20
   safenav replay door.jsonl --svg 8 --sight digit
+  safenav replay door.jsonl --3d                 # writes door.3d.html
+  safenav replay door.jsonl --3d --motion door.motion.jsonl
   safenav replay door.jsonl --terminal --speed 8
 \b
 Exit codes:
@@ -39,6 +41,12 @@ Exit codes:
 @click.option("--png", metavar="TICK", help="Draw one moment as PNG.")
 @click.option("--gif", is_flag=True, help="Draw the run as an animated GIF.")
 @click.option("--terminal", is_flag=True, help="Show the run on the terminal.")
+@click.option("--3d", "solid", is_flag=True, help="One HTML file that shows the run in 3D.")
+@click.option(
+    "--motion",
+    type=click.Path(path_type=Path),
+    help="The motion to show (3D); without it, one is made for the trace.",
+)
 @click.option("--width", type=click.IntRange(100, 8000), help="Width of PNG or GIF in pixels.")
 @click.option("--ticks", metavar="A-B", help="Only these ticks (GIF, terminal).")
 @click.option(
@@ -60,6 +68,8 @@ def command(
     png: str | None,
     gif: bool,
     terminal: bool,
+    solid: bool,
+    motion: Path | None,
     width: int | None,
     ticks: str | None,
     speed: float,
@@ -74,13 +84,19 @@ def command(
     from safenav.report.replay.perception import shading_of
     from safenav.report.replay.reading import read_replay
 
-    if sum((svg is not None, png is not None, gif, terminal)) > 1:
-        raise UsageError("choose one of --svg, --png, --gif and --terminal")
+    if sum((svg is not None, png is not None, gif, terminal, solid)) > 1:
+        raise UsageError("choose one of --svg, --png, --gif, --terminal and --3d")
+    if motion is not None and not solid:
+        raise UsageError("--motion goes with --3d")
     if sight is not None and svg is None and png is None and not gif:
         raise UsageError("--sight goes with --svg, --png or --gif; the page lets you choose")
     replay = read_replay(trace)
     if sight is not None:
         _check_viewer(replay, sight)
+    if solid:
+        page = _page3d(replay, trace, motion)
+        write_bytes(output or trace.with_suffix(".3d.html"), page.encode())
+        return ExitCode.OK
     if terminal:
         return _show(replay, _ticks(replay, ticks), speed)
     if gif:
@@ -102,6 +118,31 @@ def command(
 
     write_bytes(output or trace.with_suffix(".html"), page_of(replay, trace.name).encode())
     return ExitCode.OK
+
+
+def _page3d(replay: Replay, trace: Path, file: Path | None) -> str:
+    """The page in 3D, with the motion in a file or one that is made for the trace."""
+    try:
+        from safenav.motion.file.reading import read_motion
+        from safenav.motion.making import motion_of
+        from safenav.motion.source import read_source
+        from safenav.report.view3d.encode import encoded_motion
+        from safenav.report.view3d.html import page3d_of
+    except ModuleNotFoundError as missing:
+        raise UsageError(
+            f"the 3D page needs {missing.name}\n    install it: pip install 'safenav[motion]'"
+        ) from missing
+    source = read_source(trace)
+    if file is None:
+        motion = motion_of(source.trace, source.digest)
+    else:
+        motion = read_motion(file)
+        if motion.header.trace != source.digest:
+            raise UsageError(
+                f"{file}: the motion of another trace than {trace}\n"
+                f"    make it again: safenav motion {trace} -o {file}"
+            )
+    return page3d_of(replay, trace.name, encoded_motion(motion, replay.last))
 
 
 def _tick(replay: Replay, written: str) -> int:

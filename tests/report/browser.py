@@ -33,7 +33,8 @@ class Browser:
             pytest.skip("no Chromium with chromedriver (Debian: chromium, chromium-driver)")
         options = webdriver.ChromeOptions()
         options.binary_location = program
-        for argument in ("--headless=new", "--no-sandbox", "--hide-scrollbars"):
+        software = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader")  # 3D without a GPU
+        for argument in ("--headless=new", "--no-sandbox", "--hide-scrollbars", *software):
             options.add_argument(argument)
         options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
         self.driver = webdriver.Chrome(options=options, service=Service(driver))

@@ -1,4 +1,4 @@
-/* sources fa96e1fff4df4c83df30b50166d7c40e058de394b780299870d13e67cf5ab4b9 */
+/* sources 0b1eb0272e6a3d122cbed1a015a7c13e6db5ccea062adb8cb3fe74d7f8e03fd9 */
 /* Contains Preact:
 The MIT License (MIT)
 

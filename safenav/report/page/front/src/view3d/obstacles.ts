@@ -8,7 +8,7 @@ import { BoxGeometry, Color, DoubleSide, EdgesGeometry, Group, IcosahedronGeomet
 import { at, type Obstacle, type Run, type Status } from "../run";
 import { themeColour } from "./colours";
 import { centreOf, isWall } from "./floor";
-import type { Motion } from "./motion";
+import { sampleAt, type Motion, type Sampled } from "./motion";
 
 const HEIGHT = 1.5;
 
@@ -48,7 +48,12 @@ class Door extends Thing {
   private readonly hinge = new Group();
   private readonly leaf = new MeshLambertMaterial({ side: DoubleSide });
 
-  constructor(side: number, northSouth: boolean) {
+  /** `opens`: 1 or -1, so that the leaf swings away from the robot that pushes it. */
+  constructor(
+    side: number,
+    northSouth: boolean,
+    private readonly opens: 1 | -1,
+  ) {
     super(side);
     const width = side * 0.92;
     const frame = new MeshLambertMaterial({ color: 0x7b828c });
@@ -68,7 +73,7 @@ class Door extends Thing {
   }
 
   protected become(status: Status, gone: number): void {
-    this.hinge.rotation.z = gone * 1.5;
+    this.hinge.rotation.z = gone * 1.5 * this.opens;
     this.leaf.color = gone >= 1 ? new Color(0xb08a5a) : statusColour(status);
   }
 }
@@ -123,6 +128,7 @@ export class Obstacles {
   constructor(
     private readonly run: Run,
     private readonly motion: Motion,
+    private readonly robots: Sampled[],
   ) {
     this.things = run.obstacles.map((obstacle) => {
       const thing = this.made(obstacle);
@@ -146,9 +152,18 @@ export class Obstacles {
       const { run } = this;
       const free = (region: number): boolean => region >= 0 && region < run.rows * run.cols && !isWall(run, region);
       const northSouth = free(obstacle.region - run.cols) && free(obstacle.region + run.cols);
-      return new Door(side, northSouth);
+      return new Door(side, northSouth, this.away(obstacle, northSouth));
     }
     return obstacle.action === "sense" ? new Fog(side) : new Heap(side);
+  }
+
+  /** To which side a door opens: its positive side is north, or west where the way is level. */
+  private away(obstacle: Obstacle, northSouth: boolean): 1 | -1 {
+    const push = this.motion.actions.find((action) => action[1] === obstacle.name);
+    if (push === undefined) return 1;
+    const { x, y } = sampleAt(this.motion, this.robots[push[0]]!, push[3]);
+    const [doorX, doorY] = centreOf(this.run, this.motion.side, obstacle.region);
+    return (northSouth ? y! - doorY : doorX - x!) > 0 ? -1 : 1;
   }
 
   /** How far it is resolved: it gives way during the action that resolves it. */

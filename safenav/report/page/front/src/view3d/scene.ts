@@ -61,7 +61,7 @@ export class RunScene implements Lens {
     this.orbit.addEventListener("start", () => (this.touched = true));
     const colours = run.robots.map((robot) => robot.look.colour);
     this.floor = new Floor(run, motion.side);
-    this.obstacles = new Obstacles(run, motion);
+    this.obstacles = new Obstacles(run, motion, robots);
     this.trails = new Trails(motion, robots, colours);
     this.bodies = robots.map(({ track }, i) => bodyOf(track.kind, track.size, colours[i]!));
     this.anchors = this.bodies.map(() => new Group());

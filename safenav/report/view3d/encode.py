@@ -1,0 +1,165 @@
+"""A motion as the compact data that the 3D page carries (its types: front/src/view3d/motion.ts).
+
+Motions are sampled ``RATE`` times a second, in the frame of the map, in thousandths of a metre
+or radian, column by column as differences: a minute of a walker takes about ten kilobytes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from safenav.errors import UsageError
+from safenav.motion.columns import columns_of
+from safenav.motion.file.records import (
+    Action,
+    Drive,
+    Flight,
+    Motion,
+    Release,
+    Reserve,
+    Segment,
+    Track,
+)
+from safenav.report.view3d.packing import packed
+
+RATE = 20
+"""Samples a second."""
+
+GRAVITY = 9.81
+
+Array = NDArray[np.float64]
+
+_WALKER = {
+    **{"x": "com_x", "y": "com_y", "z": "com_z", "yaw": "yaw"},
+    **{f"l{name}": f"left_{name}" for name in ("x", "y", "z", "yaw")},
+    **{f"r{name}": f"right_{name}" for name in ("x", "y", "z", "yaw")},
+}
+_BODY = {name: name for name in ("x", "y", "z", "yaw")}
+
+
+def encoded_motion(motion: Motion, last: int) -> dict[str, Any]:
+    """The data of the page. ``last``: the last tick of the run.
+
+    Raises UsageError if the motion goes beyond the run: then it belongs to another one.
+    """
+    names = list(motion.header.robots)
+    tracks = [_track(motion, name) for name in names]
+    return {
+        "side": motion.header.side,
+        "seconds": motion.outcome.makespan,
+        "clock": _clock(motion, last),
+        "rate": RATE,
+        "samples": tracks[0]["samples"] if tracks else 0,
+        "tracks": tracks,
+        "reserved": [
+            [names.index(robot), region, _short(begin), _short(end)]
+            for robot, region, begin, end in _reserved(motion)
+        ],
+        "actions": [
+            [names.index(line.robot), line.obstacle, line.action, _short(line.t0), _short(line.t1)]
+            for line in motion.lines
+            if isinstance(line, Action)
+        ],
+    }
+
+
+def _track(motion: Motion, robot: str) -> dict[str, Any]:
+    described = motion.header.robots[robot]
+    columns = columns_of(motion, robot, RATE, in_world=False)
+    walks = "com_x" in columns.columns
+    found = {name: columns.columns[given] for name, given in (_WALKER if walks else _BODY).items()}
+    if described["kind"] == "flyer":
+        found |= _attitude(motion, robot, columns.times, columns.columns)
+    for name, column in found.items():
+        if name.endswith("yaw"):
+            found[name] = np.unwrap(column)
+    return {
+        "kind": described["kind"],
+        "size": described["size"],
+        "samples": len(columns.times),
+        "columns": list(found),
+        "data": packed(column.tolist() for column in found.values()),
+        "feet": [list(foot) for foot in _feet(motion, robot)],
+    }
+
+
+def _attitude(
+    motion: Motion, robot: str, times: Array, columns: Mapping[str, Array]
+) -> dict[str, Array]:
+    """Position and quaternion of a flyer: as it was simulated in wind, else tilted by the
+    thrust that its reference takes (thrust along the body's z axis, then turned by its yaw)."""
+    rows = [
+        (line.t0 + index * line.step, row)
+        for line in motion.lines
+        if isinstance(line, Track) and line.robot == robot
+        for index, row in enumerate(line.rows)
+    ]
+    if rows:
+        at = np.array([time for time, _ in rows])
+        table = np.array([row for _, row in rows])
+        names = {"x": 0, "y": 1, "z": 2, "qw": 6, "qx": 7, "qy": 8, "qz": 9}
+        return {name: np.interp(times, at, table[:, i]) for name, i in names.items()}
+    up = np.stack([columns["acc_x"], columns["acc_y"], columns["acc_z"] + GRAVITY], axis=1)
+    up /= np.linalg.norm(up, axis=1, keepdims=True)
+    # The shortest rotation from (0, 0, 1) to ``up``, after a turn about z by the yaw.
+    w = np.sqrt((1 + up[:, 2]) / 2)
+    x, y = -up[:, 1] / (2 * w), up[:, 0] / (2 * w)
+    cos, sin = np.cos(columns["yaw"] / 2), np.sin(columns["yaw"] / 2)
+    return {
+        "qw": w * cos,
+        "qx": x * cos + y * sin,
+        "qy": y * cos - x * sin,
+        "qz": w * sin,
+    }
+
+
+def _feet(motion: Motion, robot: str) -> Iterator[tuple[int, ...]]:
+    """The footholds: x, y and yaw (thousandths), side, down and up (ms), each once."""
+    latest: dict[int, tuple[int, int]] = {}
+    for line in motion.lines:
+        if not isinstance(line, Segment) or line.robot != robot:
+            continue
+        for foot in sorted(line.feet, key=lambda foot: foot.down):
+            place = (round(foot.x * 1000), round(foot.y * 1000))
+            if latest.get(foot.side) != place:
+                latest[foot.side] = place
+                down, up = (round((line.t0 + t) * 1000) for t in (foot.down, foot.up))
+                yield (*place, round(foot.yaw * 1000), foot.side, down, up)
+
+
+def _clock(motion: Motion, last: int) -> list[float]:
+    """For each tick the time at which all that belongs to it has been done."""
+    done = [0.0] * (last + 1)
+    for line in motion.lines:
+        if isinstance(line, Segment | Flight | Drive | Action):
+            if line.tick > last:
+                raise UsageError(
+                    f"the motion goes on until tick {line.tick}, the run ends at {last}: it is "
+                    "the motion of another trace"
+                )
+            done[line.tick] = max(done[line.tick], line.t1)
+    clock = np.maximum.accumulate(np.array(done))
+    clock[-1] = max(float(clock[-1]), motion.outcome.makespan)
+    return [_short(float(time)) for time in clock]
+
+
+def _reserved(motion: Motion) -> Iterator[tuple[str, int, float, float]]:
+    """Who holds which region from when until when."""
+    since: dict[tuple[str, int], float] = {}
+    for line in motion.lines:
+        if isinstance(line, Reserve):
+            since.setdefault((line.robot, line.region), line.t)
+        elif isinstance(line, Release):
+            begin = since.pop((line.robot, line.region), None)
+            if begin is not None:
+                yield line.robot, line.region, begin, line.t
+    for (robot, region), begin in since.items():
+        yield robot, region, begin, motion.outcome.makespan + 1
+
+
+def _short(seconds: float) -> float:
+    return round(seconds, 3)
