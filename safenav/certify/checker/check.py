@@ -314,14 +314,14 @@ class Validation:
     def legal(self, source: int, awaited: int, values: Mapping[str, int]) -> set[Pose]:
         """The poses that the rules leave after an observation, while a target is awaited."""
         here = self.poses[source]
+        moves = self.world.moves(self.task.robot["mobility"], here)
         if self.task.kind == "hold" and here[0] in self.targets[0]:
-            return {here}
+            moves = {here}
         if self.task.places is not None and values["wait"]:
-            return {here}
+            moves &= {here}
         shut = self.taken(source, values) | self.task.closed
         if self.task.kind == "patrol":
             shut |= self.targets[1 - awaited]  # the one whose turn it is not
-        moves = self.world.moves(self.task.robot["mobility"], here)
         return {pose for pose in moves if pose[0] not in shut} - self.task.forbidden
 
     @property
@@ -356,7 +356,7 @@ class Validation:
         if task.fairness == "out_of_my_way":
             found += [("free", heading, nowhere) for heading in self.world.sides]
         for name in task.moving:
-            if task.fairness == "out_of_my_sight":
+            if task.fairness == "out_of_my_sight" and task.beliefs[name]:
                 found.append(("unseen", name, nowhere))
             if task.fairness == "off_my_targets":
                 found += [("off", name, goal) for goal in self.targets]

@@ -1,0 +1,188 @@
+"""A robot's task as a bundle of its own: a header, one synthesis, nothing more.
+
+The specification may be altered before it is synthesized, as an error in the compiler would.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import textwrap
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from safenav.certify.bundle import make_bundle
+from safenav.certify.run import Kept
+from safenav.errors import NotCertifiedError
+from safenav.scenario.model import Scenario
+from safenav.scenario.objective import targets_of, to_data
+from safenav.scenario.reading.loader import load_scenario_text
+from safenav.spec.circumstances import circumstances
+from safenav.spec.compile import compile_task
+from safenav.spec.objective import NO_MEMORY, Memory
+from safenav.spec.specification import Constraint, Section, Specification
+from safenav.spec.task import Fairness, Known, Observed, Task
+from safenav.synthesis.cache import Cache
+from safenav.synthesis.slugs import Synthesizer
+from safenav.synthesis.verdict import Verdict
+from safenav.trace import records
+from safenav.trace.header import scenario_header
+from safenav.trace.writing import as_data
+from safenav.verify.verification import first_failure
+
+Planted = Callable[[Specification], Specification]
+
+CATALOGUE = """\
+catalogue:
+  robots:
+    rover: {mobility: free, layer: ground, capabilities: []}
+    walker: {mobility: heading, layer: ground, capabilities: []}
+"""
+
+
+def scenario_of(grid: str, robots: str, more: str = "") -> Scenario:
+    """A scenario from a drawn map and its robots as YAML."""
+    text = (
+        "safenav: 1\nname: a task\nmap:\n  grid: |\n"
+        + textwrap.indent(textwrap.dedent(grid).strip("\n"), "    ")
+        + "\n"
+        + CATALOGUE
+        + "robots:\n"
+        + textwrap.indent(textwrap.dedent(robots).strip("\n"), "  ")
+        + "\n"
+        + more
+    )
+    return load_scenario_text(text, "task.yaml", reachable=False)
+
+
+@dataclass(frozen=True)
+class Circumstances:
+    """What the first robot of a scenario is synthesized under, beyond the scenario."""
+
+    closed: tuple[int, ...] = ()
+    fairness: Fairness = Fairness.NONE
+    memory: Memory = NO_MEMORY
+    assignable: bool = False
+
+
+ORDINARY = Circumstances()
+
+
+def task_of(scenario: Scenario, about: Circumstances = ORDINARY) -> Task:
+    """The task of the first robot at the start."""
+    robot = scenario.robots[0]
+    observed = tuple(
+        Observed(
+            other.name,
+            other.start.region,
+            targets_of(other.objective),
+            scenario.conflict(robot, other),
+        )
+        for other in scenario.robots[1:]
+        if scenario.conflict(robot, other) or other.name in robot.tracks
+    )
+    names = {o.region: o.name for o in scenario.obstacles}
+    return Task(
+        robot=robot,
+        pose=robot.start,
+        objective=robot.objective,
+        memory=about.memory,
+        blocked=tuple(Known(r, f"obstacles.{names[r]}", "it is there") for r in about.closed),
+        observed=observed,
+        tracking=robot.tracking,
+        fairness=about.fairness,
+        assignable=about.assignable,
+    )
+
+
+def verdict_of(
+    scenario: Scenario,
+    target: Path,
+    about: Circumstances = ORDINARY,
+    planted: Planted = lambda spec: spec,
+) -> str:
+    """Why the checker refuses the first robot's controller, '' if it accepts it."""
+    task = task_of(scenario, about)
+    spec = planted(compile_task(task, scenario.map))
+    synthesizer = Synthesizer(cache=Cache.off(), verifier=first_failure)
+    answer = synthesizer.synthesize(spec)
+    text = spec.to_structuredslugs()
+    node = None
+    kept = Kept({answer.spec_sha256: text})
+    if answer.strategy is not None and answer.strategy_json is not None:
+        node = 0
+        kept.strategies[str(answer.strategy_sha256)] = answer.strategy_json
+    line = {
+        "type": "synthesis",
+        "tick": 0,
+        "robot": task.robot.name,
+        "reason": "initial",
+        "verdict": answer.verdict.value,
+        "spec": hashlib.sha256(text.encode()).hexdigest(),
+        "strategy": answer.strategy_sha256,
+        "objective": to_data(task.objective),
+        "node": node,
+        **circumstances(task, scenario.map),
+    }
+    header = as_data(
+        records.Header(
+            0, 2, "test", scenario_header(scenario, {o.name: None for o in scenario.obstacles})
+        )
+    )
+    lines = [header]
+    if about.closed:  # met before
+        lines += [
+            {
+                "type": "blocked",
+                "tick": 0,
+                "obstacle": o.name,
+                "robots": [task.robot.name],
+                "reason": "no_helper",
+            }
+            for o in scenario.obstacles
+        ]
+    trace = "".join(json.dumps(entry) + "\n" for entry in [*lines, line]).encode()
+    try:
+        made = make_bundle(target, trace, {}, kept, synthesizer)
+    except NotCertifiedError as error:
+        return str(error)
+    claims = [claim["kind"] for claim in made.verdict.claims]
+    wanted = "keeps" if answer.verdict is Verdict.REALIZABLE else "unrealizable"
+    return "" if wanted in claims else f"nothing was established: {claims}"
+
+
+def without(*parts: str, section: Section | None = None) -> Planted:
+    """Constraints whose formula contains one of the parts are left out; there must be some."""
+
+    def planted(spec: Specification) -> Specification:
+        gone = [
+            c
+            for c in spec.constraints
+            if any(part in c.formula for part in parts) and section in (None, c.section)
+        ]
+        assert gone, parts
+        return spec.without(gone)
+
+    return planted
+
+
+def rewritten(change: Callable[[Constraint], str]) -> Planted:
+    """Each constraint's formula is changed; at least one really."""
+
+    def planted(spec: Specification) -> Specification:
+        after = tuple(replace(c, formula=change(c)) for c in spec.constraints)
+        assert after != spec.constraints
+        return replace(spec, constraints=after)
+
+    return planted
+
+
+def with_more(section: Section, formula: str) -> Planted:
+    """One constraint more."""
+
+    def planted(spec: Specification) -> Specification:
+        extra = replace(spec.constraints[0], section=section, formula=formula, regions=())
+        return replace(spec, constraints=(*spec.constraints, extra))
+
+    return planted
