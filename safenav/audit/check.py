@@ -10,8 +10,8 @@ from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from safenav.audit.rules.beliefs import BeliefRule, MissedBeliefRule
 from safenav.audit.rules.motion import (
-    BeliefRule,
     CollisionRule,
     ContinuityRule,
     KnownObstacleRule,
@@ -74,6 +74,7 @@ RULES: tuple[type[Rule], ...] = (
     CollisionRule,
     SwapRule,
     BeliefRule,
+    MissedBeliefRule,
     ViolationRule,
     BacktrackRule,
     ResolutionRule,

@@ -50,6 +50,15 @@ class Grid:
                 return heading
         return None
 
+    def neighbours(self, region: Region) -> list[Region]:
+        """The free regions that one step leads to."""
+        row, col = divmod(region, self.cols)
+        return [
+            (row + south) * self.cols + col + east
+            for south, east in _STEPS.values()
+            if 0 <= col + east < self.cols and self.is_free((row + south) * self.cols + col + east)
+        ]
+
     def show(self, region: Region) -> str:
         """``47 (3, 8)``: how regions are told to people."""
         if not self.on_map(region):

@@ -16,8 +16,9 @@ from safenav.trace.reading import read_bytes, read_trace
 @click.command(name="check-trace")
 @click.argument("trace", type=click.Path())
 @click.option("--all", "show_all", is_flag=True, help="Print every broken rule.")
+@click.option("--partial", is_flag=True, help="Accept a trace that ends before its outcome.")
 @click.option("--json", "as_json", is_flag=True, help="Print the whole result as JSON.")
-def command(trace: str, show_all: bool, as_json: bool) -> None:
+def command(trace: str, show_all: bool, partial: bool, as_json: bool) -> None:
     """Check a trace (`-`: standard input) against the rules of the design.
 
     Walls, mobility, obstacles, collisions, requests, the objective stack, goals and the outcome
@@ -27,11 +28,12 @@ def command(trace: str, show_all: bool, as_json: bool) -> None:
     Examples:
       safenav run door.yaml --trace door.jsonl && safenav check-trace door.jsonl
       safenav check-trace --json door.jsonl
+      safenav check-trace --partial running.jsonl
 
     \b
     Exit status:
       0  no rule is broken
-      1  a rule is broken
+      1  a rule is broken, or the trace ends before its outcome and --partial is not given
       2  this is no trace, or it cannot be read
     """
     try:
@@ -45,15 +47,16 @@ def command(trace: str, show_all: bool, as_json: bool) -> None:
     if as_json:
         click.echo(json.dumps(_data(found), indent=2))
     else:
-        _tell(found, show_all)
-    sys.exit(ExitCode.OK if found.ok else ExitCode.NEGATIVE)
+        _tell(found, show_all, partial)
+    good = found.ok and (found.complete or partial)
+    sys.exit(ExitCode.OK if good else ExitCode.NEGATIVE)
 
 
 def _data(found: Audit) -> dict[str, object]:
     return {"ok": found.ok, **asdict(found)}
 
 
-def _tell(found: Audit, show_all: bool) -> None:
+def _tell(found: Audit, show_all: bool, partial: bool) -> None:
     shown = found.findings if show_all else found.findings[:1]
     for finding in shown:
         click.echo(f"{found.source}: {finding}")
@@ -61,7 +64,9 @@ def _tell(found: Audit, show_all: bool) -> None:
     if hidden:
         click.echo(f"and {hidden} more (--all shows them)")
     if not found.complete:
-        click.echo("The trace breaks off before its outcome; checked as far as it goes.")
+        click.echo("The trace ends before its outcome; checked as far as it goes.")
+        if not partial:
+            click.echo("Nothing says how the run ended. Accept that with --partial.")
     if found.ok:
         numbers = found.statistics
         click.echo(

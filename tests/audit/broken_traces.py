@@ -20,6 +20,13 @@ REST = {"tick": 8, "robot": "digit"}
 DEBRIS = obstacle("debris", 14, "clear", [14], ["one"])
 
 
+def cached(lines: list[Line]) -> None:
+    """Let all strategies come from the cache."""
+    for line in lines:
+        if line["type"] == "synthesis":
+            line["cached"] = True
+
+
 def swap_turns(lines: list[Line]) -> None:
     """Exchange the two turns of tick 1."""
     one, two = find(lines, "move", tick=1), find(lines, "move", tick=1, nth=1)
@@ -117,6 +124,10 @@ CASES: list[tuple[str, str, Mutation, int, str | None]] = [
     ("transit", "slow_steps", edit("move", {"tick": 2, "robot": "slow"}, toward=13), 2, "slow"),
     ("belief", "beliefs", edit("belief", {"tick": 2}, regions=[9]), 2, "watcher"),
     ("belief", "beliefs", edit("belief", {"tick": 1}, regions=[9, 10]), 1, "watcher"),
+    ("belief", "beliefs", edit("belief", {"tick": 2}, regions=[10, 15, 16, 17]), 2, "watcher"),
+    ("belief", "beliefs", edit("belief", {"tick": 2}, regions=[10, 15]), 2, "watcher"),
+    ("belief", "beliefs", drop("belief", tick=2), 2, "watcher"),
+    ("missed-belief", "beliefs", drop("belief", tick=4), 4, "watcher"),
     ("unresolved-obstacle", "shared_floor", scenario("obstacles", to=[DEBRIS]), 2, "one"),
     ("known-obstacle", "detour", retell("rover", (10, 14, 8), (11, 8, 7)), 10, "rover"),
     ("violation", "operator", edit("violation", {}, at=8, proposed=10), 2, "rover"),
@@ -195,8 +206,8 @@ CASES: list[tuple[str, str, Mutation, int, str | None]] = [
         both(
             retell("quad", (6, 10, 10), (7, 10, 9), (8, 9, 8)),
             drop("goal", tick=8, robot="quad"),
-            scenario("until", "rounds", to=0),
-            edit("outcome", {}, rounds={"quad": 0, "digit": 1}),
+            scenario("limits", "ticks", to=8),
+            edit("outcome", {}, outcome="tick_limit", rounds={"quad": 0, "digit": 1}),
         ),
         6,
         "quad",
@@ -213,8 +224,8 @@ CASES: list[tuple[str, str, Mutation, int, str | None]] = [
         "detour",
         both(
             drop("goal", tick=11),
-            scenario("until", "rounds", to=0),
-            edit("outcome", {}, rounds={"rover": 0}),
+            scenario("limits", "ticks", to=11),
+            edit("outcome", {}, outcome="tick_limit", rounds={"rover": 0}),
         ),
         11,
         "rover",
@@ -267,10 +278,12 @@ CASES: list[tuple[str, str, Mutation, int, str | None]] = [
         3,
         "quad",
     ),
-    ("completed", "shared_floor", both(scenario("until", "rounds", to=0)), 4, None),
+    ("completed", "shared_floor", scenario("until", "rounds", to=0), 2, None),
     ("rounds", "door", edit("outcome", {}, rounds={"quad": 1, "digit": 3}), 8, "digit"),
     ("outcome", "unrealizable", edit("synthesis", {}, verdict="timeout"), 0, None),
     ("outcome", "door", edit("outcome", {}, outcome="assumption_violated"), 8, None),
+    ("outcome", "door", edit("outcome", {}, syntheses=0), 8, None),
+    ("outcome", "door", both(cached, edit("outcome", {}, syntheses=0)), 8, None),
     ("rounds", "unrequested", edit("goal", {"tick": 6}, round=3), 6, "quad"),
     (
         "verdicts",

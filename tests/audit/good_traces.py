@@ -239,7 +239,10 @@ def beliefs() -> list[Line]:
     s = Script(
         ROOM,
         {
-            "watcher": robot("ground", [], 7, {"ltl": {"liveness": ["region = 8"]}}),
+            "watcher": {
+                **robot("ground", [], 7, {"ltl": {"liveness": ["region = 8"]}}),
+                "vision": 2,
+            },
             "flyer": robot("air", [], 9, {"ltl": {"liveness": ["region = 9"]}}),
         },
         [],
@@ -247,7 +250,9 @@ def beliefs() -> list[Line]:
         rounds=9,
     )
     s.next_tick().move("watcher").believe("watcher", "flyer", True, 9).move("flyer", 10)
-    s.next_tick().move("watcher").believe("watcher", "flyer", False, 10, 16).move("flyer", 16)
+    s.lines[0]["scenario"]["partition"] = [[7, 8, 13, 14], [9], [10, 15, 16]]
+    s.next_tick().move("watcher").believe("watcher", "flyer", False, 10, 15, 16)
+    s.move("flyer", 16)
     s.next_tick().move("watcher", 8).move("flyer", 15)
     s.next_tick().move("watcher").believe("watcher", "flyer", True, 15).move("flyer")
     return s.end("tick_limit", {"watcher": 0, "flyer": 0})

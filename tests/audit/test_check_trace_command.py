@@ -88,8 +88,16 @@ def test_standard_input_is_read() -> None:
     assert "<stdin>" in result.stdout
 
 
-def test_a_trace_that_breaks_off_is_said_to(good: Path) -> None:
-    good.write_text(good.read_text()[:-40])
+@pytest.mark.parametrize("cut", [-40, -1], ids=["in a line", "before the outcome"])
+def test_a_trace_without_outcome_takes_partial(good: Path, cut: int) -> None:
+    whole = good.read_text()
+    good.write_text(whole[:cut] if cut < -1 else whole[: whole.index('{"type": "outcome"')])
     result = run(str(good))
-    assert result.exit_code == 0
-    assert "breaks off" in result.stdout
+    assert result.exit_code == 1
+    assert "ends before its outcome" in result.stdout
+    assert "--partial" in result.stdout
+    assert run("--partial", str(good)).exit_code == 0
+
+
+def test_partial_excuses_no_broken_rule(bad: Path) -> None:
+    assert run("--partial", str(bad)).exit_code == 1

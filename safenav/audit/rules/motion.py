@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from safenav.audit.grid import opposite
 from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.situation import Situation, Status
-from safenav.trace.records import Belief, Move, Record
+from safenav.trace.records import Move, Record
 
 
 class ContinuityRule(Rule):
@@ -144,30 +144,6 @@ class CollisionRule(Rule):
             for region in sorted(taken & now.taken_by(other)):
                 problem = f"{record.robot} and {other} are both at {now.show(region)}"
                 yield self.broken_by(record, record.robot, problem)
-
-
-class BeliefRule(Rule):
-    """What a robot believes of another one contains where that one is, after every turn in
-    which it looked around; what it sees is one region (D 4, Beliefs)."""
-
-    name = "belief"
-
-    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
-        if isinstance(record, Belief) and record.seen and len(record.regions) != 1:
-            places = ", ".join(now.show(region) for region in sorted(record.regions))
-            problem = f"{record.robot} sees {record.of} at once at {places or 'no place'}"
-            yield self.broken_by(record, record.robot, problem)
-
-    def turn(self, now: Situation) -> Iterator[Finding]:
-        turn, robot = now.turn, now.turn.robot
-        if robot is None or turn.on_the_way or turn.torn:
-            return
-        for (believer, other), belief in now.beliefs.items():
-            if believer == robot and now.region[other] not in belief.regions:
-                place = now.show(now.region[other])
-                how = "sees" if belief.seen else "believes"
-                problem = f"{robot} {how} {other} elsewhere than at {place}, where it is"
-                yield self.broken(turn.tick, robot, belief.line, problem)
 
 
 class SwapRule(Rule):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 
 from safenav.audit.rules.objectives import COUNTED_KINDS
 from safenav.audit.rules.rule import Finding, Rule
@@ -67,9 +67,8 @@ class OutcomeRule(Rule):
         complete = outcome.outcome in (Ending.COMPLETED, Ending.TICK_LIMIT)
         if outcome.tick not in ((last,) if complete else (last, last + 1)):
             yield f"it is of tick {outcome.tick}; the last move is of tick {last}"
-        computed = sum(not synthesis.cached for synthesis in self._syntheses)
-        if outcome.syntheses < computed:
-            yield f"it says {outcome.syntheses} syntheses, but {computed} are told"
+        if outcome.syntheses < len(self._syntheses):
+            yield f"it says {outcome.syntheses} syntheses, but {len(self._syntheses)} are told"
         limit = now.header.limits.ticks
         if outcome.outcome is Ending.TICK_LIMIT and limit is not None and outcome.ticks != limit:
             yield f"the tick limit is said to be met after {outcome.ticks} ticks, but is {limit}"
@@ -114,20 +113,28 @@ class CompletedRule(Rule):
     def __init__(self) -> None:
         self._goals: dict[str, list[Goal]] = {}
         self._held: dict[str, int] = {}
+        self._tick = 0
+        self._goes_on = False
 
-    def line(self, record: Record, now: Situation) -> Iterable[Finding]:
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        if isinstance(record, Move) and record.tick > self._tick:
+            self._tick = record.tick
+            if record.tick > 1 and not self._goes_on and self._over(now):
+                self._goes_on = True
+                wanted = now.header.until.rounds
+                problem = f"every robot has met its objective {wanted} times, but the run goes on"
+                yield self.broken_by(record, None, problem)
         if isinstance(record, Resolved) and now.is_last_need(record):
             self._goals.clear()
             self._held.clear()
         elif isinstance(record, Goal | Move):
             objective = now.objectives[record.robot]
             if objective != now.header.robots[record.robot].objective:
-                return ()  # what it does while it waits or helps is no round of its own
+                return  # what it does while it waits or helps is no round of its own
             if isinstance(record, Goal):
                 self._goals.setdefault(record.robot, []).append(record)
             elif objective.kind == "hold" and record.to in objective.targets[0]:
                 self._held[record.robot] = self._held.get(record.robot, 0) + 1
-        return ()
 
     def ending(self, now: Situation) -> Iterator[Finding]:
         outcome, wanted = now.outcome, now.header.until.rounds
@@ -140,8 +147,7 @@ class CompletedRule(Rule):
             frame = now.stack[-1]
             why = f"the push of line {frame.line} ({frame.obstacle}) was never popped"
             yield self.broken_by(outcome, None, f"the run is completed, but {why}")
-        surely = min((self._surely(robot, now) for robot in now.header.robots), default=0)
-        if outcome.outcome is Ending.TICK_LIMIT and not now.stack and surely >= wanted:
+        if outcome.outcome is Ending.TICK_LIMIT and self._over(now):
             problem = f"every robot has met its objective {wanted} times: it is completed"
             yield self.broken_by(outcome, None, problem)
 
@@ -161,8 +167,18 @@ class CompletedRule(Rule):
                 # Where it stands when counting begins may count, too.
                 yield f"{robot} has held for {self._held.get(robot, 0)} ticks of {wanted}"
 
+    def _over(self, now: Situation) -> bool:
+        """Whether the run is completed for sure."""
+        wanted = now.header.until.rounds
+        if wanted is None or now.stack or not now.header.robots:
+            return False
+        return all(self._surely(robot, now) >= wanted for robot in now.header.robots)
+
     def _surely(self, robot: str, now: Situation) -> int:
-        return bounds(self._goals.get(robot, []), now.objectives[robot])[0]
+        objective = now.objectives[robot]
+        if objective.kind == "hold":  # the tick in which its counting begins may not count
+            return self._held.get(robot, 1) - 1
+        return bounds(self._goals.get(robot, []), objective)[0]
 
 
 def bounds(goals: list[Goal], objective: Objective) -> tuple[int, int | None]:

@@ -1,0 +1,126 @@
+"""Rules on what robots know of each other: where they see them, or what they believe."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from safenav.audit.rules.rule import Finding, Rule
+from safenav.audit.sight import sees
+from safenav.audit.situation import Situation
+from safenav.trace.records import Belief, Move, Record, Region, Synthesis, Violation
+
+
+class BeliefRule(Rule):
+    """What a robot believes of another one contains where that one is, after every turn in
+    which it looked around; what it sees is one region; nobody is believed in a wall, and what
+    is believed is made of whole cells of the partition (D 4, Beliefs)."""
+
+    name = "belief"
+
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        if isinstance(record, Belief):
+            for problem in self._problems(record, now):
+                yield self.broken_by(record, record.robot, problem)
+
+    def _problems(self, record: Belief, now: Situation) -> Iterator[str]:
+        robot, other = record.robot, record.of
+        if record.seen and len(record.regions) != 1:
+            places = ", ".join(now.show(region) for region in sorted(record.regions))
+            yield f"{robot} sees {other} at once at {places or 'no place'}"
+        shut = sorted(region for region in record.regions if not now.grid.is_free(region))
+        if shut:
+            yield f"{robot} believes {other} at {now.show(shut[0])}, which is not free"
+        elif not record.seen and record.regions != {now.region[other]}:
+            for cell in now.header.partition or ():
+                if 0 < len(record.regions.intersection(cell)) < len(cell):
+                    where = ", ".join(map(str, sorted(record.regions.intersection(cell))))
+                    yield f"{robot} believes {other} at {where}, which is only a part of a cell"
+
+    def turn(self, now: Situation) -> Iterator[Finding]:
+        turn, robot = now.turn, now.turn.robot
+        if robot is None or turn.on_the_way or turn.torn:
+            return
+        for (believer, other), belief in now.beliefs.items():
+            if believer == robot and now.region[other] not in belief.regions:
+                place = now.show(now.region[other])
+                how = "sees" if belief.seen else "believes"
+                problem = f"{robot} {how} {other} elsewhere than at {place}, where it is"
+                yield self.broken(turn.tick, robot, belief.line, problem)
+
+
+class MissedBeliefRule(Rule):
+    """A belief line follows whenever what a robot knows of another one has changed with its
+    look: whom it keeps track of from its first look on, who is in sight is seen, who is not is
+    not, and a belief grows by all steps out of sight and loses the cells that it sees wholly
+    (D 4, Beliefs). Obstacles that may or may not block the view are given the benefit of the
+    doubt. One who waits, believed exactly where it is, is not looked for."""
+
+    name = "missed-belief"
+
+    def __init__(self) -> None:
+        self._tracked: dict[str, frozenset[str]] = {}
+        self._watching: dict[str, frozenset[str]] = {}
+        self._before: Mapping[tuple[str, str], Belief] = {}
+        self._found: set[Region] = set()
+
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        if isinstance(record, Synthesis) and record.node is not None:
+            others = (*(record.moving or ()), *(record.tracked or ()))
+            self._tracked[record.robot] = frozenset(others if record.tracking == "belief" else ())
+        elif isinstance(record, Violation):
+            self._found.add(now.obstacles[record.obstacle].region)
+        return iter(())
+
+    def turn(self, now: Situation) -> Iterator[Finding]:
+        turn, robot = now.turn, now.turn.robot
+        looked = robot and not turn.on_the_way and not turn.torn and turn.first(Move)
+        if robot and looked:
+            for other in sorted(self._watching.get(robot, frozenset())):
+                if (robot, other) not in now.beliefs:
+                    problem = f"{robot} keeps track of {other}, but does not say where it may be"
+                    yield self.broken(turn.tick, robot, turn.line, problem)
+            for (believer, other), belief in now.beliefs.items():
+                problems = self._problems(robot, other, belief, now) if believer == robot else ()
+                for problem in problems:
+                    at = belief.line if belief in turn.records else turn.line
+                    yield self.broken(turn.tick, robot, at, problem)
+                    break
+        self._before, self._watching = dict(now.beliefs), dict(self._tracked)
+
+    def _problems(self, robot: str, other: str, belief: Belief, now: Situation) -> Iterator[str]:
+        own, there = now.turn.origin, now.region[other]
+        if own is None or there not in belief.regions or not now.grid.is_free(own):
+            return
+        if not belief.seen and belief.regions == {there}:
+            return  # it waits, or a cell of one region: nothing can be missed
+        place = now.show(there)
+        if belief.seen and not self._may_see(robot, own, there, now):
+            yield f"{robot} sees {other} at {place}, which is out of its sight"
+        if belief.seen:
+            return
+        if self._must_see(robot, own, there, now):
+            yield f"{robot} has {other} at {place} in sight, but does not say so"
+            return
+        before = self._before.get((robot, other))
+        if before is None:
+            return
+        reach = {
+            region
+            for place in before.regions
+            for region in (place, *now.grid.neighbours(place))
+            if now.grid.is_free(region)
+        }
+        hidden = sorted(r for r in reach - belief.regions if not self._may_see(robot, own, r, now))
+        if hidden:
+            yield f"{other} may have come to {now.show(hidden[0])}, out of {robot}'s sight"
+        for cell in now.header.partition or ():
+            believed = belief.regions.issuperset(cell)
+            if believed and all(self._must_see(robot, own, r, now) for r in reach & set(cell)):
+                shown = now.show(min(cell))
+                yield f"{other} cannot be out of sight in the cell of {shown}, as {robot} knows"
+
+    def _may_see(self, robot: str, own: Region, region: Region, now: Situation) -> bool:
+        return sees(now.grid, now.header.robots[robot].vision, (), own, region)
+
+    def _must_see(self, robot: str, own: Region, region: Region, now: Situation) -> bool:
+        return sees(now.grid, now.header.robots[robot].vision, self._found, own, region)

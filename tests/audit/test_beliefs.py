@@ -1,0 +1,46 @@
+"""Belief lines that are missing, or that say what cannot be known."""
+
+from __future__ import annotations
+
+import pytest
+
+from audit.good_traces import GOOD
+from audit.trace_script import Line, find, text
+from safenav.audit.check import check_trace
+
+
+def found(lines: list[Line]) -> set[tuple[str, int]]:
+    return {(finding.rule, finding.tick) for finding in check_trace(text(lines)).findings}
+
+
+def test_a_belief_must_grow_by_the_steps_out_of_sight() -> None:
+    lines = GOOD["beliefs"]()
+    lines[0]["scenario"]["partition"] = [[7, 8, 13, 14], [9], [10], [15], [16]]
+    lines[find(lines, "belief", tick=2)]["regions"] = [10, 15]
+    assert find(lines, "move", tick=2, robot="flyer") == 8
+    lines[8]["to"] = 10  # it stays, and may have come to 16 in tick 3 for all the watcher knows
+    lines[10].update({"from": 10, "to": 10})
+    del lines[11:]
+    assert found(lines) == {("missed-belief", 3)}
+
+
+def test_a_belief_loses_the_cells_that_are_wholly_in_sight() -> None:
+    lines = GOOD["beliefs"]()
+    lines[find(lines, "belief", tick=2)]["regions"] = [9, 10, 15, 16]
+    assert found(lines) == {("missed-belief", 2), ("missed-belief", 3)}
+
+
+def test_nobody_is_seen_out_of_sight() -> None:
+    lines = GOOD["beliefs"]()
+    lines[find(lines, "belief", tick=2)].update(seen=True, regions=[10])
+    assert ("missed-belief", 2) in found(lines)
+
+
+@pytest.mark.parametrize("role", ["moving", "tracked"])
+def test_whoever_keeps_track_of_others_says_so_from_the_first_look_on(role: str) -> None:
+    lines = GOOD["beliefs"]()
+    start = lines[find(lines, "synthesis", robot="watcher")]
+    start.update({"tracking": "belief", "node": 0, role: ["flyer"]})
+    assert found(lines) == set()
+    del lines[find(lines, "belief", tick=1)]
+    assert found(lines) == {("missed-belief", 1)}

@@ -1,0 +1,30 @@
+"""The checker's own line of sight agrees with the one that specifications are written from."""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+
+from safenav.audit.grid import Grid
+from safenav.audit.sight import sees
+from safenav.trace.records import MapHeader
+from safenav.world.map import RegionMap
+from safenav.world.sight import visible_from
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_everybody_sees_the_same_on_random_maps(seed: int) -> None:
+    rng = random.Random(seed)
+    rows, cols = rng.randint(1, 7), rng.randint(2, 7)
+    cells = ["#" if rng.random() < 0.2 else "." for _ in range(rows * cols)]
+    cells[rng.randrange(rows * cols)] = "."
+    picture = tuple("".join(cells[i * cols : (i + 1) * cols]) for i in range(rows))
+    world, grid = RegionMap.from_grid(picture), Grid(MapHeader(rows, cols, picture))
+    free = sorted(world.free)
+    closed = frozenset(rng.sample(free, min(len(free), rng.randint(0, 3))))
+    radius = rng.choice([None, 1, 1.5, 2, 3, 4.2])
+    visibility = visible_from(world, radius, closed)
+    for one in free:
+        for other in free:
+            assert sees(grid, radius, closed, one, other) == visibility.sees(one, other)

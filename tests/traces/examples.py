@@ -1,0 +1,63 @@
+"""An example of every record, made up from what its fields may hold."""
+
+from __future__ import annotations
+
+import random
+import types
+from collections.abc import Iterator, Mapping
+from dataclasses import fields, is_dataclass
+from enum import StrEnum
+from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
+
+from safenav.trace.records import KINDS, Least, Objective, Pattern, Record
+
+_OBJECTIVES = (
+    {"patrol": [58, [27, 28]]},
+    {"hold": 4},
+    {"ltl": {"liveness": ["region = 3"]}},
+)
+
+
+def examples(seed: int) -> Iterator[Record]:
+    """One of each type; whether optional fields are there depends on the seed."""
+    rng = random.Random(seed)
+    for kind in KINDS.values():
+        yield _example(kind, rng)
+
+
+def _example(annotation: Any, rng: random.Random) -> Any:
+    origin, arguments = get_origin(annotation), get_args(annotation)
+    if origin is Annotated:
+        bound = arguments[1]
+        if isinstance(bound, Least):
+            return arguments[0](bound.value + rng.randrange(9))
+        assert isinstance(bound, Pattern)
+        return "ab" * 32 if "64" in bound.regex else rng.choice(bound.regex.split("|"))
+    if origin in (Union, types.UnionType):
+        return _example(rng.choice([a for a in arguments if a is not type(None)]), rng)
+    if origin is tuple and arguments[-1] is not Ellipsis:
+        return tuple(_example(a, rng) for a in arguments)
+    if origin in (tuple, frozenset):
+        return origin(_example(arguments[0], rng) for _ in range(rng.randrange(4)))
+    if origin is not None and issubclass(origin, Mapping):
+        return {name: _example(arguments[1], rng) for name in ("quad", "digit")}
+    if annotation is Objective:
+        return Objective.of(rng.choice(_OBJECTIVES))
+    if isinstance(annotation, type) and issubclass(annotation, StrEnum):
+        return rng.choice(list(annotation))
+    if isinstance(annotation, type) and is_dataclass(annotation):
+        hints = get_type_hints(annotation, include_extras=True)
+        given = {
+            field.name: _example(hints[field.name], rng)
+            for field in fields(annotation)
+            if field.name != "line" and (field.default is not None or rng.random() < 0.5)
+        }
+        return annotation(**given)
+    plain = {
+        str: f"name {rng.randrange(10**9)}",
+        int: 7,
+        float: 1.5,
+        bool: True,
+        object: [1, {"deep": None}],
+    }
+    return plain[annotation]

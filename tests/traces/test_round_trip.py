@@ -1,0 +1,51 @@
+"""Whatever the runtime can say is read back as it was said."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from safenav.trace.reading import read_trace
+from safenav.trace.records import KINDS, VERSION, Discovered, Header, Record
+from safenav.trace.writing import TraceWriter
+from traces.examples import examples
+
+
+def said(seed: int) -> list[Record]:
+    """The header and an example of every other record."""
+    found = [
+        replace(record, tick=0, trace=VERSION) if isinstance(record, Header) else record
+        for record in examples(seed)
+    ]
+    assert isinstance(found[0], Header)
+    return found
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_every_record_comes_back(seed: int, tmp_path: Path) -> None:
+    records, file = said(seed), tmp_path / "t.jsonl"
+    with TraceWriter(file) as writer:
+        for record in records:
+            writer(record)
+    lines = [json.loads(line) for line in file.read_text().splitlines()]
+    assert {line["type"] for line in lines} == set(KINDS)
+    trace = read_trace(file)
+    assert [trace.header, *trace.records] == records
+    assert [record.line for record in trace.records] == list(range(2, len(lines) + 1))
+    (discovered,) = (record for record in records if isinstance(record, Discovered))
+    assert discovered.obstacle.name in trace.obstacles
+
+
+def test_lines_hold_ticks_and_types_and_no_line_numbers(tmp_path: Path) -> None:
+    file = tmp_path / "t.jsonl"
+    with TraceWriter(file) as writer:
+        for record in said(0):
+            writer(record)
+    header, *lines = (json.loads(line) for line in file.read_text().splitlines())
+    assert list(header) == ["type", "trace", "safenav", "scenario"]
+    for line in lines:
+        assert list(line)[:2] == ["type", "tick"]
+        assert "line" not in line
