@@ -7,7 +7,7 @@ travels as data. What is here is bad input, spent resources, and broken tools.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum
 
 
@@ -22,12 +22,17 @@ class ExitCode(IntEnum):
     INTERRUPTED = 130
 
 
+_WIDTH = 96
+"""The most characters of a source line that a message shows."""
+
+
 @dataclass(frozen=True)
 class Diagnostic:
     """One thing wrong with an input, told so that it can be mended.
 
     ``line`` and ``column`` count from 1; 0 means that there is no place to point at.
-    ``found`` says what is wrong, ``hint`` what to do about it.
+    ``found`` says what is wrong, ``hint`` what to do about it. ``source`` is the text of the line;
+    a caret below it shows the column.
     """
 
     file: str
@@ -35,12 +40,24 @@ class Diagnostic:
     column: int
     found: str
     hint: str = ""
+    source: str = field(default="", compare=False)
 
     def __str__(self) -> str:
         place = self.file
         if self.line:
             place += f":{self.line}:{self.column}"
-        return f"{place}: {self.found}" + (f"\n    {self.hint}" if self.hint else "")
+        told = [f"{place}: {self.found}", *self._excerpt()]
+        return "\n    ".join([*told, self.hint] if self.hint else told)
+
+    def _excerpt(self) -> list[str]:
+        """The line and a caret below the column; of a long line only what is around it."""
+        if not self.source.strip() or not 1 <= self.column <= len(self.source) + 1:
+            return []
+        shown = "".join(char if char.isprintable() else " " for char in self.source)
+        begin = max(0, self.column - 1 - _WIDTH // 2) if len(shown) > _WIDTH else 0
+        part = shown[begin : begin + _WIDTH].rstrip()
+        number = str(self.line)
+        return [f"{number} | {part}", f"{' ' * len(number)} | {' ' * (self.column - 1 - begin)}^"]
 
 
 class SafenavError(Exception):

@@ -8,11 +8,12 @@ from __future__ import annotations
 import importlib
 import os
 import sys
+from pathlib import Path
 
 import click
 
 import safenav
-from safenav.errors import ExitCode, SafenavError
+from safenav.errors import ExitCode, SafenavError, UsageError
 
 COMMANDS = {
     "run": "Run a scenario and tell its story.",
@@ -65,6 +66,22 @@ class _Commands(click.Group):
         module = importlib.import_module(f"safenav.cli.{cmd_name.replace('-', '_')}")
         command: click.Command = module.command
         return command
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        name = args[0] if args else ""
+        if name in COMMANDS or name.startswith("-"):
+            return super().resolve_command(ctx, args)
+        from difflib import get_close_matches
+
+        close = get_close_matches(name, COMMANDS, n=1, cutoff=0.5)
+        what = f"did you mean '{close[0]}'?" if close else "safenav --help lists the commands"
+        if Path(name).suffix in (".yaml", ".yml"):
+            what = f"to run a scenario: safenav run {name}"
+        elif Path(name).suffix == ".jsonl":
+            what = f"to look at a trace: safenav replay {name}"
+        raise UsageError(f"there is no command '{name}'\n    {what}")
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         del ctx

@@ -23,7 +23,7 @@ def test_a_small_automaton_is_drawn_state_by_state(safenav: Command, tmp_path: P
     assert done.returncode == 0, done.stderr
     nodes = json.loads((tmp_path / "out" / "rover.json").read_text())["nodes"]
     texts = _texts(tmp_path / "out" / "rover.svg")
-    boxes = [text for text in texts if re.fullmatch(r"\d+ \[\d+, \d+\]", text)]
+    boxes = [text for text in texts if re.fullmatch(r"(\w+ )?\d+ \[\d+, \d+\]", text)]
     assert len(boxes) == len(nodes)
     assert boxes[0] == "17 [2, 3]"
     assert (

@@ -108,7 +108,9 @@ class _Loader:
             return None
         self._version(item.get("safenav"))
         regions = read_map(item.get("map"), self._lines, Path(self._file).parent, self._findings)
+        before = len(self._findings)
         catalogue = self.catalogue = self._catalogue(item.get("catalogue"), regions)
+        types_known = len(self._findings) == before
         robots = read_robots(
             item.get("robots"), regions, catalogue, self._findings, self._reachable
         )
@@ -116,7 +118,8 @@ class _Loader:
         obstacles = read_obstacles(
             item.get("obstacles"), regions, catalogue, robots, self._findings
         )
-        all_known = len(self._findings) == before and regions.world is not None
+        obstacles_known = types_known and len(self._findings) == before
+        all_known = obstacles_known and regions.world is not None
         expectations = ExpectationReader(
             regions, obstacles if all_known else None, _names(item.get("robots")), self._findings
         )

@@ -115,7 +115,7 @@ def with_walls(
     if len(found_walls) == layout.rows * layout.cols:
         hint = "a region is a wall as soon as any of it is: try 'share: 0.5', or more regions"
         if bool(blocked.all()):
-            hint = "nothing in the file is free; see docs/maps.md for what counts as a wall"
+            hint = "nothing in the file is free: dark, unknown and occupied pixels are walls"
         findings.add(node, "map: every region is a wall", hint)
         return None
     return RegionMap(layout.rows, layout.cols, found_walls)

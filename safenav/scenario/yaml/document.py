@@ -257,7 +257,7 @@ def _build(events: Iterator[Any]) -> Document:
             case yaml.AliasEvent():
                 builder.alias(event)
     if builder.root is None or (isinstance(builder.root, Scalar) and builder.root.value is None):
-        hint = "docs/scenario.md shows a whole scenario"
+        hint = "safenav new FILE writes a whole scenario to begin with"
         raise DocumentError(Place(), "the file is empty", hint)
     return Document(builder.root, tuple(builder.flaws))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable
+from dataclasses import replace
 
 from safenav.errors import Diagnostic, InputError
 from safenav.scenario.yaml.document import Node, Place, clipped
@@ -17,14 +18,20 @@ class Findings:
         self.file = file
         self._found: list[Diagnostic] = []
         self._files = [file]
+        self._texts: dict[str, list[str]] = {}
 
     def beside(self, file: str) -> Findings:
         """Findings of a file that this one refers to; they are raised together."""
         other = Findings(file)
         other._found = self._found
         other._files = self._files
+        other._texts = self._texts
         self._files.append(file)
         return other
+
+    def read_from(self, text: str) -> None:
+        """The text of this file, for messages to quote."""
+        self._texts[self.file] = text.split("\n")
 
     def add(self, where: Node | Place | None, found: str, hint: str = "") -> None:
         """One thing wrong. ``where`` is None if there is no place to point at."""
@@ -47,7 +54,11 @@ class Findings:
         if len(ordered) > MAX_REPORTED:
             more = f"and {len(ordered) - MAX_REPORTED} more"
             ordered[MAX_REPORTED:] = [Diagnostic(self.file, 0, 0, more)]
-        raise InputError(ordered)
+        raise InputError([replace(d, source=self._line(d)) for d in ordered])
+
+    def _line(self, found: Diagnostic) -> str:
+        lines = self._texts.get(found.file, [])
+        return lines[found.line - 1] if 1 <= found.line <= len(lines) else ""
 
 
 def closest(word: str, known: Iterable[str]) -> list[str]:

@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+import re
 import stat
+import sys
 from pathlib import Path
 
 from safenav.scenario.yaml.document import Document, DocumentError, Node, Place, read_document
 from safenav.scenario.yaml.findings import Findings
 
 MAX_BYTES = 5_000_000
+
+STDIN = "-"
+"""The name of standard input where a scenario is read."""
+
+_TRACE = re.compile(r'\s*\{"type"\s*:\s*"header"')
+_IMAGES = {b"\x89PNG": "PNG", b"P5": "PGM", b"P2": "PGM", b"\xff\xd8\xff": "JPEG", b"GIF8": "GIF"}
 
 
 def read_source(path: Path, findings: Findings, named_at: Node | None = None) -> str | None:
@@ -17,6 +25,8 @@ def read_source(path: Path, findings: Findings, named_at: Node | None = None) ->
     ``named_at`` is where another file (that of ``findings``) names this one.
     """
     try:
+        if named_at is None and str(path) == STDIN:
+            return _decoded(_within(sys.stdin.buffer.read(MAX_BYTES + 1), MAX_BYTES))
         return _decoded(_bytes(path, MAX_BYTES))
     except _UnusableError as error:
         _report(error, path, findings, named_at)
@@ -64,12 +74,20 @@ def _bytes(path: Path, limit: int) -> bytes:
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else str(error)
         raise _UnusableError(f"not readable: {reason}") from None
+    return _within(data, limit)
+
+
+def _within(data: bytes, limit: int) -> bytes:
     if len(data) > limit:
         raise _UnusableError(f"the file is larger than {limit // 1_000_000} MB")
     return data
 
 
 def _decoded(data: bytes) -> str:
+    for signature, kind in _IMAGES.items():
+        if data.startswith(signature):
+            hint = "name the YAML file that refers to it; to see a map alone: safenav draw FILE"
+            raise _UnusableError(f"this is an image ({kind}), not YAML", hint)
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -83,9 +101,14 @@ def _decoded(data: bytes) -> str:
 
 def parsed(text: str, findings: Findings) -> Document | None:
     """The YAML document in a text; its flaws are reported."""
+    if _TRACE.match(text):
+        hint = f"look at it with: safenav replay {findings.file}"
+        findings.add(None, "this is a trace, not a scenario", hint)
+        return None
     if len(text) > MAX_BYTES:
         findings.add(None, f"the text is larger than {MAX_BYTES // 1_000_000} MB")
         return None
+    findings.read_from(text)
     try:
         document = read_document(text)
     except DocumentError as error:

@@ -34,7 +34,7 @@ from safenav.world.map import Heading, Region, RegionMap
 from safenav.world.partition import rooms
 from safenav.world.sight import Regions, as_mask, members
 
-SOURCE = "design, section 4, beliefs"
+SOURCE = "safenav: what is believed of others"
 MOST_CELLS = 6
 """Cells of an automatic partition: with more rooms than that the smallest are joined (figures in
 docs/beliefs.md)."""

@@ -14,7 +14,7 @@ from safenav.spec.specification import Constraint, Origin, Owner, Section, Varia
 from safenav.spec.task import Fairness, Task
 from safenav.world.map import Region, RegionMap
 
-SOURCE = "design, section 4"
+SOURCE = "safenav: exact positions of others"
 
 
 def inputs(task: Task, world: RegionMap) -> tuple[Variable, ...]:

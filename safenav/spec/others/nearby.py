@@ -18,7 +18,7 @@ from safenav.spec.specification import Constraint, Origin, Owner, Section, Varia
 from safenav.spec.task import Fairness, Task
 from safenav.world.map import Heading, Region, RegionMap
 
-SOURCE = "design, section 4"
+SOURCE = "safenav: others nearby"
 MOVE = "move"
 
 

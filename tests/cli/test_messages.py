@@ -1,0 +1,108 @@
+"""What a mistake looks like: its line with a caret, the right kind of file, the right command."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from cli.conftest import MAIN, Command
+
+MAPS = Path(__file__).parents[1] / "maps"
+GOOD = """\
+safenav: 1
+map:
+  grid: |
+    #####
+    #...#
+    #####
+robots:
+  quad: {model: quadcopter, start: 6, objective: {patrol: [6, 8]}}
+"""
+
+
+def test_a_mistake_shows_its_line_and_a_caret(safenav: Command, tmp_path: Path) -> None:
+    (tmp_path / "s.yaml").write_text(GOOD.replace("model:", "modle:"))
+    found = safenav("check", "s.yaml")
+    assert found.returncode == 2
+    first, line, caret, hint = found.stderr.splitlines()[:4]
+    assert first == "error: s.yaml:8:10: unknown key 'modle' in robot quad"
+    assert line.strip().startswith("8 |   quad: {modle: quadcopter")
+    assert line[caret.index("^") :].startswith("modle")
+    assert "did you mean 'model'?" in hint
+
+
+def test_a_long_line_is_shown_around_the_mistake(safenav: Command, tmp_path: Path) -> None:
+    padded = GOOD.replace("objective: {", "objective: {" + " " * 400).replace("[6, 8]", "[6, 99]")
+    (tmp_path / "s.yaml").write_text(padded)
+    line, caret = safenav("check", "s.yaml").stderr.splitlines()[1:3]
+    assert len(line) < 120
+    assert line[caret.index("^") :].startswith("99")
+
+
+def test_a_mistake_in_a_type_brings_no_second_message(safenav: Command, tmp_path: Path) -> None:
+    text = GOOD + (
+        "catalogue: {obstacles: {rubble: {acton: push}}}\n"
+        "obstacles: [{type: rubble, region: 7}]\n"
+        "expect: {resolved: [rubble@7]}\n"
+    )
+    (tmp_path / "s.yaml").write_text(text)
+    told = safenav("check", "s.yaml").stderr
+    assert "unknown key 'acton'" in told
+    assert "has no obstacles" not in told and "no obstacle" not in told
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["check", "run.jsonl"], ["this is a trace", "safenav replay run.jsonl"]),
+        (["replay", "s.yaml"], ["this is a scenario", "safenav run s.yaml --trace"]),
+        (["check-trace", "s.yaml"], ["this is a scenario", "safenav run s.yaml --trace"]),
+        (["check", str(MAPS / "office.pgm")], ["this is an image (PGM)", "safenav draw"]),
+        (["rn", "s.yaml"], ["there is no command 'rn'", "did you mean 'run'?"]),
+        (["s.yaml"], ["there is no command 's.yaml'", "safenav run s.yaml"]),
+        (["run.jsonl"], ["there is no command 'run.jsonl'", "safenav replay run.jsonl"]),
+        (["frobnicate"], ["there is no command", "safenav --help"]),
+    ],
+    ids=lambda value: value[0] if isinstance(value, list) else "",
+)
+def test_the_wrong_kind_of_thing_is_recognized(
+    arguments: list[str], words: list[str], safenav: Command, tmp_path: Path
+) -> None:
+    (tmp_path / "s.yaml").write_text(GOOD)
+    (tmp_path / "run.jsonl").write_text('{"type":"header","trace":1}\n')
+    found = safenav(*arguments)
+    assert found.returncode == 2
+    assert len(found.stderr.splitlines()) <= 3, found.stderr
+    for word in words:
+        assert word in found.stderr
+
+
+@pytest.mark.parametrize("command", ["check", "run", "synth", "explain", "draw", "catalogue"])
+def test_scenarios_are_read_from_standard_input(command: str, tmp_path: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", MAIN, command, "-"],
+        input=GOOD,
+        capture_output=True,
+        text=True,
+        cwd=tmp_path,
+        timeout=120,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_an_image_named_like_standard_input_is_a_file(safenav: Command, tmp_path: Path) -> None:
+    text = GOOD.replace("grid: |\n    #####\n    #...#\n    #####", "{image: '-', rows: 3, cols: 5}")
+    (tmp_path / "s.yaml").write_text(text)
+    assert "no such file" in safenav("check", "s.yaml").stderr
+
+
+def test_nothing_points_to_files_that_a_user_does_not_have() -> None:
+    from safenav.scenario.template import TEMPLATES, template_text
+
+    for name in TEMPLATES:
+        assert "docs/" not in template_text(name)
