@@ -58,7 +58,7 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
         verdicts.append(
             {
                 "robot": name,
-                "objective": describe(answer.task.objective),
+                "objective": describe(answer.task.objective, plan.map.word),
                 "verdict": answer.result.verdict.value,
                 "assumptions": assumption_names(answer.task, plan.map),
                 "explanation": why,

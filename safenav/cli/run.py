@@ -7,6 +7,7 @@ import signal
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
+from shlex import quote
 from tempfile import TemporaryDirectory
 from typing import Any
 
@@ -74,6 +75,7 @@ def command(
         memory_mb=plan.limits.synthesis_memory,
         verifier=first_failure if verify else None,
     )
+    kept = trace
     ledger = Ledger()
     listeners: list[Listener] = [ledger]
     with ExitStack() as stack:
@@ -96,7 +98,30 @@ def command(
         click.echo(json.dumps(_record(ledger, mission, wrong), indent=2))
     for difference in wrong:
         click.echo(f"{click.style('not as expected:', fg='red')} {difference}", err=True)
-    return _status(result.outcome.value, plan.expect.outcome is not None, bool(wrong))
+    status = _status(result.outcome.value, plan.expect.outcome is not None, bool(wrong))
+    if status in (ExitCode.NEGATIVE, ExitCode.RESOURCE_LIMIT) and not as_json:
+        for line in _next_steps(result.outcome.value, scenario, kept, html):
+            click.echo(f"    {line}", err=True)
+    return status
+
+
+def _next_steps(outcome: str, scenario: Path, trace: Path | None, html: Path | None) -> list[str]:
+    """Commands that show what went wrong."""
+    name = quote(str(scenario))
+    steps = []
+    if html is not None:
+        steps.append(f"see it:      open {quote(str(html))}, it begins at the last moment")
+    elif trace is not None:
+        steps.append(f"see it:      safenav replay {quote(str(trace))}")
+    else:
+        steps.append(f"see it:      safenav run {name} --html {quote(scenario.stem)}.html")
+    if outcome == "unrealizable":
+        steps.append(f"understand:  safenav explain {name}")
+    elif outcome == "operator_needed":
+        steps.append(f"who can do what:  safenav catalogue {name}")
+    elif outcome == "tick_limit":
+        steps.append(f"run longer:  safenav run {name} --max-ticks N")
+    return steps
 
 
 def _write_page(trace: Path, html: Path) -> None:

@@ -14,7 +14,7 @@ def explain_unrealizable(robot: Robot, task: Task, world: RegionMap) -> str:
     """One sentence on why ``robot`` cannot do what ``task`` asks: what the map tells, and no
     guess beyond it."""
     why = why_words(diagnose(task, world), task, world)
-    return f"{robot.name} cannot {describe(task.objective)}: {why}"
+    return f"{robot.name} cannot {describe(task.objective, world.word)}: {why}"
 
 
 def why_words(found: Diagnosis, task: Task, world: RegionMap) -> str:

@@ -6,7 +6,7 @@ A target is a set of regions, any of which counts. How an objective becomes GR(1
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 from safenav.world.map import Region
@@ -107,21 +107,22 @@ def _target_data(target: Target) -> int | list[int]:
     return next(iter(target)) if len(target) == 1 else sorted(target)
 
 
-def describe(objective: Objective) -> str:
-    """The objective in a few words, for people: ``patrol 58 <-> 28``."""
+def describe(objective: Objective, word: Callable[[Region], str] = str) -> str:
+    """The objective in a few words, for people: ``patrol 58 <-> 28``. ``word`` says what a region
+    is called (``RegionMap.word``: ``patrol dock <-> shelf``)."""
+
+    def words(target: Target) -> str:
+        return "|".join(word(region) for region in sorted(target))
+
     match objective:
         case Patrol(first, second):
-            return f"patrol {_words(first)} <-> {_words(second)}"
+            return f"patrol {words(first)} <-> {words(second)}"
         case Visit(targets):
-            return "visit " + ", ".join(_words(t) for t in targets) + " in turn"
+            return "visit " + ", ".join(words(t) for t in targets) + " in turn"
         case Cover(targets):
-            return "cover " + ", ".join(_words(t) for t in targets)
+            return "cover " + ", ".join(words(t) for t in targets)
         case Hold(target):
-            return f"hold {_words(target)}"
+            return f"hold {words(target)}"
         case Ltl():
             safety, liveness = len(objective.safety), len(objective.liveness)
             return f"meet its formulas ({safety} safety, {liveness} liveness)"
-
-
-def _words(target: Target) -> str:
-    return "|".join(str(r) for r in sorted(target))

@@ -88,12 +88,13 @@ def heading_in_trace(pose: Pose) -> str | None:
 
 def _map(world: RegionMap) -> records.MapHeader:
     """Its metres only if they are known."""
-    plain = records.MapHeader(world.rows, world.cols, tuple(world.grid_rows()))
+    names = dict(world.names) or None
+    plain = records.MapHeader(world.rows, world.cols, tuple(world.grid_rows()), names=names)
     if world.frame is None:
         return plain
     (width, height), (x, y) = world.frame.resolution, world.frame.origin
     return records.MapHeader(
-        plain.rows, plain.cols, plain.grid, (width, height), (x, y, world.frame.yaw)
+        plain.rows, plain.cols, plain.grid, (width, height), (x, y, world.frame.yaw), names
     )
 
 

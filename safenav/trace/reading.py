@@ -7,6 +7,7 @@ no error. Any other line that is not what the format says is one diagnostic; all
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
@@ -17,6 +18,7 @@ from safenav.trace.fields import WrongError, convert
 from safenav.trace.records import KINDS, VERSION, Discovered, Header, Record, Trace
 
 _DIAGNOSTIC_LIMIT = 20
+_SCENARIO = re.compile(rb"^safenav[ \t]*:", re.MULTILINE)
 
 
 def read_trace(path: str | Path) -> Trace:
@@ -37,6 +39,9 @@ def read_lines(lines: Iterable[str], source: str = "<trace>") -> Trace:
 
 def read_bytes(content: bytes, source: str = "<trace>") -> Trace:
     """The trace in some bytes. ``source`` names it in messages. Raises InputError."""
+    if _SCENARIO.search(content[:4000]):
+        hint = f"run it first: safenav run {source} --trace run.jsonl"
+        raise InputError([Diagnostic(source, 0, 0, "this is a scenario, not a trace", hint)])
     lines = content.split(b"\n")
     unfinished = lines.pop()  # empty if the last line is complete
     reader = _Reader(source)

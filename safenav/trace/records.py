@@ -217,6 +217,8 @@ class MapHeader:
     grid: tuple[str, ...]
     resolution: tuple[float, float] | None = None
     origin: tuple[float, float, float] | None = None
+    names: Mapping[str, Count] | None = None
+    """The regions to which the scenario gives names."""
 
 
 @dataclass(frozen=True)

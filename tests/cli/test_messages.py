@@ -96,7 +96,8 @@ def test_scenarios_are_read_from_standard_input(command: str, tmp_path: Path) ->
 
 
 def test_an_image_named_like_standard_input_is_a_file(safenav: Command, tmp_path: Path) -> None:
-    text = GOOD.replace("grid: |\n    #####\n    #...#\n    #####", "{image: '-', rows: 3, cols: 5}")
+    drawn = GOOD[GOOD.index("  grid") : GOOD.index("robots")]
+    text = GOOD.replace(drawn, "  image: '-'\n  rows: 3\n  cols: 5\n")
     (tmp_path / "s.yaml").write_text(text)
     assert "no such file" in safenav("check", "s.yaml").stderr
 

@@ -14,6 +14,7 @@ from safenav.report.replay.perception import Sight, viewers
 from safenav.report.replay.timeline import Belief, Changes, Frame, Replay, Track
 from safenav.report.replay.wording import objective_words, seconds_words
 from safenav.scenario.objective import Objective, targets_of
+from safenav.world.map import RegionMap
 from safenav.world.sight import members
 
 
@@ -51,7 +52,9 @@ def encoded(replay: Replay, source: str) -> dict[str, Any]:
             }
             for hidden in replay.hidden
         ],
-        "stack": _changes(replay.stack, lambda frames: [[_frame(frame) for frame in frames]]),
+        "stack": _changes(
+            replay.stack, lambda frames: [[_frame(frame, replay.map) for frame in frames]]
+        ),
         "sets": sets.texts,
         "events": [
             [
@@ -93,7 +96,7 @@ def _robot(replay: Replay, track: Track) -> dict[str, Any]:
         "path": track.regions,
         "steps": [[step.first, step.last, step.toward] for step in track.steps],
         "headings": "".join(facing) if len(facing) == len(track.regions) else None,
-        "tasks": _changes(replay.objectives[track.name], _task),
+        "tasks": _changes(replay.objectives[track.name], lambda o: _task(o, replay.map)),
         "progress": _changes(
             progress, lambda p: [p.rounds, -1 if p.reached is None else p.reached]
         ),
@@ -127,15 +130,15 @@ def _belief(belief: Belief | None, sets: RegionSets) -> list[Any]:
     return [int(belief.seen), sets.index(sorted(belief.regions))]
 
 
-def _frame(frame: Frame) -> list[Any]:
+def _frame(frame: Frame, world: RegionMap) -> list[Any]:
     kind = "yield" if frame.obstacle is None else "request"
     helpers = [*frame.yielding] or [name for name in [frame.helper] if name is not None]
-    return [kind, frame.about, frame.roles, frame.requester, helpers]
+    return [kind, frame.about(world.word), frame.roles, frame.requester, helpers]
 
 
-def _task(objective: Objective | None) -> list[Any]:
+def _task(objective: Objective | None, world: RegionMap) -> list[Any]:
     targets = targets_of(objective) if objective is not None else ()
-    return [objective_words(objective), sorted(set().union(*targets))]
+    return [objective_words(objective, world.word), sorted(set().union(*targets))]
 
 
 def _changes(changes: Changes[Any], value: Any) -> list[list[Any]]:

@@ -50,7 +50,7 @@ def svg_of_automaton(strategy: Strategy, task: Task, world: RegionMap) -> str:
     inner = max(layout.width, 420.0)
     heading = wrapped(title, 17, inner - _MARGIN, bold=True)
     top = _MARGIN + 21 * len(heading) + 26
-    legend = _Legend(strategy, task)
+    legend = _Legend(strategy, task, world)
     page = SvgWriter()
     total = top + layout.height + legend.height(inner) + _MARGIN
     page.rect(0, 0, inner + 2 * _MARGIN, total, fill="#FFFFFF")
@@ -170,22 +170,23 @@ def _towards(corner: Point, other: Point) -> Point:
     return corner[0] + dx * part, corner[1] + dy * part
 
 
-def _pursued(strategy: Strategy, goal: int) -> str:
+def _pursued(strategy: Strategy, goal: int, world: RegionMap) -> str:
     """What a state of that rank is after: the regions of the goal, where it has any."""
     goals = strategy.specification.section(Section.SYS_LIVENESS)
     regions = goals[goal].regions if goal < len(goals) else ()
-    return f"heads for {regions_words(regions)}" if regions else f"pursues goal {goal}"
+    return f"heads for {regions_words(regions, world.word)}" if regions else f"pursues goal {goal}"
 
 
 class _Legend:
     """What colours and borders mean, in running text below the automaton."""
 
-    def __init__(self, strategy: Strategy, task: Task) -> None:
+    def __init__(self, strategy: Strategy, task: Task, world: RegionMap) -> None:
         goals = sorted(set(strategy.ranks))
-        self.entries = [(_pursued(strategy, goal), _FILLS[goal % len(_FILLS)]) for goal in goals]
-        self.objective = (
-            f"Objective: {describe(task.objective)}. Double border: a start. Flag: a target."
-        )
+        self.entries = [
+            (_pursued(strategy, goal, world), _FILLS[goal % len(_FILLS)]) for goal in goals
+        ]
+        what = describe(task.objective, world.word)
+        self.objective = f"Objective: {what}. Double border: a start. Flag: a target."
 
     def height(self, width: float) -> float:
         return 34.0 + 18 * len(wrapped(self.objective, 12, width))

@@ -10,6 +10,7 @@ from safenav.report.picture.svg import SvgWriter
 from safenav.report.picture.text import text_width, wrapped
 from safenav.report.replay.timeline import EventKind, Frame, Scene, Status
 from safenav.report.replay.wording import objective_words
+from safenav.world.map import RegionMap
 
 WIDTH = 270.0
 GAP = 24.0
@@ -116,7 +117,7 @@ def legend_of(scene: Scene, hidden: bool, more: Sequence[Row] = ()) -> Legend:
     if obstacles.rows:
         blocks.append(obstacles)
     if scene.stack:
-        blocks.append(_stack(scene.stack))
+        blocks.append(_stack(scene.stack, scene.map))
     told = [event for event in scene.happened if event.kind not in _QUIET]
     if told:
         rows = tuple(Row(None, lines_of(event.text, 12, WIDTH)) for event in told[:6])
@@ -171,7 +172,7 @@ def _robots(scene: Scene, style: tuple[Look, ...]) -> Block:
         lines = lines_of(robot.name, 13, bold=True)
         model = f"{robot.model}, {robot.layer}" if robot.layer else robot.model
         lines += lines_of(model, 12, colour=MUTED)
-        lines += lines_of(objective_words(robot.objective), 12)
+        lines += lines_of(objective_words(robot.objective, scene.map.word), 12)
         rows.append(Row(_body(look), lines))
     return Block("Robots and objectives", tuple(rows))
 
@@ -190,7 +191,7 @@ def _obstacles(scene: Scene, hidden: bool) -> Block:
     for obstacle, status in scene.obstacles:
         if status is Status.HIDDEN and not hidden:
             continue
-        lines = lines_of(obstacle.name, 13, bold=True)
+        lines = lines_of(obstacle.label(scene.map), 13, bold=True)
         lines += lines_of(f"{status.meaning}; needs: {obstacle.action}", 12, colour=MUTED)
         rows.append(Row(_status(status), lines))
     return Block("Obstacles", tuple(rows))
@@ -204,10 +205,10 @@ def _status(status: Status) -> Icon:
     return draw
 
 
-def _stack(stack: tuple[Frame, ...]) -> Block:
+def _stack(stack: tuple[Frame, ...], world: RegionMap) -> Block:
     rows = []
     for depth, frame in reversed(list(enumerate(stack, start=1))):
-        words = f"{depth}. {frame.about}"
+        words = f"{depth}. {frame.about(world.word)}"
         lines = lines_of(words, 12, WIDTH, bold=True)
         lines += lines_of(frame.roles, 12, WIDTH)
         rows.append(Row(None, lines))

@@ -54,7 +54,8 @@ def scenario_text(scenario: Scenario, width: int) -> list[str]:
     """
     sign = letters([robot.name for robot in scenario.robots])
     digits = len(str(scenario.map.size - 1))
-    numbered = scenario.map.cols * (digits + 2) <= width
+    mark = max(len(label) for label in [" ", *sign.values()])
+    numbered = scenario.map.cols * (digits + mark + 2) <= width
     lines = [scenario.name, ""]
     lines += _numbered(scenario, sign, digits) if numbered else _plain(scenario, sign)
     lines += ["", *_robots(scenario, sign), *_obstacles(scenario)]
@@ -78,10 +79,13 @@ def _numbered(scenario: Scenario, sign: dict[str, str], digits: int) -> list[str
     marks |= {obstacle.region: "?" for obstacle in scenario.obstacles}
     marks |= {robot.start.region: sign[robot.name] for robot in scenario.robots}
 
+    mark = max(len(label) for label in [" ", *sign.values()])
+    apart = " " if mark > 1 else ""  # a figure at the end of a label is not one of the number
+
     def cell(world: RegionMap, region: Region) -> str:
         if region in world.walls:
-            return "█" * (digits + 2)
-        return f" {marks.get(region, ' ')}{region:<{digits}}"
+            return "█" * (digits + mark + 1 + len(apart))
+        return f"{marks.get(region, ''):>{mark + 1}}{apart}{region:<{digits}}"
 
     world = scenario.map
     return [
@@ -106,7 +110,7 @@ def _robots(scenario: Scenario, sign: dict[str, str]) -> list[str]:
         f"  {sign[robot.name]}  {robot.name} ({robot.model.name}) at "
         f"{world.label(robot.start.region)}"
         + (f" facing {robot.start.heading.label}" if robot.start.heading is not None else "")
-        + f": {describe(robot.objective)}"
+        + f": {describe(robot.objective, world.word)}"
         for robot in scenario.robots
     ]
 

@@ -133,7 +133,7 @@ def _legend(strategy: Strategy, task: Task, world: RegionMap, stays: int) -> Leg
     figures = [
         f"{len(strategy.states)} states, {strategy.edges} transitions",
         f"{crossings} of them move, {stays} stay",
-        f"objective: {describe(task.objective)}",
+        f"objective: {describe(task.objective, world.word)}",
     ]
     figures += [f"keeps track of {other.name}" for other in task.observed]
     figures += [f"assumes: {name}" for name in assumption_names(task, world)]

@@ -94,7 +94,7 @@ class _Telling:
     def begin(cls, trace: records.Trace) -> _Telling:
         header = trace.header.scenario
         try:
-            world = RegionMap.from_grid(header.map.grid)
+            world = RegionMap.from_grid(header.map.grid, header.map.names)
         except ValueError as error:
             raise _ContradictionError(f"the map cannot be used: {error}") from error
         tracks, hidden = {}, {}
@@ -137,7 +137,7 @@ class _Telling:
                 self._event(line, EventKind.VIOLATION, line.robot, line.proposed, line.obstacle)
             case records.Backtrack():
                 if self.violation is not None:
-                    self._reword(backtrack_text(self.violation, line))
+                    self._reword(backtrack_text(self.violation, line, self.map.word))
             case records.Request():
                 if line.helper is not None:
                     self._status(line.obstacle, line.tick, Status.REQUESTED)
@@ -194,7 +194,8 @@ class _Telling:
         kind = EventKind.YIELD if giving_way else EventKind.PUSH
         self._about(line, kind, line.requester, line.obstacle)
         if giving_way:
-            self._reword(yielding_text(line, self.frames[-1].about, yielding))
+            word = self.map.word
+            self._reword(yielding_text(line, self.frames[-1].about(word), yielding, word))
 
     def _pop(self, line: records.Pop) -> None:
         dropped = self.frames[max(0, line.depth) :]
@@ -202,7 +203,7 @@ class _Telling:
         self._objectives(line)
         self._about(line, EventKind.POP, line.requester, line.obstacle)
         if line.obstacle is None and dropped:
-            self._reword(yielded_text(line, dropped[0].yielding))
+            self._reword(yielded_text(line, dropped[0].yielding, self.map.word))
 
     def _reword(self, text: str) -> None:
         """Tell the last event with what only the lines before it know."""
@@ -248,7 +249,7 @@ class _Telling:
             self._event(line, EventKind.GOAL, line.robot, line.region)
         elif before.reached != line.region:  # holding on is no news
             self._event(line, EventKind.GOAL, line.robot, line.region)
-            self._reword(holding_text(line))
+            self._reword(holding_text(line, self.map.word))
 
     def _status(self, obstacle: str, tick: int, status: Status) -> None:
         if obstacle not in self.hidden:
@@ -277,7 +278,8 @@ class _Telling:
             _on_map(self.map, region)
         if robot is not None:
             self._known(robot)
-        self.events.append(Event(line.tick, kind, event_text(line), robot, region, obstacle))
+        text = event_text(line, self.map.word)
+        self.events.append(Event(line.tick, kind, text, robot, region, obstacle))
 
     def _stand(self, last: int) -> bool:
         """Let robots that took no turn in the tick after ``last`` stand where they were, if the

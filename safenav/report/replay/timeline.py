@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Generic, TypeVar
 
-from safenav.report.replay.wording import listed
+from safenav.report.replay.wording import Word, listed, obstacle_words
 from safenav.scenario.objective import Objective
 from safenav.world.map import Heading, Region, RegionMap
 
@@ -136,7 +136,7 @@ class Hidden:
 
     def label(self, world: RegionMap) -> str:
         """``door@47``, or ``door@dock`` if the region has a name."""
-        return f"{self.type}@{world.word(self.region)}"
+        return obstacle_words(self.name, world.word)
 
 
 @dataclass(frozen=True)
@@ -151,11 +151,10 @@ class Frame:
     helper: str | None
     yielding: tuple[str, ...] = ()
 
-    @property
-    def about(self) -> str:
-        """``door@47``, or ``east and digit give way to west``"""
+    def about(self, word: Word = str) -> str:
+        """``door@47``, or ``east and digit give way to west``; ``word`` names regions."""
         if self.obstacle is not None:
-            return self.obstacle
+            return obstacle_words(self.obstacle, word)
         verb = "gives" if len(self.yielding) == 1 else "give"
         return f"{listed(self.yielding)} {verb} way to {self.requester or 'the others'}"
 

@@ -34,7 +34,7 @@ def explanation_lines(found: Explanation, scenario: Scenario) -> Iterator[str]:
     """What a person reads."""
     world = scenario.map
     red = click.style("unrealizable:", fg="red", bold=True)
-    yield f"{found.robot}: {red} it cannot {describe(found.task.objective)}"
+    yield f"{found.robot}: {red} it cannot {describe(found.task.objective, scenario.map.word)}"
     yield f"  because {cause_words(found, world)}"
     yield ""
     yield from _indented(_picture(found, scenario))

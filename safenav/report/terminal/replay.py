@@ -56,9 +56,8 @@ def frame(replay: Replay, tick: int, recent: int = 6) -> list[str]:
     lines.append("")
     for track in replay.robots:
         at = replay.map.label(track.regions[tick])
-        lines.append(
-            f"{sign[track.name]} {track.name} at {at}: {objective_words(objectives[track.name])}"
-        )
+        words = objective_words(objectives[track.name], replay.map.word)
+        lines.append(f"{sign[track.name]} {track.name} at {at}: {words}")
         transit = track.transit(tick)
         if transit is not None:
             lines[-1] += f" (on its way to {replay.map.label(transit[0])})"
@@ -68,7 +67,7 @@ def frame(replay: Replay, tick: int, recent: int = 6) -> list[str]:
         for line in shading_lines(replace(shading_of(replay, viewer, tick), sight=None))
     ]
     for depth, held in reversed(list(enumerate(scene.stack, start=1))):
-        lines.append(f"stack {depth}: {held.about} ({held.roles})")
+        lines.append(f"stack {depth}: {held.about(scene.map.word)} ({held.roles})")
     lines.append("")
     told = [event for event in replay.events if event.tick <= tick][-recent:]
     for event in told:

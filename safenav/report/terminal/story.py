@@ -10,7 +10,9 @@ from collections.abc import Callable, Mapping
 
 import click
 
+from safenav.report.replay.wording import Word, obstacle_words
 from safenav.report.terminal.map import MapPicture, Marker, draw, letters
+from safenav.report.words import counted, with_article
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import describe, targets_of
 from safenav.trace import records
@@ -98,13 +100,14 @@ class Story:
             facing = f" facing {robot.start.heading.label}" if robot.start.heading else ""
             self._echo(
                 f"  {self._letters[robot.name]}  {self._name(robot.name)} ({robot.model.name}) "
-                f"from {self._region(robot.start.region)}{facing}: {describe(robot.objective)}"
+                f"from {self._region(robot.start.region)}{facing}: "
+                f"{describe(robot.objective, self._word)}"
             )
         self._map()
 
     def _violated(self, event: records.Violation) -> None:
         kind = self._kind(event.obstacle)
-        self._closed[event.proposed] = event.obstacle
+        self._closed[event.proposed] = self._obstacle(event.obstacle)
         self._say(
             event.tick,
             f"{self._name(event.robot)} at {self._region(event.at)} finds "
@@ -114,10 +117,10 @@ class Story:
 
     def _requested(self, event: records.Request) -> None:
         offers = ", ".join(
-            f"{name} {'cannot get there' if d is None else f'in {d} steps'}"
+            f"{name} " + ("cannot get there" if d is None else f"in {counted(d, 'step')}")
             for name, d in event.bids.items()
         )
-        asks = f"{self._name(event.requester)} asks for help with {event.obstacle}"
+        asks = f"{self._name(event.requester)} asks for help with {self._obstacle(event.obstacle)}"
         if event.helper is None:
             self._say(event.tick, f"{asks}: {offers or 'nobody has the capability'}; nobody helps")
         else:
@@ -126,6 +129,7 @@ class Story:
 
     def _resolved(self, event: records.Resolved) -> None:
         region, action = self._obstacles[event.obstacle]
+        obstacle = click.style(self._obstacle(event.obstacle), bold=True)
         self._closed.pop(region, None)
         found = {True: ", it is traversable", False: ", it is not traversable", None: ""}
         unasked = "" if event.requested else " without being asked"
@@ -133,18 +137,19 @@ class Story:
         self._say(
             event.tick,
             f"{self._name(event.robot)} at {self._region(event.at)} performs '{action}'{unasked}: "
-            f"{click.style(event.obstacle, bold=True)} is resolved{found[event.traversable]}",
+            f"{obstacle} is resolved{found[event.traversable]}",
         )
         self._map()
 
     def _blocked(self, event: records.Blocked) -> None:
         region, _ = self._obstacles[event.obstacle]
         self._closed.pop(region, None)
-        self._barred[region] = event.obstacle
+        self._barred[region] = self._obstacle(event.obstacle)
         robots = ", ".join(self._name(name) for name in event.robots)
+        obstacle = self._obstacle(event.obstacle)
         self._say(
             event.tick,
-            f"{event.obstacle} {_REASONS[event.reason]}; from now on an obstacle for {robots}",
+            f"{obstacle} {_REASONS[event.reason]}; from now on an obstacle for {robots}",
         )
 
     def _goal(self, event: records.Goal) -> None:
@@ -163,13 +168,16 @@ class Story:
             return
         self._say(event.tick, f"{word}: {event.explanation}")
         self._echo(
-            f"           {event.ticks} ticks, {event.syntheses} syntheses in "
-            f"{_duration(event.synthesis_seconds)}, {_duration(event.seconds)} in all"
+            f"           {counted(event.ticks, 'tick')}, "
+            f"{counted(event.syntheses, 'synthesis', 'syntheses')} "
+            f"({_duration(event.synthesis_seconds)} of work), {_duration(event.seconds)} in all"
         )
 
     def _objectives(self, objectives: Mapping[str, records.Objective]) -> None:
         for name, objective in objectives.items():
-            self._echo(f"             {self._name(name)}: {_objective_words(objective)}")
+            self._echo(
+                f"             {self._name(name)}: {_objective_words(objective, self._word)}"
+            )
 
     def _flush_syntheses(self) -> None:
         if not self._syntheses:
@@ -180,7 +188,8 @@ class Story:
             if event.verdict == "realizable":
                 cached = ", cached" if event.cached else ""
                 proof = ", verified" if event.verified else ""
-                size = f"{event.states} states in {_duration(event.seconds)}{cached}{proof}"
+                states = counted(event.states or 0, "state")
+                size = f"{states} in {_duration(event.seconds)}{cached}{proof}"
                 told.append(f"{self._name(event.robot)} ({size})")
             else:
                 told.append(f"{self._name(event.robot)} ({event.verdict})")
@@ -232,8 +241,13 @@ class Story:
         return lines
 
     def _kind(self, obstacle: str) -> str:
-        kind = obstacle.split("@", 1)[0]
-        return f"{'an' if kind[0] in 'aeiou' else 'a'} {kind}"
+        return with_article(obstacle.split("@", 1)[0])
+
+    def _obstacle(self, name: str) -> str:
+        return obstacle_words(name, self._word)
+
+    def _word(self, region: Region) -> str:
+        return self._scenario.map.word(region)
 
     def _name(self, robot: str) -> str:
         return click.style(robot, fg=self._colours.get(robot))
@@ -242,12 +256,12 @@ class Story:
         return self._scenario.map.label(region)
 
 
-def _objective_words(objective: records.Objective) -> str:
+def _objective_words(objective: records.Objective, word: Word) -> str:
     """An objective as in a trace, in a few words."""
     kind = objective.kind
     if kind == "ltl":
         return "ltl"
-    words = ["|".join(map(str, sorted(target))) for target in objective.targets]
+    words = ["|".join(map(word, sorted(target))) for target in objective.targets]
     return f"{kind} {(' <-> ' if kind == 'patrol' else ', ').join(words)}"
 
 
