@@ -29,7 +29,7 @@ def test_a_small_automaton_is_drawn_state_by_state(safenav: Command, tmp_path: P
     assert (
         f"{len(nodes)} states, {sum(len(n['trans']) for n in nodes.values())} transitions" in texts
     )
-    assert {"heads for 8", "heads for 26"} <= set(texts)
+    assert {"heads for west", "heads for east"} <= set(texts)
 
 
 def test_a_large_one_is_summed_up_on_the_map(safenav: Command, tmp_path: Path) -> None:

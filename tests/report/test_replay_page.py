@@ -69,7 +69,7 @@ def test_the_state_of_a_tick_is_that_of_the_trace(
             assert drawn.get_attribute("data-status") == status
             assert listed.get_attribute("data-status") == status
         frames = [item.text for item in browser.all(".stack li b")]
-        assert frames == [frame.about for frame in reversed(replay.stack.at(tick))]
+        assert frames == [frame.about() for frame in reversed(replay.stack.at(tick))]
         for track in replay.robots:
             row, col = replay.map.position(track.regions[tick])
             x, y = browser.centre(track.name)

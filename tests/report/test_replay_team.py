@@ -61,7 +61,7 @@ def test_a_step_of_three_ticks_moves_a_third_a_tick(tmp_path: Path) -> None:
 
 def test_who_gives_way_is_on_the_stack_and_told(meeting: Replay) -> None:
     (held,) = meeting.stack.at(3)
-    assert held.about == "slow gives way to fast" and held.roles == "fast goes first"
+    assert held.about() == "slow gives way to fast" and held.roles == "fast goes first"
     assert meeting.stack.at(2) == meeting.stack.at(8) == ()
     told = {e.kind: e.text for e in meeting.events if e.kind in (EventKind.YIELD, EventKind.POP)}
     assert told[EventKind.YIELD] == "slow gives way to fast (slow: hold 15)"
@@ -85,7 +85,7 @@ def test_all_who_give_way_are_named(tmp_path: Path) -> None:
         for t in range(1, 9)
     ]
     replay = read_replay(made_traces.write([*lines[:-1], *still, lines[-1]], tmp_path / "t.jsonl"))
-    assert replay.stack.at(3)[0].about == "slow and third give way to fast"
+    assert replay.stack.at(3)[0].about() == "slow and third give way to fast"
 
 
 def test_beliefs_hold_until_the_next_is_told(meeting: Replay) -> None:

@@ -99,4 +99,4 @@ def _binary() -> Binary:
 
 def _told(diagnostic: Diagnostic) -> str:
     """A diagnostic in one line."""
-    return "; ".join(part.strip() for part in str(diagnostic).splitlines())
+    return "; ".join(part.strip() for part in str(replace(diagnostic, source="")).splitlines())

@@ -51,13 +51,13 @@ REQUIRED = {
 }
 
 
-def load_scenario(path: Path, *, reachable: bool = True) -> Scenario:
+def load_scenario(path: str | Path, *, reachable: bool = True) -> Scenario:
     """The scenario in a file. ``reachable``: insist that robots can reach their targets.
 
     Raises InputError with every diagnostic, in file order, if the file cannot be read or is
     no valid scenario.
     """
-    return load_with_catalogue(path, reachable=reachable)[0]
+    return load_with_catalogue(Path(path), reachable=reachable)[0]
 
 
 def load_with_catalogue(path: Path, *, reachable: bool = True) -> tuple[Scenario, Catalogue]:
@@ -75,6 +75,11 @@ def load_scenario_text(
     """The scenario in a text. ``file`` is named in messages and as the scenario's source; a
     catalogue file is looked for beside it. Raises InputError."""
     return _load(text, file, change, reachable)[0]
+
+
+def load_text_with_catalogue(text: str, file: str) -> tuple[Scenario, Catalogue]:
+    """The scenario in a text and the catalogue that its names refer to. Raises InputError."""
+    return _load(text, file, None)
 
 
 def _load(
