@@ -1,0 +1,105 @@
+"""Altered bundles are refused, unless they still prove what they claim.
+
+Among the tests the campaign is short; SAFENAV_FUZZ=2000 tries as many others.
+"""
+
+import json
+import os
+import sys
+from importlib import import_module
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import pytest
+
+from certify.making import Files, files_of, rewrite, run_checker, shipped
+from certify.mutants import MEASURE, MUTANTS, Mutant, lines_of
+from safenav.spec.parsing import read_specification
+from safenav.synthesis.strategy import Strategy
+from safenav.verify.verification import first_failure
+
+COUNT = int(os.environ.get("SAFENAV_FUZZ", "0")) // len(MUTANTS) or 4
+FIRST = 0 if "SAFENAV_FUZZ" not in os.environ else 1000
+BUNDLES = (
+    "case_study_1",
+    "case_study_1_beliefs",
+    "case_study_3",
+    "two_digits",
+    "unrealizable/cornered",
+    "unrealizable/crossing_a_target",
+    "hello",
+)
+
+
+@pytest.fixture(scope="module")
+def check() -> Any:
+    """The checker, called in this process: thousands of times."""
+    folder = str(Path(__file__).parents[2] / "safenav" / "certify" / "checker")
+    sys.path.insert(0, folder)
+    try:
+        return import_module("check").check
+    finally:
+        sys.path.remove(folder)
+
+
+@pytest.mark.parametrize("mutant", MUTANTS, ids=lambda m: m.name)
+def test_an_altered_bundle_is_refused_unless_it_proves_the_same(
+    mutant: Mutant, check: Any, tmp_path: Path
+) -> None:
+    altered = 0
+    for seed in range(FIRST, FIRST + COUNT):
+        source = Random(f"{mutant.name} {seed}")
+        names = list(BUNDLES)
+        source.shuffle(names)
+        for name in names:
+            files = mutant.alter(files_of(shipped(name)), source)
+            if files is not None:
+                break
+        else:
+            continue
+        altered += 1
+        bundle = rewrite(shipped(name), files, tmp_path / str(seed))
+        verdict, reason, _ = check(bundle)
+        if verdict == "accepted":
+            assert mutant.harmless, (name, seed)
+            assert still_true(mutant, files), (name, seed)
+        else:
+            assert reason
+    assert altered
+
+
+def still_true(mutant: Mutant, files: Files) -> bool:
+    """Whether the claims of a bundle that was accepted are true, by the verifier's judgement."""
+    if mutant.harmless == MEASURE:  # it is about the proof, not about the strategy
+        return True
+    for line in lines_of(files):
+        if line["type"] != "synthesis":
+            continue
+        text = files[f"specs/{line['spec']}.structuredslugs"].decode()
+        spec = read_specification(text, robot=line["robot"])
+        if line.get("strategy"):
+            data = files[f"strategies/{line['strategy']}.json"]
+        else:
+            proof = files.get(f"counterstrategies/{line['spec']}.json")
+            if proof is None:
+                continue
+            data = json.dumps(json.loads(proof)["automaton"]).encode()
+        automaton = Strategy.parse(data, spec)
+        if first_failure(spec, automaton, not line.get("strategy")) is not None:
+            return False
+    return True
+
+
+def test_a_sum_that_is_not_the_file_s_is_refused(tmp_path: Path) -> None:
+    bundle = rewrite(shipped("hello"), files_of(shipped("hello")), tmp_path / "b")
+    manifest = json.loads((bundle / "manifest.json").read_bytes())
+    for name in manifest["files"]:
+        before = (bundle / name).read_bytes()
+        if name.endswith(".py"):
+            continue
+        (bundle / name).write_bytes(before[:-2] + b" \n")
+        status, said = run_checker(bundle)
+        assert status == 1, name
+        assert "is not the file that the manifest names" in said
+        (bundle / name).write_bytes(before)
