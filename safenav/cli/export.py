@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-from safenav.errors import ExitCode
+from safenav.errors import ExitCode, UsageError
+
+if TYPE_CHECKING:
+    from safenav.trace.records import Trace
+    from safenav.world.frame import Frame
 
 EPILOG = """\b
 Examples:
   safenav export run.jsonl --waypoints run.csv
+  safenav export run.jsonl --mcap run.mcap --resolution 0.5
+  safenav export run.jsonl --csv run          # run-moves.csv, run-events.csv, run-syntheses.csv
   safenav export run.jsonl --waypoints - --format json
   safenav export run.jsonl --waypoints run.csv --resolution 0.5 --origin -2.5 -1.5
 \b
@@ -24,14 +32,28 @@ Exit codes:
 @click.option(
     "--waypoints",
     type=click.Path(path_type=Path),
-    required=True,
-    help="File to write; - is standard output.",
+    help="Where everybody is, in metres; - is standard output.",
 )
 @click.option(
     "--format",
     "form",
     type=click.Choice(["csv", "json"]),
     help="Default: json if the file ends in .json, else csv.",
+)
+@click.option(
+    "--mcap", type=click.Path(path_type=Path), help="A ROS 2 bag, for Foxglove (extra 'mcap')."
+)
+@click.option(
+    "--csv",
+    "stem",
+    type=click.Path(path_type=Path),
+    metavar="STEM",
+    help="Tables: STEM-moves.csv, ...",
+)
+@click.option(
+    "--motion",
+    type=click.Path(path_type=Path),
+    help="Take the times of the bag from this motion file; else a tick is a second.",
 )
 @click.option(
     "--resolution",
@@ -48,19 +70,30 @@ Exit codes:
 )
 def command(
     trace: Path,
-    waypoints: Path,
+    waypoints: Path | None,
     form: str | None,
+    mcap: Path | None,
+    stem: Path | None,
+    motion: Path | None,
     resolution: float | None,
     origin: tuple[float, float] | None,
 ) -> int:
-    """Write where each robot of TRACE is at the end of each tick: x (east) and y (north) in
-    metres in the frame of the map, as in ROS, and which way it faces."""
+    """Write TRACE for other programs: waypoints (where each robot is at the end of each tick, in
+    metres in the frame of the map, as in ROS), a ROS 2 bag, tables."""
+    if waypoints is None and mcap is None and stem is None:
+        raise UsageError("say what to write: --waypoints FILE, --mcap FILE or --csv STEM")
     from safenav.motion.waypoints import as_csv, as_json, frame_of
     from safenav.motion.waypoints import waypoints as waypoints_of
     from safenav.outfile import write_bytes
     from safenav.trace.reading import read_trace
 
     run = read_trace(trace)
+    if stem is not None:
+        _tables(run, stem)
+    if mcap is not None:
+        _bag(run, frame_of(run, resolution, origin), mcap, motion)
+    if waypoints is None:
+        return ExitCode.OK
     frame = frame_of(run, resolution, origin)
     found = waypoints_of(run, frame)
     if form is None:
@@ -68,3 +101,33 @@ def command(
     text = as_json(found, frame) if form == "json" else as_csv(found)
     write_bytes(waypoints, text.encode())
     return ExitCode.OK
+
+
+def _tables(run: Trace, stem: Path) -> None:
+    from safenav.outfile import write_bytes
+    from safenav.report.replay.reading import replay_of
+    from safenav.report.tables import tables
+
+    for name, text in tables(run, replay_of(run)).items():
+        write_bytes(stem.with_name(f"{stem.name}-{name}.csv"), text.encode())
+
+
+def _bag(run: Trace, frame: Frame, path: Path, motion: Path | None) -> None:
+    from safenav.outfile import tell, write_whole
+    from safenav.report.bag.mcap_file import write_mcap
+    from safenav.report.bag.messages import messages
+    from safenav.report.replay.reading import replay_of
+
+    if motion is None:
+        clock: Callable[[int], float] = float
+    else:
+        from safenav.motion.file.clock import clock_of
+        from safenav.motion.file.reading import read_motion
+
+        clock = clock_of(read_motion(motion))
+    try:
+        said = messages(replay_of(run), frame, clock)
+        write_whole(path, lambda part: write_mcap(part, said))
+    except ValueError as error:
+        raise UsageError(f"{run.source}: {error}") from error
+    tell(path)

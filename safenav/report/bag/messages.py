@@ -1,0 +1,249 @@
+"""What happens in a run as ROS 2 messages, each with its topic and its time.
+
+| topic | message |
+|---|---|
+| `/map` | `nav_msgs/OccupancyGrid`, once: walls are 100, free regions 0 |
+| `/tf` | `tf2_msgs/TFMessage`: each robot's frame in `map`, at every tick |
+| `/ROBOT/path` | `nav_msgs/Path`: where the robot was so far, at every tick in which it moved |
+| `/obstacles` | `visualization_msgs/MarkerArray`: known obstacles, coloured by their status |
+| `/requests` | `visualization_msgs/MarkerArray`: a line from a helper to what it helps with |
+| `/rosout` | `rcl_interfaces/Log`: the story, one line an event |
+
+Regions are squares in the frame `map` (x east, y north, origin at the south-western corner).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from math import cos, radians, sin
+from typing import Any
+
+from safenav.report.picture.glyphs import STATUS_MARKS
+from safenav.report.replay.timeline import EventKind, Replay, Status, Track
+from safenav.world.frame import Frame
+from safenav.world.map import Region
+
+Message = Mapping[str, Any]
+Clock = Callable[[int], float]
+"""Seconds at the end of a tick."""
+
+_CUBE, _LINE = 1, 4
+_ADD, _DELETE, _DELETE_ALL = 0, 2, 3
+_INFO, _WARN, _ERROR = 20, 30, 40
+_LEVELS = {
+    EventKind.VIOLATION: _WARN,
+    EventKind.BLOCKED: _WARN,
+    EventKind.ASSUMPTION: _ERROR,
+}
+
+
+@dataclass(frozen=True)
+class Stamped:
+    """One message of a bag. ``kind`` is its type, ``seconds`` its time from the start."""
+
+    seconds: float
+    topic: str
+    kind: str
+    message: Message
+
+
+def messages(replay: Replay, frame: Frame, clock: Clock) -> Iterator[Stamped]:
+    """All messages of a run, in the order of their times.
+
+    Raises ValueError for regions that are no squares: an occupancy grid has one resolution.
+    """
+    return _Telling(replay, frame, clock).all()
+
+
+def names_of(replay: Replay) -> dict[str, str]:
+    """What ROS calls each robot: letters, digits and underscores, no two the same."""
+    found: dict[str, str] = {}
+    for track in replay.robots:
+        plain = re.sub(r"\W", "_", track.name, flags=re.ASCII).strip("_") or "robot"
+        plain = f"r_{plain}" if plain[0].isdigit() else plain
+        name, number = plain, 2
+        while name in found.values():
+            name, number = f"{plain}_{number}", number + 1
+        found[track.name] = name
+    return found
+
+
+class _Telling:
+    def __init__(self, replay: Replay, frame: Frame, clock: Clock) -> None:
+        width, height = frame.resolution
+        if abs(width - height) > 1e-6 * width:
+            raise ValueError(f"regions of {width:g} x {height:g} m are no squares")
+        self.replay = replay
+        self.frame = frame
+        self.clock = clock
+        self.names = names_of(replay)
+
+    def all(self) -> Iterator[Stamped]:
+        yield Stamped(self.clock(0), "/map", "nav_msgs/msg/OccupancyGrid", self._map())
+        ways: dict[str, list[Message]] = {track.name: [] for track in self.replay.robots}
+        told: dict[str, Status] = {}
+        for tick in range(self.replay.last + 1):
+            seconds = self.clock(tick)
+            transforms = {"transforms": [self._transform(t, tick) for t in self.replay.robots]}
+            yield Stamped(seconds, "/tf", "tf2_msgs/msg/TFMessage", transforms)
+            for track in self.replay.robots:
+                if tick and track.regions[tick] == track.regions[tick - 1]:
+                    continue
+                way = ways[track.name]
+                way.append({"header": self._header(tick), "pose": self._pose(track, tick)})
+                path = {"header": self._header(tick), "poses": list(way)}
+                topic = f"/{self.names[track.name]}/path"
+                yield Stamped(seconds, topic, "nav_msgs/msg/Path", path)
+            changed = self._obstacles(tick, told)
+            if changed:
+                kind = "visualization_msgs/msg/MarkerArray"
+                yield Stamped(seconds, "/obstacles", kind, {"markers": changed})
+            if tick == 0 or self.replay.stack.at(tick) != self.replay.stack.at(tick - 1):
+                kind = "visualization_msgs/msg/MarkerArray"
+                yield Stamped(seconds, "/requests", kind, {"markers": self._requests(tick)})
+            for event in self.replay.happened(tick):
+                log = {
+                    "stamp": stamp(seconds),
+                    "level": self._level(event.kind),
+                    "name": self.names.get(event.robot or "", "safenav"),
+                    "msg": event.text,
+                    "file": "",
+                    "function": event.kind.value,
+                    "line": tick,
+                }
+                yield Stamped(seconds, "/rosout", "rcl_interfaces/msg/Log", log)
+
+    def _level(self, kind: EventKind) -> int:
+        if kind is EventKind.OUTCOME and self.replay.failed:
+            return _ERROR
+        return _LEVELS.get(kind, _INFO)
+
+    def _map(self) -> Message:
+        world = self.replay.map
+        rows = (range(row * world.cols, (row + 1) * world.cols) for row in range(world.rows))
+        data = [100 if region in world.walls else 0 for row in reversed([*rows]) for region in row]
+        x, y = self.frame.origin
+        info = {
+            "map_load_time": stamp(self.clock(0)),
+            "resolution": self.frame.resolution[0],
+            "width": world.cols,
+            "height": world.rows,
+            "origin": _pose(x, y, self.frame.yaw),
+        }
+        return {"header": self._header(0), "info": info, "data": data}
+
+    def _header(self, tick: int) -> Message:
+        return {"stamp": stamp(self.clock(tick)), "frame_id": "map"}
+
+    def _centre(self, row: float, col: float) -> tuple[float, float]:
+        (side, _), (x0, y0) = self.frame.resolution, self.frame.origin
+        east, north = (col + 0.5) * side, (self.replay.map.rows - row - 0.5) * side
+        c, s = cos(self.frame.yaw), sin(self.frame.yaw)
+        return x0 + east * c - north * s, y0 + east * s + north * c
+
+    def _pose(self, track: Track, tick: int) -> Message:
+        """Between two regions while a step takes several ticks."""
+        (placed,) = [r for r in self.replay.scene(tick, trail=0).robots if r.name == track.name]
+        x, y = self._centre(placed.row, placed.col)
+        facing = 0.0 if placed.heading is None else radians(90.0 - placed.heading)
+        return _pose(x, y, self.frame.yaw + facing)
+
+    def _transform(self, track: Track, tick: int) -> Message:
+        pose = self._pose(track, tick)
+        return {
+            "header": self._header(tick),
+            "child_frame_id": self.names[track.name],
+            "transform": {"translation": pose["position"], "rotation": pose["orientation"]},
+        }
+
+    def _obstacles(self, tick: int, told: dict[str, Status]) -> list[Message]:
+        """Markers of those whose status has changed; ``told`` keeps what was said."""
+        markers: list[Message] = []
+        for number, hidden in enumerate(self.replay.hidden):
+            status = self.replay.statuses[hidden.name].at(tick)
+            if status is told.get(hidden.name, Status.HIDDEN):
+                continue
+            told[hidden.name] = status
+            gone = status is Status.RESOLVED
+            markers.append(
+                {
+                    **self._marker(tick, "obstacles", number, _CUBE, _DELETE if gone else _ADD),
+                    "pose": self._at(hidden.region),
+                    "scale": self._size(0.9, 0.4),
+                    "color": _colour(STATUS_MARKS[status].colour, 0.8),
+                    "text": hidden.label(self.replay.map),
+                }
+            )
+        return markers
+
+    def _requests(self, tick: int) -> list[Message]:
+        """A line for each frame of the stack that asks a robot for help; others are deleted."""
+        regions = {hidden.name: hidden.region for hidden in self.replay.hidden}
+        scene = {track.name: track.regions[tick] for track in self.replay.robots}
+        markers: list[Message] = [{**self._marker(tick, "requests", 0, _LINE, _DELETE_ALL)}]
+        for number, frame in enumerate(self.replay.stack.at(tick)):
+            if frame.helper is None or frame.obstacle not in regions:
+                continue
+            ends = (scene[frame.helper], regions[frame.obstacle])
+            markers.append(
+                {
+                    **self._marker(tick, "requests", number, _LINE, _ADD),
+                    "points": [self._at(region)["position"] for region in ends],
+                    "scale": self._size(0.08, 0.0),
+                    "color": _colour(STATUS_MARKS[Status.REQUESTED].colour, 1.0),
+                    "text": f"{frame.about(self.replay.map.word)}: {frame.roles}",
+                }
+            )
+        return markers
+
+    def _marker(self, tick: int, kind: str, number: int, shape: int, action: int) -> Message:
+        """A marker with nothing in it yet."""
+        header = {"stamp": stamp(0.0), "frame_id": ""}
+        return {
+            "header": self._header(tick),
+            "ns": kind,
+            "id": number,
+            "type": shape,
+            "action": action,
+            "pose": _pose(0.0, 0.0, 0.0),
+            "scale": self._size(1.0, 1.0),
+            "color": _colour("#000000", 1.0),
+            "lifetime": stamp(0.0),
+            "frame_locked": False,
+            "points": [],
+            "colors": [],
+            "texture_resource": "",
+            "texture": {"header": header, "format": "", "data": b""},
+            "uv_coordinates": [],
+            "text": "",
+            "mesh_resource": "",
+            "mesh_file": {"filename": "", "data": b""},
+            "mesh_use_embedded_materials": False,
+        }
+
+    def _at(self, region: Region) -> Message:
+        row, col = self.replay.map.position(region)
+        x, y = self._centre(row, col)
+        return _pose(x, y, self.frame.yaw)
+
+    def _size(self, wide: float, high: float) -> Message:
+        side = self.frame.resolution[0]
+        return {"x": wide * side, "y": wide * side, "z": high * side}
+
+
+def stamp(seconds: float) -> Message:
+    """A time of ROS."""
+    nanoseconds = round(seconds * 1e9)
+    return {"sec": nanoseconds // 10**9, "nanosec": nanoseconds % 10**9}
+
+
+def _pose(x: float, y: float, yaw: float) -> Message:
+    turned = {"x": 0.0, "y": 0.0, "z": sin(yaw / 2), "w": cos(yaw / 2)}
+    return {"position": {"x": x, "y": y, "z": 0.0}, "orientation": turned}
+
+
+def _colour(text: str, opacity: float) -> Message:
+    red, green, blue = (int(text[i : i + 2], 16) / 255 for i in (1, 3, 5))
+    return {"r": red, "g": green, "b": blue, "a": opacity}

@@ -1,0 +1,141 @@
+"""A run as a ROS 2 bag, read by a reader that shares nothing with its writer; and as tables."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+from math import atan2
+from pathlib import Path
+from typing import Any
+
+import pytest
+from rosbags.highlevel import AnyReader
+from rosbags.typesys import Stores, get_typestore
+
+from cli.conftest import Command
+
+SCENARIOS = Path(__file__).parents[2] / "scenarios"
+
+
+@pytest.fixture
+def trace(safenav: Command, tmp_path: Path) -> Path:
+    done = safenav("run", SCENARIOS / "case_study_1.yaml", "--trace", "run.jsonl", "--no-map")
+    assert done.returncode == 0, done.stderr
+    return tmp_path / "run.jsonl"
+
+
+def lines(trace: Path, kind: str) -> list[dict[str, Any]]:
+    told = [json.loads(line) for line in trace.read_text().splitlines()]
+    return [line for line in told if line["type"] == kind]
+
+
+def read(bag: Path) -> dict[str, list[tuple[float, Any]]]:
+    """Topic -> (seconds, message) of every message, all of them deserialized by the definitions
+    that the bag itself holds."""
+    found: dict[str, list[tuple[float, Any]]] = {}
+    with AnyReader([bag]) as reader:
+        for connection, time, data in reader.messages():
+            message = reader.deserialize(data, connection.msgtype)
+            found.setdefault(connection.topic, []).append((time / 1e9, message))
+    return found
+
+
+def test_the_bag_tells_what_the_trace_tells(safenav: Command, trace: Path, tmp_path: Path) -> None:
+    done = safenav("export", trace, "--mcap", "run.mcap", "--resolution", "0.5")
+    assert done.returncode == 0, done.stderr
+    bag = read(tmp_path / "run.mcap")
+    assert set(bag) == {
+        "/map",
+        "/tf",
+        "/quad/path",
+        "/digit/path",
+        "/obstacles",
+        "/requests",
+        "/rosout",
+    }
+    header = lines(trace, "header")[0]["scenario"]["map"]
+    ((_, grid),) = bag["/map"]
+    assert (grid.info.width, grid.info.height) == (header["cols"], header["rows"])
+    southward = [grid.data[r * 13 : (r + 1) * 13] for r in reversed(range(7))]
+    drawn = ["".join("#" if value == 100 else "." for value in row) for row in southward]
+    assert drawn == header["grid"]
+
+    moves = {(move["tick"], move["robot"]): move for move in lines(trace, "move")}
+    facing = {"east": 0, "north": 1, "west": 2, "south": -1}
+    for seconds, message in bag["/tf"][1:]:
+        for transform in message.transforms:
+            move = moves[round(seconds), transform.child_frame_id]
+            row, col = divmod(move["to"], 13)
+            place = transform.transform.translation
+            assert (place.x, place.y) == pytest.approx(((col + 0.5) * 0.5, (6.5 - row) * 0.5))
+            turn = transform.transform.rotation
+            quarter = 2 * atan2(turn.z, turn.w) / (3.141592653589793 / 2)
+            if move["heading"] is not None:
+                assert (round(quarter) - facing[move["heading"]]) % 4 == 0
+
+    told = [message.msg for _, message in bag["/rosout"]]
+    assert any("asks for help with door@47" in text for text in told)
+    assert told[-1].startswith("completed")
+    actions = [marker.action for _, message in bag["/obstacles"] for marker in message.markers]
+    assert actions[0] == 0 and actions[-1] == 2, "found, later resolved"
+
+
+def values(message: object) -> str:
+    """All fields of a message, without the constants of its type."""
+    return re.sub(r"\b[A-Z_]{2,}=\d+, ", "", str(message))
+
+
+def test_the_definitions_are_those_of_ros(safenav: Command, trace: Path, tmp_path: Path) -> None:
+    """The bytes mean the same to a reader that has ROS's own definitions."""
+    assert safenav("export", trace, "--mcap", "run.mcap", "--resolution", "1").returncode == 0
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    with AnyReader([tmp_path / "run.mcap"]) as reader:
+        for connection, _, data in reader.messages():
+            own = reader.deserialize(data, connection.msgtype)
+            theirs = store.deserialize_cdr(data, connection.msgtype)
+            assert values(own) == values(theirs)
+
+
+def test_the_times_can_be_those_of_a_motion(safenav: Command, trace: Path, tmp_path: Path) -> None:
+    assert safenav("motion", trace, "-o", "motion.jsonl").returncode == 0
+    done = safenav(
+        "export", trace, "--mcap", "run.mcap", "--resolution", "2.7", "--motion", "motion.jsonl"
+    )
+    assert done.returncode == 0, done.stderr
+    makespan = json.loads((tmp_path / "motion.jsonl").read_text().splitlines()[-1])["makespan"]
+    times = [seconds for seconds, _ in read(tmp_path / "run.mcap")["/tf"]]
+    assert times == sorted(times) and times[0] == 0
+    assert times[-1] == pytest.approx(makespan, rel=0.1)
+
+
+def test_a_bag_needs_to_know_how_large_a_region_is(safenav: Command, trace: Path) -> None:
+    found = safenav("export", trace, "--mcap", "run.mcap")
+    assert found.returncode == 2
+    assert "--resolution" in found.stderr
+
+
+def test_nothing_to_write_says_what_there_is(safenav: Command, trace: Path) -> None:
+    found = safenav("export", trace)
+    assert found.returncode == 2
+    for option in ("--waypoints", "--mcap", "--csv"):
+        assert option in found.stderr
+
+
+def test_tables_have_every_move_event_and_synthesis(
+    safenav: Command, trace: Path, tmp_path: Path
+) -> None:
+    assert safenav("export", trace, "--csv", "run").returncode == 0
+
+    def table(name: str) -> list[dict[str, str]]:
+        with (tmp_path / f"run-{name}.csv").open(newline="") as file:
+            return list(csv.DictReader(file))
+
+    moves = lines(trace, "move")
+    assert len(table("moves")) == len(moves) + 2, "and the start of each robot"
+    by_tick = {(int(row["tick"]), row["robot"]): row for row in table("moves")}
+    for move in moves:
+        assert int(by_tick[move["tick"], move["robot"]]["region"]) == move["to"]
+    assert len(table("syntheses")) == len(lines(trace, "synthesis"))
+    kinds = [row["kind"] for row in table("events")]
+    assert kinds.count("resolved") == 1 and kinds[-1] == "outcome"
