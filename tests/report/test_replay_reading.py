@@ -13,10 +13,10 @@ from report import made_traces
 from safenav.audit.check import audit
 from safenav.errors import InputError
 from safenav.report.replay.reading import read_replay
-from safenav.report.replay.timeline import EventKind, Frame, Replay, Status
-from safenav.report.replay.wording import seconds_words
+from safenav.report.replay.timeline import EventKind, Replay, StackEntry, Status
 from safenav.scenario.objective import Hold, Patrol, Visit
 from safenav.trace.reading import read_trace
+from safenav.trace.wording import seconds_words
 from safenav.world.map import Heading
 
 Line = dict[str, Any]
@@ -62,7 +62,10 @@ def test_a_found_obstacle_without_helper_is_not_requested(tmp_path: Path) -> Non
 
 def test_the_stack_grows_and_shrinks_with_nested_requests(replays: dict[str, Replay]) -> None:
     replay = replays["chain"]
-    first, second = Frame("uncertainty@43", "digit", "quad"), Frame("door@47", "quad", "digit")
+    first, second = (
+        StackEntry("uncertainty@43", "digit", "quad"),
+        StackEntry("door@47", "quad", "digit"),
+    )
     pushes = [e.tick for e in replay.events if e.kind is EventKind.PUSH]
     pops = [e.tick for e in replay.events if e.kind is EventKind.POP]
     assert replay.stack.at(pushes[0] - 1) == ()
@@ -102,7 +105,7 @@ def test_progress_counts_rounds_since_the_objective_changed(replays: dict[str, R
 def test_a_violation_is_told_with_the_safe_action(replays: dict[str, Replay]) -> None:
     told = [e for e in replays["door"].events if e.kind is EventKind.VIOLATION]
     assert [e.text for e in told] == [
-        "quad at 46 would enter 47: door@47 is there and it cannot push; it stays"
+        "quad at 46 finds a door at 47 and keeps out: it cannot push; it stays"
     ]
 
 

@@ -22,8 +22,8 @@ from safenav.report.picture.scene import Options, svg_of
 from safenav.report.replay.perception import Sight, shading_lines, shading_of, viewers
 from safenav.report.replay.reading import read_replay
 from safenav.report.replay.timeline import EventKind, Replay
-from safenav.report.replay.wording import regions_words
 from safenav.report.terminal.replay import frame
+from safenav.trace.wording import regions_words
 from safenav.world.map import RegionMap
 from safenav.world.sight import members, visible_from
 

@@ -11,9 +11,9 @@ from typing import Any
 from safenav.report.page.region_sets import RegionSets
 from safenav.report.picture.glyphs import EVENT_MARKS, NOSE, STATUS_MARKS, looks
 from safenav.report.replay.perception import Sight, viewers
-from safenav.report.replay.timeline import Belief, Changes, Frame, Replay, Track
-from safenav.report.replay.wording import objective_words, seconds_words
+from safenav.report.replay.timeline import Belief, Changes, Replay, StackEntry, Track
 from safenav.scenario.objective import Objective, targets_of
+from safenav.trace.wording import objective_words, seconds_words
 from safenav.world.map import RegionMap
 from safenav.world.sight import members
 
@@ -130,7 +130,7 @@ def _belief(belief: Belief | None, sets: RegionSets) -> list[Any]:
     return [int(belief.seen), sets.index(sorted(belief.regions))]
 
 
-def _frame(frame: Frame, world: RegionMap) -> list[Any]:
+def _frame(frame: StackEntry, world: RegionMap) -> list[Any]:
     kind = "yield" if frame.obstacle is None else "request"
     helpers = [*frame.yielding] or [name for name in [frame.helper] if name is not None]
     return [kind, frame.about(world.word), frame.roles, frame.requester, helpers]

@@ -12,12 +12,12 @@ from safenav.report.picture.strategy import svg_of_summary
 from safenav.report.picture.svg import SvgWriter, number
 from safenav.report.picture.text import text_width, wrapped
 from safenav.report.replay.timeline import EventKind
-from safenav.report.replay.wording import regions_words
 from safenav.scenario.objective import describe, targets_of
 from safenav.spec.specification import Owner, Section
 from safenav.spec.task import Task
 from safenav.synthesis.export import in_words
 from safenav.synthesis.strategy import Strategy
+from safenav.trace.wording import regions_words
 from safenav.world.map import Heading, RegionMap
 
 MOST_STATES = 60

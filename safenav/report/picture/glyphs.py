@@ -130,6 +130,14 @@ EVENT_MARKS = {
         "M0,-1L1,0L0,1L-1,0ZM-0.11,-0.5V0.15H0.11V-0.5ZM-0.11,0.3V0.52H0.11V0.3Z", VERMILLION
     ),
     EventKind.OUTCOME: Mark("M-0.75,-0.75H0.75V0.75H-0.75Z", GREY),
+    EventKind.APPEARED: Mark(
+        "M-0.2,-0.9H0.2V-0.2H0.9V0.2H0.2V0.9H-0.2V0.2H-0.9V-0.2H-0.2Z", VERMILLION
+    ),
+    EventKind.GONE: Mark("M-0.9,-0.2H0.9V0.2H-0.9Z", GREEN),
+    EventKind.PLAN: Mark(
+        "M-0.9,-0.6H0.2V-0.95L0.9,-0.4L0.2,0.15V-0.2H-0.9ZM-0.9,0.4H0.9V0.75H-0.9Z", BLUE
+    ),
+    EventKind.PLAN_END: Mark("M-0.9,0.4H0.9V0.75H-0.9Z", BLUE),
 }
 
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from safenav.report.picture.glyphs import NOSE, STATUS_MARKS, Look, looks
 from safenav.report.picture.svg import SvgWriter
 from safenav.report.picture.text import text_width, wrapped
-from safenav.report.replay.timeline import EventKind, Frame, Scene, Status
-from safenav.report.replay.wording import objective_words
+from safenav.report.replay.timeline import EventKind, Scene, StackEntry, Status
+from safenav.trace.wording import objective_words
 from safenav.world.map import RegionMap
 
 WIDTH = 270.0
@@ -205,7 +205,7 @@ def _status(status: Status) -> Icon:
     return draw
 
 
-def _stack(stack: tuple[Frame, ...], world: RegionMap) -> Block:
+def _stack(stack: tuple[StackEntry, ...], world: RegionMap) -> Block:
     rows = []
     for depth, frame in reversed(list(enumerate(stack, start=1))):
         words = f"{depth}. {frame.about(world.word)}"

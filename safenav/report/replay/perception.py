@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from safenav.report.replay.timeline import Belief, Replay, Status
-from safenav.report.replay.wording import regions_words
+from safenav.trace.wording import regions_words
 from safenav.world.map import Region
 from safenav.world.sight import Visibility, members, visible_from
 

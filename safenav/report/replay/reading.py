@@ -19,25 +19,18 @@ from safenav.report.replay.timeline import (
     Ending,
     Event,
     EventKind,
-    Frame,
     Hidden,
     LongStep,
     Progress,
     Replay,
+    StackEntry,
     Status,
     Track,
-)
-from safenav.report.replay.wording import (
-    backtrack_text,
-    event_text,
-    holding_text,
-    objective_of,
-    yielded_text,
-    yielding_text,
 )
 from safenav.scenario.objective import Hold, Objective
 from safenav.trace import records
 from safenav.trace.reading import read_trace
+from safenav.trace.wording import Wording, objective_of
 from safenav.world.map import Heading, Region, RegionMap
 
 _HEADINGS = {heading.label: heading for heading in Heading}
@@ -81,8 +74,8 @@ class _Telling:
     statuses: dict[str, list[tuple[int, Status]]]
     objectives: dict[str, list[tuple[int, Objective | None]]]
     progress: dict[str, list[tuple[int, Progress]]]
-    frames: list[Frame] = field(default_factory=list)
-    stack: list[tuple[int, tuple[Frame, ...]]] = field(default_factory=list)
+    frames: list[StackEntry] = field(default_factory=list)
+    stack: list[tuple[int, tuple[StackEntry, ...]]] = field(default_factory=list)
     events: list[Event] = field(default_factory=list)
     beliefs: dict[tuple[str, str], list[tuple[int, Belief | None]]] = field(default_factory=dict)
     bound: dict[str, list[Region | None]] = field(default_factory=dict)
@@ -127,6 +120,10 @@ class _Telling:
             {name: [] for name in tracks},
         )
 
+    @property
+    def wording(self) -> Wording:
+        return Wording(self.map.word)
+
     def tell(self, line: records.Record) -> None:
         match line:
             case records.Move():
@@ -137,7 +134,7 @@ class _Telling:
                 self._event(line, EventKind.VIOLATION, line.robot, line.proposed, line.obstacle)
             case records.Backtrack():
                 if self.violation is not None:
-                    self._reword(backtrack_text(self.violation, line, self.map.word))
+                    self._reword(self.wording.backing_up(self.violation, line))
             case records.Request():
                 if line.helper is not None:
                     self._status(line.obstacle, line.tick, Status.REQUESTED)
@@ -162,6 +159,16 @@ class _Telling:
                 self._event(line, EventKind.SYNTHESIS, line.robot)
             case records.Assumption():
                 self._event(line, EventKind.ASSUMPTION, line.robot)
+            case records.Appeared():
+                self._status(line.obstacle, line.tick, Status.HIDDEN)
+                self._about(line, EventKind.APPEARED, None, line.obstacle)
+            case records.Gone():
+                self._status(line.obstacle, line.tick, Status.RESOLVED)
+                self._about(line, EventKind.GONE, None, line.obstacle)
+            case records.Plan():
+                self._event(line, EventKind.PLAN)
+            case records.PlanEnd():
+                self._event(line, EventKind.PLAN_END)
             case records.Outcome():
                 self.ending = Ending(
                     line.outcome.value,
@@ -189,13 +196,16 @@ class _Telling:
         del self.frames[max(0, line.depth - 1) :]
         giving_way = line.obstacle is None
         yielding = self._yielding(line) if giving_way else ()
-        self.frames.append(Frame(line.obstacle, line.requester, line.helper, yielding))
+        self.frames.append(StackEntry(line.obstacle, line.requester, line.helper, yielding))
         self._objectives(line)
         kind = EventKind.YIELD if giving_way else EventKind.PUSH
         self._about(line, kind, line.requester, line.obstacle)
         if giving_way:
-            word = self.map.word
-            self._reword(yielding_text(line, self.frames[-1].about(word), yielding, word))
+            about = self.wording.giving_way(yielding, line.requester)
+            self._reword(about + self.wording.objectives(line, yielding))
+        else:
+            parts = [name for name in (line.requester, line.helper) if name is not None]
+            self._reword(self.wording.sentence(line) + self.wording.objectives(line, parts))
 
     def _pop(self, line: records.Pop) -> None:
         dropped = self.frames[max(0, line.depth) :]
@@ -203,7 +213,7 @@ class _Telling:
         self._objectives(line)
         self._about(line, EventKind.POP, line.requester, line.obstacle)
         if line.obstacle is None and dropped:
-            self._reword(yielded_text(line, dropped[0].yielding, self.map.word))
+            self._reword(self.wording.given_way(line, dropped[0].yielding))
 
     def _reword(self, text: str) -> None:
         """Tell the last event with what only the lines before it know."""
@@ -249,7 +259,7 @@ class _Telling:
             self._event(line, EventKind.GOAL, line.robot, line.region)
         elif before.reached != line.region:  # holding on is no news
             self._event(line, EventKind.GOAL, line.robot, line.region)
-            self._reword(holding_text(line, self.map.word))
+            self._reword(self.wording.holding(line))
 
     def _status(self, obstacle: str, tick: int, status: Status) -> None:
         if obstacle not in self.hidden:
@@ -278,7 +288,7 @@ class _Telling:
             _on_map(self.map, region)
         if robot is not None:
             self._known(robot)
-        text = event_text(line, self.map.word)
+        text = self.wording.sentence(line)
         self.events.append(Event(line.tick, kind, text, robot, region, obstacle))
 
     def _stand(self, last: int) -> bool:

@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Generic, TypeVar
 
-from safenav.report.replay.wording import Word, listed, obstacle_words
 from safenav.scenario.objective import Objective
+from safenav.trace.wording import Word, Wording, obstacle_words
 from safenav.world.map import Heading, Region, RegionMap
 
 T = TypeVar("T")
@@ -60,6 +60,10 @@ class EventKind(StrEnum):
     POP = "pop"
     GOAL = "goal"
     ASSUMPTION = "assumption"
+    APPEARED = "appeared"
+    GONE = "gone"
+    PLAN = "plan"
+    PLAN_END = "plan_end"
     OUTCOME = "outcome"
 
 
@@ -140,7 +144,7 @@ class Hidden:
 
 
 @dataclass(frozen=True)
-class Frame:
+class StackEntry:
     """One entry of the objective stack: who waits for what, and who helps.
 
     Without an obstacle the ``yielding`` robots give way to the requester.
@@ -155,8 +159,7 @@ class Frame:
         """``door@47``, or ``east and digit give way to west``; ``word`` names regions."""
         if self.obstacle is not None:
             return obstacle_words(self.obstacle, word)
-        verb = "gives" if len(self.yielding) == 1 else "give"
-        return f"{listed(self.yielding)} {verb} way to {self.requester or 'the others'}"
+        return Wording(word).giving_way(self.yielding, self.requester)
 
     @property
     def roles(self) -> str:
@@ -233,7 +236,7 @@ class Scene:
     map: RegionMap
     robots: tuple[Placed, ...]
     obstacles: tuple[tuple[Hidden, Status], ...]
-    stack: tuple[Frame, ...] = ()
+    stack: tuple[StackEntry, ...] = ()
     happened: tuple[Event, ...] = ()
 
 
@@ -249,7 +252,7 @@ class Replay:
     statuses: Mapping[str, Changes[Status]]
     objectives: Mapping[str, Changes[Objective | None]]
     progress: Mapping[str, Changes[Progress]]
-    stack: Changes[tuple[Frame, ...]]
+    stack: Changes[tuple[StackEntry, ...]]
     events: tuple[Event, ...]
     ending: Ending | None
     version: str = ""

@@ -14,9 +14,9 @@ import click
 
 from safenav.report.replay.perception import shading_lines, shading_of, viewers
 from safenav.report.replay.timeline import EventKind, Replay, Status
-from safenav.report.replay.wording import objective_words
 from safenav.report.terminal.map import MapPicture, Marker, draw, letters
 from safenav.scenario.objective import targets_of
+from safenav.trace.wording import objective_words
 
 _BEGIN, _FRAME, _REST, _END = "\x1b[?25l\x1b[2J", "\x1b[H", "\x1b[J", "\x1b[?25h"
 _COLOURS = {

@@ -6,26 +6,20 @@ request, resolution, end).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 
 import click
 
-from safenav.report.replay.wording import Word, obstacle_words
 from safenav.report.terminal.map import MapPicture, Marker, draw, letters
-from safenav.report.words import counted, with_article
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import describe, targets_of
 from safenav.trace import records
+from safenav.trace.wording import Wording, counted, seconds_words, synthesis_words
 from safenav.world.map import Heading, Region
 
 Echo = Callable[[str], None]
 
 _COLOURS = ("cyan", "yellow", "magenta", "green", "blue", "bright_red")
-_REASONS = {
-    "untraversable": "turns out not to be traversable",
-    "no_capable_robot": "cannot be removed by anybody in the team",
-    "no_helper": "cannot be reached by anybody who could remove it",
-}
 
 
 class Story:
@@ -41,7 +35,13 @@ class Story:
         self._poses: dict[str, tuple[Region, Heading | None]] = {
             r.name: (r.start.region, r.start.heading) for r in scenario.robots
         }
-        self._obstacles = {o.name: (o.region, o.type.action) for o in scenario.obstacles}
+        self._obstacles = {o.name: o.region for o in scenario.obstacles}
+        self._wording = Wording(
+            scenario.map.word,
+            scenario.map.label,
+            self._name,
+            lambda word: click.style(word, bold=True),
+        )
         self._closed: dict[Region, str] = {}
         self._barred: dict[Region, str] = {}
         self._syntheses: list[records.Synthesis] = []
@@ -63,34 +63,33 @@ class Story:
                 facing = Heading[event.heading.upper()] if event.heading else None
                 self._poses[event.robot] = (event.to, facing)
             case records.Discovered():
-                place = (event.obstacle.region, event.obstacle.action)
-                self._obstacles[event.obstacle.name] = place
+                self._obstacles[event.obstacle.name] = event.obstacle.region
             case records.Violation():
-                self._violated(event)
+                self._closed[event.proposed] = self._wording.obstacle(event.obstacle)
+                self._say(event)
             case records.Request():
-                self._requested(event)
-            case records.Push():
+                self._say(event)
+                self._map()
+            case records.Push() | records.Pop():
                 self._depth = event.depth
-                if event.reason == "yield":
-                    self._say(
-                        event.tick,
-                        f"{self._name(event.requester)} cannot get on; "
-                        f"{self._name(event.helper or 'somebody')} gives way",
-                    )
-                self._say(event.tick, f"objectives pushed, depth {event.depth}")
-                self._objectives(event.objectives)
-            case records.Pop():
-                self._depth = event.depth
-                self._say(event.tick, f"objectives popped, depth {event.depth}")
-                self._objectives(event.objectives)
-            case records.Resolved():
-                self._resolved(event)
+                self._say(event)
+                for name, objective in event.objectives.items():
+                    words = self._wording.objective(objective)
+                    self._echo(f"             {self._name(name)}: {words}")
+            case records.Resolved() | records.Gone():
+                self._closed.pop(self._obstacles[event.obstacle], None)
+                self._rounds.clear()  # they are counted from the last resolution on
+                self._say(event)
+                self._map()
             case records.Blocked():
-                self._blocked(event)
+                region = self._obstacles[event.obstacle]
+                self._closed.pop(region, None)
+                self._barred[region] = self._wording.obstacle(event.obstacle)
+                self._say(event)
             case records.Goal():
                 self._goal(event)
-            case records.Assumption():
-                self._say(event.tick, f"{self._name(event.robot)}: assumption broken: {event.name}")
+            case records.Assumption() | records.Appeared() | records.Plan() | records.PlanEnd():
+                self._say(event)
             case records.Outcome():
                 self._ended(event)
 
@@ -101,105 +100,48 @@ class Story:
             self._echo(
                 f"  {self._letters[robot.name]}  {self._name(robot.name)} ({robot.model.name}) "
                 f"from {self._region(robot.start.region)}{facing}: "
-                f"{describe(robot.objective, self._word)}"
+                f"{describe(robot.objective, self._scenario.map.word)}"
             )
         self._map()
-
-    def _violated(self, event: records.Violation) -> None:
-        kind = self._kind(event.obstacle)
-        self._closed[event.proposed] = self._obstacle(event.obstacle)
-        self._say(
-            event.tick,
-            f"{self._name(event.robot)} at {self._region(event.at)} finds "
-            f"{click.style(kind, bold=True)} at {self._region(event.proposed)} and keeps out: "
-            f"it lacks '{event.action}'",
-        )
-
-    def _requested(self, event: records.Request) -> None:
-        offers = ", ".join(
-            f"{name} " + ("cannot get there" if d is None else f"in {counted(d, 'step')}")
-            for name, d in event.bids.items()
-        )
-        asks = f"{self._name(event.requester)} asks for help with {self._obstacle(event.obstacle)}"
-        if event.helper is None:
-            self._say(event.tick, f"{asks}: {offers or 'nobody has the capability'}; nobody helps")
-        else:
-            self._say(event.tick, f"{asks}: {offers}; {self._name(event.helper)} helps")
-        self._map()
-
-    def _resolved(self, event: records.Resolved) -> None:
-        region, action = self._obstacles[event.obstacle]
-        obstacle = click.style(self._obstacle(event.obstacle), bold=True)
-        self._closed.pop(region, None)
-        found = {True: ", it is traversable", False: ", it is not traversable", None: ""}
-        unasked = "" if event.requested else " without being asked"
-        self._rounds.clear()  # they are counted from the last resolution on
-        self._say(
-            event.tick,
-            f"{self._name(event.robot)} at {self._region(event.at)} performs '{action}'{unasked}: "
-            f"{obstacle} is resolved{found[event.traversable]}",
-        )
-        self._map()
-
-    def _blocked(self, event: records.Blocked) -> None:
-        region, _ = self._obstacles[event.obstacle]
-        self._closed.pop(region, None)
-        self._barred[region] = self._obstacle(event.obstacle)
-        robots = ", ".join(self._name(name) for name in event.robots)
-        obstacle = self._obstacle(event.obstacle)
-        self._say(
-            event.tick,
-            f"{obstacle} {_REASONS[event.reason]}; from now on an obstacle for {robots}",
-        )
 
     def _goal(self, event: records.Goal) -> None:
         """Tell each completed round once, and nothing of those who wait or help."""
         if self._depth == 0 and event.round > self._rounds.get(event.robot, 0):
-            at = self._region(event.region)
-            done = f"round {event.round} done"
-            self._say(event.tick, f"{self._name(event.robot)} reaches {at}, {done}")
+            self._say(event)
         self._rounds[event.robot] = event.round
 
     def _ended(self, event: records.Outcome) -> None:
         self._map()
-        good = event.outcome == "completed"
-        word = click.style(event.outcome, fg="green" if good else "red", bold=True)
-        if event.outcome == "error":  # whoever started the run reports it
+        if event.outcome is records.Ending.ERROR:  # whoever started the run reports it
             return
-        self._say(event.tick, f"{word}: {event.explanation}")
+        word, _, why = self._wording.sentence(event).partition(":")
+        good = event.outcome is records.Ending.COMPLETED
+        word = click.style(word, fg="green" if good else "red", bold=True)
+        self._line(event.tick, f"{word}:{why}")
+        spent = seconds_words(event.synthesis_seconds)
         self._echo(
             f"           {counted(event.ticks, 'tick')}, "
             f"{counted(event.syntheses, 'synthesis', 'syntheses')} "
-            f"({_duration(event.synthesis_seconds)} of work), {_duration(event.seconds)} in all"
+            f"({spent} of work), {seconds_words(event.seconds)} in all"
         )
 
-    def _objectives(self, objectives: Mapping[str, records.Objective]) -> None:
-        for name, objective in objectives.items():
-            self._echo(
-                f"             {self._name(name)}: {_objective_words(objective, self._word)}"
-            )
-
     def _flush_syntheses(self) -> None:
+        """Tell those that belong together in one line."""
         if not self._syntheses:
             return
         events, self._syntheses = self._syntheses, []
-        told = []
-        for event in events:
-            if event.verdict == "realizable":
-                cached = ", cached" if event.cached else ""
-                proof = ", verified" if event.verified else ""
-                states = counted(event.states or 0, "state")
-                size = f"{states} in {_duration(event.seconds)}{cached}{proof}"
-                told.append(f"{self._name(event.robot)} ({size})")
-            else:
-                told.append(f"{self._name(event.robot)} ({event.verdict})")
-        verb = "synthesized" if events[0].reason == "initial" else "resynthesized"
-        self._say(events[0].tick, f"{verb} {', '.join(told)}")
+        told = [f"{self._name(event.robot)} ({synthesis_words(event)})" for event in events]
+        first = events[0].reason is records.Reason.INITIAL
+        verb = "synthesized" if first else "resynthesized"
+        self._line(events[0].tick, f"{verb} {', '.join(told)}")
         for event in events:
             for assumption in event.assumptions:
                 self._echo(f"             {self._name(event.robot)} assumes: {assumption}")
 
-    def _say(self, tick: int, text: str) -> None:
+    def _say(self, event: records.Record) -> None:
+        self._line(event.tick, self._wording.sentence(event))
+
+    def _line(self, tick: int, text: str) -> None:
         stamp = f"tick {tick:<4}" if tick != self._tick else " " * 9
         self._tick = tick
         self._echo(f"{click.style(stamp, dim=True)}  {text}")
@@ -240,30 +182,8 @@ class Story:
         lines.append(" o target of an objective")
         return lines
 
-    def _kind(self, obstacle: str) -> str:
-        return with_article(obstacle.split("@", 1)[0])
-
-    def _obstacle(self, name: str) -> str:
-        return obstacle_words(name, self._word)
-
-    def _word(self, region: Region) -> str:
-        return self._scenario.map.word(region)
-
     def _name(self, robot: str) -> str:
         return click.style(robot, fg=self._colours.get(robot))
 
     def _region(self, region: Region) -> str:
         return self._scenario.map.label(region)
-
-
-def _objective_words(objective: records.Objective, word: Word) -> str:
-    """An objective as in a trace, in a few words."""
-    kind = objective.kind
-    if kind == "ltl":
-        return "ltl"
-    words = ["|".join(map(word, sorted(target))) for target in objective.targets]
-    return f"{kind} {(' <-> ' if kind == 'patrol' else ', ').join(words)}"
-
-
-def _duration(seconds: float) -> str:
-    return f"{seconds * 1000:.0f} ms" if seconds < 1 else f"{seconds:.1f} s"

@@ -7,7 +7,13 @@ import type { Player } from "./player";
 import type { EventKind, Run, RunEvent } from "./run";
 
 const GROUPS: [name: string, kinds: EventKind[]][] = [
-  ["coordination", ["violation", "request", "yield", "push", "pop", "resolved", "blocked", "assumption", "outcome"]],
+  [
+    "coordination",
+    [
+      ...(["violation", "request", "yield", "push", "pop", "resolved", "blocked"] as const),
+      ...(["appeared", "gone", "plan", "plan_end", "assumption", "outcome"] as const),
+    ],
+  ],
   ["synthesis", ["synthesis"]],
   ["goals", ["goal"]],
 ];

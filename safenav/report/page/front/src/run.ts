@@ -17,6 +17,10 @@ export type EventKind =
   | "pop"
   | "goal"
   | "assumption"
+  | "appeared"
+  | "gone"
+  | "plan"
+  | "plan_end"
   | "outcome";
 
 export interface Look {

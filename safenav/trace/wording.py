@@ -1,0 +1,265 @@
+"""How the lines of a trace are told to people, in scenario terms: one sentence a line.
+
+The story of a run on the terminal, the page, the pictures and the terminal replay use these same
+sentences; they only differ in how they show robots and regions.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+
+from safenav.scenario.objective import Cover, Hold, Ltl, Objective, Patrol, Visit, describe
+from safenav.trace import records
+from safenav.world.map import Region
+
+_UNCOUNTED = {"debris", "dirt", "dust", "fire", "fog", "glass", "gravel", "ice", "mud", "oil"} | {
+    "rubble",
+    "sand",
+    "smoke",
+    "snow",
+    "uncertainty",
+    "water",
+}
+"""Kinds of obstacles of which there is no plural, so no article either."""
+
+
+def objective_of(told: records.Objective) -> Objective | None:
+    """The objective that a trace names; None for a kind that is not known here."""
+    match told.kind, told.targets:
+        case "patrol", (first, second):
+            return Patrol(first, second)
+        case "visit", targets:
+            return Visit(targets)
+        case "cover", targets:
+            return Cover(targets)
+        case "hold", (target,):
+            return Hold(target)
+        case "ltl", _:
+            return _ltl(told.body)
+    return None
+
+
+def _ltl(spelled: str) -> Ltl:
+    """Only how much there is of each part: no picture shows more."""
+    try:
+        parts = json.loads(spelled)
+        safety, liveness = (tuple(map(str, parts.get(k, ()))) for k in ("safety", "liveness"))
+        return Ltl(safety=safety, liveness=liveness)
+    except (ValueError, TypeError, AttributeError):
+        return Ltl()
+
+
+Word = Callable[[Region], str]
+"""What a region is called: its name or its number."""
+
+
+def objective_words(objective: Objective | None, word: Word = str) -> str:
+    return "no objective" if objective is None else describe(objective, word)
+
+
+def obstacle_words(name: str, word: Word = str) -> str:
+    """``door@47``, or ``door@dock`` where the region has a name."""
+    kind, at, region = name.partition("@")
+    return f"{kind}@{word(int(region))}" if at and region.isdecimal() else name
+
+
+def seconds_words(seconds: float) -> str:
+    """A duration in the unit that fits: ``12 ms``, ``3.4 s``, ``2 min 5 s``."""
+    if seconds < 0.0005:
+        return "under 1 ms"
+    if seconds < 0.9995:
+        return f"{seconds * 1000:.0f} ms"
+    if seconds < 59.95:
+        return f"{seconds:.1f} s"
+    return f"{round(seconds) // 60} min {round(seconds) % 60} s"
+
+
+_WHY = {
+    records.Reason.INITIAL: "before the start",
+    records.Reason.REQUEST: "to meet a request",
+    records.Reason.RESOLVED: "after a resolution",
+    records.Reason.BLOCKED: "around a blocked region",
+    records.Reason.YIELD: "to make way",
+    records.Reason.APPEARED: "around what has appeared",
+    records.Reason.GONE: "after an obstacle went",
+    records.Reason.PLAN: "after a joint plan",
+}
+
+_BLOCKED = {
+    records.BlockReason.UNTRAVERSABLE: "it is not traversable",
+    records.BlockReason.NO_CAPABLE_ROBOT: "no robot has the action it needs",
+    records.BlockReason.NO_HELPER: "no robot can help",
+    records.BlockReason.UNRESOLVABLE: "whatever the team does, nobody ever gets to resolve it",
+}
+
+_PLAN_OVER = {
+    records.PlanEndReason.REACHED: "everybody is where it leads",
+    records.PlanEndReason.VIOLATION: "something stands in its way",
+    records.PlanEndReason.CHANGED: "things have changed",
+}
+
+
+@dataclass(frozen=True)
+class Wording:
+    """How a run is told. ``word``: what a region is called in the names of obstacles and in
+    objectives; ``place``: how it is shown where something happens (default: the same);
+    ``robot`` and ``strong`` dress up names of robots and what matters most."""
+
+    word: Word = str
+    place: Word | None = None
+    robot: Callable[[str], str] = str
+    strong: Callable[[str], str] = str
+
+    def sentence(self, line: records.Record) -> str:
+        """A line without its full stop. Raises TypeError for one that tells no event."""
+        match line:
+            case records.Synthesis():
+                found = synthesis_words(line)
+                return f"synthesis for {self.robot(line.robot)} {_WHY[line.reason]}: {found}"
+            case records.Violation():
+                kind = self.strong(with_article(line.obstacle.partition("@")[0]))
+                found = f"finds {kind} at {self._at(line.proposed)} and keeps out"
+                who = f"{self.robot(line.robot)} at {self._at(line.at)}"
+                return f"{who} {found}: it cannot {line.action}"
+            case records.Request():
+                return self._request(line)
+            case records.Push() if line.obstacle is None:
+                helpers = line.helpers or ((line.helper,) if line.helper else ())
+                return self.giving_way(helpers, line.requester)
+            case records.Push():
+                return f"objectives pushed, depth {line.depth}"
+            case records.Pop():
+                over = f" ({self.obstacle(line.obstacle)})" if line.obstacle else ""
+                return f"objectives restored, depth {line.depth}{over}"
+            case records.Resolved():
+                return self._resolved(line)
+            case records.Blocked():
+                obstacle = self.strong(self.obstacle(line.obstacle))
+                whom = self._all(line.robots)
+                return f"{obstacle} stays blocked for {whom}: {_BLOCKED[line.reason]}"
+            case records.Appeared():
+                return f"{self.strong(self.obstacle(line.obstacle))} appears"
+            case records.Gone():
+                return f"{self.strong(self.obstacle(line.obstacle))} goes by itself"
+            case records.Goal():
+                done = f", round {line.round} done" if line.round else ""
+                return f"{self.robot(line.robot)} reaches {self._at(line.region)}{done}"
+            case records.Assumption():
+                return f"{self.robot(line.robot)}: assumption broken: {line.name}"
+            case records.Plan():
+                return f"{self._all(line.robots)} move by a joint plan ({line.reason})"
+            case records.PlanEnd():
+                return f"the joint plan is over: {_PLAN_OVER[line.reason]}"
+            case records.Outcome():
+                text = line.outcome.value.replace("_", " ")
+                return f"{text}: {line.explanation}" if line.explanation else text
+        raise TypeError(f"{line.type} is no event")
+
+    def objectives(self, line: records.Push | records.Pop, names: Iterable[str]) -> str:
+        """What these robots have to do after the line, in brackets; nothing without any."""
+        told = [
+            f"{name}: {self.objective(line.objectives[name])}"
+            for name in names
+            if name in line.objectives
+        ]
+        return f" ({'; '.join(told)})" if told else ""
+
+    def objective(self, told: records.Objective) -> str:
+        """An objective in a few words."""
+        return objective_words(objective_of(told), self.word)
+
+    def obstacle(self, name: str) -> str:
+        """``door@47``, or ``door@dock`` where the region has a name."""
+        return obstacle_words(name, self.word)
+
+    def giving_way(self, helpers: Iterable[str], requester: str | None) -> str:
+        """Who gives way to whom."""
+        names = list(helpers)
+        to = self.robot(requester) if requester else "the others"
+        return f"{self._all(names)} {'gives' if len(names) == 1 else 'give'} way to {to}"
+
+    def given_way(self, line: records.Pop, helpers: Sequence[str]) -> str:
+        """The pop after robots have given way."""
+        verb = "has" if len(helpers) == 1 else "have"
+        to = self.robot(line.requester) if line.requester else "the others"
+        return f"{self._all(helpers)} {verb} given way to {to}: {self.sentence(line)}"
+
+    def backing_up(self, violation: records.Violation, backtrack: records.Backtrack) -> str:
+        """A violation and the safe action that was taken instead."""
+        stays = backtrack.to == violation.at
+        way = "it stays" if stays else f"it goes to {self._at(backtrack.to)}"
+        return f"{self.sentence(violation)}; {way}"
+
+    def holding(self, line: records.Goal) -> str:
+        """The goal of a robot that is to stay where it is."""
+        return f"{self.robot(line.robot)} holds {self._at(line.region)}"
+
+    def _request(self, line: records.Request) -> str:
+        asks = f"{self.robot(line.requester)} asks for help with {self.obstacle(line.obstacle)}"
+        bids = ", ".join(
+            f"{name} cannot get there" if bid is None else f"{name} is {counted(bid, 'step')} away"
+            for name, bid in line.bids.items()
+        )
+        helpers = line.helpers or ((line.helper,) if line.helper else ())
+        help_ = f"{self._all(helpers)} {'helps' if len(helpers) == 1 else 'help'}"
+        return (
+            f"{asks}: {bids or 'nobody has the capability'}; {help_ if helpers else 'nobody helps'}"
+        )
+
+    def _resolved(self, line: records.Resolved) -> str:
+        who = self._all(line.robots or (line.robot,))
+        verb = "resolve" if line.robots and len(line.robots) > 1 else "resolves"
+        text = f"{who} at {self._at(line.at)} {verb} {self.strong(self.obstacle(line.obstacle))}"
+        if line.traversable is not None:
+            text += ", which is traversable" if line.traversable else ", which is not traversable"
+        return text if line.requested else text + " (nobody had asked)"
+
+    def _at(self, region: Region) -> str:
+        return (self.place or self.word)(region)
+
+    def _all(self, names: Iterable[str]) -> str:
+        ordered = sorted(names) if isinstance(names, frozenset) else names
+        return listed(self.robot(name) for name in ordered)
+
+
+def synthesis_words(line: records.Synthesis) -> str:
+    """What a synthesis came to: ``21 states in 3 ms, verified``."""
+    found = line.verdict.value.replace("_", " ")
+    if line.verdict is records.Verdict.REALIZABLE and line.states is not None:
+        found = counted(line.states, "state")
+    spent = ", from the cache" if line.cached else f" in {seconds_words(line.seconds)}"
+    proof = {None: "", True: ", verified", False: ", verification failed"}[line.verified]
+    return f"{found}{spent}{proof}"
+
+
+def regions_words(regions: Iterable[Region], word: Word = str) -> str:
+    """Regions in short: ``22-24, 35``; a region alone by its name."""
+    runs: list[tuple[int, int]] = []
+    for region in sorted(regions):
+        if runs and region == runs[-1][1] + 1:
+            runs[-1] = (runs[-1][0], region)
+        else:
+            runs.append((region, region))
+    return ", ".join(word(a) if a == b else f"{a}-{b}" for a, b in runs)
+
+
+def listed(names: Iterable[str]) -> str:
+    """``a``, ``a and b``, ``a, b and c``; ``nobody`` without any."""
+    words = list(names)
+    if len(words) < 2:
+        return words[0] if words else "nobody"
+    return ", ".join(words[:-1]) + " and " + words[-1]
+
+
+def counted(number: int, noun: str, plural: str = "") -> str:
+    """``1 state``, ``2 states``; ``plural`` where an s is not enough."""
+    return f"{number} {noun if number == 1 else plural or noun + 's'}"
+
+
+def with_article(kind: str) -> str:
+    """``a door``, ``an obstacle``, ``rubble``."""
+    if kind.lower() in _UNCOUNTED:
+        return kind
+    return f"{'an' if kind[:1].lower() in tuple('aeiou') else 'a'} {kind}"

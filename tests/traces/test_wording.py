@@ -1,0 +1,67 @@
+"""Every line that tells an event has one sentence, whoever tells it."""
+
+from __future__ import annotations
+
+import pytest
+
+from safenav.trace import records
+from safenav.trace.records import KINDS
+from safenav.trace.wording import Wording
+from traces.examples import examples
+
+SILENT = {"header", "move", "backtrack", "belief", "discovered"}
+"""What happens in every tick, or belongs to another line's sentence."""
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_every_event_is_told_in_one_sentence(seed: int) -> None:
+    told = set()
+    for record in examples(seed):
+        if record.type in SILENT:
+            with pytest.raises(TypeError, match="is no event"):
+                Wording().sentence(record)
+            continue
+        sentence = Wording().sentence(record)
+        assert sentence and "\n" not in sentence and not sentence.endswith(".")
+        assert "None" not in sentence
+        told.add(record.type)
+    assert told == set(KINDS) - SILENT
+
+
+@pytest.mark.parametrize("reason", records.Reason)
+def test_every_reason_of_a_synthesis_has_its_words(reason: records.Reason) -> None:
+    objective = records.Objective.of({"hold": 4})
+    assert objective is not None
+    verdict = records.Verdict.REALIZABLE
+    line = records.Synthesis(
+        1, "quad", reason, verdict, 0.002, 21, False, True, "0" * 64, "0" * 64, objective
+    )
+    sentence = Wording().sentence(line)
+    assert sentence.startswith("synthesis for quad ")
+    assert sentence.endswith(": 21 states in 2 ms, verified")
+
+
+@pytest.mark.parametrize("reason", records.BlockReason)
+def test_every_reason_to_block_has_its_words(reason: records.BlockReason) -> None:
+    line = records.Blocked(1, "door@47", frozenset({"quad", "digit"}), reason)
+    assert Wording().sentence(line).startswith("door@47 stays blocked for digit and quad: ")
+
+
+def test_regions_and_robots_are_shown_as_the_teller_likes() -> None:
+    names = {46: "gate", 47: "dock"}
+    wording = Wording(
+        word=lambda region: names.get(region, str(region)),
+        place=lambda region: f"{names[region]} {region}",
+        robot=str.upper,
+        strong=lambda word: f"*{word}*",
+    )
+    violation = records.Violation(3, "quad", 46, 47, "door@47", "push")
+    told = "QUAD at gate 46 finds *a door* at dock 47 and keeps out: it cannot push"
+    assert wording.sentence(violation) == told
+    request = records.Request(3, "door@47", "quad", {"digit": 1, "rover": None}, "digit", (47,))
+    told = "QUAD asks for help with door@dock: digit is 1 step away, rover cannot get there"
+    assert wording.sentence(request) == f"{told}; DIGIT helps"
+    both = records.Resolved(5, "beam@47", "digit", 46, False, None, robots=("digit", "rover"))
+    assert wording.sentence(both) == (
+        "DIGIT and ROVER at gate 46 resolve *beam@dock* (nobody had asked)"
+    )
