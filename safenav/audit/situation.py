@@ -90,6 +90,8 @@ class Turn:
     records: list[Record] = field(default_factory=list)
     final: bool = False
     torn: bool = False
+    advanced: set[str] = field(default_factory=set)
+    """Obstacles of which a need was met in this turn, as far as that follows from the moves."""
 
     def all(self, kind: type[L]) -> list[L]:
         return [record for record in self.records if isinstance(record, kind)]
@@ -123,6 +125,9 @@ class Situation:
             for name, obstacle in self.obstacles.items()
         }
         self.stage = dict.fromkeys(self.obstacles, 0)
+        self._tells_needs = any(
+            isinstance(record, Resolved) and record.need is not None for record in trace.records
+        )
         self.done: dict[str, set[str]] = {name: set() for name in self.obstacles}
         self.discovered: set[str] = set()
         self.form: dict[tuple[str, Objective], Form | None] = {}
@@ -290,6 +295,8 @@ class Situation:
                 self._put_in_force(record.objectives, record.line)
             case Synthesis():
                 self.form[record.robot, record.objective] = record.form
+                if self.derived and record.node is not None:  # it was installed
+                    self._put_in_force({record.robot: record.objective}, record.line)
                 if record.tick > 0:
                     robot = record.robot
                     self.progress[robot].reset(self.objectives[robot], record.line)
@@ -316,11 +323,20 @@ class Situation:
         return {robot for robot in self.capable(obstacle) if self.region[robot] in regions}
 
     def _perform(self, robot: str) -> None:
-        """Note what the robot does where it stands: its part in the needs that are next."""
+        """Note what the robot does where it stands: its part in the needs that are next. Where
+        the trace has no lines of single needs, one that is met makes way for the next."""
         for name in self.obstacles:
             open_ = self.status[name] in (Status.UNRESOLVED, Status.GIVEN_UP)
-            if open_ and robot in self.standing(name):
-                self.done[name].add(robot)
+            if not open_ or robot not in self.standing(name):
+                continue
+            self.done[name].add(robot)
+            need = self.need(name)
+            group = self.standing(name) if need.together else self.done[name]
+            last = self.stage[name] + 1 >= len(self.obstacles[name].all_needs)
+            if len(group) >= need.robots and not last and not self._tells_needs:
+                self.stage[name] += 1
+                self.done[name].clear()
+                self.turn.advanced.add(name)
 
     def _put_in_force(self, objectives: Mapping[str, Objective], line: int) -> None:
         for robot, objective in objectives.items():

@@ -117,6 +117,8 @@ class MissedGoalRule(Rule):
             return
         robot, here = turn.robot, now.region[turn.robot]
         met = {goal.goal for goal in turn.all(Goal)}
+        if now.alternates(robot) and progress.awaited is None:
+            return  # which target is next is not known yet
         for index, target in enumerate(progress.objective.targets):
             if here in target and index not in met and _is_due(progress, index, turn.origin):
                 problem = f"{robot} comes to its target {now.show(here)}, but that is not counted"
@@ -204,7 +206,11 @@ class HoldRule(Rule):
         objective = turn.objectives[turn.robot]
         if objective.kind != "hold" or not _by_strategy(turn):
             return
-        here, target = now.region[turn.robot], objective.targets[0]
+        if turn.on_the_way:
+            return  # that was decided when it set out
+        toward = now.toward[turn.robot]
+        here = now.region[turn.robot] if toward is None else toward
+        target = objective.targets[0]
         if turn.origin in target and here not in target:
             problem = f"{turn.robot} holds, but leaves for {now.show(here)}"
             yield self.broken(turn.tick, turn.robot, turn.line, problem)

@@ -44,8 +44,10 @@ class ViolationRule(Rule):
             yield f"{robot} faces {heading} and cannot step {way} to {proposed}"
         if obstacle.region != record.proposed:
             yield f"{obstacle.name} is not at {proposed}"
-        if record.action != obstacle.action:
-            yield f"{obstacle.name} needs {obstacle.action}, not {record.action}"
+        rest = obstacle.all_needs[now.stage[obstacle.name] :]
+        if record.action not in [need.action for need in rest or (now.need(obstacle.name),)]:
+            action = now.need(obstacle.name).action
+            yield f"{obstacle.name} needs {action}, not {record.action}"
         if robot not in now.blocked_by(obstacle.name):
             yield f"{obstacle.name} does not block {robot}"
         status = now.status[obstacle.name]
@@ -83,8 +85,8 @@ class BacktrackRule(Rule):
 
 
 class ResolutionRule(Rule):
-    """A need is met in its turn, by as many distinct robots as it takes, who have its action and
-    stand, all at once if they have to, where it can be performed. With the last one the obstacle
+    """A need is met in its turn (a line without ``need`` tells of the last one, and of all who
+    had a part in any), by as many distinct robots as it takes, who have its action and stand, all at once if they have to, where it can be performed. With the last one the obstacle
     is resolved, once: it reveals the truth of the header, if the world is simulated. The line
     says rightly whether a request was open (D 3, 5.2 and 5.6, T)."""
 
@@ -98,7 +100,7 @@ class ResolutionRule(Rule):
     def _problems(self, record: Resolved, now: Situation) -> Iterator[str]:
         robot, name, at = record.robot, record.obstacle, now.show(record.at)
         obstacle, need = now.obstacles[name], now.need(name)
-        for one in record.robots or (robot,):
+        for one in record.robots if record.need is not None and record.robots else (robot,):
             if one not in now.capable(name):
                 yield f"{one} cannot {need.action}, which {name} needs"
         if record.at != now.region[robot]:
@@ -128,10 +130,12 @@ class ResolutionRule(Rule):
 def _group_problems(record: Resolved, now: Situation) -> Iterator[str]:
     """What is wrong with those who took part together."""
     name, need = record.obstacle, now.need(record.obstacle)
-    group = set(record.robots or (record.robot,))
+    able = now.standing(name) if need.together else now.done[name]
+    group = able | {record.robot}
+    if record.robots and (record.need is not None or len(now.obstacles[name].all_needs) == 1):
+        group = set(record.robots)
     if len(group) < need.robots:
         yield f"{name} takes {need.robots} robots, not {len(group)}"
-    able = now.standing(name) if need.together else now.done[name]
     for one in sorted(group - able - {record.robot}):
         when = "now" if need.together else "or stood"
         yield f"{one} has no part in it: it does not stand {when} where {name} is resolved"
@@ -150,7 +154,7 @@ class MissedResolutionRule(Rule):
         move = turn.first(Move)
         if turn.robot is None or move is None or now.is_cut_short() or now.external:
             return
-        met = {record.obstacle for record in turn.all(Resolved)}
+        met = {record.obstacle for record in turn.all(Resolved)} | turn.advanced
         for name in now.obstacles:
             if now.status[name] is not Status.UNRESOLVED or name in met:
                 continue

@@ -157,7 +157,7 @@ class CompletedRule(Rule):
             yield f"the rounds of {robot} are not told"
             return
         objective = now.objectives[robot]
-        _, most = bounds(self._goals.get(robot, []), objective)
+        _, most = _bounds(self._goals.get(robot, []), objective)
         if outcome.outcome is Ending.COMPLETED:
             if told < wanted:
                 yield f"{robot} has {told} rounds of {wanted}, so the run is not completed"
@@ -178,10 +178,10 @@ class CompletedRule(Rule):
         objective = now.objectives[robot]
         if objective.kind == "hold":  # the tick in which its counting begins may not count
             return self._held.get(robot, 1) - 1
-        return bounds(self._goals.get(robot, []), objective)[0]
+        return _bounds(self._goals.get(robot, []), objective)[0]
 
 
-def bounds(goals: list[Goal], objective: Objective) -> tuple[int, int | None]:
+def _bounds(goals: list[Goal], objective: Objective) -> tuple[int, int | None]:
     """The least and the greatest number of rounds that these goals can be (None: no bound)."""
     if objective.kind not in COUNTED_KINDS:
         return 0, None

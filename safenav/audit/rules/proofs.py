@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import replace
 from itertools import product
 
@@ -17,14 +17,15 @@ from safenav.audit.proofs import (
     problems_of,
 )
 from safenav.audit.proofs.formulas import UnreadError, read_formulas
-from safenav.audit.rules.outcome import bounds
 from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.situation import Situation, Status
 from safenav.trace.records import (
+    Appeared,
     Blocked,
     BlockReason,
     Ending,
     Goal,
+    Gone,
     OperatorCause,
     Outcome,
     Record,
@@ -41,6 +42,7 @@ class ProofRule(Rule):
 
     def __init__(self) -> None:
         self._goals: dict[str, list[Goal]] = {}
+        self._never: set[str] = set()
 
     def line(self, record: Record, now: Situation) -> Iterator[Finding]:
         if isinstance(record, Goal):
@@ -49,14 +51,10 @@ class ProofRule(Rule):
         elif isinstance(record, Resolved):
             if now.is_last_need(record):
                 self._goals.clear()
-        elif isinstance(record, Blocked) and record.reason is BlockReason.UNRESOLVABLE:
-            if record.proof is None:
-                yield self.broken_by(record, None, f"{record.obstacle} is given up without proof")
-                return
-            for problem in never_resolved_problems(
-                record.proof, moment_of(now, self._goals), record.obstacle
-            ):
-                yield self.broken_by(record, None, problem)
+        elif isinstance(record, Appeared | Gone):
+            self._never.discard(record.obstacle)
+        elif isinstance(record, Blocked) and record.reason is not BlockReason.UNTRAVERSABLE:
+            yield from self._given_up(record, now)
         elif isinstance(record, Outcome) and record.outcome is Ending.OPERATOR_NEEDED:
             if record.proof is None:
                 if record.cause is OperatorCause.UNRESOLVABLE:
@@ -64,12 +62,25 @@ class ProofRule(Rule):
                         record, None, "an operator is needed, but that is not proven"
                     )
                 return
-            for problem in problems_of(record.proof, moment_of(now, self._goals)):
+            for problem in problems_of(record.proof, moment_of(now, self._goals, self._never)):
                 yield self.broken_by(record, None, problem)
 
+    def _given_up(self, record: Blocked, now: Situation) -> Iterator[Finding]:
+        """An obstacle that can never be resolved is closed for good to those whom it blocks."""
+        moment = moment_of(now, self._goals, self._never)
+        if record.proof is not None:
+            for problem in never_resolved_problems(record.proof, moment, record.obstacle):
+                yield self.broken_by(record, None, problem)
+        elif record.reason is BlockReason.UNRESOLVABLE:
+            yield self.broken_by(record, None, f"{record.obstacle} is given up without proof")
+        elif record.reason is BlockReason.NO_HELPER:
+            return  # nobody helps now; that it is for good is not said
+        self._never.add(record.obstacle)
 
-def moment_of(now: Situation, goals: dict[str, list[Goal]]) -> Moment:
-    """The moment at a line of the trace. ``goals``: those since the last resolution."""
+
+def moment_of(now: Situation, goals: dict[str, list[Goal]], never: Collection[str]) -> Moment:
+    """The moment at a line of the trace. ``goals``: those since the last resolution. ``never``:
+    obstacles of which it was shown that nobody can ever resolve them."""
     world = now.grid
     gates = {
         name: Gate(
@@ -85,6 +96,7 @@ def moment_of(now: Situation, goals: dict[str, list[Goal]]) -> Moment:
         )
         for name, obstacle in now.obstacles.items()
         if now.status[name] in (Status.UNRESOLVED, Status.GIVEN_UP) and name in now.discovered
+        if name not in never
     }
     return Moment(
         world.rows,
@@ -96,7 +108,8 @@ def moment_of(now: Situation, goals: dict[str, list[Goal]]) -> Moment:
             name: frozenset(
                 obstacle.region
                 for obstacle in now.obstacles.values()
-                if now.status[obstacle.name] is Status.UNTRAVERSABLE and name in obstacle.blocks
+                if now.status[obstacle.name] is Status.UNTRAVERSABLE or obstacle.name in never
+                if name in now.blocked_by(obstacle.name)
             )
             for name in now.header.robots
         },
@@ -112,8 +125,10 @@ def _robot(name: str, now: Situation, goals: list[Goal]) -> Robot:
     told = now.header.robots[name]
     objective = told.objective
     rounds = now.header.until.rounds or 1
-    _, most = bounds(goals, objective)
-    done = max((goal.round for goal in goals), default=0) if most is None else most
+    done = goals[-1].round if goals else 0
+    this_round = [goal.goal for goal in goals if goal.round == done]
+    # The goal that completes a round is the last of that one, not the first of the next.
+    covered = this_round[1:] if done else this_round
     robot = Robot(
         name=name,
         has_heading=now.has_heading(name),
@@ -125,7 +140,7 @@ def _robot(name: str, now: Situation, goals: list[Goal]) -> Robot:
             other for other in now.header.robots if other != name and now.conflict(name, other)
         ),
         awaited=_awaited(name, now),
-        covered=frozenset(goal.goal for goal in goals if goal.goal < len(objective.targets)),
+        covered=frozenset(goal for goal in covered if goal < len(objective.targets)),
         rounds_left=max(rounds - done, 0),
     )
     if objective.kind != "ltl":
