@@ -86,9 +86,10 @@ class BacktrackRule(Rule):
 
 class ResolutionRule(Rule):
     """A need is met in its turn (a line without ``need`` tells of the last one, and of all who
-    had a part in any), by as many distinct robots as it takes, who have its action and stand, all at once if they have to, where it can be performed. With the last one the obstacle
-    is resolved, once: it reveals the truth of the header, if the world is simulated. The line
-    says rightly whether a request was open (D 3, 5.2 and 5.6, T)."""
+    had a part in any), by as many distinct robots as it takes, who have its action and stand,
+    all at once if they have to, where it can be performed. With the last one the obstacle is
+    resolved, once: it reveals the truth of the header, if the world is simulated. The line says
+    rightly whether a request was open (D 3, 5.2 and 5.6, T)."""
 
     name = "resolution"
 
