@@ -21,7 +21,7 @@ def random_walk(seed: int, ticks: int = 12) -> list[Line]:
         for r in range(rows)
     ]
     for c in range(1, cols - 1):
-        cells[1][c] = False
+        cells[1][c] = cells[2][1] = False  # room enough for the robots and a door
     free = [r * cols + c for r in range(rows) for c in range(cols) if not cells[r][c]]
     starts = rng.sample(free, 4)
     door = starts.pop()
