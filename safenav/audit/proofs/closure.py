@@ -21,7 +21,7 @@ def closure_problems(
 ) -> Iterator[str]:
     """Why a closure table does not hold. ``lame``: somebody must be unable to go on in it.
     ``start``: where each robot may be (default: where it is)."""
-    never = names(proof.get("never"), "never")
+    never = [name for name in names(proof.get("never"), "never") if name not in moment.shut]
     away = names(proof.get("resolved"), "resolved")
     tables = {
         name: mapping(table, f"the table of {name}")

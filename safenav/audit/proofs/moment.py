@@ -83,8 +83,9 @@ class Robot:
 
 @dataclass(frozen=True)
 class Moment:
-    """``sealed``: regions that are closed for good, by robot. ``rounds``: how often an
-    objective is to be met after a resolution."""
+    """``sealed``: regions that are closed for good, by robot; among them those of ``shut``,
+    obstacles that can never be resolved. ``rounds``: how often an objective is to be met after
+    a resolution."""
 
     rows: int
     cols: int
@@ -93,6 +94,7 @@ class Moment:
     gates: Mapping[str, Gate]
     sealed: Mapping[str, frozenset[int]]
     rounds: int
+    shut: frozenset[str] = frozenset()
 
     def steps(self, robot: Robot, pose: Pose) -> list[Pose]:
         """The poses one step away on the free map, never backwards with a heading."""

@@ -114,6 +114,7 @@ def moment_of(now: Situation, goals: dict[str, list[Goal]], never: Collection[st
             for name in now.header.robots
         },
         now.header.until.rounds or 1,
+        frozenset(never),
     )
 
 
