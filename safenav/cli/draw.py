@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import shutil
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from safenav.errors import ExitCode, UsageError
+
+if TYPE_CHECKING:
+    from safenav.scenario.model import Scenario
+    from safenav.scenario.reading.bare_map import Division
 
 EPILOG = """\b
 Examples:
@@ -15,6 +20,8 @@ Examples:
   safenav draw scenarios/case_study_1.yaml -o map.svg
   safenav draw scenarios/case_study_1.yaml -o map.png --width 1600
   safenav draw scenarios/case_study_3_beliefs.yaml --sight digit -o sight.svg
+  safenav draw floor.png --rows 20 --cols 30     # a map alone: image, ROS, MovingAI
+  safenav draw office.yaml --side 0.5
 \b
 Exit codes:
   0  done   2  bad input or usage
@@ -26,17 +33,35 @@ Exit codes:
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Picture: .svg or .png.")
 @click.option("--width", type=click.IntRange(100, 8000), help="Width of the PNG in pixels.")
 @click.option("--sight", metavar="ROBOT", help="Shade what this robot sees from its start.")
+@click.option("--rows", type=click.IntRange(min=1), help="Divide a map file into so many rows.")
+@click.option("--cols", type=click.IntRange(min=1), help="... and so many columns.")
+@click.option(
+    "--side", type=click.FloatRange(min=0, min_open=True), metavar="M", help="... or into squares."
+)
+@click.option(
+    "--share",
+    type=click.FloatRange(0, 1),
+    help="How much of a region has to be blocked for it to be a wall; default: any of it.",
+)
 @click.option("--legend/--no-legend", default=True, help="Explain the marks (pictures).")
 def command(
-    scenario: Path, output: Path | None, width: int | None, sight: str | None, legend: bool
+    scenario: Path,
+    output: Path | None,
+    width: int | None,
+    sight: str | None,
+    rows: int | None,
+    cols: int | None,
+    side: float | None,
+    share: float | None,
+    legend: bool,
 ) -> int:
     """Draw SCENARIO as it is before the run: region numbers, starts, objectives, hidden
-    obstacles. Without -o as text on the terminal."""
+    obstacles. Without -o as text on the terminal. SCENARIO may be a map file alone."""
     from safenav.report.picture.scenario import scenario_text, scene_of, sight_of
     from safenav.report.replay.perception import shading_lines
-    from safenav.scenario.reading.loader import load_scenario
+    from safenav.scenario.reading.bare_map import Division
 
-    plan = load_scenario(scenario)
+    plan = _plan(scenario, Division(rows, cols, side, share))
     names = [robot.name for robot in plan.robots]
     if sight is not None and sight not in names:
         raise UsageError(f"{scenario}: there is no robot '{sight}'; it has {', '.join(names)}")
@@ -61,3 +86,16 @@ def command(
         content = png_of(picture, width)
     write_bytes(output, content)
     return ExitCode.OK
+
+
+def _plan(path: Path, division: Division) -> Scenario:
+    """The scenario, or one without robots around a map file."""
+    from safenav.scenario.model import Scenario
+    from safenav.scenario.reading.bare_map import Division, form_of, load_map
+    from safenav.scenario.reading.loader import load_scenario
+
+    if form_of(path) is not None:
+        return Scenario(path.name, load_map(path, division), ())
+    if division != Division():
+        raise UsageError("--rows, --cols, --side and --share are for map files, not for scenarios")
+    return load_scenario(path)

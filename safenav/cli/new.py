@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from pathlib import Path
 from shlex import quote
+from typing import TYPE_CHECKING
 
 import click
 
-from safenav.errors import ExitCode
-from safenav.scenario.template import DEFAULT, TEMPLATES, template_text, write_template
+from safenav.errors import ExitCode, UsageError
+from safenav.scenario.template import DEFAULT, TEMPLATES, template_text, write_text
+
+if TYPE_CHECKING:
+    from safenav.scenario.reading.bare_map import Division
 
 EPILOG = "\n".join(
     [
@@ -20,6 +24,8 @@ EPILOG = "\n".join(
         "  safenav new floor.yaml && safenav run floor.yaml",
         "  safenav new team.yaml --template team",
         "  safenav new - --template minimal",
+        "  safenav new office.yaml --map office_map.yaml --side 0.5",
+        "  safenav new floor.yaml --map floor.png --rows 20 --cols 30",
         "\b",
         "Exit codes:",
         "  0  written   2  bad usage, or the file exists already",
@@ -36,17 +42,63 @@ EPILOG = "\n".join(
     show_default=True,
     help="What to begin with.",
 )
+@click.option(
+    "--map",
+    "map_file",
+    type=click.Path(path_type=Path),
+    help="Begin on this map (image, ROS, MovingAI) instead.",
+)
+@click.option("--rows", type=click.IntRange(min=1), help="Divide the map into so many rows.")
+@click.option("--cols", type=click.IntRange(min=1), help="... and so many columns.")
+@click.option(
+    "--side", type=click.FloatRange(min=0, min_open=True), metavar="M", help="... or into squares."
+)
+@click.option("--share", type=click.FloatRange(0, 1), help="How much of a wall is blocked.")
 @click.option("--force", is_flag=True, help="Replace FILE if it exists.")
-def command(file: Path, template: str, force: bool) -> int:
+def command(
+    file: Path,
+    template: str,
+    map_file: Path | None,
+    rows: int | None,
+    cols: int | None,
+    side: float | None,
+    share: float | None,
+    force: bool,
+) -> int:
     """Write a commented scenario to FILE (default: scenario.yaml; -: standard output). It loads
     and runs as it is; change it from there."""
+    if map_file is not None:
+        from safenav.scenario.reading.bare_map import Division
+
+        text = _on_map(map_file, file, Division(rows, cols, side, share))
+        about = f"two robots on {map_file}"
+    elif (rows, cols, side, share) != (None, None, None, None):
+        raise UsageError("--rows, --cols, --side and --share go with --map")
+    else:
+        text, about = template_text(template), TEMPLATES[template]
     if str(file) == "-":
-        click.echo(template_text(template), nl=False)
+        click.echo(text, nl=False)
         return ExitCode.OK
-    write_template(template, file, force)
-    click.echo(f"{file}: {TEMPLATES[template]}", err=True)
+    write_text(text, file, force)
+    click.echo(f"{file}: {about}", err=True)
+    click.echo(f"    look at it: safenav draw {quote(str(file))}", err=True)
     click.echo(f"    try it:     safenav run {quote(str(file))}", err=True)
     schema = file.with_name("safenav.schema.json")
     if not schema.exists():
         click.echo(f"    in editors: safenav schema -o {quote(str(schema))}", err=True)
     return ExitCode.OK
+
+
+def _on_map(map_file: Path, file: Path, division: Division) -> str:
+    from safenav.scenario.beginning import scenario_on
+    from safenav.scenario.reading.bare_map import load_map, map_lines
+
+    world = load_map(map_file, division)
+    folder = Path() if str(file) == "-" else file.parent
+    text = scenario_on(world, map_lines(map_file, division, folder), map_file.stem)
+    if text is None:
+        raise UsageError(
+            f"{map_file}: fewer than four free regions are connected\n"
+            "    try more regions, or --share 0.3: less of a region may then be blocked"
+        )
+    return text

@@ -25,14 +25,14 @@ def template_text(name: str) -> str:
     return (folder / f"{name}.yaml").read_text(encoding="utf-8")
 
 
-def write_template(name: str, path: Path, force: bool = False) -> None:
-    """Write a template to a file, whole or not at all. Raises UsageError if that cannot be
+def write_text(text: str, path: Path, force: bool = False) -> None:
+    """Write a scenario to a file, whole or not at all. Raises UsageError if that cannot be
     done, or if there is a file already and it is not to be replaced (``force``)."""
     try:
         number, part = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}-")
         try:
             with os.fdopen(number, "w", encoding="utf-8") as file:
-                file.write(template_text(name))
+                file.write(text)
             Path(part).chmod(0o644)
             if force:
                 Path(part).replace(path)

@@ -1,0 +1,75 @@
+"""A scenario to begin with on a map that somebody already has."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+
+from safenav.world.map import Region, RegionMap
+
+
+def scenario_on(world: RegionMap, lines: Sequence[str], name: str) -> str | None:
+    """The YAML of a scenario on a map; ``lines`` are the keys of its ``map``.
+
+    A flyer patrols between two regions that are far apart, and a rover goes to and fro between
+    two others. None if the map has no four regions that are connected.
+    """
+    floor = _largest_floor(world)
+    if len(floor) < 4:
+        return None
+    home = _farthest(world, floor[0])
+    away = _farthest(world, home)
+    depth = world.distances([home])
+    between = sorted(
+        (region for region in floor if region not in (home, away)), key=lambda r: (depth[r], r)
+    )
+    dock, door = between[len(between) // 4], between[len(between) // 2]
+    far = between[-1]
+    body = "\n".join(f"  {line}" for line in lines)
+
+    def place(region: Region) -> str:
+        row, col = world.position(region)
+        return f"[{row}, {col}]"
+
+    return f"""\
+# yaml-language-server: $schema=safenav.schema.json
+safenav: 1
+name: {json.dumps(name)}
+# Regions are [row, column] from the north-west, or numbers; 'safenav draw' shows them.
+map:
+{body}
+  names: {{home: {place(home)}, away: {place(away)}, dock: {place(dock)}, yard: {place(far)}}}
+
+# The robot models and obstacle types that there are: safenav catalogue. Here is one more.
+catalogue:
+  robots:
+    rover: {{mobility: free, layer: ground, capabilities: [push]}}
+
+robots:
+  scout: {{model: quadcopter, start: home, objective: {{patrol: [home, away]}}}}
+  rover: {{model: rover, start: dock, objective: {{visit: [yard, dock]}}}}
+
+# What is there but nobody knows before they meet it; take the sign away and run it again:
+# obstacles:
+#   - {{type: door, region: {place(door)}}}
+
+until: {{rounds: 1}}
+expect: {{outcome: completed}}
+"""
+
+
+def _largest_floor(world: RegionMap) -> list[Region]:
+    """The largest set of regions that are connected, ascending."""
+    left = set(world.free)
+    best: list[Region] = []
+    while left and len(left) > len(best):
+        floor = sorted(world.distances([min(left)]))
+        left -= set(floor)
+        best = max(best, floor, key=len)
+    return best
+
+
+def _farthest(world: RegionMap, region: Region) -> Region:
+    """The region of the same floor that most steps lead to, the lowest of several."""
+    depth = world.distances([region])
+    return min(depth, key=lambda other: (-depth[other], other))

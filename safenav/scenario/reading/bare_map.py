@@ -1,0 +1,99 @@
+"""A map file alone, without a scenario around it: to look at it, or to begin a scenario on it."""
+
+from __future__ import annotations
+
+import os
+import re
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from safenav.errors import Diagnostic, InputError
+from safenav.scenario.reading.map import read_map
+from safenav.scenario.yaml.findings import Findings
+from safenav.scenario.yaml.source import parsed, read_source
+from safenav.world.map import RegionMap
+
+_IMAGES = (".png", ".pgm")
+_LINES = re.compile(r"^(image|occupied_thresh)\s*:", re.MULTILINE)
+
+
+@dataclass(frozen=True)
+class Division:
+    """How a map file is divided: into so many rows and columns, or into squares of so many
+    metres. ``share``: how much of a region has to be blocked for it to be a wall."""
+
+    rows: int | None = None
+    cols: int | None = None
+    resolution: float | None = None
+    share: float | None = None
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """What a scenario's ``map`` says about it: ``rows: 20``, ..."""
+        said = {
+            "rows": self.rows,
+            "cols": self.cols,
+            "resolution": self.resolution,
+            "share": self.share,
+        }
+        return tuple(f"{key}: {value:g}" for key, value in said.items() if value is not None)
+
+
+def form_of(path: Path) -> str | None:
+    """The form of a map in a scenario that a file has: ``image``, ``ros`` or ``movingai``; None
+    if it is no map file."""
+    suffix = path.suffix.lower()
+    if suffix in _IMAGES:
+        return "image"
+    if suffix == ".map":
+        return "movingai"
+    if suffix not in (".yaml", ".yml"):
+        return None
+    text = read_source(path, Findings(str(path)))
+    ros = text is not None and "safenav:" not in text and len(_LINES.findall(text)) >= 2
+    return "ros" if ros else None
+
+
+def map_lines(path: Path, division: Division, folder: Path) -> list[str]:
+    """The keys of a scenario's ``map`` for a file; the scenario lies in ``folder``.
+
+    Raises InputError if the file is none that holds a map.
+    """
+    form = form_of(path)
+    if form is None:
+        hint = "PNG or PGM images, the YAML file of ROS map_server, MovingAI maps (.map)"
+        raise InputError([Diagnostic(str(path), 0, 0, "this is no map file", hint)])
+    name = os.path.relpath(path, folder)
+    quoted = name if re.fullmatch(r"[\w./][\w./-]*", name) else "'" + name.replace("'", "''") + "'"
+    return [f"{form}: {quoted}", *division.keys]
+
+
+def load_map(path: Path, division: Division) -> RegionMap:
+    """The regions of a map file. Raises InputError with everything that is wrong."""
+    if not path.is_file():
+        raise InputError([Diagnostic(str(path), 0, 0, "no such file", "check the path")])
+    folder = Path.cwd()
+    findings = Findings(str(path))
+    text = "{" + ", ".join(map_lines(path, division, folder)) + "}"
+    document = parsed(text, findings)
+    assert document is not None, "the lines are YAML"
+    world = read_map(document.root, [text], folder, findings).world
+    _tell_whole_file(findings, division)
+    assert world is not None, "else it was reported"
+    return world
+
+
+def _tell_whole_file(findings: Findings, division: Division) -> None:
+    """Raise what was found. Places in the made-up text mean nothing to anybody; hints speak of
+    options instead of keys."""
+    try:
+        findings.raise_if_any()
+    except InputError as error:
+        made = [
+            replace(d, line=0, column=0, source="") if d.file == findings.file else d
+            for d in error.diagnostics
+        ]
+        if division == Division():
+            ask = "say how large the regions are: --rows 20 --cols 30, or --side 0.5 (metres)"
+            made = [replace(d, hint=ask) for d in made]
+        raise InputError(made) from None

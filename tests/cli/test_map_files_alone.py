@@ -1,0 +1,74 @@
+"""A map file without a scenario: drawn, and begun upon."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from cli.conftest import Command
+from safenav.scenario.beginning import scenario_on
+from safenav.scenario.reading.loader import load_scenario, load_scenario_text
+from safenav.world.map import RegionMap
+
+MAPS = Path(__file__).parents[1] / "maps"
+FORMS = [
+    ["rooms.png", "--rows", "7", "--cols", "13"],
+    ["rooms.pgm", "--rows", "7", "--cols", "13"],
+    ["office.yaml", "--side", "0.5"],
+    ["rooms.map"],
+]
+
+
+@pytest.mark.parametrize("file", FORMS, ids=lambda file: file[0])
+def test_a_map_is_drawn_with_its_numbers(file: list[str], safenav: Command) -> None:
+    name, *division = file
+    drawn = safenav("draw", MAPS / name, *division)
+    assert drawn.returncode == 0, drawn.stderr
+    assert drawn.stdout.startswith(name)
+    assert "█" in drawn.stdout
+
+
+@pytest.mark.parametrize("file", FORMS, ids=lambda file: file[0])
+def test_a_scenario_is_begun_on_a_map_and_runs(
+    file: list[str], safenav: Command, tmp_path: Path
+) -> None:
+    name, *division = file
+    folder = tmp_path / "deep" / "folder"
+    folder.mkdir(parents=True)
+    made = safenav("new", "deep/folder/s.yaml", "--map", MAPS / name, *division)
+    assert made.returncode == 0, made.stderr
+    scenario = load_scenario(str(folder / "s.yaml"))
+    assert len({robot.start.region for robot in scenario.robots}) == len(scenario.robots) == 2
+    run = safenav("run", "deep/folder/s.yaml", "--no-map")
+    assert run.returncode == 0, run.stdout + run.stderr
+    assert "patrol home <-> away" in run.stdout
+
+
+def test_a_map_that_is_not_divided_says_how(safenav: Command) -> None:
+    for name in ("rooms.png", "office.yaml"):
+        found = safenav("draw", MAPS / name)
+        assert found.returncode == 2
+        assert "--rows 20 --cols 30" in found.stderr
+        assert len(found.stderr.splitlines()) == 2
+
+
+def test_options_of_map_files_mean_nothing_to_a_scenario(safenav: Command, tmp_path: Path) -> None:
+    safenav("new", "s.yaml", "--template", "minimal")
+    assert "are for map files" in safenav("draw", "s.yaml", "--rows", "3").stderr
+    assert "go with --map" in safenav("new", "t.yaml", "--rows", "3").stderr
+    found = safenav("new", "t.yaml", "--map", "s.yaml")
+    assert found.returncode == 2 and "this is no map file" in found.stderr
+    assert not (tmp_path / "t.yaml").exists()
+
+
+def test_a_name_with_quotes_stays_a_name() -> None:
+    world = RegionMap.from_grid(["......"])
+    text = scenario_on(world, ["grid: ['......']"], 'it\'s "here"')
+    assert text is not None
+    grid = text.replace("grid: ['......']", "grid: |\n    ......")
+    assert load_scenario_text(grid).name == 'it\'s "here"'
+
+
+def test_a_map_with_too_little_floor_has_no_beginning() -> None:
+    assert scenario_on(RegionMap.from_grid([".#.", "#.#", ".#."]), [], "dots") is None
