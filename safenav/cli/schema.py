@@ -1,4 +1,4 @@
-"""``safenav schema``: the JSON Schema of scenarios."""
+"""``safenav schema``: the JSON Schema of scenarios and of traces."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ EPILOG = """\b
 Examples:
   safenav schema
   safenav schema -o safenav.schema.json
+  safenav schema --trace
 \b
 Editors that use yaml-language-server complete and check a scenario whose first
 line names the schema (docs/editors.md):
@@ -24,9 +25,13 @@ Exit codes:
 
 @click.command(epilog=EPILOG)
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Write it to this file.")
-def command(output: Path | None) -> int:
-    """Print the JSON Schema (draft 2020-12) of scenario files."""
-    from safenav.scenario.schema import schema_text
+@click.option("--trace", "of_trace", is_flag=True, help="The schema of a line of a trace.")
+def command(output: Path | None, of_trace: bool) -> int:
+    """Print the JSON Schema (draft 2020-12) of scenario files, or of a trace's lines."""
+    if of_trace:
+        from safenav.trace.schema import schema_text
+    else:
+        from safenav.scenario.schema import schema_text
 
     if output is None or str(output) == "-":
         click.echo(schema_text(), nl=False)

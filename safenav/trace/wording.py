@@ -199,7 +199,7 @@ class Wording:
     def _request(self, line: records.Request) -> str:
         asks = f"{self.robot(line.requester)} asks for help with {self.obstacle(line.obstacle)}"
         bids = ", ".join(
-            f"{name} cannot get there" if bid is None else f"{name} is {counted(bid, 'step')} away"
+            f"{name} cannot get there" if bid is None else f"{name} needs {counted(bid, 'tick')}"
             for name, bid in line.bids.items()
         )
         helpers = line.helpers or ((line.helper,) if line.helper else ())

@@ -59,7 +59,7 @@ def test_regions_and_robots_are_shown_as_the_teller_likes() -> None:
     told = "QUAD at gate 46 finds *a door* at dock 47 and keeps out: it cannot push"
     assert wording.sentence(violation) == told
     request = records.Request(3, "door@47", "quad", {"digit": 1, "rover": None}, "digit", (47,))
-    told = "QUAD asks for help with door@dock: digit is 1 step away, rover cannot get there"
+    told = "QUAD asks for help with door@dock: digit needs 1 tick, rover cannot get there"
     assert wording.sentence(request) == f"{told}; DIGIT helps"
     both = records.Resolved(5, "beam@47", "digit", 46, False, None, robots=("digit", "rover"))
     assert wording.sentence(both) == (

@@ -1,0 +1,97 @@
+"""The published schema and the reference follow the records, and every trace meets them."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+from jsonschema import Draft202012Validator
+
+from safenav.cli.schema import command
+from safenav.trace import records
+from safenav.trace.fields import entries
+from safenav.trace.schema import schema_text, trace_schema
+from safenav.trace.writing import as_data
+from traces.examples import examples
+
+DOCS = Path(__file__).parents[2] / "docs"
+TRACES = sorted((Path(__file__).parent / "version_1").glob("*.jsonl"))
+OBJECTS = (
+    records.ScenarioHeader,
+    records.MapHeader,
+    records.RobotHeader,
+    records.ObstacleHeader,
+    records.Need,
+    records.Timing,
+    records.Until,
+    records.Limits,
+    records.Tried,
+    records.Signal,
+)
+
+
+def test_the_published_schema_is_that_of_the_records() -> None:
+    assert (DOCS / "trace.schema.json").read_text() == schema_text()
+    Draft202012Validator.check_schema(trace_schema())
+
+
+def test_the_command_prints_it() -> None:
+    assert CliRunner().invoke(command, ["--trace"]).output == schema_text()
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_every_record_meets_the_schema(seed: int) -> None:
+    validator = Draft202012Validator(trace_schema())
+    for record in examples(seed):
+        assert not list(validator.iter_errors(as_data(record))), record.type
+
+
+@pytest.mark.parametrize("file", TRACES, ids=lambda path: str(path.stem))
+def test_traces_of_version_1_meet_the_schema(file: Path) -> None:
+    validator = Draft202012Validator(trace_schema())
+    for line in file.read_text().splitlines():
+        assert not list(validator.iter_errors(json.loads(line)))
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"tick": -1}, {"to": "8"}, {"heading": "up"}, {"by": "chance"}, {"signal": {}}],
+    ids=lambda change: str(next(iter(change))),
+)
+def test_a_wrong_line_does_not(change: dict[str, object]) -> None:
+    move = next(as_data(r) for r in examples(0) if isinstance(r, records.Move))
+    assert list(Draft202012Validator(trace_schema()).iter_errors({**move, **change}))
+
+
+@pytest.mark.parametrize("kind", records.KINDS)
+def test_every_field_of_a_line_is_in_the_reference(kind: str) -> None:
+    text = (DOCS / "trace.md").read_text()
+    first = re.compile(rf"^\| [^|]*`{kind}`[^|]*\|")
+    rows = [line for line in text.split("## Scenario")[0].splitlines() if first.match(line)]
+    assert len(rows) == 1, kind
+    where = rows[0]
+    if kind == "synthesis":
+        where += text.split("### What a specification was made from")[1].split("## ")[0]
+    told = set(re.findall(r"`([a-z_]+)`", where))
+    assert {e.key for e in entries(records.KINDS[kind]) if e.key != "tick"} <= told
+
+
+def test_every_field_of_an_object_in_a_line_is_in_the_reference() -> None:
+    text = (DOCS / "trace.md").read_text().split("## Checking a trace")[0]
+    told = set(re.findall(r"`([a-z_]+)`", text))
+    for kind in OBJECTS:
+        assert {entry.key for entry in entries(kind)} <= told, kind.__name__
+
+
+def test_every_word_that_a_field_can_hold_is_in_the_reference() -> None:
+    text = (DOCS / "trace.md").read_text().split("## Checking a trace")[0]
+    for kind in (
+        *(records.Verdict, records.Reason, records.Form, records.StackReason),
+        *(records.BlockReason, records.MovedBy, records.ChangeCause, records.PlanEndReason),
+        *(records.Ending, records.OperatorCause),
+    ):
+        for word in kind:
+            assert f"`{word}`" in text, word
