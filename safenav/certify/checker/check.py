@@ -202,6 +202,8 @@ class Validation:
         self.poses = [self._pose(values) for values in self.values]
         self.targets = targets_of(task.objective)
         self.ordered = task.kind in ("patrol", "visit")
+        self.of_pose: dict[Pose, set[int]] = {}
+        """The nodes that a run can come to, by their pose."""
         self._expected: dict[Any, frozenset[Row]] = {}
         self._read_formulas()
 
@@ -414,6 +416,7 @@ class Validation:
                     raise RefusedError(
                         f"the edge from node {source} to {target} breaks the objective"
                     )
+        self.reached = queue
         return steps
 
     def check_strategy(self, start: int) -> None:
@@ -438,6 +441,8 @@ class Validation:
                     )
 
         steps = self._unfold([start], visit)
+        for node, _ in self.reached:
+            self.of_pose.setdefault(self.poses[node], set()).add(node)
         all_assumptions = (1 << len(self.assumptions())) - 1 << len(self.wishes)
         for k, wish in enumerate(self.wishes):
             if has_cycle([s for s in steps if not s[2] >> k & 1], all_assumptions):
@@ -602,14 +607,14 @@ class Robot:
     toward: int | None = None
     """The region that it is on its way to, and takes up, too."""
     validation: Validation | None = None
-    node: int | None = None
-    """Where it is in its strategy; None: off it, until the trace says where it goes on."""
-    after: int | None = None
-    """The node at the end of a step under way."""
+    nodes: set[int] | None = None
+    """Where it may be in its strategy; None: in any node of its pose."""
+    after: set[int] | None = None
+    """The same at the end of a step under way."""
     knowledge: dict[str, int] = field(default_factory=dict)
     signal: Mapping[str, Any] = field(default_factory=dict)
-    refused: bool = False
-    """Its strategy's answer was refused in this turn."""
+    refused: int | None = None
+    """The region that it was about to enter in this turn, where an obstacle stands."""
     back: tuple[int, int | None] | None = None
     goals: list[int] = field(default_factory=list)
     """The goals met since the last resolution."""
@@ -743,7 +748,7 @@ class Run:
                 f"what it is for again and again ({assumed}).",
                 files,
             )
-        robot.validation, robot.node, robot.after = self._kept[key], node, None
+        robot.validation, robot.nodes, robot.after = self._kept[key], {node}, None
         robot.knowledge = dict(task.knowledge)
         robot.signal = {"request": False, "assigned": task.neutral, "wait": False}
 
@@ -876,11 +881,11 @@ class Run:
             pass
         else:
             self._check_decision(name, robot, record, after)
-        robot.refused, robot.back = False, None
+        robot.refused, robot.back = None, None
         robot.pose = (record["to"], record.get("heading"))
         robot.toward = record.get("toward")
         if robot.toward is None and robot.after is not None:
-            robot.node, robot.after = robot.after, None
+            robot.nodes, robot.after = robot.after, None
 
     def _check_motion(self, name: str, robot: Robot, record: Any) -> None:
         """The rules of the world for one move."""
@@ -914,48 +919,59 @@ class Run:
     def _check_decision(self, name: str, robot: Robot, record: Any, after: Pose) -> None:
         """The move is the strategy's answer, or what the trace says that it is instead."""
         by = record.get("by") or ("backtrack" if robot.back else "strategy")
-        validation = robot.validation
+        answers = self._answers(robot, record.get("busy") or ())
+        if robot.refused is not None and not self.plan:
+            known = robot.validation
+            if known is None or robot.refused not in {known.poses[n][0] for n in answers}:
+                raise RefusedError(f"{name} steps back from where its strategy does not lead")
         if by == "plan":
             way = self.plan.get(name, [])
             if after[0] != robot.pose[0]:
                 if len(way) < 2 or way[0] != robot.pose or way[1][0] != after[0]:
                     raise RefusedError(f"{name} leaves its plan")
                 del way[0]
-            robot.node = None
-        elif by == "stay":
+            robot.nodes = None
+        elif by == "stay" or (by == "backtrack" and robot.back and robot.back[1] is None):
             if after != robot.pose:
                 raise RefusedError(f"{name} moves, though it should stay")
+            if not answers and by == "stay":
+                robot.nodes = None
         elif by == "backtrack":
-            if robot.back is None or robot.back[0] != after[0]:
-                raise RefusedError(f"{name} steps back to another region than it says")
-            node = robot.back[1]
-            if node is not None and validation is not None:
-                if robot.node is None or node not in validation.strategy.next[robot.node]:
-                    raise RefusedError(f"{name} steps back to a node that does not follow")
-                if validation.poses[node] != after:
-                    raise RefusedError(f"{name} steps back to another pose than its node's")
-                robot.after = node
-            elif after != robot.pose:
-                raise RefusedError(f"{name} steps back off its strategy")
+            node = (robot.back and robot.back[1]) or 0
+            if robot.validation is None or node not in chain(
+                *(robot.validation.strategy.next[n] for n in self._nodes(robot))
+            ):
+                raise RefusedError(f"{name} steps back to a node that does not follow")
+            if robot.validation.poses[node] != after:
+                raise RefusedError(f"{name} steps back to another pose than its node's")
+            robot.after = {node}
         else:
-            node = self._answer(name, robot, record.get("busy") or ())
-            assert validation is not None
-            pose = validation.poses[node]
-            if pose[0] != after[0] or (record.get("toward") is None and pose != after):
-                raise RefusedError(f"{name} goes to {after}, but its strategy answers {pose}")
-            robot.after = node
+            poses = {n: robot.validation.poses[n] for n in answers if robot.validation}
+            if not poses:
+                raise RefusedError(f"the strategy of {name} has no answer to what it observes")
+            turned = record.get("toward") is None
+            robot.after = {
+                n for n, p in poses.items() if p == after or (p[0] == after[0] and not turned)
+            }
+            if not robot.after:
+                said = ", ".join(map(str, set(poses.values())))
+                raise RefusedError(f"{name} goes to {after}, but its strategy answers {said}")
             self.answers += 1
 
-    def _answer(self, name: str, robot: Robot, extra: Iterable[int]) -> int:
-        """The node that answers what the robot observes."""
-        if robot.validation is None or robot.node is None:
-            raise RefusedError(f"{name} moves, but is in no node of a strategy")
-        seen = self._observe(robot, extra)
-        strategy: Strategy = robot.validation.strategy
-        for node in strategy.next[robot.node]:
-            if strategy.inputs[node] == seen:
-                return int(node)
-        raise RefusedError(f"the strategy of {name} has no answer to {seen} in node {robot.node}")
+    def _nodes(self, robot: Robot) -> set[int]:
+        """The nodes in which a robot may be: one, or after a joint plan all of its pose, for from
+        each of them the strategy keeps what it promises."""
+        if robot.nodes is None and robot.validation is not None:
+            return robot.validation.of_pose.get(robot.pose, set())
+        return robot.nodes or set()
+
+    def _answers(self, robot: Robot, extra: Iterable[int]) -> set[int]:
+        """The nodes that answer what a robot observes."""
+        if robot.validation is None:
+            return set()
+        seen, strategy = self._observe(robot, extra), robot.validation.strategy
+        nodes = chain(*(strategy.next[node] for node in self._nodes(robot)))
+        return {node for node in nodes if strategy.inputs[node] == seen}
 
     def _violation(self, record: Any) -> None:
         name, data = record["robot"], self.obstacles[record["obstacle"]]
@@ -964,12 +980,12 @@ class Run:
             raise RefusedError(
                 f"{record['obstacle']} does not block {name} at {record['proposed']}"
             )
-        robot.refused = True
+        robot.refused = record["proposed"]
         self.known.add(record["obstacle"])
 
     def _backtrack(self, record: Any) -> None:
         robot = self.robots[record["robot"]]
-        if not robot.refused:
+        if robot.refused is None:
             raise RefusedError("nothing was refused")
         robot.back = record["to"], record.get("node")
 
@@ -977,13 +993,8 @@ class Run:
         self.plan = {n: [(r, h) for r, h in way] for n, way in record["robots"].items()}
 
     def _plan_end(self, record: Any) -> None:
+        del record
         self.plan = {}
-        for name, node in (record.get("nodes") or {}).items():
-            robot = self.robots[name]
-            known = robot.validation
-            if node is not None and known is not None and known.poses[node] != robot.pose:
-                raise RefusedError(f"{name} goes on in a node of another pose")
-            robot.node = node
 
     # obstacles, objectives, outcome
 
