@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from safenav.errors import UsageError
 from safenav.motion.file.records import Arc, Curve, Flight, Motion, Moving, Segment, Swing
 from safenav.motion.pendulum import sampled
-from safenav.motion.polynomial import derivative, quintic, values
+from safenav.motion.polynomial import between, derivative, values
 
 Array = NDArray[np.float64]
 
@@ -124,13 +124,7 @@ def swung(swing: Swing, times: Array, clearance: float) -> Array:
     """x, y, z and yaw of a foot in the air (times, 4), at times since the segment's begin."""
     seconds = swing.t1 - swing.t0
     since = times - swing.t0
-    x, y, yaw = (
-        values(
-            quintic(seconds, swing.start[i], swing.start[i + 3], swing.goal[i], swing.goal[i + 3]),
-            since,
-        )
-        for i in (0, 1, 2)
-    )
+    x, y, yaw = (values(path, since) for path in between(seconds, swing.start, swing.goal))
     u = swing.u0 + (swing.u1 - swing.u0) * since / seconds
     return np.stack([x, y, 64 * clearance * u**3 * (1 - u) ** 3, yaw], axis=1)
 

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 import safenav
 from safenav.errors import Diagnostic, InputError, UsageError
-from safenav.motion.file.records import Flight, Header, Line, Motion
+from safenav.motion.file.records import Flight, Header, Line, Motion, Segment
 from safenav.motion.flyer.mover import FlyerMover
 from safenav.motion.flyer.simulation import check_gust, flown
 from safenav.motion.geometry import Floor
 from safenav.motion.kinds import mover
 from safenav.motion.mover import Mover
 from safenav.motion.timing.order import order_of
-from safenav.motion.timing.schedule import scheduled
+from safenav.motion.timing.schedule import scheduled, when
+from safenav.motion.walker.limits import RECOVERING
+from safenav.motion.walker.mover import WalkerMover
+from safenav.motion.walker.pushes import pushed
 from safenav.scenario.motion import resolved
 from safenav.scenario.reading.catalogue import built_in
 from safenav.trace.records import RobotHeader, Trace
@@ -51,6 +54,8 @@ def motion_of(
     lines = plan.lines
     if against.gust:
         lines = _in_wind(lines, movers, floor, against)
+    if against.push:
+        lines = _struck(lines, movers, floor, against)
     header = Header(
         trace=digest,
         safenav=safenav.__version__,
@@ -58,7 +63,7 @@ def motion_of(
         rows=floor.rows,
         cols=floor.cols,
         origin=trace.header.scenario.map.origin or (0.0, 0.0, 0.0),
-        robots={name: _described(trace, name, movers[name]) for name in movers},
+        robots={name: _described(trace, name, movers[name], against) for name in movers},
         seed=against.seed,
         gust=against.gust,
         push=against.push,
@@ -78,6 +83,21 @@ def _in_wind(
             tilt = moved.values["tilt"]
             tracks += flown(own, floor, moved.size, tilt, against.gust, seed)
     return (*lines, *tracks)
+
+
+def _struck(
+    lines: tuple[Line, ...], movers: Mapping[str, Mover], floor: Floor, against: Disturbances
+) -> tuple[Line, ...]:
+    """The lines with a blow to each walker in each walking move, and how it keeps itself up."""
+    found = list(lines)
+    for name, moved in movers.items():
+        if not isinstance(moved, WalkerMover):
+            continue
+        own = [line for line in lines if isinstance(line, Segment) and line.robot == name]
+        struck = pushed(own, floor, moved.gait.omega, against.push, f"{against.seed} {name} push")
+        mine = {id(line) for line in own}
+        found = [line for line in found if id(line) not in mine] + struck
+    return tuple(sorted(found, key=when))
 
 
 def floor_of(trace: Trace, side: float | None = None) -> Floor:
@@ -121,8 +141,12 @@ def _motion(name: str, robot: RobotHeader) -> dict[str, object]:
     return known
 
 
-def _described(trace: Trace, name: str, moved: Mover) -> Mapping[str, object]:
+def _described(
+    trace: Trace, name: str, moved: Mover, against: Disturbances
+) -> Mapping[str, object]:
     robot = trace.header.scenario.robots[name]
     motion = _motion(name, robot)
     described: dict[str, object] = {**motion, "layer": robot.layer, **moved.limits()}
+    if against.push and isinstance(moved, WalkerMover):
+        described |= asdict(RECOVERING)
     return described

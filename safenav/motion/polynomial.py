@@ -14,15 +14,43 @@ PEAK = 1.875
 
 
 def quintic(
-    seconds: float, start: float, speed: float, goal: float, goal_speed: float
+    seconds: float,
+    start: float,
+    speed: float,
+    goal: float,
+    goal_speed: float,
+    pull: float = 0.0,
+    goal_pull: float = 0.0,
 ) -> tuple[float, ...]:
-    """The six coefficients of the quintic between two positions and speeds, without
-    acceleration at both ends."""
+    """The six coefficients of the quintic between two positions, speeds and accelerations."""
     way = goal - start
     v0, v1 = speed * seconds, goal_speed * seconds
-    fourth, fifth = -15 * way + 8 * v0 + 7 * v1, 6 * way - 3 * v0 - 3 * v1
-    shape = (start, v0, 0.0, 10 * way - 6 * v0 - 4 * v1, fourth, fifth)
+    a0, a1 = pull * seconds**2 / 2, goal_pull * seconds**2 / 2
+    third = 10 * way - 6 * v0 - 4 * v1 - 3 * a0 + a1
+    fourth = -15 * way + 8 * v0 + 7 * v1 + 3 * a0 - 2 * a1
+    fifth = 6 * way - 3 * v0 - 3 * v1 - a0 + a1
+    shape = (start, v0, a0, third, fourth, fifth)
     return tuple(value / seconds**power for power, value in enumerate(shape))
+
+
+def between(
+    seconds: float, start: Sequence[float], goal: Sequence[float]
+) -> tuple[tuple[float, ...], ...]:
+    """The quintics of all axes between states of positions, velocities, accelerations, each as
+    many as there are axes."""
+    count = len(start) // 3
+    return tuple(
+        quintic(
+            seconds,
+            start[i],
+            start[i + count],
+            goal[i],
+            goal[i + count],
+            start[i + 2 * count],
+            goal[i + 2 * count],
+        )
+        for i in range(count)
+    )
 
 
 def values(coefficients: Sequence[float], times: Array) -> Array:

@@ -66,8 +66,7 @@ def swing_path(swing: Swing, count: int = 60) -> tuple[np.ndarray, np.ndarray]:
         return factor * t ** np.maximum(powers - derivative, 0)
 
     matrix = np.array([row(t, d) for t in (0.0, seconds) for d in (0, 1, 2)])
-    zero = np.zeros(3)
-    values = np.array([start[:3], start[3:], zero, goal[:3], goal[3:], zero])
+    values = np.array([*start.reshape(3, 3), *goal.reshape(3, 3)])
     coefficients = np.linalg.solve(matrix, values)
     times = np.linspace(0, seconds, count)
     places = np.array([row(t, 0) @ coefficients for t in times])

@@ -52,7 +52,8 @@ def _joined(before: Moving, after: Moving, blow: Array, report: Report) -> None:
     if type(before) is not type(after):
         wrong("it goes on as another kind of robot")
         return
-    if before.to != after.origin:
+    goes_on = (before.tick, before.origin, before.to) == (after.tick, after.origin, after.to)
+    if before.to != after.origin and not goes_on:
         wrong(f"it goes on in region {after.origin}, not in {before.to}")
     end, start = _ends(before)[1], _ends(after)[0]
     jump = float(np.hypot(*(start[:2] - end[:2])))
@@ -75,14 +76,16 @@ def _feet(before: Segment, after: Segment, wrong: Callable[[str], None]) -> None
             jump = float(np.hypot(there[0].x - here[0].x, there[0].y - here[0].y))
             if jump > NEAR:
                 wrong(f"a foot on the ground jumps by {jump:.4f} m")
-    up = [swing for swing in before.swings if abs(swing.t1 - lasting) < NEAR and swing.u1 < 1]
-    on = [swing for swing in after.swings if abs(swing.t0) < NEAR and swing.u0 > 0]
+    up = [
+        swing for swing in before.swings if abs(swing.t1 - lasting) < NEAR and swing.u1 < 1 - NEAR
+    ]
+    on = [swing for swing in after.swings if abs(swing.t0) < NEAR and swing.u0 > NEAR]
     if len(up) != len(on):
         wrong("a foot in the air is lost")
     for one, other in zip(up, on, strict=False):
         off = np.abs(np.subtract(one.goal, other.start))
         turned = abs(np.remainder(off[2] + np.pi, 2 * np.pi) - np.pi)
-        if one.side != other.side or max(*off[[0, 1, 3, 4]], turned) > NEAR:
+        if one.side != other.side or max(*off[[0, 1, 3, 4, 5]], turned) > NEAR:
             wrong("a foot in the air jumps")
 
 

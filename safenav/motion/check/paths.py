@@ -130,23 +130,35 @@ def mass(segment: Segment, omega: float, step: float = STEP) -> Mass:
 
 
 def swing_states(swing: Swing, times: Array) -> tuple[Array, Array]:
-    """Positions (n, 2) and speeds (n) of a foot in the air, at times since its lift: a quintic
-    by its Hermite form, with no acceleration at its ends."""
+    """Positions (n, 2) and speeds (n) of a foot in the air, at times since its lift: the quintic
+    by its Hermite form."""
     seconds = swing.t1 - swing.t0
     u = times / seconds
-    begin = 1 - 10 * u**3 + 15 * u**4 - 6 * u**5
-    leave = u - 6 * u**3 + 8 * u**4 - 3 * u**5
-    arrive = -4 * u**3 + 7 * u**4 - 3 * u**5
-    d_begin = -30 * u**2 + 60 * u**3 - 30 * u**4
-    d_leave = 1 - 18 * u**2 + 32 * u**3 - 15 * u**4
-    d_arrive = -12 * u**2 + 28 * u**3 - 15 * u**4
+    scale = np.array([1.0, seconds, seconds**2] * 2)
     places, speeds = [], []
     for axis in (0, 1):
-        a, va = swing.start[axis], swing.start[axis + 3] * seconds
-        b, vb = swing.goal[axis], swing.goal[axis + 3] * seconds
-        places.append(a * begin + va * leave + b * (1 - begin) + vb * arrive)
-        speeds.append(((a - b) * d_begin + va * d_leave + vb * d_arrive) / seconds)
+        ends = np.array([state[axis::3] for state in (swing.start, swing.goal)]).ravel() * scale
+        place, speed = np.zeros_like(u), np.zeros_like(u)
+        for coefficient in _HERMITE.T[::-1] @ ends:
+            speed = speed * u + place
+            place = place * u + coefficient
+        places.append(place)
+        speeds.append(speed / seconds)
     return np.stack(places, axis=1), np.hypot(speeds[0], speeds[1])
+
+
+_HERMITE = np.array(
+    [
+        (1, 0, 0, -10, 15, -6),
+        (0, 1, 0, -6, 8, -3),
+        (0, 0, 0.5, -1.5, 1.5, -0.5),
+        (0, 0, 0, 10, -15, 6),
+        (0, 0, 0, -4, 7, -3),
+        (0, 0, 0, 0.5, -1, 0.5),
+    ]
+)
+"""Rows: what each boundary value of a quintic (position, speed, acceleration; start, goal) adds
+to its coefficients, over a unit of time."""
 
 
 def _walking(segment: Segment, radius: float, limits: Mapping[str, object]) -> list[Disc]:

@@ -51,7 +51,7 @@ class Foothold:
 @dataclass(frozen=True)
 class Swing:
     """A foot in the air: x, y and yaw are quintics in time between ``start`` and ``goal``
-    (positions, then velocities; no acceleration at either end); its height is
+    (positions, velocities, accelerations: nine numbers); its height is
     64 clearance u^3 (1-u)^3 with u from ``u0`` to ``u1``."""
 
     side: int

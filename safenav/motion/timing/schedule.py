@@ -162,7 +162,7 @@ class _Clock:
         for mover in self._movers.values():
             if mover.time < makespan:
                 self._lines += mover.rest(tick, makespan)
-        lines = sorted(self._lines, key=_when)
+        lines = sorted(self._lines, key=when)
         return Schedule(tuple(lines), Outcome(makespan, busy, dict(self._waited), chain))
 
     def _chain(self, done: _Done | None, makespan: float) -> tuple[Link, ...]:
@@ -187,7 +187,7 @@ def _what(node: Node) -> str:
     return f"{node.action} {node.obstacle}"
 
 
-def _when(line: Line) -> tuple[float, int]:
+def when(line: Line) -> tuple[float, int]:
     """By time; at the same time what ends comes before what begins."""
     if isinstance(line, Release):
         return line.t, 0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 from itertools import pairwise
 from math import cos, hypot, sin
@@ -10,7 +10,7 @@ from math import cos, hypot, sin
 import numpy as np
 
 from safenav.motion.pendulum import sampled
-from safenav.motion.polynomial import derivative, quintic, values
+from safenav.motion.polynomial import between, derivative, values
 from safenav.motion.walker import primitives
 from safenav.motion.walker.gait import Gait
 from safenav.motion.walker.primitives import LEFT, RIGHT, Primitive
@@ -31,6 +31,10 @@ class Demand:
 
 LIMITS = Demand(step=0.65, aside=0.2, friction=0.45, swing=3.0)
 """What MOTION's walker promises; ``aside`` is a lower bound, the others are upper ones."""
+
+
+RECOVERING = replace(LIMITS, aside=0.15, friction=0.5)
+"""What it keeps to while it recovers from blows."""
 
 
 def demand(gait: Gait, primitive: Primitive) -> Demand:
@@ -55,16 +59,7 @@ def demand(gait: Gait, primitive: Primitive) -> Demand:
     fastest = 0.0
     for swing in primitive.swings:
         span = np.linspace(0, swing.t1 - swing.t0, 50)
-        paths = (
-            quintic(
-                swing.t1 - swing.t0,
-                swing.start[i],
-                swing.start[i + 3],
-                swing.goal[i],
-                swing.goal[i + 3],
-            )
-            for i in (0, 1)
-        )
+        paths = between(swing.t1 - swing.t0, swing.start, swing.goal)[:2]
         speed = np.hypot(*(values(derivative(path), span) for path in paths))
         fastest = max(fastest, float(speed.max()))
     return Demand(step, aside, float(off) / gait.walker.height, fastest)

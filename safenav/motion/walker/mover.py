@@ -138,5 +138,6 @@ class Placing:
         return Swing(swing.side, swing.t0, swing.t1, swing.u0, swing.u1, start, goal)
 
     def _passed(self, state: tuple[float, ...]) -> tuple[float, ...]:
-        x, y, yaw, vx, vy, turning = state
-        return (*self._point(x, y), yaw + self._yaw, *self._turned(vx, vy), turning)
+        x, y, yaw, vx, vy, turning, ax, ay, bending = state
+        speed, pull = (*self._turned(vx, vy), turning), (*self._turned(ax, ay), bending)
+        return (*self._point(x, y), yaw + self._yaw, *speed, *pull)

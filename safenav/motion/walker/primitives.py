@@ -32,6 +32,8 @@ START_SPEED = 0.15
 """Metres per second over the first foot."""
 SHIFT_SECONDS = 0.3
 """Half of the double support in which the mass leans before the first step."""
+STILL = (0.0,) * 6
+"""Velocities and accelerations of a foot on the ground."""
 SETTLE_SECONDS = 0.6
 """Half of the double support in which the mass comes to rest."""
 
@@ -273,7 +275,7 @@ def _swings(
 
 
 def _at_rest(hold: Foothold) -> tuple[float, ...]:
-    return (hold.x, hold.y, hold.yaw, 0.0, 0.0, 0.0)
+    return (hold.x, hold.y, hold.yaw, *STILL)
 
 
 def _passing(gait: Gait, x: float, y: float, yaw: float, side: int) -> tuple[float, ...]:
@@ -282,7 +284,7 @@ def _passing(gait: Gait, x: float, y: float, yaw: float, side: int) -> tuple[flo
     speed = 1.875 * 2 * gait.length / gait.seconds
     along = (cos(yaw), sin(yaw))
     place = (x - offset * along[1], y + offset * along[0], yaw)
-    return (*place, speed * along[0], speed * along[1], 0.0)
+    return (*place, speed * along[0], speed * along[1], 0.0, 0.0, 0.0, 0.0)
 
 
 def _walking(gait: Gait, x: float, foot: int) -> Array:

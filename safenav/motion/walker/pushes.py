@@ -1,0 +1,84 @@
+"""Blows to a walker: one in each walking move, at a random instant, and what it does about it."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Sequence
+from itertools import zip_longest
+from math import cos, pi, sin
+
+import numpy as np
+
+from safenav.motion.file.records import Line, Push, Segment
+from safenav.motion.geometry import Box, Floor
+from safenav.motion.walker.courses import Actual, Course
+from safenav.motion.walker.cutting import split
+from safenav.motion.walker.recovery import recovered
+
+EXACT = 1e-9
+"""Metres and metres per second off the plan that are none."""
+FIRST = 0.02
+"""Seconds from either end of a move in which no blow falls."""
+
+
+def pushed(
+    segments: Sequence[Segment], floor: Floor, omega: float, push: float, seed: str
+) -> list[Line]:
+    """The segments of one walker with a blow of up to ``push`` m/s in each walking move, and the
+    blows. Raises FallenError if it cannot keep itself up."""
+    chance = random.Random(seed)
+    found: list[Line] = []
+    actual: Actual | None = None
+    courses = [Course(segment, _corridor(floor, segment)) for segment in segments]
+    for course, following in zip_longest(courses, courses[1:]):
+        planned = segment = course.segment
+        if planned.primitive in ("stop", "stand"):
+            following = None
+        if actual is not None:
+            segment = recovered(course, actual, following, omega)
+        if planned.primitive.startswith("walk"):
+            instant = chance.uniform(FIRST, segment.t1 - segment.t0 - FIRST)
+            way, size = chance.uniform(0, 2 * pi), push * chance.uniform(0, 1) ** 0.5
+            blow = (size * cos(way), size * sin(way))
+            here = Course(segment, course.box)
+            first, hit, segment = struck(here, following, instant, blow, omega)
+            found += [first, hit]
+        found.append(segment)
+        actual = _left(segment, planned)
+    return found
+
+
+def struck(
+    course: Course,
+    following: Course | None,
+    instant: float,
+    blow: tuple[float, float],
+    omega: float,
+) -> tuple[Segment, Push, Segment]:
+    """A move until a blow that changes the velocity (m/s), the blow, and the move from there."""
+    first, second = split(course.segment, instant, omega)
+    state = np.array(first.goal) + np.array([0.0, 0.0, *blow])
+    foot = next(foot for foot in second.feet if foot.down <= 0.0)
+    actual = Actual(state, (foot.x, foot.y))
+    second = recovered(Course(second, course.box), actual, following, omega)
+    return first, Push(second.robot, second.tick, second.t0, *blow), second
+
+
+def _left(segment: Segment, planned: Segment) -> Actual | None:
+    """Where a move left the walker, if that is not where it was to."""
+    foot, wanted = segment.feet[-1], planned.feet[-1]
+    off = np.abs(np.subtract(segment.goal, planned.goal)).max()
+    if max(float(off), abs(foot.x - wanted.x), abs(foot.y - wanted.y)) < EXACT:
+        return None
+    return Actual(np.array(segment.goal), (foot.x, foot.y))
+
+
+def _corridor(floor: Floor, segment: Segment) -> Box:
+    """The regions of a move."""
+    one, other = floor.box(segment.origin), floor.box(segment.to)
+    return Box(
+        min(one.west, other.west),
+        min(one.south, other.south),
+        max(one.east, other.east),
+        max(one.north, other.north),
+    )

@@ -1,0 +1,147 @@
+"""What a walker does after a blow: it places its remaining feet anew, and leans on its foot.
+
+The rest of a move is the same linear problem as a whole one (safenav.motion.pendulum), from the
+state after the blow to the same goal, now with bounds: the centre of pressure stays within the
+foot, steps keep their length and their side, feet stay in the regions of the move, and a swinging
+foot can only be sent where it gets in time. A small quadratic programme finds the least change.
+Where so few steps are left that the goal cannot be met exactly, the walker comes as near as it
+can, and the next move sets out from there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+
+from safenav.errors import UsageError
+from safenav.motion.file.records import Foothold, Phase, Segment, State, Swing
+from safenav.motion.pendulum import Array, advanced
+from safenav.motion.polynomial import between, derivative, values
+from safenav.motion.walker.courses import Actual, Course, Plan, plan_of
+from safenav.motion.walker.replacing import replaced
+
+EARLY = 0.2
+"""Seconds before landing until which there is no need to try that."""
+SOONER = (0.0, 0.08, 0.16, 0.24, 0.32, 0.4)
+"""Seconds by which a foot may land earlier, in the order in which they are tried."""
+SWING = 2.95
+"""Metres per second of the fastest swing."""
+LEG = 0.55
+"""Metres of the mass from the centre of pressure at which a leg is too short."""
+
+
+class FallenError(UsageError):
+    """No placing of the feet keeps the walker up."""
+
+
+def recovered(course: Course, actual: Actual, following: Course | None, omega: float) -> Segment:
+    """The move from the actual state at its begin on. Raises FallenError.
+
+    With too few steps left to reach its goal it leaves the rest to the move that follows: the
+    goal of the result is where it really ends.
+    """
+    segment = course.segment
+    reach = [[course]] if following is None else [[course], [course, following]]
+    held = (False, True) if segment.phases[0].seconds < EARLY else (False,)
+    for sooner, step, courses, hold in product(SOONER, (0, 1), reach, held):
+        if sooner or step == 0:
+            plan = plan_of(courses, actual, sooner, step, hold)
+            found = None if plan is None else _tried(segment, plan, actual, omega, False)
+            if found is not None:
+                return found
+    plan = plan_of([course], actual, 0.0, 0, False)
+    if plan is not None and segment.primitive != "stop":
+        found = _tried(segment, plan, actual, omega, True)
+        if found is not None:
+            return found
+    raise FallenError(
+        f"{segment.robot} falls at t = {segment.t0:.2f} s: no placing of its feet keeps it up\n"
+        "    weaker blows: --push"
+    )
+
+
+def _tried(
+    segment: Segment, plan: Plan, actual: Actual, omega: float, soft: bool
+) -> Segment | None:
+    found = replaced(plan, actual.state, omega, soft)
+    return None if found is None else _carried_out(segment, plan, actual, *found, omega)
+
+
+def _carried_out(
+    segment: Segment, plan: Plan, actual: Actual, offsets: Array, pushes: Array, omega: float
+) -> Segment | None:
+    """The segment with its feet so placed; None if a leg is too short for it, or a foot cannot
+    swing so fast."""
+    count = len(segment.phases)
+    durations = plan.durations[:count]
+    pressures = (plan.pressures + offsets + pushes)[:count]
+    state = actual.state
+    for seconds, pressure in zip(durations, pressures, strict=True):
+        for share in (0.0, 0.5, 1.0):
+            there = advanced(state, pressure, float(seconds) * share, omega)
+            if float(np.hypot(*(there[:2] - pressure))) > LEG:
+                return None
+        state = advanced(state, pressure, float(seconds), omega)
+    before = np.cumsum([0.0, *(phase.seconds for phase in segment.phases)])
+    after = np.cumsum([0.0, *durations])
+
+    def when(time: float) -> float:
+        at = int(np.abs(before - time).argmin())
+        return float(after[at]) if abs(before[at] - time) < 1e-9 else time
+
+    feet = []
+    for index, foot in enumerate(segment.feet):
+        base = plan.feet[index] if index < count else None
+        if base is not None:
+            dx, dy = offsets[index].tolist()
+            foot = replace(foot, x=base.x + dx, y=base.y + dy)
+        foot = replace(foot, down=when(foot.down), up=when(foot.up))
+        feet.append(foot)
+    phases = tuple(
+        Phase(float(seconds), float(x), float(y))
+        for seconds, (x, y) in zip(durations, pressures, strict=True)
+    )
+    wanted = np.array(segment.goal)
+    exact = float(np.abs(state - wanted).max()) < 1e-7
+    goal = wanted if exact else state
+    moved = []
+    for swing in segment.swings:
+        sent = _resent(swing, segment, feet)
+        sent = replace(sent, t0=when(swing.t0), t1=when(swing.t1))
+        if _speed(sent) > SWING:
+            return None
+        moved.append(sent)
+    return replace(
+        segment,
+        phases=phases,
+        feet=tuple(feet),
+        swings=tuple(moved),
+        start=_state(actual.state),
+        goal=_state(goal),
+    )
+
+
+def _state(state: Array) -> State:
+    x, y, vx, vy = state.tolist()
+    return x, y, vx, vy
+
+
+def _resent(swing: Swing, segment: Segment, feet: list[Foothold]) -> Swing:
+    """A swing between the footholds as they are now."""
+    start, goal = swing.start, swing.goal
+    for before, after in zip(segment.feet, feet, strict=True):
+        if before.side != swing.side:
+            continue
+        if swing.u0 == 0.0 and abs(before.up - swing.t0) < 1e-9:
+            start = (after.x, after.y, *start[2:])
+        if swing.u1 == 1.0 and abs(before.down - swing.t1) < 1e-9:
+            goal = (after.x, after.y, *goal[2:])
+    return replace(swing, start=start, goal=goal)
+
+
+def _speed(swing: Swing) -> float:
+    times = np.linspace(0.0, swing.t1 - swing.t0, 30)
+    x, y, _ = between(swing.t1 - swing.t0, swing.start, swing.goal)
+    return float(np.hypot(values(derivative(x), times), values(derivative(y), times)).max())
