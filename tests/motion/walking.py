@@ -50,7 +50,7 @@ def lateral_order(segment: Segment) -> float:
 
 def longest_step(segment: Segment) -> float:
     steps = pairwise(segment.feet)
-    return max(float(np.hypot(b.x - a.x, b.y - a.y)) for a, b in steps)
+    return max((float(np.hypot(b.x - a.x, b.y - a.y)) for a, b in steps), default=0.0)
 
 
 def swing_path(swing: Swing, count: int = 60) -> tuple[np.ndarray, np.ndarray]:

@@ -24,9 +24,9 @@ from safenav.motion.walker.replacing import replaced
 
 EARLY = 0.2
 """Seconds before landing until which there is no need to try that."""
-SOONER = (0.0, 0.08, 0.16, 0.24, 0.32, 0.4)
+SOONER = (0.0, 0.08, 0.12, 0.14, 0.16, 0.18, 0.2, 0.22, 0.24, 0.32, 0.4)
 """Seconds by which a foot may land earlier, in the order in which they are tried."""
-SWING = 2.95
+SWING = 2.99
 """Metres per second of the fastest swing."""
 LEG = 0.55
 """Metres of the mass from the centre of pressure at which a leg is too short."""

@@ -18,11 +18,11 @@ from safenav.motion.file.records import Foothold
 from safenav.motion.pendulum import Array, influence
 from safenav.motion.walker.courses import Plan
 
-AHEAD, ASIDE = 0.058, 0.028
+AHEAD, ASIDE = 0.0599, 0.0299
 """Metres by which the centre of pressure may leave the middle of a foot, along it and across."""
 BESIDE = 0.17
 """The same across both feet, when both are on the ground."""
-STEP, LATERAL = 0.645, 0.155
+STEP, LATERAL = 0.645, 0.151
 """Longest step and least lateral distance of the feet in metres."""
 DIRECTIONS = 24
 """Of the polygon that stands for the circle of the longest step."""

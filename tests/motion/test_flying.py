@@ -1,0 +1,109 @@
+"""Flight in wind: near its reference, in its regions, refused beyond what its tilt can do."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from motion.runs import digest_of, trace_of
+from safenav.errors import UsageError
+from safenav.motion.check.verdict import check_motion
+from safenav.motion.file.reading import parsed
+from safenav.motion.file.records import Flight, Motion, Track
+from safenav.motion.file.writing import text_of
+from safenav.motion.flyer.tracking import HORIZON, Tracker
+from safenav.motion.making import Disturbances, motion_of
+
+NAME = "case_study_1"
+
+
+@cache
+def windy(gust: float, seed: int = 1) -> Motion:
+    made = motion_of(trace_of(NAME), digest_of(NAME), None, Disturbances(seed, gust=gust))
+    return parsed(text_of(made).encode(), "windy")
+
+
+def errors(motion: Motion) -> np.ndarray:
+    """Metres between where the flyer is and where its polynomials are."""
+    flights = [line for line in motion.lines if isinstance(line, Flight)]
+    found = []
+    for track in (line for line in motion.lines if isinstance(line, Track)):
+        for number, row in enumerate(track.rows):
+            t = track.t0 + number * track.step
+            flight = next((f for f in flights if f.t0 - 1e-9 <= t <= f.t1 + 1e-9), flights[-1])
+            (curve,) = flight.curves
+            at = [
+                sum(c * (t - flight.t0) ** k for k, c in enumerate(p)) for p in (curve.x, curve.y)
+            ]
+            found.append(np.hypot(row[0] - at[0], row[1] - at[1]))
+    return np.array(found)
+
+
+def test_gusts_of_2_metres_a_second_push_it_off_by_centimetres() -> None:
+    off = errors(windy(2.0))
+    assert np.sqrt((off**2).mean()) < 0.06
+    assert off.max() < 0.15
+
+
+@pytest.mark.parametrize("gust", [2.0, 5.0])
+def test_flight_in_wind_is_accepted_by_the_checker(gust: float) -> None:
+    assert check_motion(windy(gust), trace_of(NAME), digest_of(NAME)) == []
+
+
+def test_gusts_beyond_the_tilt_limit_are_refused() -> None:
+    with pytest.raises(UsageError, match=r"beyond its tilt limit of 3\.4 m/s\^2"):
+        windy(8.0)
+
+
+def test_same_seed_gives_the_same_wind() -> None:
+    again = motion_of(trace_of(NAME), digest_of(NAME), None, Disturbances(1, gust=2.0))
+    assert text_of(again) == text_of(windy(2.0))
+    assert text_of(windy(2.0, seed=2)) != text_of(windy(2.0))
+
+
+def test_track_that_is_shifted_is_refused() -> None:
+    motion = windy(2.0)
+    lines = list(motion.lines)
+    index = next(i for i, line in enumerate(lines) if isinstance(line, Track))
+    track = lines[index]
+    assert isinstance(track, Track)
+    rows = tuple((row[0] + 0.3, *row[1:]) for row in track.rows)
+    lines[index] = replace(track, rows=rows)
+    found = check_motion(replace(motion, lines=tuple(lines)), trace_of(NAME), digest_of(NAME))
+    assert any(f.rule == "track" for f in found)
+
+
+def test_thrust_that_does_not_explain_the_flight_is_refused() -> None:
+    motion = windy(2.0)
+    lines = list(motion.lines)
+    index = next(i for i, line in enumerate(lines) if isinstance(line, Track))
+    track = lines[index]
+    assert isinstance(track, Track)
+    rows = tuple((*row[:13], row[13] * 1.3, *row[14:]) for row in track.rows)
+    lines[index] = replace(track, rows=rows)
+    found = check_motion(replace(motion, lines=tuple(lines)), trace_of(NAME), digest_of(NAME))
+    assert any("than its thrust explains" in f.found for f in found)
+
+
+def test_command_keeps_to_the_tilt_limit_and_turns_back_at_the_border() -> None:
+    """Flying towards a border at speed, with a reference beyond it."""
+    tracker = Tracker(0.0, 3.4)
+    tracker.state = np.array([0.0, 1.0, 0.0, 0.0])
+    wanted = np.tile([2.0, 0.0, 0.0], (HORIZON, 1))
+    free = tracker.command(wanted, np.full(HORIZON, -9.0), np.full(HORIZON, 9.0))
+    assert free == pytest.approx(3.4)
+    tracker.state = np.array([0.0, 1.0, 0.0, 0.0])
+    bound = tracker.command(wanted, np.full(HORIZON, -9.0), np.full(HORIZON, 0.2))
+    assert -3.4 <= bound < 0
+    assert tracker.failed == 0
+
+
+def test_border_that_is_already_crossed_is_no_failure() -> None:
+    tracker = Tracker(1.0, 3.4)
+    wanted = np.tile([0.0, 0.0, 0.0], (HORIZON, 1))
+    back = tracker.command(wanted, np.full(HORIZON, -0.5), np.full(HORIZON, 0.5))
+    assert back == pytest.approx(-3.4)
+    assert tracker.failed == 0
