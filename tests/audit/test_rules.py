@@ -23,6 +23,24 @@ def test_robots_that_change_places_collide() -> None:
     assert [(f.rule, f.robot) for f in audit.findings] == [("collision", "a"), ("swap", "b")]
 
 
+@pytest.mark.parametrize(
+    ("start", "bound", "other"), [(2, 3, 1), (1, 0, 2)], ids=["region 3", "region 0"]
+)
+def test_who_is_on_its_way_to_a_region_takes_it_up_be_it_region_0(
+    start: int, bound: int, other: int
+) -> None:
+    """The two traces mirror each other."""
+    robots = {"slow": robot("ground", [], start, HOLD), "quick": robot("ground", [], other, HOLD)}
+    s = Script("....\n####", robots, [])
+    s.next_tick().move("slow")
+    s.lines[-1]["toward"] = bound
+    s.move("quick", start).move("slow", bound)
+    s.lines[-2].update(to=bound)  # it jumps over the slow one, to where that is bound for
+    del s.lines[-1]
+    audit = check_trace(text(s.end("interrupted", {"slow": 0, "quick": 0})))
+    assert [f.rule for f in audit.findings] == ["mobility", "collision"]
+
+
 def test_robots_of_different_layers_may_share_a_region() -> None:
     s = Script("####\n#..#\n####", {n: robot(n, [], r, HOLD) for n, r in (("a", 5), ("b", 6))}, [])
     s.next_tick().move("a", 6).move("b", 5)

@@ -96,7 +96,8 @@ class Story:
     def _begin(self) -> None:
         self._echo(click.style(self._scenario.name, bold=True))
         for robot in self._scenario.robots:
-            facing = f" facing {robot.start.heading.label}" if robot.start.heading else ""
+            heading = robot.start.heading  # north is 0
+            facing = "" if heading is None else f" facing {heading.label}"
             self._echo(
                 f"  {self._letters[robot.name]}  {self._name(robot.name)} ({robot.model.name}) "
                 f"from {self._region(robot.start.region)}{facing}: "

@@ -1,0 +1,76 @@
+"""The story of a run on the terminal: the sentences of all other tellers, and its own frame."""
+
+from __future__ import annotations
+
+import click
+import pytest
+
+from safenav.report.terminal.story import Story
+from safenav.scenario.reading.loader import load_scenario_text
+from safenav.trace import records
+
+ROOM = """\
+safenav: 1
+map:
+  grid: |
+    ######
+    #....#
+    #....#
+    ######
+  names: {gate: 9}
+robots:
+  quad: {model: quadcopter, start: 7, objective: {patrol: [7, 10]}}
+  digit: {model: digit, start: 13, heading: NORTH, objective: {hold: 13}}
+obstacles:
+  - {type: door, region: 9}
+"""
+
+
+def told(*lines: records.Record, heading: str = "north") -> list[str]:
+    """What the story says of these lines."""
+    said: list[str] = []
+    scenario = load_scenario_text(ROOM.replace("NORTH", heading))
+    story = Story(scenario, lambda line: said.append(click.unstyle(str(line))), maps=False)
+    for line in lines:
+        story(line)
+    return said
+
+
+def header() -> records.Header:
+    world = records.MapHeader(4, 6, ())
+    limits, until = records.Limits(), records.Until()
+    scenario = records.ScenarioHeader("room", world, {}, (), until, limits, 0, "resynthesis")
+    return records.Header(0, records.VERSION, "0", scenario)
+
+
+@pytest.mark.parametrize("heading", ["north", "east", "south", "west"])
+def test_every_heading_is_told(heading: str) -> None:
+    assert any(f"facing {heading}: hold 13" in line for line in told(header(), heading=heading))
+
+
+def test_events_of_one_tick_stand_below_one_another() -> None:
+    said = told(
+        records.Violation(2, "quad", 8, 9, "door@9", "push"),
+        records.Request(2, "door@9", "quad", {"digit": 3}, "digit", (9,)),
+        records.Resolved(5, "door@9", "digit", 9, True, None),
+    )
+    assert said == [
+        "tick 2     quad at 8 [1, 2] finds a door at gate 9 [1, 3] and keeps out: it cannot push",
+        "           quad asks for help with door@gate: digit needs 3 ticks; digit helps",
+        "tick 5     digit at gate 9 [1, 3] resolves door@gate",
+    ]
+
+
+def test_what_comes_and_goes_and_joint_plans_are_told() -> None:
+    said = told(
+        records.Appeared(3, "door@9", records.ChangeCause.SCENARIO),
+        records.Plan(4, "both wait", {"quad": (), "digit": ()}, ()),
+        records.PlanEnd(6, records.PlanEndReason.REACHED),
+        records.Gone(7, "door@9", records.ChangeCause.SCENARIO),
+    )
+    assert [line[11:] for line in said] == [
+        "door@gate appears",
+        "quad and digit move by a joint plan (both wait)",
+        "the joint plan is over: everybody is where it leads",
+        "door@gate goes by itself",
+    ]
