@@ -326,17 +326,20 @@ class Situation:
         """Note what the robot does where it stands: its part in the needs that are next. Where
         the trace has no lines of single needs, one that is met makes way for the next."""
         for name in self.obstacles:
-            open_ = self.status[name] in (Status.UNRESOLVED, Status.GIVEN_UP)
-            if not open_ or robot not in self.standing(name):
-                continue
+            if self.status[name] in (Status.UNRESOLVED, Status.GIVEN_UP):
+                self._perform_at(robot, name)
+
+    def _perform_at(self, robot: str, name: str) -> None:
+        while robot in self.standing(name):
             self.done[name].add(robot)
             need = self.need(name)
             group = self.standing(name) if need.together else self.done[name]
             last = self.stage[name] + 1 >= len(self.obstacles[name].all_needs)
-            if len(group) >= need.robots and not last and not self._tells_needs:
-                self.stage[name] += 1
-                self.done[name].clear()
-                self.turn.advanced.add(name)
+            if len(group) < need.robots or last or self._tells_needs:
+                return
+            self.stage[name] += 1
+            self.done[name].clear()
+            self.turn.advanced.add(name)
 
     def _put_in_force(self, objectives: Mapping[str, Objective], line: int) -> None:
         for robot, objective in objectives.items():

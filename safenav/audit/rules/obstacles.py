@@ -216,10 +216,19 @@ class BlockedRule(Rule):
         elif request.helper is not None:
             yield f"{request.helper} is to resolve {name}, so it is not given up"
         can = now.capable(name)
-        if record.reason is BlockReason.NO_CAPABLE_ROBOT and can:
+        if record.reason is BlockReason.NO_CAPABLE_ROBOT and not _lacks_robots(name, now):
             yield f"{_names(can)} could resolve {name}"
         if record.reason is BlockReason.NO_HELPER and not can:
             yield f"nobody has the action for {name}: the reason is no_capable_robot"
+
+
+def _lacks_robots(obstacle: str, now: Situation) -> bool:
+    """Whether too few robots have an action that the obstacle still needs."""
+    robots = now.header.robots.values()
+    return any(
+        sum(need.action in robot.capabilities for robot in robots) < need.robots
+        for need in now.obstacles[obstacle].all_needs[now.stage[obstacle] :]
+    )
 
 
 def _truth(traversable: bool | None) -> str:

@@ -98,7 +98,9 @@ class _Replay:
         self.toward[name] = line.get("toward")
         self.visits[name].append(region)
         for obstacle, stage in self.there.items():
-            self.there[obstacle] = self._performed(obstacle, stage, name)
+            while (after := self._performed(obstacle, stage, name)) != stage:
+                stage = after  # a robot goes on where it stands with what is needed next
+            self.there[obstacle] = stage
 
     def _performed(self, obstacle: str, stage: Stage, mover: str) -> Stage:
         """The stage after the mover's turn; a need that is met goes over to the next."""
