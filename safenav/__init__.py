@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from safenav.audit.check import check_trace as check_trace
-    from safenav.runtime.environment import World as World
     from safenav.runtime.mission import Mission as Mission
+    from safenav.runtime.world import World as World
     from safenav.scenario.model import Obstacle as Obstacle
     from safenav.scenario.model import Robot as Robot
     from safenav.scenario.model import Scenario as Scenario
@@ -37,7 +37,7 @@ _HOMES = {
     "Synthesizer": "safenav.synthesis.slugs",
     "Task": "safenav.spec.task",
     "TraceWriter": "safenav.trace.writing",
-    "World": "safenav.runtime.environment",
+    "World": "safenav.runtime.world",
     "built_in": "safenav.scenario.reading.catalogue",
     "check_trace": "safenav.audit.check",
     "compile_task": "safenav.spec.compile",

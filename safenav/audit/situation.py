@@ -166,14 +166,14 @@ class Situation:
 
     def blocked_by(self, obstacle: str) -> set[str]:
         """The robots that must not enter the obstacle's region: those whom its type blocks,
-        save those who can resolve it by themselves (DESIGN section 5, step 2)."""
+        save those who have all actions that are left (DESIGN section 5, step 2)."""
         listed = self.obstacles[obstacle].blocks & self.header.robots.keys()
         rest = self.obstacles[obstacle].all_needs[self.stage[obstacle] :]
         return {
             name
             for name in listed
             if any(
-                need.robots > 1 or need.action not in self.header.robots[name].capabilities
+                need.action not in self.header.robots[name].capabilities
                 for need in rest or (self.need(obstacle),)
             )
         }

@@ -12,7 +12,7 @@ import click
 from safenav.errors import ExitCode, UsageError
 
 if TYPE_CHECKING:
-    from safenav.runtime.controllers import Answer
+    from safenav.runtime.coordination.strategies import Answer
     from safenav.scenario.model import Scenario
     from safenav.synthesis.slugs import Synthesizer
 
@@ -54,7 +54,7 @@ def command(
 ) -> int:
     """Synthesize the controllers for the start of SCENARIO and print their size."""
     from safenav.report.terminal.synthesis_progress import WaitingLine
-    from safenav.runtime.controllers import first_answers
+    from safenav.runtime.coordination.strategies import first_answers
     from safenav.scenario.reading.loader import load_scenario
     from safenav.synthesis.slugs import Synthesizer
     from safenav.verify.verification import first_failure

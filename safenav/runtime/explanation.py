@@ -12,15 +12,12 @@ from typing import TYPE_CHECKING
 from safenav.errors import ResourceLimitError
 from safenav.explain.summary import explain_unrealizable
 from safenav.scenario.model import Scenario
-from safenav.spec.task import Task
 from safenav.synthesis.slugs import Listener, Synthesizer
 
 if TYPE_CHECKING:
     from safenav.explain.explanation import Explanation
-    from safenav.runtime.coordination import Impasse
-    from safenav.runtime.state import TeamState
 
-__all__ = ["explain_impasse", "explain_team", "explain_unrealizable"]
+__all__ = ["explain_team", "explain_unrealizable"]
 
 QUESTION_SECONDS = 2.0
 """Wall time of one of the many questions that an explanation asks."""
@@ -39,7 +36,7 @@ def explain_team(
     """
     # Imported here: most runs need no explanation.
     from safenav.explain.investigation import explain
-    from safenav.runtime.controllers import first_answers
+    from safenav.runtime.coordination.strategies import first_answers
 
     limit = min(synthesizer.seconds or QUESTION_SECONDS, QUESTION_SECONDS)
     quick = Synthesizer(
@@ -62,37 +59,3 @@ def explain_team(
 
         found.append(explain(scenario, answer.task, quick, judge))
     return found
-
-
-def explain_impasse(impasse: Impasse, state: TeamState) -> str:
-    """Why the team needs an operator, and what would help."""
-    scenario, obstacle = state.scenario, impasse.obstacle
-    if obstacle is None:
-        stuck, *ring = impasse.robots
-        where = ", ".join(f"{n} at {scenario.map.label(state.poses[n].region)}" for n in ring)
-        here = scenario.map.label(state.poses[stuck].region)
-        return (
-            f"{stuck} at {here} waits for {where or 'another robot'} for ever, and nobody among "
-            "them can make way under its mobility"
-        )
-    where = f"{obstacle.type.name} at {scenario.map.label(obstacle.region)}"
-    action = obstacle.type.action
-    reasons = {
-        "no_capable_robot": f"no robot has the capability '{action}' that removes the {where}",
-        "cyclic_requests": f"those who could '{action}' the {where} wait for help themselves "
-        "that depends on it",
-        "unrealizable": f"nobody can bring about a way past the {where}",
-    }
-    said = [reasons[impasse.cause.value]]
-    for name in impasse.robots:
-        robot = scenario.robot(name)
-        assignment = state.tasks.current[name]
-        task = Task(
-            robot,
-            state.poses[name],
-            assignment.objective,
-            assignment.progress.memory,
-            state.knowledge.known_for(robot, assignment.avoid),
-        )
-        said.append(explain_unrealizable(robot, task, scenario.map))
-    return "; ".join(said)

@@ -8,22 +8,25 @@ section 5. Nothing here depends on a simulation: whoever implements ``World`` dr
 
 from __future__ import annotations
 
-import time
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from contextlib import suppress
 from dataclasses import dataclass
 
 import safenav
-from safenav.errors import SafenavError
-from safenav.runtime.controllers import Controllers
-from safenav.runtime.coordination import Impasse, Resynthesis
-from safenav.runtime.deadlock import Watch
-from safenav.runtime.environment import SimulatedWorld, World
-from safenav.runtime.explanation import explain_impasse, explain_unrealizable
-from safenav.runtime.state import TeamState, with_alternation
-from safenav.runtime.steering import Steering
-from safenav.runtime.traffic import Traffic
-from safenav.runtime.turn import LostError, Turns
-from safenav.scenario.model import Coordination, Outcome, Robot, Scenario
+from safenav.errors import SafenavError, UsageError
+from safenav.explain.summary import explain_unrealizable
+from safenav.runtime.checked_world import CheckedWorld
+from safenav.runtime.coordination.algorithm import Coordination
+from safenav.runtime.coordination.by_resynthesis import ByResynthesis
+from safenav.runtime.coordination.by_signals import BySignals
+from safenav.runtime.coordination.strategies import Strategies
+from safenav.runtime.over import RunOver, Stop, Verdict
+from safenav.runtime.team import TeamState
+from safenav.runtime.traffic.planning import Traffic
+from safenav.runtime.turn import Turns
+from safenav.runtime.world import SimulatedWorld, World
+from safenav.scenario.model import Coordination as Kind
+from safenav.scenario.model import Outcome, Scenario
 from safenav.synthesis.slugs import Listener as SynthesisListener
 from safenav.synthesis.slugs import Synthesizer
 from safenav.trace import records
@@ -62,155 +65,157 @@ class Mission:
         listeners: Iterable[Listener] = (),
         progress: SynthesisListener | None = None,
     ) -> None:
-        self.scenario = scenario = with_alternation(scenario)
+        self.scenario = scenario
         self.result: RunResult | None = None
-        self._world = world or SimulatedWorld(scenario)
-        self.state = TeamState.initial(scenario, self._world, listeners)
-        self._controllers = Controllers(
-            self.state, synthesizer or default_synthesizer(scenario), progress
+        self.state = TeamState.initial(scenario, listeners)
+        self._given = world or SimulatedWorld(scenario)
+        self._world = CheckedWorld(self._given, scenario)
+        self._stop = Stop(scenario.limits.seconds)
+        synthesizer = synthesizer or default_synthesizer(scenario)
+        self._strategies = Strategies(self.state, synthesizer, self._stop, progress)
+        kind = BySignals if scenario.coordination is Kind.ASSIGNABLE else ByResynthesis
+        telling = kind(self.state, self._strategies)
+        self._coordination = Coordination(self.state, telling, self._stop)
+        self._traffic = Traffic(self.state, self._coordination, self._stop)
+        self._turns = Turns(
+            self.state, self._world, self._strategies, self._coordination, self._traffic
         )
-        kind = Steering if scenario.coordination is Coordination.ASSIGNABLE else Resynthesis
-        self._coordination = kind(self.state, self._controllers)
-        traffic = Traffic(self.state)
-        self._watch = Watch(self.state, self._coordination, traffic)
-        self.state.listeners += (self._watch,)
-        self._turns = Turns(self.state, self._world, self._controllers, self._coordination, traffic)
-        self._begun = time.monotonic()
-        self._stopping = False
+        self._started = False
 
     def run(self) -> RunResult:
         """Run to the end. Ctrl-C ends the run with the outcome ``interrupted``, recorded.
 
-        A program that handles signals calls ``stop`` instead of letting KeyboardInterrupt be
-        raised anywhere: then the run ends between two turns.
-
-        Raises SafenavError if the synthesizer fails or runs out of its limits; the trace then
-        ends in ``error``.
+        Raises SafenavError if the synthesizer or the world fails; the trace then ends in
+        ``error``.
         """
-        try:
-            self.start()
-            while self.result is None:
-                self.step()
-        except KeyboardInterrupt:
-            return self.give_up()
-        except SafenavError as error:
-            self._emit_end("error", str(error), None)
-            raise
-        assert self.result is not None
+        self.start()
+        while self.result is None:
+            self.step()
         return self.result
 
-    def stop(self) -> None:
-        """End the run, ``interrupted``, before the next turn; a synthesis that is under way is
-        given up (by KeyboardInterrupt, so this is to be called in the run's own thread)."""
-        self._stopping = True
-        if self._controllers.asking:
-            raise KeyboardInterrupt
+    def stop(self, why: str = "interrupted by the user") -> None:
+        """End the run, ``interrupted``, at the next opportunity: between two turns, or within a
+        search. A synthesis that is under way is given up at once, by an exception, so this is to
+        be called in the run's own thread."""
+        self._stop.ask(why)
+        if self._strategies.asking:
+            self._stop.check()
 
     def give_up(self, explanation: str = "interrupted by the user") -> RunResult:
         """End a run that was started, with the outcome ``interrupted``: for programs that call
         ``step`` and will not go on. A run that has ended stays as it is."""
+        if not self._started:
+            raise UsageError("give_up() before start(): this mission has not begun")
         if self.result is None:
-            self._end(Outcome.INTERRUPTED, explanation)
+            self._end(Verdict(Outcome.INTERRUPTED, explanation))
         assert self.result is not None
         return self.result
 
     def start(self) -> None:
-        """Synthesize the first controllers; a robot without one ends the run here."""
-        state = self.state
-        self._begun = time.monotonic()
-        state.emit(
-            records.Header(
-                0,
-                records.VERSION,
-                safenav.__version__,
-                scenario_header(self.scenario, self._truths()),
-            )
-        )
-        attempt = self._controllers.attempt({}, strict=())
-        if attempt.failed:
-            self._controllers.announce(attempt, records.Reason.INITIAL, attempt.answers)
-            robots = [self.scenario.robot(name) for name in attempt.failed]
-            explanation = "; ".join(
-                explain_unrealizable(robot, attempt.answers[robot.name].task, self.scenario.map)
-                for robot in robots
-            )
-            self._end(Outcome.UNREALIZABLE, explanation)
-            return
-        self._controllers.install(attempt, records.Reason.INITIAL)
+        """Synthesize the first controllers; a robot without one ends the run here.
+
+        Raises UsageError if the mission was started before.
+        """
+        if self._started:
+            raise UsageError("start() or run() a second time: make another Mission for it")
+        self._started = True
+        self._stop.begin()
+        truths = self._given.truths if isinstance(self._given, SimulatedWorld) else None
+        header = scenario_header(self.scenario, truths)
+        self.state.emit(records.Header(0, records.VERSION, safenav.__version__, header))
+        self._guarded(self._begin)
 
     def step(self) -> None:
-        """One tick: every robot takes its turn, in the scenario's order."""
-        state = self.state
-        for robot in self.scenario.robots:
-            if self._stopping:
-                raise KeyboardInterrupt
-            if robot is self.scenario.robots[0]:
-                state.tick += 1
-            self._take_turn(robot)
-            if self.result is not None:
-                return
-        if self.scenario.deadlock:
-            self._end_if_stuck(self._watch.tick())
+        """One tick: every robot takes its turn, in the scenario's order.
+
+        Raises UsageError before ``start`` and after the end.
+        """
+        if not self._started:
+            raise UsageError("step() before start(): this mission has not begun")
         if self.result is not None:
-            return
+            raise UsageError(f"step() after the end: the outcome is {self.result.outcome.value}")
+        self._guarded(self._tick)
+
+    def _guarded(self, part: Callable[[], None]) -> None:
+        """The one place where a run ends, whatever ended it."""
+        try:
+            part()
+        except RunOver as over:
+            self._end(over.verdict)
+        except KeyboardInterrupt:
+            self._end(Verdict(Outcome.INTERRUPTED, "interrupted by the user"))
+        except SafenavError as error:
+            with suppress(SafenavError):  # the trace itself may be what cannot be written
+                self._tell_end("error", Verdict(Outcome.INTERRUPTED, str(error)))
+            raise
+
+    def _begin(self) -> None:
+        state = self.state
+        attempt = self._coordination.telling.attempt(self._coordination.errands(set()))
+        for name in attempt.failed:
+            self._strategies.announce(attempt.answers[name], records.Reason.INITIAL)
+        if attempt.failed:
+            tasks = {name: attempt.answers[name] for name in attempt.failed}
+            said = "; ".join(
+                explain_unrealizable(state.robots[name].robot, answer.task, self.scenario.map)
+                for name, answer in tasks.items()
+            )
+            specs = {name: answer.result.spec_sha256 for name, answer in tasks.items()}
+            raise RunOver(Verdict(Outcome.UNREALIZABLE, said, unrealizable=specs))
+        errands = self._coordination.errands(set())
+        self._coordination.telling.install(attempt, errands, records.Reason.INITIAL)
+
+    def _tick(self) -> None:
+        state = self.state
+        self._stop.check()
+        state.tick += 1
+        for change in self._world.changes(state.tick, state.occupied()):
+            if not change.appeared and change.obstacle.name in state.knowledge.pending:
+                self._turns.leave_plan(records.PlanEndReason.CHANGED)
+            self._coordination.changed(change)
+        for robot in state.robots.values():
+            self._stop.check()
+            self._turns.take(robot)
+        if self._traffic.tick():
+            self._turns.leave_plan(records.PlanEndReason.REACHED)
         if self._completed():
             rounds = self.scenario.until.rounds
             plural = "round" if rounds == 1 else "rounds"
-            self._end(Outcome.COMPLETED, f"every robot has met its objective for {rounds} {plural}")
-        elif state.tick >= self.scenario.limits.ticks:
-            unmet = self._turns.monitors.unmet_fairness()
-            said = [self._what_is_left(), *unmet]
-            self._end(Outcome.TICK_LIMIT, "; ".join(said))
+            said = f"every robot has met its objective for {rounds} {plural}"
+            raise RunOver(Verdict(Outcome.COMPLETED, said))
+        if state.tick >= self.scenario.limits.ticks:
+            said = "; ".join([self._what_is_left(), *self._turns.monitors.unmet_fairness()])
+            raise RunOver(Verdict(Outcome.TICK_LIMIT, said))
 
-    def _take_turn(self, robot: Robot) -> None:
-        try:
-            impasse = self._turns.take(robot)
-        except LostError as lost:
-            rules = f" ({lost})" if lost.rules else ""
-            self._end(
-                Outcome.ASSUMPTION_VIOLATED,
-                f"the others did what {robot.name} assumed they never do{rules}, and from there "
-                "it has no strategy",
-            )
-            return
-        self._end_if_stuck(impasse)
-
-    def _end_if_stuck(self, impasse: Impasse | None) -> None:
-        if impasse is not None:
-            said = [explain_impasse(impasse, self.state), *self._turns.monitors.unmet_fairness()]
-            explanation = "; ".join(said)
-            self._end(Outcome.OPERATOR_NEEDED, explanation, impasse.cause.value)
+    def _completed(self) -> bool:
+        """Whether everybody has done its rounds and nobody waits for help that is coming."""
+        wanted = self.scenario.until.rounds
+        found = self._coordination.found
+        return not found.served and all(
+            robot.own.rounds >= wanted for robot in self.state.robots.values()
+        )
 
     def _what_is_left(self) -> str:
         """What keeps the run from being completed now."""
-        tasks, wanted = self.state.tasks, self.scenario.until.rounds
+        wanted = self.scenario.until.rounds
         left = [
-            f"{name} has done {assignment.progress.rounds} of {wanted} rounds"
-            for name, assignment in tasks.current.items()
-            if not assignment.temporary and assignment.progress.rounds < wanted
+            f"{robot.name} has done {robot.own.rounds} of {wanted} rounds"
+            for robot in self.state.robots.values()
+            if robot.own.rounds < wanted
         ]
         left += [
-            f"{frame.requester} waits for {frame.helper}"
-            + (f" to resolve {frame.obstacle.name}" if frame.obstacle else " to make way")
-            for frame in tasks.frames
+            f"{' and '.join(request.requesters)} wait for "
+            f"{' and '.join(request.helpers) or 'help'} to resolve {request.obstacle.name}"
+            for request in self._coordination.requests
         ]
         return f"not completed after {self.state.tick} ticks: {'; '.join(left)}"
 
-    def _completed(self) -> bool:
-        tasks, wanted = self.state.tasks, self.scenario.until.rounds
-        return tasks.depth == 0 and all(
-            assignment.progress.rounds >= wanted for assignment in tasks.current.values()
-        )
-
-    def _truths(self) -> dict[str, bool | None] | None:
-        return self._world.truths if isinstance(self._world, SimulatedWorld) else None
-
-    def _end(self, outcome: Outcome, explanation: str, cause: str | None = None) -> None:
-        ended = self._emit_end(outcome.value, explanation, cause)
+    def _end(self, verdict: Verdict) -> None:
+        ended = self._tell_end(verdict.outcome.value, verdict)
         self.result = RunResult(
-            outcome,
-            explanation,
-            cause,
+            verdict.outcome,
+            verdict.explanation,
+            verdict.cause,
             dict(ended.rounds),
             ended.ticks,
             ended.seconds,
@@ -218,17 +223,21 @@ class Mission:
             ended.synthesis_seconds,
         )
 
-    def _emit_end(self, outcome: str, explanation: str, cause: str | None) -> records.Outcome:
+    def _tell_end(self, outcome: str, verdict: Verdict) -> records.Outcome:
+        if self._traffic.active:
+            self._traffic.end(records.PlanEndReason.CHANGED)
         ended = records.Outcome(
             self.state.tick,
             records.Ending(outcome),
-            explanation,
-            {n: a.progress.rounds for n, a in self.state.tasks.current.items()},
+            verdict.explanation,
+            {name: robot.own.rounds for name, robot in self.state.robots.items()},
             self.state.tick,
-            round(time.monotonic() - self._begun, 6),
-            self._controllers.syntheses,
-            round(self._controllers.seconds, 6),
-            None if cause is None else records.OperatorCause(cause),
+            round(self._stop.elapsed, 6),
+            self._strategies.syntheses,
+            round(self._strategies.seconds, 6),
+            None if verdict.cause is None else records.OperatorCause(verdict.cause),
+            verdict.proof,
+            verdict.unrealizable,
         )
         self.state.emit(ended)
         return ended

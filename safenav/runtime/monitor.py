@@ -17,7 +17,7 @@ from safenav.errors import ExitCode, SafenavError
 from safenav.formula.evaluator import evaluate
 from safenav.formula.parser import parse
 from safenav.runtime.navigation import Planner, Proposal
-from safenav.runtime.state import TeamState
+from safenav.runtime.team import TeamState
 from safenav.scenario.model import Robot
 from safenav.spec.specification import Constraint, Owner, Section, Specification
 from safenav.trace import records

@@ -9,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from safenav.runtime.tasks import Assignment
+from safenav.runtime.progress import Progress
+from safenav.scenario.objective import Ltl, Patrol, Visit
 from safenav.spec.assignable import Switch
 from safenav.spec.task import Task
 from safenav.synthesis.strategy import Strategy
@@ -26,35 +27,29 @@ class Proposal:
 
 
 class Planner:
-    """One robot's strategy and where in it the robot is.
+    """One robot's strategy and where in it the robot is: at ``node``, None when it has left it.
 
-    ``begun``: whether the progress of its assignment has been counted from here on.
-    ``before``: the values before a step that is still under way. ``switch`` steers it where
-    goals are assignable.
+    ``switch`` steers it where goals are assignable.
     """
 
-    def __init__(self, task: Task, strategy: Strategy, assignment: Assignment, node: int) -> None:
+    def __init__(self, task: Task, strategy: Strategy, node: int) -> None:
         self.task = task
-        self.assignment = assignment
         self.strategy = strategy
         self.node: int | None = node
-        self.begun = False
-        self.before: Mapping[str, int] = {}
         self.switch: Switch | None = None
+        self._places: dict[tuple[int, int], list[int]] | None = None
 
     @classmethod
-    def start(cls, task: Task, strategy: Strategy, assignment: Assignment) -> Planner:
+    def start(cls, task: Task, strategy: Strategy) -> Planner:
         """Begin at the initial node of the pose that the task was synthesized for.
 
         Raises KeyError if the strategy has no such node (it is not for this task).
         """
-        values = {"region": task.pose.region}
-        if task.robot.model.mobility is Mobility.HEADING and task.pose.heading is not None:
-            values["heading"] = int(task.pose.heading)
+        values = _where(task, task.pose)
         node = strategy.find_initial(values)
         if node is None:
             raise KeyError(f"no initial node for {values}")
-        return cls(task, strategy, assignment, node)
+        return cls(task, strategy, node)
 
     def values(self) -> dict[str, int]:
         """The variables of the specification now; empty off the automaton."""
@@ -63,8 +58,8 @@ class Planner:
     def propose(self, observed: Mapping[str, int]) -> Proposal | None:
         """The strategy's answer to the observed inputs.
 
-        None when it has none: the others did what the assumptions exclude, or the robot left
-        the automaton when it backtracked and was not resynthesized.
+        None when it has none: the others did what the assumptions exclude, or the robot is off
+        the automaton.
         """
         return next(self._successors(observed), None)
 
@@ -72,16 +67,47 @@ class Planner:
         self, pose: Pose, observed: Mapping[str, int], refused: Proposal
     ) -> list[Proposal]:
         """What else can be done from the state before ``refused``: the automaton's other
-        successors for the same inputs, and last the mobility's stay, which leaves the
-        automaton and is safe whatever the others do."""
+        successors for the same inputs, and last the mobility's stay, which keeps the node and is
+        safe whatever the others do."""
         others = [p for p in self._successors(observed) if p.pose.region != refused.pose.region]
         if self.switch is not None:
             others += self._successors({**observed, **self.switch.stop()})
-        return [*others, Proposal(pose, None)]
+        return [*others, Proposal(pose, self.node)]
 
     def follow(self, proposal: Proposal) -> None:
         """The proposal was carried out."""
         self.node = proposal.node
+
+    def relocate(self, pose: Pose, progress: Progress, inputs: Mapping[str, int]) -> bool:
+        """Go to a node of the automaton for a pose, for what is left of an objective and for
+        inputs that it remembers; whether there is one. Every node is a state from which the
+        strategy meets its goals, so any of them will do."""
+        wanted = {**_where(self.task, pose), **inputs}
+        if self.switch is not None:
+            wanted["request"] = 0
+        for memory in _memories(self.task, pose, progress):
+            node = self._find(wanted | memory)
+            if node is not None:
+                self.node = node
+                if self.switch is not None:
+                    self.switch.forget()
+                return True
+        self.node = None
+        return False
+
+    def _find(self, values: Mapping[str, int]) -> int | None:
+        if self._places is None:
+            self._places = {}
+            fields = {field.variable.name: field for field in self.strategy.fields}
+            region, heading = fields["region"], fields.get("heading")
+            for node, state in enumerate(self.strategy.states):
+                key = (region.decode(state), heading.decode(state) if heading else -1)
+                self._places.setdefault(key, []).append(node)
+        for node in self._places.get((values["region"], values.get("heading", -1)), ()):
+            found = self.strategy.values(node)
+            if all(found[name] == value for name, value in values.items()):
+                return node
+        return None
 
     def _successors(self, observed: Mapping[str, int]) -> Iterator[Proposal]:
         if self.node is None:
@@ -93,3 +119,34 @@ class Planner:
         if "heading" in values:
             return Pose(values["region"], Heading(values["heading"]))
         return Pose(values["region"])
+
+
+def _where(task: Task, pose: Pose) -> dict[str, int]:
+    values = {"region": pose.region}
+    if task.robot.model.mobility is Mobility.HEADING and pose.heading is not None:
+        values["heading"] = int(pose.heading)
+    return values
+
+
+def _memories(task: Task, pose: Pose, progress: Progress) -> Iterator[dict[str, int]]:
+    """The values of the memory that mean what is left of an objective. A goal is a state and
+    memory changes in the step after it, so where the last target was just met the memory before
+    means the same."""
+    index = progress.memory.index
+    match task.objective:
+        case Patrol(first, second):
+            if pose.region in first:
+                yield {"scout": 0}
+            elif pose.region in second:
+                yield {"scout": 1}
+            else:
+                yield {"scout": index}
+        case Visit(targets) if len(targets) > 1:
+            yield {"goal": index}
+            last = (index - 1) % len(targets)
+            if pose.region in targets[last]:
+                yield {"goal": last}
+        case Ltl():
+            yield {name: int(value) for name, value in progress.memory.values.items()}
+        case _:
+            yield {}

@@ -55,6 +55,15 @@ class Progress:
         """What the next specification of this objective must begin with."""
         return Memory(self._index, self._values)
 
+    @property
+    def seen(self) -> frozenset[int]:
+        """The goals that were met in the round that is under way."""
+        return frozenset(self._seen)
+
+    def other_way_round(self) -> None:
+        """Let a patrol go on with its other target."""
+        self._index = 1 - self._index
+
     def awaited(self) -> Target:
         """The regions of which the robot must reach one next; none known for ``ltl``."""
         match self.objective:

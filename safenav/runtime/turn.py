@@ -1,229 +1,361 @@
-"""One robot's turn: propose, check, backtrack if need be, move, act, count.
+"""One robot's turn: look, propose, characterize, back up, move, act.
 
 The order of what happens here is the order of lines in a trace (docs/trace.md).
 """
 
 from __future__ import annotations
 
-import random
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
-from safenav.runtime.controllers import Controllers
-from safenav.runtime.coordination import Impasse, Resynthesis
-from safenav.runtime.environment import Violation, World
+from safenav.runtime.characterization import Characterization, Violation
+from safenav.runtime.checked_world import CheckedWorld
+from safenav.runtime.coordination.algorithm import Coordination
+from safenav.runtime.coordination.floor import graph_of
+from safenav.runtime.coordination.strategies import Strategies
 from safenav.runtime.monitor import Monitors
-from safenav.runtime.navigation import Planner, Proposal
-from safenav.runtime.state import TeamState, Transit
-from safenav.runtime.traffic import Traffic
-from safenav.scenario.model import Robot
-from safenav.spec.others.belief import watch_for
-from safenav.spec.others.knowledge import Knowledge
+from safenav.runtime.navigation import Proposal
+from safenav.runtime.over import RunOver, Verdict
+from safenav.runtime.sightings_told import SightingsTold
+from safenav.runtime.team import RobotState, TeamState, Transit
+from safenav.runtime.traffic.planning import Traffic
+from safenav.scenario.model import Outcome
+from safenav.scenario.objective import Ltl
 from safenav.spec.others.tracking import observe
-from safenav.spec.task import Task
+from safenav.spec.specification import Constraint
 from safenav.trace import records
+from safenav.trace.header import heading_in_trace
+from safenav.world.map import Region
 from safenav.world.moves import Pose
 
 
-class LostError(Exception):
-    """A robot's assumptions were broken and it has no strategy from where it is. ``rules``:
-    what the others were assumed to do."""
-
-    def __init__(self, rules: Sequence[str]) -> None:
-        self.rules = tuple(dict.fromkeys(rules))
-        super().__init__("; ".join(self.rules))
-
-
+@dataclass
 class Turns:
     """Carries out turns on a team's state in a world."""
 
-    def __init__(
-        self,
-        state: TeamState,
-        world: World,
-        controllers: Controllers,
-        coordination: Resynthesis,
-        traffic: Traffic,
-    ) -> None:
-        self._state = state
-        self._world = world
-        self._controllers = controllers
-        self._coordination = coordination
-        self._traffic = traffic
-        self.monitors = Monitors(state)
-        self._looked: tuple[Task, Mapping[str, Knowledge]] | None = None
-        self._told: dict[tuple[str, str], Knowledge] = {}
-        seed = state.scenario.seed
-        self._clocks = {
-            robot.name: random.Random(f"{seed}/{robot.name}") for robot in state.scenario.robots
-        }
+    state: TeamState
+    world: CheckedWorld
+    strategies: Strategies
+    coordination: Coordination
+    traffic: Traffic
+    _signals: dict[str, records.Signal | None] = field(default_factory=dict)
 
-    def take(self, robot: Robot) -> Impasse | None:
-        """One turn. Raises LostError if the others broke what the robot assumed and nothing
-        can be done about it."""
-        state, name = self._state, robot.name
-        transit = state.transits.get(name)
-        if transit is not None:
-            return self._travel(robot, transit)
-        planner = state.planners[name]
-        observed = self._observe(robot, planner)
-        broken = self.monitors.broken_assumptions(robot, planner, observed)
-        proposal = planner.propose(observed)
-        lost = proposal is None
-        silent = lost and planner.node is not None and not broken
-        if proposal is None:
-            proposal = Proposal(state.poses[name], None)
-        violation = self._check(robot, proposal)
+    def __post_init__(self) -> None:
+        self.monitors = Monitors(self.state)
+        self.characterization = Characterization(self.world, self.state.knowledge)
+        self.sightings = SightingsTold(self.state)
+
+    def take(self, robot: RobotState) -> None:
+        """One turn. Raises RunOver if the run cannot go on after it."""
+        if robot.transit is not None:
+            self._travel(robot, robot.transit)
+        elif self.traffic.active:
+            self._follow_plan(robot)
+        else:
+            self._follow_strategy(robot)
+
+    def _follow_strategy(self, robot: RobotState) -> None:
+        """The strategy's answer to what is observed, unless the world or the team is against."""
+        planner = robot.planner
+        assert planner is not None
+        observed = self._look(robot, frozenset())
+        broken = self.monitors.broken_assumptions(robot.robot, planner, observed)
+        answer = planner.propose(observed)
+        lost, silent = answer is None, answer is None and planner.node is not None and not broken
+        proposal = answer or Proposal(robot.pose, None)
+        by = records.MovedBy.STRATEGY if answer is not None else records.MovedBy.STAY
+        if self.traffic.wanted is not None:  # a plan is due: nobody begins another step
+            lost, silent, proposal = False, False, Proposal(robot.pose, planner.node)
+            by = records.MovedBy.STAY
+        violation = self.characterization.check(robot.robot, robot.pose, proposal.pose.region)
         if violation is not None:
-            proposal = self._backtrack(robot, planner, observed, proposal, violation)
-        self.monitors.check_guarantees(robot, planner, observed, proposal)
-        ticks = self._duration(robot, proposal.pose)
+            proposal = self._back_up(robot, observed, proposal, violation)
+            by = records.MovedBy.BACKTRACK
+        elif not self._may_move(robot, proposal.pose):
+            proposal = self._another(robot, proposal)
+            by = records.MovedBy.STAY
+        if by is records.MovedBy.STRATEGY or proposal.node != planner.node:
+            self.monitors.check_guarantees(robot.robot, planner, observed, proposal)
         before = planner.values()
         planner.follow(proposal)
-        if ticks > 1:
-            state.transits[name] = Transit(proposal.pose, state.tick + ticks - 1)
-            planner.before = before
-            self._traffic.note(robot)
-            self._tell_move(robot, state.poses[name], proposal.pose)
-            self.monitors.tell(robot, broken)
-            return self._act(robot)
-        impasse = self._arrive(robot, proposal.pose, before)
-        self.monitors.tell(robot, broken)
+        self._move(robot, proposal.pose, before, by)
+        self.monitors.tell(robot.robot, broken)
         if silent:
             self._report_no_answer(robot, observed)
-        if impasse is None and violation is not None:
-            impasse = self._coordination.on_violation(violation)
-        if impasse is None and lost and self._coordination.resynthesize():
-            raise LostError([constraint.origin.rule for constraint in broken])
-        return impasse
+        if violation is not None:
+            self.coordination.met(violation)
+        elif lost and robot.transit is None:
+            self._find_a_way_back(robot, broken)
 
-    def _travel(self, robot: Robot, transit: Transit) -> Impasse | None:
+    def _follow_plan(self, robot: RobotState) -> None:
+        """The next step of the joint plan, checked like any other move."""
+        pose = self.traffic.next_pose(robot.name)
+        violation = None
+        if pose is not None:
+            violation = self.characterization.check(robot.robot, robot.pose, pose.region)
+            if violation is not None:
+                self._tell_violation(robot, violation)
+                self.state.emit(records.Backtrack(self.state.tick, robot.name, robot.pose.region))
+        if pose is None or violation is not None:
+            by = records.MovedBy.STAY if violation is None else records.MovedBy.BACKTRACK
+            self._move(robot, robot.pose, {}, by)
+        else:
+            assert pose.region not in self.state.taken(robot.robot), "plans keep robots apart"
+            if robot.planner is not None:
+                robot.planner.node = None
+            self._move(robot, pose, {}, records.MovedBy.PLAN)
+        if violation is not None:
+            self.leave_plan(records.PlanEndReason.VIOLATION)
+            self.coordination.met(violation)
+
+    def leave_plan(self, reason: records.PlanEndReason) -> None:
+        """The plan is over: everybody goes on with a strategy that knows where it is."""
+        if not self.traffic.active:
+            return
+        for robot in self._off_their_strategies():
+            self.strategies.relocate(robot)
+        nodes = {
+            name: robot.planner.node if robot.planner is not None else None
+            for name, robot in self.state.robots.items()
+        }
+        self.traffic.end(reason, nodes)
+        for robot in self._off_their_strategies():
+            self.coordination.resynthesize(robot, records.Reason.PLAN)
+
+    def _off_their_strategies(self) -> list[RobotState]:
+        """The robots that can decide something and are in no node of their strategy."""
+        return [
+            robot
+            for robot in self.state.robots.values()
+            if robot.transit is None and robot.planner is not None and robot.planner.node is None
+        ]
+
+    def _travel(self, robot: RobotState, transit: Transit) -> None:
         """A tick of a step that takes several."""
-        state, name = self._state, robot.name
-        if state.tick < transit.arrives:
-            self._tell_move(robot, state.poses[name], transit.pose)
-            return self._act(robot)
-        del state.transits[name]
-        return self._arrive(robot, transit.pose, state.planners[name].before)
+        if self.state.tick < transit.arrives:
+            self._tell_move(robot, robot.pose, None)
+            self._act(robot)
+            return
+        robot.transit = None
+        by = records.MovedBy.PLAN if transit.planned else None
+        self._arrive(robot, transit.pose, transit.before, by, transit.planned)
+        if robot.planner is not None and robot.planner.node is None and not self.traffic.active:
+            self.coordination.resynthesize(robot, records.Reason.PLAN)
 
-    def _arrive(self, robot: Robot, pose: Pose, before: Mapping[str, int]) -> Impasse | None:
+    def _move(
+        self, robot: RobotState, pose: Pose, before: Mapping[str, int], by: records.MovedBy
+    ) -> None:
+        """Begin a step; one that takes a single tick ends at once."""
+        ticks = self._duration(robot, pose)
+        planned = by is records.MovedBy.PLAN
+        if ticks > 1:
+            robot.transit = Transit(pose, self.state.tick + ticks - 1, planned, before)
+            self._tell_move(robot, robot.pose, by)
+            self._act(robot)
+        else:
+            self._arrive(robot, pose, before, by, planned)
+
+    def _arrive(
+        self,
+        robot: RobotState,
+        pose: Pose,
+        before: Mapping[str, int],
+        by: records.MovedBy | None,
+        planned: bool,
+    ) -> None:
         """Bring the robot to ``pose``, let it act there, and count its progress."""
-        state, name = self._state, robot.name
-        start = state.poses[name]
-        self._world.move(robot, pose)
-        state.poses[name] = pose
-        self._traffic.note(robot)
-        self._tell_move(robot, start, pose)
-        planner = state.planners[name]
-        after = planner.values()
-        impasse = self._act(robot)
-        if impasse is not None or state.planners[name].assignment is not planner.assignment:
-            return impasse
-        if not planner.begun:
-            self._controllers.begin(name)
-            return None
-        progress = planner.assignment.progress
-        for goal in progress.arrive(pose.region, before, after):
-            state.emit(records.Goal(state.tick, name, goal.goal, pose.region, progress.rounds))
-        return None
+        start = robot.pose
+        robot.pose = self.world.move(robot.robot, pose)
+        strayed = robot.pose != pose
+        self._tell_move(robot, start, by)
+        if planned and not strayed:
+            self.traffic.arrived(robot.name)
+        progress, planner = robot.progress, robot.planner
+        after = planner.values() if planner is not None else {}
+        if isinstance(robot.progress.objective, Ltl) and not after:
+            before, after = self._where(robot, start), self._where(robot, robot.pose)
+        self._act(robot)
+        if not robot.begun:
+            self.strategies.begin(robot)
+        elif robot.progress is progress and robot.pose == pose:
+            for goal in robot.progress.arrive(robot.pose.region, before, after):
+                self.state.emit(
+                    records.Goal(
+                        self.state.tick,
+                        robot.name,
+                        goal.goal,
+                        robot.pose.region,
+                        robot.progress.rounds,
+                    )
+                )
+        if strayed:
+            self._go_on_from_elsewhere(robot)
 
-    def _observe(self, robot: Robot, planner: Planner) -> dict[str, int]:
-        closed = self._traffic.closed_to(robot) if self._state.scenario.deadlock else frozenset()
-        sightings = self._state.sightings(robot, planner.task, closed)
-        self._looked = (planner.task, sightings.known)
-        observed = observe(planner.task, self._state.scenario.map, sightings)
+    def _go_on_from_elsewhere(self, robot: RobotState) -> None:
+        """The robot is not where it was told to go: it goes on from where the world says."""
+        if robot.planner is not None:
+            robot.planner.node = None
+        if self.traffic.active:
+            self.leave_plan(records.PlanEndReason.CHANGED)
+        else:
+            self.coordination.resynthesize(robot, records.Reason.PLAN)
+
+    def _look(self, robot: RobotState, shown: frozenset[Region]) -> dict[str, int]:
+        planner = robot.planner
+        assert planner is not None
+        sightings = self.state.sightings(robot, planner.task, shown)
+        self.sightings.looked(planner.task, sightings.known)
+        observed = observe(planner.task, self.state.scenario.map, sightings)
         if planner.switch is not None:
-            signal = self._state.tasks.current[robot.name].signal
-            observed |= planner.switch.inputs(signal, self._state.region(robot))
+            observed |= self.coordination.telling.signal(robot)
         return observed
 
-    def _check(self, robot: Robot, proposal: Proposal) -> Violation | None:
-        pose = self._state.poses[robot.name]
-        return self._state.knowledge.check(robot, pose, proposal.pose.region)
-
-    def _backtrack(
+    def _back_up(
         self,
-        robot: Robot,
-        planner: Planner,
+        robot: RobotState,
         observed: Mapping[str, int],
         refused: Proposal,
         violation: Violation,
     ) -> Proposal:
         """Go back to the state before and take what is safe (paper, Section V-B)."""
-        state, name, obstacle = self._state, robot.name, violation.obstacle
-        state.introduce(obstacle)
-        state.emit(
+        self._tell_violation(robot, violation)
+        planner = robot.planner
+        assert planner is not None
+        options = planner.alternatives(robot.pose, observed, refused)
+        if robot.robot.model.timing.most > 1:
+            # Help is asked for at the end of this turn, and not by a robot on its way elsewhere.
+            options = [option for option in options if option.pose == robot.pose]
+        safe = next(
+            option
+            for option in options
+            if self.characterization.check(robot.robot, robot.pose, option.pose.region) is None
+            and self._may_move(robot, option.pose)
+        )
+        node = safe.node if safe.pose != robot.pose else None
+        self.state.emit(records.Backtrack(self.state.tick, robot.name, safe.pose.region, node))
+        return safe
+
+    def _another(self, robot: RobotState, refused: Proposal) -> Proposal:
+        """Another answer of the strategy, with the refused region shown as taken; else stay."""
+        planner = robot.planner
+        assert planner is not None
+        if planner.switch is None:
+            shown = frozenset({refused.pose.region})
+            answer = planner.propose(self._look(robot, shown))
+            if (
+                answer is not None
+                and answer.pose.region != refused.pose.region
+                and answer.pose.region not in self.state.taken(robot.robot)
+                and self.characterization.check(robot.robot, robot.pose, answer.pose.region) is None
+                and self._may_move(robot, answer.pose)
+            ):
+                return Proposal(answer.pose, answer.node)
+        return Proposal(robot.pose, planner.node)
+
+    def _may_move(self, robot: RobotState, pose: Pose) -> bool:
+        """Whether a move loses nothing: the team can go on from there, alone and together."""
+        if pose == robot.pose:
+            return True
+        graph = graph_of(self.state.scenario.map, robot.robot.model.mobility)
+        kept = robot.assignment.kept
+        if graph.blocks > 1 and kept is not None and not kept >> graph.number(pose) & 1:
+            return False
+        return self.traffic.certified(robot.name, pose)
+
+    def _find_a_way_back(self, robot: RobotState, broken: Sequence[Constraint]) -> None:
+        """The robot has no answer: another node of its strategy, or a new one. Raises RunOver."""
+        if self.strategies.relocate(robot):
+            return
+        if self.coordination.resynthesize(robot, records.Reason.BLOCKED):
+            return
+        rules = "; ".join(dict.fromkeys(constraint.origin.rule for constraint in broken))
+        raise RunOver(
+            Verdict(
+                Outcome.ASSUMPTION_VIOLATED,
+                f"the others did what {robot.name} assumed they never do"
+                f"{f' ({rules})' if rules else ''}, and from there it has no strategy",
+            )
+        )
+
+    def _duration(self, robot: RobotState, target: Pose) -> int:
+        """Ticks of a step: drawn from the seed if the model leaves it open; staying takes 1."""
+        if target.region == robot.pose.region:
+            return 1
+        timing = robot.robot.model.timing
+        return robot.clock.randint(timing.least, timing.most)
+
+    def _act(self, robot: RobotState) -> None:
+        """Let the robot do what it can where it stands; what that changes is settled at once."""
+        state, knowledge = self.state, self.state.knowledge
+        further = knowledge.perform(robot.robot, state.regions())
+        resolved = self.world.act(robot.robot)
+        for obstacle, traversable in resolved:
+            state.introduce(obstacle)
+            self.leave_plan(records.PlanEndReason.CHANGED)
+            self.coordination.resolved(robot.robot, obstacle, traversable)
+        if further and not resolved:
+            self.leave_plan(records.PlanEndReason.CHANGED)
+            self.coordination.settle(records.Reason.REQUEST)
+
+    def _tell_violation(self, robot: RobotState, violation: Violation) -> None:
+        obstacle = violation.obstacle
+        self.state.introduce(obstacle)
+        work = self.state.knowledge.pending.get(obstacle.name)
+        left = obstacle.needs[work.need if work is not None else 0 :]
+        lacking = [n.action for n in left if n.action not in robot.robot.capabilities]
+        action = lacking[0] if lacking else obstacle.type.action
+        self.state.emit(
             records.Violation(
-                state.tick,
-                name,
+                self.state.tick,
+                robot.name,
                 violation.at,
                 violation.proposed,
                 obstacle.name,
-                obstacle.type.action,
+                action,
             )
         )
-        here = state.poses[name]
-        options = planner.alternatives(here, observed, refused)
-        if robot.model.timing.most > 1:
-            # Help is asked for at the end of this turn, and not by a robot on its way elsewhere.
-            options = [option for option in options if option.pose == here]
-        safe = next(p for p in options if self._check(robot, p) is None)
-        state.emit(records.Backtrack(state.tick, name, safe.pose.region))
-        return safe
 
-    def _duration(self, robot: Robot, target: Pose) -> int:
-        """Ticks of a step: drawn from the seed if the model leaves it open; staying takes 1."""
-        timing = robot.model.timing
-        if target.region == self._state.region(robot):
-            return 1
-        return self._clocks[robot.name].randint(timing.least, timing.most)
-
-    def _tell_move(self, robot: Robot, start: Pose, target: Pose) -> None:
+    def _tell_move(self, robot: RobotState, start: Pose, by: records.MovedBy | None) -> None:
         """The move line of this tick: towards the target while in transit, then to it."""
-        state = self._state
-        transit = robot.name in state.transits
-        now = start if transit else target
-        heading = now.heading.label if now.heading is not None else None
-        toward = target.region if transit else None
-        state.emit(records.Move(state.tick, robot.name, start.region, now.region, heading, toward))
-        self._tell_beliefs(robot)
-
-    def _tell_beliefs(self, robot: Robot) -> None:
-        """What the robot has learnt of others by its look in this turn, where it is new."""
-        if self._looked is None:
-            return
-        task, knowledge = self._looked
-        self._looked = None
-        for other, known in knowledge.items():
-            if self._told.get((robot.name, other)) == known:
-                continue
-            self._told[robot.name, other] = known
-            seen = isinstance(known, int)
-            regions = (
-                frozenset({known})
-                if isinstance(known, int)
-                else watch_for(task, self._state.scenario.map).possible(known)
+        transit = robot.transit
+        now = robot.pose
+        signal = self._signal(robot)
+        self.state.emit(
+            records.Move(
+                self.state.tick,
+                robot.name,
+                start.region,
+                now.region,
+                heading_in_trace(now),
+                transit.pose.region if transit is not None else None,
+                by,
+                signal,
             )
-            self._state.emit(records.Belief(self._state.tick, robot.name, other, seen, regions))
-        for (name, other), known in list(self._told.items()):
-            # Nobody looks for those who wait: where they do is known to the team.
-            where = self._state.poses[other].region
-            if name == robot.name and other not in knowledge and known != where:
-                self._told[name, other] = where
-                self._state.emit(
-                    records.Belief(self._state.tick, name, other, False, frozenset({where}))
-                )
+        )
+        self.sightings.tell(robot)
 
-    def _act(self, robot: Robot) -> Impasse | None:
-        for obstacle, traversable in self._world.act(robot):
-            self._state.introduce(obstacle)
-            impasse = self._coordination.on_resolved(robot, obstacle, traversable)
-            if impasse is not None:
-                return impasse
-        return None
+    def _signal(self, robot: RobotState) -> records.Signal | None:
+        """What an assignable strategy is told, where that has changed."""
+        planner = robot.planner
+        if planner is None or planner.switch is None or planner.node is None:
+            return None
+        values = planner.values()
+        told = records.Signal(bool(values["request"]), values["assigned"], bool(values["wait"]))
+        if self._signals.get(robot.name) == told:
+            return None
+        self._signals[robot.name] = told
+        return told
 
-    def _report_no_answer(self, robot: Robot, observed: Mapping[str, int]) -> None:
+    def _where(self, robot: RobotState, pose: Pose) -> dict[str, int]:
+        """The variables of a robot off its automaton: its pose, and what it remembers."""
+        values = {"region": pose.region, **robot.own.memory.values}
+        if pose.heading is not None:
+            values["heading"] = int(pose.heading)
+        return values
+
+    def _report_no_answer(self, robot: RobotState, observed: Mapping[str, int]) -> None:
         """The strategy knows no answer, and no single assumption says why: what was observed
         cannot be said in its inputs."""
         where = ", ".join(f"{name} = {value}" for name, value in observed.items())
         name = f"how the others move (now {where})"
-        self._state.emit(records.Assumption(self._state.tick, robot.name, name))
+        self.state.emit(records.Assumption(self.state.tick, robot.name, name))

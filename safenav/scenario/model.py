@@ -92,19 +92,15 @@ class Need:
     at: ResolveAt | frozenset[Region] = ResolveAt.SELF
     together: bool = False
 
-    def suits(self, robot: Robot) -> bool:
-        """Whether the robot can meet the need by itself."""
-        return self.robots == 1 and self.action in robot.capabilities
-
 
 @dataclass(frozen=True)
 class ObstacleType:
     """A kind of resolvable obstacle: its action c_r, where that works, and whom it blocks.
 
-    ``blocks`` lists layers or robot models; None means every robot that cannot resolve it by
-    itself. ``has_truth``: resolving it may also reveal that the region is not traversable.
-    ``listed``: its needs, in order, if it has more than the one of ``action`` at ``resolve_at``
-    (which are those of the first need then).
+    ``blocks`` lists layers or robot models; None means every robot without the action.
+    ``has_truth``: resolving it may also reveal that the region is not traversable. ``listed``:
+    its needs, in order, if it has more than the one of ``action`` at ``resolve_at`` (which are
+    those of the first need then).
     """
 
     name: str
@@ -145,8 +141,8 @@ class Obstacle:
 
     def blocks(self, robot: Robot, need: int = 0) -> bool:
         """Whether this robot must not enter the obstacle's region (paper, eq. for phi_a) while
-        the needs from number ``need`` on are left: not if it can meet them all by itself."""
-        if all(left.suits(robot) for left in self.needs[need:]):
+        the needs from number ``need`` on are left: not if it has all their actions."""
+        if robot.capabilities.issuperset(left.action for left in self.needs[need:]):
             return False
         listed = self.type.blocks
         return listed is None or robot.model.layer in listed or robot.model.name in listed
@@ -177,6 +173,7 @@ class Outcome(StrEnum):
     UNREALIZABLE = "unrealizable"
     TICK_LIMIT = "tick_limit"
     TIME_LIMIT = "time_limit"
+    SEARCH_LIMIT = "search_limit"
     ASSUMPTION_VIOLATED = "assumption_violated"
     INTERRUPTED = "interrupted"
 

@@ -58,6 +58,10 @@ class Switch:
             return self._values(False, self._neutral, True)
         return self._values(True, self._sent, True)
 
+    def forget(self) -> None:
+        """No request is open in the strategy's memory any more."""
+        self._sent = None
+
     @staticmethod
     def _values(request: bool, assigned: Region, wait: bool) -> dict[str, int]:
         return {"request": int(request), "assigned": assigned, "wait": int(wait)}

@@ -78,7 +78,8 @@ class Task:
     ``observed``: the moving robots that it must not collide with, modelled by ``tracking``
     under the assumption ``fairness``. For beliefs: the ``partition`` of the map (None for its
     rooms), and the regions whose obstacles are ``closed``, so that they block the view.
-    ``assignable``: goals can be assigned at runtime.
+    ``assignable``: goals can be assigned at runtime. ``forbidden``: poses that the robot keeps out
+    of, because the team could lose it there.
     """
 
     robot: Robot
@@ -92,6 +93,7 @@ class Task:
     partition: Partition | None = None
     closed: frozenset[Region] = frozenset()
     assignable: bool = False
+    forbidden: frozenset[Pose] = frozenset()
 
     @property
     def targets(self) -> tuple[Target, ...]:

@@ -141,6 +141,8 @@ class OperatorCause(StrEnum):
     CYCLIC_REQUESTS = "cyclic_requests"
     UNREALIZABLE = "unrealizable"
     DEADLOCK = "deadlock"
+    NEVER_RESOLVABLE = "never_resolvable"
+    """The closure of all that the team can do leaves somebody stuck: see ``proof``."""
     UNRESOLVABLE = "unresolvable"
 
 

@@ -24,11 +24,9 @@ COMPLETED = (
 )
 UNREALIZABLE = (
     "contradictory_objective",
-    "cornered",
     "crossing_a_target",
     "forbidden_way",
     "impossible_start",
-    "parked_robot",
 )
 
 

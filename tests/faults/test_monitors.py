@@ -55,7 +55,7 @@ def test_a_robot_that_is_carried_away_breaks_what_others_assume_and_they_go_on()
     mission, events = _mission(HALL)
     mission.start()
     mission.step()
-    mission.state.poses["other"] = Pose(22)  # from 26 or beside it: no single step
+    mission.state.robots["other"].pose = Pose(22)  # from 26 or beside it: no single step
     while mission.result is None:
         mission.step()
     (broken, *_) = [e for e in events if isinstance(e, records.Assumption)]
@@ -71,7 +71,7 @@ def test_the_trace_of_it_blames_only_the_robot_that_jumped(tmp_path: Path) -> No
         mission.state.listeners += (trace,)
         mission.start()
         mission.step()
-        mission.state.poses["other"] = Pose(22)
+        mission.state.robots["other"].pose = Pose(22)
         while mission.result is None:
             mission.step()
     found = {(finding.rule, finding.robot) for finding in check_trace(path).findings}
@@ -90,7 +90,12 @@ CORNER = (
 safenav: 1
 map: {grid: ["########", "####...#", "#......#", "####...#", "########"]}
 robots:
-  walker: {model: r, start: 20, tracking: exact, objective: {patrol: [17, 22]}}
+  walker:
+    model: r
+    start: 20
+    tracking: exact
+    objective: {ltl: {safety: ["region = 17 -> region' != 17"],
+                      liveness: ["region = 17", "region = 22"]}}
   other: {model: r, start: 14, tracking: exact, objective: {visit: [30, 14]}}
 until: {rounds: 9}
 """
@@ -98,19 +103,19 @@ until: {rounds: 9}
 
 
 def test_where_no_strategy_is_left_the_run_ends_with_the_broken_assumption() -> None:
-    """A patrol must leave 17 at once; then somebody is put before its only exit."""
+    """The formulas demand to leave 17 at once; then somebody is put before its only exit."""
     mission, events = _mission(CORNER)
     mission.start()
-    while mission.state.poses["walker"].region != 17:
+    while mission.state.robots["walker"].pose.region != 17:
         mission.step()
         assert mission.result is None
-    mission.state.poses["other"] = Pose(18)
+    mission.state.robots["other"].pose = Pose(18)
     mission.step()
     result = mission.result
     assert result is not None
     assert result.outcome is Outcome.ASSUMPTION_VIOLATED
     assert "step to a neighbouring region" in result.explanation
-    assert mission.state.poses["walker"] == Pose(17)
+    assert mission.state.robots["walker"].pose == Pose(17)
     assert isinstance(events[-1], records.Outcome)
 
 

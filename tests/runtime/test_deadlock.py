@@ -65,18 +65,23 @@ CASES = {
 def test_somebody_gives_way(run: Runner, name: str) -> None:
     trace = run(CASES[name])
     assert trace.outcome["outcome"] == "completed", trace.outcome["explanation"]
-    yields = trace.all("push", reason="yield")
-    assert yields
-    assert all(push["obstacle"] is None for push in yields)
-    assert len(trace.all("pop", reason="yield")) == len(yields)
-    assert {s["reason"] for s in trace.all("synthesis", robot=yields[0]["helper"])} >= {"yield"}
+    plans = trace.all("plan")
+    assert plans
+    assert [end["reason"] for end in trace.all("plan_end")] == ["reached"] * len(plans)
+    assert any(len(places) > 1 for plan in plans for places in plan["robots"].values())
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_nobody_is_synthesized_for_giving_way(run: Runner, name: str) -> None:
+    reasons = {synthesis["reason"] for synthesis in run(CASES[name]).all("synthesis")}
+    assert reasons <= {"initial", "plan"}
 
 
 @pytest.mark.parametrize("name", CASES)
 def test_nobody_does_with_resolution_off(run: Runner, name: str) -> None:
     trace = run(CASES[name].rstrip() + "\n        deadlock: off\n")
     assert trace.outcome["outcome"] == "tick_limit"
-    assert trace.all("push", reason="yield") == []
+    assert trace.all("plan") == []
 
 
 def test_requester_waits_where_it_does_not_block_its_helper(run: Runner) -> None:
@@ -129,7 +134,7 @@ def test_robots_that_cannot_back_out_need_an_operator(run: Runner) -> None:
     )
     assert trace.outcome["outcome"] == "operator_needed"
     assert trace.outcome["cause"] == "deadlock"
-    assert "make way" in trace.outcome["explanation"]
+    assert "no order of moves" in trace.outcome["explanation"]
 
 
 def test_corridor_is_used_in_one_direction_at_a_time(run: Runner) -> None:

@@ -34,7 +34,7 @@ def test_needs_are_read_in_their_order() -> None:
     )
 
 
-def test_an_obstacle_blocks_those_that_cannot_meet_what_is_left_by_themselves() -> None:
+def test_an_obstacle_blocks_those_that_lack_an_action_of_what_is_left() -> None:
     scenario = load("[{action: sense, at: neighbours}, {action: push}]")
     vault, digit, quad = scenario.obstacles[0], scenario.robot("a"), scenario.robot("q")
     assert [vault.blocks(digit, need) for need in (0, 1)] == [True, False]

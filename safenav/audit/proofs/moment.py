@@ -34,7 +34,7 @@ class Need:
 class Gate:
     """An obstacle that is known and unresolved: the needs before ``stage`` are met, and ``done``
     have had their part in the one at it. ``blocks``: robots that must not enter it as long as
-    they cannot resolve it by themselves."""
+    they lack an action that is left."""
 
     name: str
     region: int
@@ -44,10 +44,10 @@ class Gate:
     done: frozenset[str] = frozenset()
 
     def closes(self, robot: Robot, stage: int | None = None) -> bool:
-        """Whether the robot may not enter: it is blocked, and cannot meet all that is left at
-        that stage (default: the present one) by itself."""
+        """Whether the robot may not enter: it is blocked, and lacks an action of those that are
+        left at that stage (default: the present one)."""
         rest = self.needs[self.stage if stage is None else stage :]
-        able = all(need.robots == 1 and need.action in robot.capabilities for need in rest)
+        able = all(need.action in robot.capabilities for need in rest)
         return robot.name in self.blocks and not able
 
     def missing(self, stage: int) -> int:

@@ -33,12 +33,15 @@ class Need:
 
 @dataclass(frozen=True)
 class Gate:
-    """An obstacle that is known and not resolved. ``blocks``: the robots that cannot pass."""
+    """An obstacle that is known and not resolved. ``blocks``: the robots that cannot pass, for
+    each need as long as it is the next. ``barred``: robots that cannot serve it although they
+    have the action (nobody has found a strategy for it)."""
 
     name: str
     region: int
-    blocks: frozenset[int]
+    blocks: tuple[frozenset[int], ...]
     needs: tuple[Need, ...]
+    barred: frozenset[int] = frozenset()
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,15 +99,19 @@ class Problem:
     def allowed(self, robot: int, stages: Stages) -> Mask:
         """The poses that a robot may be in while the open obstacles are walls for those whom
         they block."""
-        closed = tuple(gate for gate in self.open(stages) if robot in self.gates[gate].blocks)
+        closed = tuple(
+            gate
+            for gate in self.open(stages)
+            if robot in self.gates[gate].blocks[stages[gate].need]
+        )
         return self._floors(robot, closed)
 
     def able(self, gate: int, stages: Stages) -> list[int]:
         """The robots that can do something for the obstacle's next need, in the team's order."""
         need = self.next_need(gate, stages)
-        done = stages[gate].done
+        out = stages[gate].done | self.gates[gate].barred
         return [
-            i for i, m in enumerate(self.members) if need.action in m.capabilities and i not in done
+            i for i, m in enumerate(self.members) if need.action in m.capabilities and i not in out
         ]
 
     def missing(self, gate: int, stages: Stages) -> int:

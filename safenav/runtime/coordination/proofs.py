@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from safenav.runtime.coordination.problem import Stages
-from safenav.runtime.coordination.solve import Sets, Solver
+from safenav.runtime.coordination.solve import Sets, Solver, Step
 from safenav.runtime.poses import Mask
 
 
@@ -67,19 +67,8 @@ def closure_of(solver: Solver, sets: Sets, stages: Stages) -> Closure:
     while grown:
         grown = False
         for gate in problem.open(stages):
-            needs = problem.gates[gate].needs[stages[gate].need :]
-            enough = all(
-                sum(
-                    need.action in member.capabilities
-                    and bool(solver.reach(i, sets[i], stages) & member.graph.poses_on(need.regions))
-                    for i, member in enumerate(problem.members)
-                )
-                >= need.robots
-                for need in needs
-            )
-            if enough:
-                while not problem.resolved(gate, stages):
-                    stages = problem.advanced(gate, stages)
+            if _enough(solver, gate, sets, stages):
+                stages = problem.advanced(gate, stages)
                 grown = True
     never = tuple(problem.open(stages))
     resolved = tuple(gate for gate in problem.open(given) if gate not in never)
@@ -90,17 +79,36 @@ def closure_of(solver: Solver, sets: Sets, stages: Stages) -> Closure:
     return Closure(resolved, never, robots)
 
 
+def _enough(solver: Solver, gate: int, sets: Sets, stages: Stages) -> bool:
+    """Whether enough robots can get to where the next need of an obstacle is met."""
+    problem = solver.problem
+    regions = problem.next_need(gate, stages).regions
+    able = [
+        i
+        for i in problem.able(gate, stages)
+        if solver.reach(i, sets[i], stages) & problem.members[i].graph.poses_on(regions)
+    ]
+    return len(able) >= problem.missing(gate, stages)
+
+
 def refute(solver: Solver, sets: Sets, stages: Stages) -> Proof:
     """Why ``solver.feasible(sets, stages)`` is False."""
     closure = closure_of(solver, sets, stages)
     if not all(reach.live for reach in closure.robots):
         return closure
-    options = solver.options(sets, None, stages, {})
-    if options and options[0].lossless:
-        options = options[:1]
+    steps = [option.step for option in solver.options(sets, None, stages, {}, every=True)]
+    safe = [step for step in steps if _loses_nothing(solver, step, sets, stages)]
     choices = []
-    for option in options:
-        step = option.step
+    for step in safe[:1] or steps:
         proof = refute(solver, *solver.after(step, sets, stages))
-        choices.append(Choice(step.gate, step.need, step.group, option.lossless, proof))
+        choices.append(Choice(step.gate, step.need, step.group, bool(safe), proof))
     return Tree(tuple(choices))
+
+
+def _loses_nothing(solver: Solver, step: Step, sets: Sets, stages: Stages) -> bool:
+    """Whether each robot of a group gets from the step to all that it could get to before, even
+    if the step changes nothing."""
+    return all(
+        not solver.reach(i, sets[i], stages) & ~solver.reach(i, at, stages)
+        for i, at in zip(step.group, step.at, strict=True)
+    )

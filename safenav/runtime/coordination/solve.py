@@ -114,12 +114,15 @@ class Solver:
         origins: Sets | None,
         stages: Stages,
         present: Mapping[int, tuple[int, ...]],
+        *,
+        every: bool = False,
     ) -> list[Option]:
-        """All steps that could come next, the best first."""
+        """The steps that could come next, the best first. Of those that lose nothing one for each
+        obstacle is enough, unless ``every`` one is wanted."""
         found = [
             option
             for gate in self.problem.open(stages)
-            for option in self._options_for(gate, sets, origins, stages, present)
+            for option in self._options_for(gate, sets, origins, stages, present, every)
         ]
         return sorted(found, key=lambda option: (not option.lossless, option.rank))
 
@@ -172,6 +175,7 @@ class Solver:
         origins: Sets | None,
         stages: Stages,
         present: Mapping[int, tuple[int, ...]],
+        every: bool,
     ) -> list[Option]:
         problem = self.problem
         need = problem.next_need(gate, stages)
@@ -200,7 +204,7 @@ class Solver:
             strangers = sum(i not in helping for i in group)
             step = Step(gate, stages[gate].need, group, tuple(places[i] for i in group))
             found.append(Option(step, lossless, (strangers, slowest, gate, group)))
-            if lossless:
+            if lossless and not every:
                 break  # the first group is the best of those that lose nothing
         return found
 

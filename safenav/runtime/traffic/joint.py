@@ -7,7 +7,7 @@ in words in docs/trace.md, for those who check the proofs.
 
 from __future__ import annotations
 
-import hashlib
+import json
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
@@ -113,26 +113,18 @@ class Course:
                 found |= target
         return found
 
-    def encoded(self, state: Joint) -> str:
-        """A state as text, for the hash of a proof (docs/trace.md)."""
-        robots = []
-        for i, (pose, count) in enumerate(zip(state.poses, state.counts, strict=True)):
-            where = self.problem.members[i].graph.pose(pose)
-            heading = "-" if where.heading is None else where.heading.label
-            robots.append(f"{where.region},{heading},{count[0]},{count[1]},{count[2]}")
-        stages = [
-            f"{gate.name}:{stage.need}:" + ",".join(self._names(stage.done))
-            for gate, stage in zip(self.problem.gates, state.stages, strict=True)
-        ]
-        return ";".join(robots) + "|" + ";".join(stages)
-
-    def digest(self, states: Iterable[Joint]) -> str:
-        """The sha256 of the states, sorted, one a line."""
-        text = "".join(f"{line}\n" for line in sorted(map(self.encoded, states)))
-        return hashlib.sha256(text.encode()).hexdigest()
-
-    def _names(self, robots: Iterable[int]) -> list[str]:
-        return sorted(self.problem.members[i].name for i in robots)
+    def places(self, states: Iterable[Joint]) -> list[str]:
+        """The joint poses of some states, each once, as text: a JSON list of [region, heading]
+        for each robot, sorted (docs/trace.md)."""
+        graphs = [member.graph for member in self.problem.members]
+        found = set()
+        for poses in {state.poses for state in states}:
+            told = []
+            for graph, number in zip(graphs, poses, strict=True):
+                pose = graph.pose(number)
+                told.append([pose.region, None if pose.heading is None else pose.heading.label])
+            found.add(json.dumps(told, separators=(",", ":")))
+        return sorted(found)
 
     def _alive_at(self, stages: Stages) -> tuple[Mask, ...]:
         found = self._alive.get(stages)

@@ -71,7 +71,8 @@ class Floor:
                 able = [set(bot.can.split()) >= actions for _, bot in listed]
                 blocked = [i for i, yes in enumerate(able) if not yes]
             needs = tuple(Need(a, n, region_mask(at), t) for a, n, at, t in block.needs)
-            gates.append(Gate(f"o{number}", block.region, frozenset(blocked), needs))
+            barred = (frozenset(blocked),) * len(needs)
+            gates.append(Gate(f"o{number}", block.region, barred, needs))
         layers = [bot.layer for _, bot in listed]
         conflicts = tuple(
             frozenset(j for j, other in enumerate(layers) if other == layer and j != i)

@@ -1,0 +1,41 @@
+"""Environment characterization (EC): whether a proposed move is one that the actual world allows.
+
+Source: paper, Section V-A.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from safenav.runtime.checked_world import CheckedWorld
+from safenav.runtime.knowledge import Knowledge
+from safenav.scenario.model import Obstacle, Robot
+from safenav.world.map import Region
+from safenav.world.moves import Pose
+
+
+@dataclass(frozen=True)
+class Violation:
+    """A proposed move that the augmented specification forbids (paper, eq. for phi_a)."""
+
+    robot: Robot
+    at: Region
+    proposed: Region
+    obstacle: Obstacle
+
+
+@dataclass(frozen=True)
+class Characterization:
+    """Checks moves against the world and what is known of it."""
+
+    world: CheckedWorld
+    knowledge: Knowledge
+
+    def check(self, robot: Robot, pose: Pose, target: Region) -> Violation | None:
+        """Whether moving from ``pose`` to ``target`` violates what is observed."""
+        if target == pose.region:
+            return None
+        obstacle = self.world.sense(robot, target)
+        if obstacle is None or not self.knowledge.blocks(obstacle, robot):
+            return None
+        return Violation(robot, pose.region, target, obstacle)

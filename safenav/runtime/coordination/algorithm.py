@@ -1,0 +1,161 @@
+"""The coordination layer: the paper's Algorithm 1, with everything that it decides derived anew.
+
+    met       push the objectives; the requester waits, a robot with c_r gets S_r as a target
+    resolved  pop; back to the original objectives
+    settle    who does what now, strategies for those that changed, all of them or none
+
+Source: paper, Section V and Algorithm 1; docs/coordination.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from safenav.runtime.characterization import Violation
+from safenav.runtime.coordination.announcing import Announcing
+from safenav.runtime.coordination.assigning import Assigning
+from safenav.runtime.coordination.duties import Settlement, settle
+from safenav.runtime.coordination.floor import Floor, floor_of
+from safenav.runtime.coordination.negatives import no_strategy, nobody_goes_on, spent
+from safenav.runtime.coordination.problem import SpentError
+from safenav.runtime.coordination.proofs import closure_of
+from safenav.runtime.coordination.requests import Requests
+from safenav.runtime.coordination.solve import Solver
+from safenav.runtime.coordination.strategies import Answer, Attempt, Errand
+from safenav.runtime.coordination.telling import Telling
+from safenav.runtime.over import Stop
+from safenav.runtime.team import RobotState, Role, TeamState
+from safenav.runtime.world import Change
+from safenav.scenario.model import Obstacle, Robot
+from safenav.trace import records
+
+
+@dataclass
+class Coordination:
+    """Reassigns robots when something was learnt. ``floor`` and ``found``: the last decision."""
+
+    state: TeamState
+    telling: Telling
+    stop: Stop
+    requests: Requests = field(default_factory=Requests)
+
+    def __post_init__(self) -> None:
+        self.tell = Announcing(self.state, self.requests)
+        self.decide({})
+
+    def met(self, violation: Violation) -> None:
+        """A robot has just kept out of a hidden obstacle that it cannot resolve."""
+        self.state.knowledge.meet(violation.obstacle)
+        self.tell.opened(violation.obstacle, violation.robot.name)
+        self.settle(records.Reason.REQUEST)
+
+    def resolved(self, robot: Robot, obstacle: Obstacle, traversable: bool | None) -> None:
+        """An obstacle was resolved, whether or not anybody had asked for it."""
+        self.tell.resolved(robot, obstacle, traversable)
+        self.state.knowledge.forget(obstacle)
+        if traversable is False:
+            self.tell.joined(obstacle, records.BlockReason.UNTRAVERSABLE)
+        self.requests.close(obstacle.name)
+        for robot_state in self.state.robots.values():
+            robot_state.own.restart_count()
+            robot_state.progress.restart_count()
+        self.settle(records.Reason.RESOLVED)
+
+    def changed(self, change: Change) -> None:
+        """An obstacle has appeared, where nobody knows it yet, or has gone by itself."""
+        self.tell.changed(change)
+        if change.appeared:
+            self.state.knowledge.appear(change.obstacle)
+            return
+        known = self.state.knowledge.forget(change.obstacle)
+        self.requests.close(change.obstacle.name)
+        if known:
+            self.settle(records.Reason.GONE)
+
+    def settle(self, reason: records.Reason) -> None:
+        """Derive duties, find strategies for those that changed, install all of them. Raises
+        RunOver, with the proof, if nobody can bring it about that all go on."""
+        refused: dict[tuple[str, str], Answer] = {}
+        idle: set[str] = set()
+        while True:
+            self.seal_what_is_never_resolved()
+            self.decide(refused)
+            if self.found.proof is not None:
+                raise nobody_goes_on(self.state, self.floor, self.found.proof, refused)
+            errands = self.errands(idle)
+            attempt = self.telling.attempt(errands)
+            if not attempt.failed:
+                break
+            for name in attempt.failed:
+                self.blame(name, errands[name], attempt, refused, idle)
+        self.tell.stack(self.floor, errands, refused, self.telling.announce)
+        self.telling.install(attempt, errands, reason)
+
+    def seal_what_is_never_resolved(self) -> None:
+        """What the closure of all that the team can do never resolves joins O."""
+        floor = floor_of(self.state, self.requests)
+        solver = Solver(floor.problem, self.stop.check)
+        sets = solver.sets(floor.poses, floor.stages)
+        closure = closure_of(solver, sets, floor.stages)
+        for gate in closure.never:
+            self.tell.never_resolved(floor, gate, closure)
+            self.requests.close(floor.gates[gate])
+
+    def decide(self, refused: Mapping[tuple[str, str], Answer]) -> None:
+        """Who does what, as things stand."""
+        self.floor: Floor = floor_of(self.state, self.requests, refused)
+        self.solver = Solver(self.floor.problem, self.stop.check)
+        order = range(len(self.floor.gates))
+        try:
+            self.found: Settlement = settle(
+                self.solver, self.floor.poses, self.floor.stages, order, self._present()
+            )
+        except SpentError:
+            raise spent("who could resolve what in which order") from None
+
+    def errands(self, idle: set[str]) -> dict[str, Errand]:
+        """What each robot is to do; its own objective, if nothing can be decided at all."""
+        if self.found.proof is not None:
+            return {
+                name: Errand(robot.assignment, robot.assignment.objective)
+                for name, robot in self.state.robots.items()
+            }
+        assigning = Assigning(self.state, self.requests, self.floor, self.found, idle)
+        return {name: assigning.errand(robot) for name, robot in self.state.robots.items()}
+
+    def blame(
+        self,
+        name: str,
+        errand: Errand,
+        attempt: Attempt,
+        refused: dict[tuple[str, str], Answer],
+        idle: set[str],
+    ) -> None:
+        """A robot has no strategy: another one helps; or it waits while anything may change."""
+        answer = attempt.answers[name]
+        if errand.assignment.role is Role.HELPS and errand.assignment.obstacle is not None:
+            refused[name, errand.assignment.obstacle] = answer
+        elif errand.assignment.role is Role.OWN and self.found.duties and name not in idle:
+            idle.add(name)
+        else:
+            raise no_strategy(self.state, self.telling, attempt)
+
+    def resynthesize(self, robot: RobotState, reason: records.Reason) -> bool:
+        """A new strategy for what a robot does already, from where it is; whether there is one."""
+        errand = self.errands(set())[robot.name]
+        attempt = self.telling.attempt({robot.name: errand}, always=True)
+        if attempt.failed:
+            return False
+        self.telling.install(attempt, {robot.name: errand}, reason)
+        return True
+
+    def _present(self) -> dict[int, tuple[int, ...]]:
+        """Who serves which obstacle already."""
+        found: dict[int, tuple[int, ...]] = {}
+        for index, robot in enumerate(self.state.robots.values()):
+            obstacle = robot.assignment.obstacle
+            if obstacle in self.floor.gates:
+                gate = self.floor.gates.index(obstacle)
+                found[gate] = (*found.get(gate, ()), index)
+        return found

@@ -1,0 +1,155 @@
+"""From duties to objectives: what each robot is told to do, and what its strategy must respect."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+
+from safenav.runtime.coordination.duties import Duty, Settlement
+from safenav.runtime.coordination.floor import Floor
+from safenav.runtime.coordination.objectives import helping, holding
+from safenav.runtime.coordination.requests import Requests
+from safenav.runtime.coordination.strategies import Errand
+from safenav.runtime.poses import Mask, bits, region_mask
+from safenav.runtime.team import Assignment, RobotState, Role, TeamState
+from safenav.scenario.objective import Hold, Ltl, Target, Visit, targets_of
+from safenav.world.moves import Pose
+
+
+@dataclass(frozen=True)
+class Assigning:
+    """Tells robots what to do, at one moment. ``idle``: robots for whose own objective no
+    strategy was found: they wait as long as anything is going to change."""
+
+    state: TeamState
+    requests: Requests
+    floor: Floor
+    found: Settlement
+    idle: Collection[str] = ()
+
+    def errand(self, robot: RobotState) -> Errand:
+        """What a robot is to do from now on."""
+        index = self.floor.index(robot.name)
+        duty = self.found.duties.get(index)
+        if duty is not None:
+            return self._help(robot, index, duty)
+        if robot.name in self.idle or self._waits_for_help(robot):
+            return self._wait(robot, index)
+        return self._own(robot, index) or self._wait(robot, index)
+
+    def _help(self, robot: RobotState, index: int, duty: Duty) -> Errand:
+        gate = self.floor.problem.gates[duty.gate]
+        member = self.floor.problem.members[index]
+        places = frozenset(bits(member.graph.regions_of(duty.goal)))
+        stays = gate.needs[duty.need].together or len(duty.group) > 1
+        own = None if stays else self._own_target(robot, index, duty.goal)
+        objective = helping(robot.robot.objective, places, own, stays=stays)
+        before = robot.assignment
+        same = before.role is Role.HELPS and before.obstacle == gate.name
+        if same and not stays and isinstance(before.objective, Visit):
+            former = before.objective
+            if former.targets[0] == places and self._goes_between(index, duty.goal, former):
+                objective = former  # it goes on with what it has begun
+        kept = self.found.kept[index]
+        assignment = Assignment(Role.HELPS, objective, gate.name, duty.goal, kept)
+        wanted = (duty.goal,) if own is None else (duty.goal, self._mask(index, own))
+        pending = self._pending(index)
+        return Errand(
+            assignment, objective, pending, pending, self._forbidden(robot, index, wanted)
+        )
+
+    def _own_target(self, robot: RobotState, index: int, goal: Mask) -> Target | None:
+        """Where it waits itself, or the first of its own targets, between which and the duty it can
+        alternate meanwhile."""
+        waiting = [frozenset({place}) for place in self._waiting_places(robot)]
+        for target in (*waiting, *targets_of(robot.robot.objective)):
+            if self._alternates(index, (goal, self._mask(index, target))):
+                return target
+        return None
+
+    def _goes_between(self, index: int, goal: Mask, objective: Visit) -> bool:
+        masks = [self._mask(index, target) for target in objective.targets[1:]]
+        return self._alternates(index, (goal, *masks))
+
+    def _alternates(self, index: int, targets: tuple[Mask, ...]) -> bool:
+        member = self.floor.problem.members[index]
+        allowed = self.floor.problem.allowed(index, self.floor.stages) & self.found.kept[index]
+        live = member.graph.live(targets, allowed)
+        return bool(member.graph.closure(1 << self.floor.poses[index], allowed) & live)
+
+    def _waits_for_help(self, robot: RobotState) -> bool:
+        served = {self.floor.gates[gate] for gate in self.found.served}
+        return any(request.obstacle.name in served for request in self.requests.waits(robot.name))
+
+    def _wait(self, robot: RobotState, index: int) -> Errand:
+        """Hold where it met the obstacle, or where it was told to hold before; if it cannot get
+        there now, where it stands."""
+        here = robot.next_pose.region
+        kept = self.found.kept[index]
+        pending = self._pending(index)
+        for there in self._waiting_places(robot):
+            if there != here and self._alternates(index, (self._mask(index, {there}),)):
+                objective = holding(robot.robot.objective, there)
+                forbidden = self._forbidden(robot, index, (self._mask(index, {there}),))
+                again = Assignment(Role.WAITS, objective, kept=kept)
+                return Errand(again, objective, pending, pending, forbidden)
+            if there == here:
+                break
+        objective = holding(robot.robot.objective, here)
+        return Errand(Assignment(Role.WAITS, objective, kept=kept), objective)
+
+    def _waiting_places(self, robot: RobotState) -> list[int]:
+        places = [r.requesters[robot.name] for r in reversed(self.requests.waits(robot.name))]
+        before = robot.assignment
+        if before.role is Role.WAITS and isinstance(before.objective, Hold):
+            places += before.objective.target
+        return places[:1]
+
+    def _own(self, robot: RobotState, index: int) -> Errand | None:
+        """Its own objective, around what is in its way; None if it gets nowhere now."""
+        met = {request.obstacle.name for request in self.requests.waits(robot.name)}
+        kept = self.found.kept[index]
+        objective = robot.robot.objective
+        assignment = Assignment(Role.OWN, objective, kept=kept)
+        member = self.floor.problem.members[index]
+        must = frozenset(met)
+        now = self.floor.problem.allowed(index, self.floor.stages)
+        within_reach = member.graph.closure(1 << self.floor.poses[index], now)
+        for avoid in (self._pending(index) | must, must):
+            walls = region_mask(
+                gate.region for gate in self.floor.problem.gates if gate.name in avoid
+            )
+            lost = within_reach & ~kept
+            allowed = member.floor & ~member.graph.poses_on(walls) & ~lost
+            reach = member.graph.closure(1 << self.floor.poses[index], allowed)
+            if reach & member.graph.live(member.targets, allowed):
+                forbidden = self._forbidden(robot, index, member.targets)
+                return Errand(assignment, objective, avoid, must, forbidden)
+        if not self.found.served and isinstance(objective, Ltl):
+            return Errand(assignment, objective, must, must)
+        return None
+
+    def _pending(self, index: int) -> frozenset[str]:
+        """The open obstacles that block a robot now."""
+        problem, stages = self.floor.problem, self.floor.stages
+        return frozenset(
+            problem.gates[gate].name
+            for gate in problem.open(stages)
+            if index in problem.gates[gate].blocks[stages[gate].need]
+        )
+
+    def _forbidden(
+        self, robot: RobotState, index: int, targets: tuple[Mask, ...]
+    ) -> frozenset[Pose]:
+        """The poses next to those that are kept from which it could still reach ``targets``:
+        from the others a strategy keeps away by itself."""
+        member = self.floor.problem.members[index]
+        graph, kept = member.graph, self.found.kept[index]
+        allowed = self.floor.problem.allowed(index, self.floor.stages)
+        lost = graph.forward(kept) & allowed & ~kept
+        if lost and not isinstance(robot.robot.objective, Ltl):
+            lost &= graph.live(targets, allowed)
+        return frozenset(graph.pose(number) for number in bits(lost))
+
+    def _mask(self, index: int, regions: Collection[int]) -> Mask:
+        return self.floor.problem.members[index].graph.poses_on(region_mask(regions))

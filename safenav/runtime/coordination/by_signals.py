@@ -1,0 +1,116 @@
+"""Telling by signals: strategies with a goal that is assigned at runtime, and never a new one as
+long as the known obstacles stay as they are (the paper's alternative without resynthesis).
+
+A robot is led to its goal one region after the other, along a way on which it meets nothing that
+the team knows; its strategy knows none of that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+
+from safenav.runtime.coordination.floor import graph_of
+from safenav.runtime.coordination.strategies import Answer, Attempt, Errand, Strategies
+from safenav.runtime.poses import FAR, Mask, region_mask
+from safenav.runtime.team import RobotState, Role, TeamState
+from safenav.scenario.objective import Hold
+from safenav.spec.assignable import Signal
+from safenav.trace import records
+from safenav.world.map import Region
+
+
+@dataclass(frozen=True)
+class BySignals:
+    """Changes what robots do by the inputs of the strategies that they have."""
+
+    state: TeamState
+    strategies: Strategies
+
+    def attempt(self, errands: Mapping[str, Errand], *, always: bool = False) -> Attempt:
+        """New strategies only where obstacles have joined O."""
+        own = {name: self._own(name, errand) for name, errand in errands.items()}
+        stale = {
+            name: errand
+            for name, errand in own.items()
+            if always or self.strategies.outdated(name, errand)
+        }
+        return self.strategies.attempt(stale)
+
+    def install(
+        self, attempt: Attempt, errands: Mapping[str, Errand], reason: records.Reason
+    ) -> None:
+        for name, errand in errands.items():
+            self.state.robots[name].assign(errand.assignment)
+        for answer in attempt.answers.values():
+            self.strategies.install(answer, reason)
+        for robot in self.state.robots.values():
+            if not robot.begun and robot.transit is None:
+                self.strategies.begin(robot)
+
+    def announce(self, answer: Answer, reason: records.Reason) -> None:
+        self.strategies.announce(answer, reason)
+
+    def signal(self, robot: RobotState) -> dict[str, int]:
+        """Go on, wait, or go to the next region on the way."""
+        assert robot.planner is not None
+        switch = robot.planner.switch
+        assert switch is not None
+        here = robot.pose.region
+        place: Region | None = None
+        assignment = robot.assignment
+        if assignment.role is Role.OWN:
+            awaited = robot.own.awaited()
+            if not awaited or not self._meets_something(robot):
+                return switch.inputs(None, here)
+            place = self._next(robot, self._poses(robot, awaited))
+            if place == here:
+                return switch.inputs(None, here)
+        if assignment.role is Role.HELPS:
+            place = self._next(robot, assignment.goal)
+        elif isinstance(assignment.objective, Hold):
+            place = self._next(robot, self._poses(robot, assignment.objective.target))
+        if place is None or place == here or place not in switch.places:
+            return switch.inputs(Signal(here, wait=True), here)
+        return switch.inputs(Signal(place, wait=False), here)
+
+    def _poses(self, robot: RobotState, regions: Iterable[Region]) -> Mask:
+        graph = graph_of(self.state.scenario.map, robot.robot.model.mobility)
+        return graph.poses_on(region_mask(regions))
+
+    def _meets_something(self, robot: RobotState) -> bool:
+        """Whether an open obstacle blocks the robot, of which its strategy does not know."""
+        knowledge = self.state.knowledge
+        return any(knowledge.blocks(w.obstacle, robot.robot) for w in knowledge.pending.values())
+
+    def _next(self, robot: RobotState, goal: Mask) -> Region | None:
+        """Where to send a robot that is to come to ``goal``: as far along a shortest way around
+        all that the team knows as there is no shorter way for one that does not know it."""
+        knowledge = self.state.knowledge
+        graph = graph_of(self.state.scenario.map, robot.robot.model.mobility)
+        assert robot.planner is not None and robot.planner.switch is not None
+        places = robot.planner.switch.places
+        task = robot.planner.task
+        own = graph.everywhere & ~graph.poses_on(region_mask(k.region for k in task.blocked))
+        walls = knowledge.walls_for(robot.robot, knowledge.pending)
+        allowed = own & ~graph.poses_on(region_mask(known.region for known in walls))
+        here = graph.number(robot.pose)
+        goal &= graph.poses_on(region_mask(places))
+        field = graph.distances(goal, allowed)
+        found: Region | None = None
+        pose, way = here, 0
+        while 0 < field[pose] < FAR:
+            pose = min((q for q in graph.steps(pose) if allowed >> q & 1), key=lambda q: field[q])
+            way += 1
+            region = pose % graph.size
+            there = graph.poses_on(1 << region)
+            if region in places and graph.steps_between(1 << here, there, own) == way:
+                found = region
+        return robot.pose.region if field[here] == 0 else found
+
+    def _own(self, name: str, errand: Errand) -> Errand:
+        """The errand as a strategy sees it: the robot's own objective, whatever it is told."""
+        own = self.state.robots[name].robot.objective
+        return replace(
+            errand, objective=own, avoid=frozenset(), must=frozenset(), forbidden=frozenset()
+        )

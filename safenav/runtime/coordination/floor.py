@@ -1,0 +1,196 @@
+"""From a running mission to the problem that coordination decides: robots, obstacles, stages."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+
+from safenav.formula.evaluator import evaluate
+from safenav.formula.parser import parse
+from safenav.formula.syntax import Formula
+from safenav.runtime.coordination.problem import Gate, Member, Need, Problem, Stage, Stages
+from safenav.runtime.coordination.requests import Requests
+from safenav.runtime.poses import Mask, PoseGraph, bits, region_mask
+from safenav.runtime.progress import Progress
+from safenav.runtime.team import TeamState
+from safenav.runtime.traffic.joint import Count
+from safenav.scenario.model import Robot, Scenario
+from safenav.scenario.objective import Cover, Hold, Ltl, targets_of
+from safenav.world.map import RegionMap
+from safenav.world.moves import Mobility
+
+
+@dataclass(frozen=True)
+class Floor:
+    """A moment of a mission as coordination sees it. ``names``: of the robots; ``gates``: of
+    the open obstacles, the oldest request first; ``given_up``: of those that are known to stay
+    because nobody can ever resolve them."""
+
+    problem: Problem
+    stages: Stages
+    poses: tuple[int, ...]
+    names: tuple[str, ...]
+    gates: tuple[str, ...]
+    given_up: tuple[str, ...] = ()
+
+    def index(self, robot: str) -> int:
+        return self.names.index(robot)
+
+
+@lru_cache(maxsize=64)
+def graph_of(world: RegionMap, mobility: Mobility) -> PoseGraph:
+    """The poses of a mobility on a map, made once."""
+    return PoseGraph(world, mobility)
+
+
+def floor_of(
+    state: TeamState,
+    requests: Requests,
+    refused: Collection[tuple[str, str]] = (),
+) -> Floor:
+    """The problem at this moment. ``refused``: (robot, obstacle) where no strategy was found."""
+    scenario = state.scenario
+    robots = [entry.robot for entry in state.robots.values()]
+    names = tuple(state.robots)
+    gates, stages = [], []
+    for request in requests:
+        work = state.knowledge.pending[request.obstacle.name]
+        obstacle = work.obstacle
+        needs = tuple(
+            Need(
+                need.action,
+                need.robots,
+                region_mask(obstacle.resolution_regions(scenario.map, number)),
+                need.together,
+            )
+            for number, need in enumerate(obstacle.needs)
+        )
+        blocks = tuple(
+            frozenset(i for i, r in enumerate(robots) if obstacle.blocks(r, number))
+            for number in range(len(needs))
+        )
+        barred = frozenset(i for i, name in enumerate(names) if (name, obstacle.name) in refused)
+        gates.append(Gate(obstacle.name, obstacle.region, blocks, needs, barred))
+        done = frozenset(names.index(name) for name in work.done)
+        stages.append(Stage(min(work.need, len(needs)), done))
+    members = tuple(_member(robot, state) for robot in robots)
+    problem = Problem(members, tuple(gates), _conflicts(scenario))
+    poses = tuple(
+        member.graph.number(entry.next_pose)
+        for member, entry in zip(members, state.robots.values(), strict=True)
+    )
+    return Floor(
+        problem,
+        tuple(stages),
+        poses,
+        names,
+        tuple(request.obstacle.name for request in requests),
+        tuple(state.knowledge.given_up()),
+    )
+
+
+def counts_of(floor: Floor, owns: Mapping[str, Progress], rounds: int) -> tuple[Count, ...]:
+    """How far each robot is with its own objective, as joint states count it."""
+    found = []
+    for name, member in zip(floor.names, floor.problem.members, strict=True):
+        progress = owns[name]
+        if member.holds:
+            found.append((0, 0, int(progress.rounds >= rounds)))
+        elif member.cyclic:
+            met = progress.rounds * len(member.targets) + len(progress.seen)
+            found.append((progress.memory.index, 0, met))
+        else:
+            found.append((0, region_mask(progress.seen), progress.rounds))
+    return tuple(found)
+
+
+def awaited_by(floor: Floor, robot: str, progress: Progress) -> Mask:
+    """The poses of which a robot must reach one next for its own objective."""
+    member = floor.problem.members[floor.index(robot)]
+    if not member.targets:
+        return 0
+    if member.cyclic:
+        return member.targets[progress.memory.index]
+    found = 0
+    for number, target in enumerate(member.targets):
+        if number not in progress.seen:
+            found |= target
+    return found
+
+
+def _member(robot: Robot, state: TeamState) -> Member:
+    scenario = state.scenario
+    graph = graph_of(scenario.map, robot.model.mobility)
+    zones, goals = _formulas(robot, scenario.map)
+    closed = zones | region_mask(known.region for known in state.knowledge.walls_for(robot))
+    targets = goals or tuple(region_mask(target) for target in targets_of(robot.objective))
+    return Member(
+        robot.name,
+        graph,
+        graph.everywhere & ~graph.poses_on(closed),
+        tuple(graph.poses_on(target) for target in targets),
+        not isinstance(robot.objective, Cover | Ltl | Hold),
+        isinstance(robot.objective, Hold),
+        robot.capabilities,
+        robot.model.timing.most,
+    )
+
+
+@lru_cache(maxsize=64)
+def _conflicts(scenario: Scenario) -> tuple[frozenset[int], ...]:
+    robots = scenario.robots
+    return tuple(
+        frozenset(
+            j
+            for j, other in enumerate(robots)
+            if other is not robot and scenario.conflict(robot, other)
+        )
+        for robot in robots
+    )
+
+
+@lru_cache(maxsize=256)
+def _formulas(robot: Robot, world: RegionMap) -> tuple[Mask, tuple[Mask, ...]]:
+    """What raw formulas say of regions: those that are never entered, and for each goal those
+    where it may be met. Formulas about more than the next region exclude nothing here."""
+    if not isinstance(robot.objective, Ltl):
+        return 0, ()
+    zones = 0
+    for text in robot.objective.safety:
+        formula = parse(text)
+        for region in world.free:
+            froms = (region, *world.neighbours(region))
+            try:
+                if not any(evaluate(formula, {"region": f}, {"region": region}) for f in froms):
+                    zones |= 1 << region
+            except KeyError:
+                break
+    goals = [_places(parse(text), world) for text in robot.objective.liveness]
+    return zones, tuple(goals)
+
+
+def _places(goal: Formula, world: RegionMap) -> Mask:
+    """The regions in which, or on a step into which, a goal may be met; all if it is about more
+    than regions."""
+    found = 0
+    for region in world.free:
+        near = (region, *world.neighbours(region))
+        steps = [({"region": f}, {"region": region}) for f in near]
+        steps += [({"region": region}, {"region": t}) for t in near]
+        try:
+            if any(evaluate(goal, before, after) for before, after in steps):
+                found |= 1 << region
+        except KeyError:
+            return region_mask(world.free)
+    return found
+
+
+def poses_in(graph: PoseGraph, poses: Mask) -> list[list[object]]:
+    """Poses as a proof writes them: region and heading, ascending."""
+    found = []
+    for number in bits(poses):
+        pose = graph.pose(number)
+        heading = pose.heading.label if pose.heading is not None else None
+        found.append((pose.region, heading))
+    return [list(entry) for entry in sorted(found, key=lambda e: (e[0], e[1] or ""))]

@@ -1,0 +1,134 @@
+"""Verdicts of the coordination layer: why nobody can go on, in words and as data."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from safenav.explain.summary import explain_unrealizable
+from safenav.runtime.coordination.floor import Floor, poses_in
+from safenav.runtime.coordination.proofs import Closure, Proof, Tree
+from safenav.runtime.coordination.strategies import Answer, Attempt
+from safenav.runtime.over import RunOver, Verdict
+from safenav.runtime.team import TeamState
+from safenav.scenario.model import Outcome
+from safenav.scenario.objective import Ltl
+from safenav.spec.task import Task
+
+if TYPE_CHECKING:
+    from safenav.runtime.coordination.telling import Telling
+
+
+def proof_data(floor: Floor, proof: Proof) -> dict[str, object]:
+    """A proof as it stands in a trace (docs/trace.md)."""
+    if isinstance(proof, Closure):
+        return closure_data(floor, proof)
+    return tree_data(floor, proof)
+
+
+def closure_data(floor: Floor, closure: Closure) -> dict[str, object]:
+    """A closure table as it stands in a trace."""
+    return {
+        "kind": "closure",
+        "resolved": [floor.gates[gate] for gate in closure.resolved],
+        "never": [*(floor.gates[gate] for gate in closure.never), *floor.given_up],
+        "robots": {
+            name: {
+                "poses": poses_in(floor.problem.members[i].graph, reach.poses),
+                "live": reach.live,
+            }
+            for i, (name, reach) in enumerate(zip(floor.names, closure.robots, strict=True))
+        },
+    }
+
+
+def tree_data(floor: Floor, tree: Tree) -> dict[str, object]:
+    """All choices, each refuted."""
+    return {
+        "kind": "tree",
+        "choices": [
+            {
+                "option": {
+                    "obstacle": floor.gates[choice.gate],
+                    "need": choice.need,
+                    "robots": [floor.names[i] for i in choice.group],
+                    "lossless": choice.lossless,
+                },
+                "proof": proof_data(floor, choice.proof),
+            }
+            for choice in tree.choices
+        ],
+    }
+
+
+def nobody_goes_on(
+    state: TeamState,
+    floor: Floor,
+    proof: Proof,
+    refused: Mapping[tuple[str, str], Answer],
+) -> RunOver:
+    """The end of a run in which the closure, or every choice, leaves somebody stuck."""
+    world = state.scenario.map
+    said = []
+    closure = proof
+    while isinstance(closure, Tree):
+        said.append("every choice that is left loses a robot that is needed elsewhere")
+        if not closure.choices:
+            break
+        closure = closure.choices[0].proof
+    stuck: list[str] = []
+    if isinstance(closure, Closure):
+        stuck = [n for n, r in zip(floor.names, closure.robots, strict=True) if not r.live]
+    for name in stuck:
+        robot = state.robots[name]
+        task = Task(
+            robot.robot,
+            robot.next_pose,
+            robot.robot.objective,
+            robot.own.memory,
+            state.knowledge.walls_for(robot.robot, state.knowledge.pending),
+        )
+        if isinstance(robot.robot.objective, Ltl):
+            said.append(f"{name} cannot meet its formulas with what it can reach")
+        else:
+            said.append(explain_unrealizable(robot.robot, task, world))
+    sealed = {name: state.knowledge.joined[name][0] for name in state.knowledge.given_up()}
+    for obstacle, item in sealed.items():
+        actions = " and ".join(f"'{need.action}'" for need in item.needs)
+        able = [n for n, r in state.robots.items() if item.needs[0].action in r.robot.capabilities]
+        if not able:
+            said.append(f"no robot has the capability {actions} that removes {obstacle}")
+        else:
+            said.append(f"{' and '.join(able)} cannot get to where {obstacle} can be resolved")
+    for name, obstacle in refused:
+        said.append(f"{name} has no strategy for going to {obstacle}")
+    never = bool(sealed) or (isinstance(closure, Closure) and bool(closure.never))
+    cause = "never_resolvable" if never and isinstance(proof, Closure) else "unrealizable"
+    return RunOver(
+        Verdict(
+            Outcome.OPERATOR_NEEDED,
+            "; ".join(dict.fromkeys(said)),
+            cause,
+            proof_data(floor, proof),
+        )
+    )
+
+
+def no_strategy(state: TeamState, telling: Telling, attempt: Attempt) -> RunOver:
+    """The end of a run in which a robot has no strategy, whoever helps."""
+    from safenav.trace.records import Reason
+
+    said, specs = [], {}
+    for name in attempt.failed:
+        answer = attempt.answers[name]
+        telling.announce(answer, Reason.BLOCKED)
+        said.append(explain_unrealizable(state.robots[name].robot, answer.task, state.scenario.map))
+        specs[name] = answer.result.spec_sha256
+    verdict = Verdict(Outcome.OPERATOR_NEEDED, "; ".join(said), "unrealizable", None, specs)
+    return RunOver(verdict)
+
+
+def spent(question: str) -> RunOver:
+    """The end of a run in which a search has used up its budget."""
+    said = f"the budget for finding out {question} is spent; nothing is proven"
+    return RunOver(Verdict(Outcome.SEARCH_LIMIT, said))

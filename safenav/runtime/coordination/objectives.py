@@ -1,0 +1,43 @@
+"""What robots do for a while instead of their own objective: wait, or help."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from safenav.scenario.objective import Hold, Ltl, Objective, Patrol, Target, Visit
+from safenav.spec.movement import one_of
+from safenav.world.map import Region
+
+
+def holding(objective: Objective, region: Region) -> Objective:
+    """What a requester does while it waits: stay in ``region``.
+
+    An ``ltl`` robot keeps its safety guarantees: they hold always, also while it waits.
+    """
+    if isinstance(objective, Ltl):
+        stay = f"region = {region} -> region' = {region}"
+        return replace(
+            objective, safety=(*objective.safety, stay), liveness=(f"region = {region}",)
+        )
+    return Hold(frozenset({region}))
+
+
+def helping(objective: Objective, places: Target, own: Target | None, *, stays: bool) -> Objective:
+    """What a helper does: go to ``places`` first, then alternate with its ``own`` target, or wait
+    there for others that are needed as well.
+
+    Plain alternation, not the literal Patrol formula, which would forbid a robot that leaves a
+    doorway on the far side to come back through it.
+    """
+    if isinstance(objective, Ltl):
+        return replace(objective, liveness=(one_of("region", places),))
+    if stays:
+        return Hold(places)
+    return Visit((places,) if own is None else (places, own))
+
+
+def alternating(objective: Objective) -> Objective:
+    """The objective as plain alternation: what a patrol is among others."""
+    if isinstance(objective, Patrol):
+        return Visit((objective.first, objective.second))
+    return objective

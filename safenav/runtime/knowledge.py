@@ -1,0 +1,116 @@
+"""What the team has found out about obstacles (the paper's environment characterization).
+
+An obstacle that somebody met is ``pending`` until it is resolved, goes by itself, or joins the
+known ones for good (the paper's set O). How far a pending one is resolved follows from where robots
+have stood since it was there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+
+from safenav.runtime.world import Work, Works
+from safenav.scenario.model import Obstacle, Robot, Scenario
+from safenav.spec.task import Known
+from safenav.world.map import Region
+
+UNTRAVERSABLE = "found to be untraversable"
+
+
+class Knowledge:
+    """The obstacles that the team knows. Owner of ``pending``, ``joined`` and ``stuck_at`` (the
+    need at which an obstacle was given up), all by name."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        self.pending: dict[str, Work] = {}
+        self.joined: dict[str, tuple[Obstacle, str]] = {}
+        self.stuck_at: dict[str, int] = {}
+        self._unmet = Works(scenario)
+        self._known = Works(scenario)
+        for obstacle in scenario.obstacles:
+            if obstacle.appears is None and len(obstacle.needs) > 1:
+                self._unmet.open[obstacle.region] = Work(obstacle)
+
+    def blocks(self, obstacle: Obstacle, robot: Robot) -> bool:
+        """Whether a robot must not enter an obstacle's region, as far as it is resolved."""
+        work = self.pending.get(obstacle.name) or self._unmet.open.get(obstacle.region)
+        return obstacle.blocks(robot, work.need if work and not work.finished else 0)
+
+    def meet(self, obstacle: Obstacle) -> bool:
+        """Remember an obstacle that somebody has run into; whether it is new."""
+        if obstacle.name in self.pending:
+            return False
+        self.joined.pop(obstacle.name, None)
+        work = self._unmet.open.pop(obstacle.region, None)
+        if work is None or work.obstacle.name != obstacle.name:
+            work = Work(obstacle)
+        self.pending[obstacle.name] = self._known.open[obstacle.region] = work
+        return True
+
+    def perform(self, robot: Robot, regions: Mapping[str, Region]) -> bool:
+        """Take note of what a robot does where it stands; whether that brought a pending
+        obstacle nearer to its resolution without resolving it."""
+        before = [(work.need, work.done) for work in self.pending.values()]
+        kept = dict(self._known.open)
+        self._known.perform(robot, regions)
+        self._known.open = kept  # whether it is resolved, the world says
+        self._unmet.perform(robot, regions)
+        left = [(work.need, work.done) for work in self.pending.values() if not work.finished]
+        return any(entry not in before for entry in left)
+
+    def appear(self, obstacle: Obstacle) -> None:
+        """An obstacle has come; nobody has met it."""
+        self.forget(obstacle)
+        if len(obstacle.needs) > 1:
+            self._unmet.open[obstacle.region] = Work(obstacle)
+
+    def forget(self, obstacle: Obstacle) -> bool:
+        """An obstacle is gone, resolved or by itself; whether anybody had known it."""
+        known = obstacle.name in self.pending or obstacle.name in self.joined
+        self.pending.pop(obstacle.name, None)
+        self.joined.pop(obstacle.name, None)
+        self._known.open.pop(obstacle.region, None)
+        self._unmet.open.pop(obstacle.region, None)
+        return known
+
+    def helped(self, obstacle: Obstacle) -> tuple[str, ...]:
+        """Who had a part in resolving a pending obstacle."""
+        work = self.pending.get(obstacle.name)
+        return work.helped if work is not None else ()
+
+    def join(self, obstacle: Obstacle, reason: str) -> None:
+        """Add an obstacle to O for the robots that it blocks."""
+        work = self.pending.pop(obstacle.name, None)
+        self._known.open.pop(obstacle.region, None)
+        self.joined[obstacle.name] = (obstacle, reason)
+        self.stuck_at[obstacle.name] = work.need if work is not None else 0
+
+    def given_up(self) -> dict[str, int]:
+        """The obstacles that nobody can ever resolve, and the need that nobody can meet."""
+        return {
+            name: self.stuck_at[name]
+            for name, (_, reason) in self.joined.items()
+            if reason != UNTRAVERSABLE
+        }
+
+    @property
+    def standing(self) -> frozenset[Region]:
+        """The regions of all obstacles that are known and not removed: they block the view."""
+        joined = (obstacle for obstacle, _ in self.joined.values())
+        pending = (work.obstacle for work in self.pending.values())
+        return frozenset(obstacle.region for obstacle in (*pending, *joined))
+
+    def walls_for(self, robot: Robot, avoid: Collection[str] = ()) -> tuple[Known, ...]:
+        """The regions beyond the walls that the robot must not plan through: those of joined
+        obstacles, and of pending ones that it is to ``avoid``."""
+        found = [
+            Known(obstacle.region, f"obstacles.{obstacle.name}", reason)
+            for obstacle, reason in self.joined.values()
+            if obstacle.blocks(robot)
+        ]
+        found += [
+            Known(work.obstacle.region, f"obstacles.{name}", "found, and not resolved yet")
+            for name, work in self.pending.items()
+            if name in avoid and self.blocks(work.obstacle, robot)
+        ]
+        return tuple(sorted(found, key=lambda known: known.region))

@@ -1,0 +1,63 @@
+"""How a run ends: the one way for everything that can end it.
+
+Whatever finds that a run cannot or must not go on raises ``RunOver`` with the verdict; the mission
+catches it in one place. ``Stop`` is asked by everything that searches.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from safenav.scenario.model import Outcome
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Why a run is over. ``cause`` and ``proof``: of ``operator_needed`` (docs/trace.md)."""
+
+    outcome: Outcome
+    explanation: str
+    cause: str | None = None
+    proof: Mapping[str, object] | None = None
+    unrealizable: Mapping[str, str] | None = None
+
+
+class RunOver(Exception):  # noqa: N818 - it is no error
+    """The run ends with ``verdict``."""
+
+    def __init__(self, verdict: Verdict) -> None:
+        self.verdict = verdict
+        super().__init__(verdict.explanation)
+
+
+@dataclass
+class Stop:
+    """Whether a run must end from outside: somebody asked for it, or its time is up.
+
+    ``seconds``: wall time of the whole run, counted from the last ``begin``.
+    """
+
+    seconds: float | None = None
+    asked: str | None = None
+    _begun: float = field(default_factory=time.monotonic)
+
+    def begin(self) -> None:
+        self._begun = time.monotonic()
+
+    def ask(self, why: str) -> None:
+        """End the run at the next opportunity."""
+        self.asked = self.asked or why
+
+    @property
+    def elapsed(self) -> float:
+        return time.monotonic() - self._begun
+
+    def check(self) -> None:
+        """Raises RunOver if the run must end now."""
+        if self.asked is not None:
+            raise RunOver(Verdict(Outcome.INTERRUPTED, self.asked))
+        if self.seconds is not None and self.elapsed > self.seconds:
+            said = f"not completed after {self.seconds:g} s, the limit of the run"
+            raise RunOver(Verdict(Outcome.TIME_LIMIT, said))

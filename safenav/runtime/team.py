@@ -1,0 +1,182 @@
+"""The state of a running mission: one ``RobotState`` for each robot, and what they share.
+
+The owner of all of it is the mission; the parts of the runtime hold a reference and change it by
+the methods below, or field by field where the docstring of the field's owner says so.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+
+from safenav.runtime.beliefs import Beliefs
+from safenav.runtime.knowledge import Knowledge
+from safenav.runtime.navigation import Planner
+from safenav.runtime.poses import Mask
+from safenav.runtime.progress import Progress
+from safenav.scenario.model import Obstacle, Robot, Scenario
+from safenav.scenario.objective import Objective
+from safenav.spec.others.tracking import Sightings
+from safenav.spec.task import Task
+from safenav.trace import records
+from safenav.trace.header import objective_in_trace, obstacle_header
+from safenav.trace.objective import Objective as TracedObjective
+from safenav.trace.writing import Listener
+from safenav.world.map import Region
+from safenav.world.moves import Pose
+
+
+class Role(Enum):
+    """What a robot is doing at the moment."""
+
+    OWN = "its own objective"
+    HELPS = "resolves an obstacle"
+    WAITS = "waits"
+
+
+@dataclass(frozen=True)
+class Assignment:
+    """What one robot does now. ``obstacle``: which one it resolves, if it helps, and at which
+    poses (``goal``, a mask). ``kept``: the poses that it may go to (a mask; None: all)."""
+
+    role: Role
+    objective: Objective
+    obstacle: str | None = None
+    goal: Mask = 0
+    kept: Mask | None = None
+
+
+@dataclass(frozen=True)
+class Transit:
+    """A step that takes several ticks: until it ``arrives`` the robot occupies both the region
+    that it leaves and the one that it goes to. ``planned``: it is a step of a joint plan;
+    ``before``: the values of its specification's variables where it set out."""
+
+    pose: Pose
+    arrives: int
+    planned: bool = False
+    before: Mapping[str, int] = field(default_factory=dict)
+
+
+@dataclass
+class RobotState:
+    """One robot in a run. ``pose``: where it stands; in transit, where it set out. ``own``: its
+    progress with its own objective; ``progress``: with what it does now (the same, unless it
+    does something else for a while). ``planner`` is missing before the first synthesis."""
+
+    robot: Robot
+    pose: Pose
+    own: Progress
+    assignment: Assignment
+    progress: Progress
+    clock: random.Random
+    planner: Planner | None = None
+    transit: Transit | None = None
+    begun: bool = False
+
+    @property
+    def name(self) -> str:
+        return self.robot.name
+
+    @property
+    def next_pose(self) -> Pose:
+        """Where the robot can next decide anything: where it stands, or where it arrives."""
+        return self.pose if self.transit is None else self.transit.pose
+
+    @property
+    def occupied(self) -> frozenset[Region]:
+        """The regions that the robot takes up now: two while it is in transit."""
+        return frozenset({self.pose.region, self.next_pose.region})
+
+    def assign(self, assignment: Assignment) -> None:
+        """Let the robot do something else, or its own objective again."""
+        if assignment.role is Role.OWN:
+            self.progress = self.own
+        elif assignment.objective != self.assignment.objective or self.progress is self.own:
+            self.progress = Progress(assignment.objective)
+            self.progress.keep_memory(self.own)
+        self.begun = self.begun and assignment.objective == self.assignment.objective
+        self.assignment = assignment
+
+
+@dataclass
+class TeamState:
+    """The robots by name, what is known, and who listens."""
+
+    scenario: Scenario
+    robots: dict[str, RobotState]
+    knowledge: Knowledge
+    listeners: tuple[Listener, ...] = ()
+    beliefs: Beliefs = field(default_factory=Beliefs)
+    introduced: set[str] = field(default_factory=set)
+    tick: int = 0
+
+    @classmethod
+    def initial(cls, scenario: Scenario, listeners: Iterable[Listener] = ()) -> TeamState:
+        """Everybody at the start with the objective that the scenario gives."""
+        robots = {}
+        for robot in scenario.robots:
+            own = Progress(robot.objective)
+            robots[robot.name] = RobotState(
+                robot,
+                robot.start,
+                own,
+                Assignment(Role.OWN, robot.objective),
+                own,
+                random.Random(f"{scenario.seed}/{robot.name}"),
+            )
+        return cls(scenario, robots, Knowledge(scenario), tuple(listeners))
+
+    def emit(self, record: records.Record) -> None:
+        for listener in self.listeners:
+            listener(record)
+
+    def introduce(self, obstacle: Obstacle) -> None:
+        """Tell of an obstacle that was met, if the scenario does not list it."""
+        listed = {known.name for known in self.scenario.obstacles}
+        if obstacle.name not in listed | self.introduced:
+            self.introduced.add(obstacle.name)
+            self.emit(records.Discovered(self.tick, obstacle_header(obstacle, self.scenario)))
+
+    def rivals(self, robot: Robot) -> list[RobotState]:
+        """Those whom a robot must not run into."""
+        return [
+            other
+            for other in self.robots.values()
+            if other.robot is not robot and self.scenario.conflict(robot, other.robot)
+        ]
+
+    def taken(self, robot: Robot) -> set[Region]:
+        """The regions that are taken up by those whom a robot must not run into."""
+        return set().union(*(other.occupied for other in self.rivals(robot)))
+
+    def sightings(self, state: RobotState, task: Task, shown: frozenset[Region]) -> Sightings:
+        """What a robot can observe of those that its task is about; regions ``shown`` count as
+        taken. Call once a turn: it takes a look."""
+        here = state.pose.region
+        positions = {o.name: self.robots[o.name].pose.region for o in task.observed}
+        known = self.beliefs.look(task, self.scenario.map, here, positions)
+        moving = [self.robots[o.name] for o in task.observed if o.danger]
+        taken: set[Region] = set().union(*(other.occupied for other in moving))
+        sides = set(self.scenario.map.neighbours(here))
+        # A specification counts on no more busy sides than there are others (spec.others.nearby).
+        room = len(moving) - len(sides & taken)
+        taken |= set(sorted(shown - taken)[: max(0, room)])
+        return Sightings(here, frozenset(taken), positions, known)
+
+    def regions(self) -> dict[str, Region]:
+        """Where everybody stands."""
+        return {name: state.pose.region for name, state in self.robots.items()}
+
+    def occupied(self) -> frozenset[Region]:
+        """All regions that are taken up."""
+        return frozenset().union(*(state.occupied for state in self.robots.values()))
+
+    def objectives(self) -> dict[str, TracedObjective]:
+        """The objectives in force, as in a trace."""
+        return {
+            name: objective_in_trace(state.assignment.objective)
+            for name, state in self.robots.items()
+        }

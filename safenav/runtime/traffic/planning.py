@@ -1,0 +1,338 @@
+"""Traffic on a shared floor: who starves, the joint plan that helps, and its execution.
+
+The watch finds somebody who gets no nearer to where it wants to be. All finish the step that is in
+progress, one plan is made for everybody, and it is followed up to the first resolution, or until
+each that wants something has had it once. What keeps the rest of the mission possible is that the
+plan is the beginning of one for all of it (docs/coordination.md).
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+from safenav.runtime.coordination.duties import settle
+from safenav.runtime.coordination.floor import Floor, awaited_by, counts_of
+from safenav.runtime.coordination.problem import SpentError, Stages
+from safenav.runtime.over import RunOver, Stop, Verdict
+from safenav.runtime.poses import FAR, Mask, region_mask
+from safenav.runtime.team import Role, TeamState
+from safenav.runtime.traffic.execution import Execution, Schedule, schedule
+from safenav.runtime.traffic.joint import Course, Joint
+from safenav.runtime.traffic.joint_plan import Exhausted, Found, Search, Spent
+from safenav.runtime.traffic.watch import Watch
+from safenav.scenario.model import Outcome
+from safenav.trace import records
+from safenav.trace.header import heading_in_trace
+from safenav.world.moves import Pose
+
+if TYPE_CHECKING:
+    from safenav.runtime.coordination.algorithm import Coordination
+
+AHEAD = 2
+"""Rounds beyond those that the fastest robot has done that a plan looks ahead."""
+ROUNDS_FIRST = 4
+"""Rounds of search for the first plan that is asked for; each failure adds one."""
+MOST_FAILURES = 6
+CERTIFICATE_ROUNDS = 1
+CERTIFICATE_PROOF = 4_000
+
+
+@dataclass
+class Traffic:
+    """Plans for a team, and where each robot is in the plan that is followed, if any."""
+
+    state: TeamState
+    coordination: Coordination
+    stop: Stop
+    execution: Execution | None = None
+    wanted: str | None = None
+    _failures: int = 0
+    _certified: dict[tuple[Joint, int, int], bool] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        robots = self.state.scenario.robots
+        self._watch = Watch(max(robot.model.timing.most for robot in robots))
+        self._rivals = {robot.name: bool(self.state.rivals(robot)) for robot in robots}
+        self._turning = any(
+            member.turns and conflicts
+            for member, conflicts in zip(
+                self.coordination.floor.problem.members,
+                self.coordination.floor.problem.conflicts,
+                strict=True,
+            )
+        )
+
+    @property
+    def active(self) -> bool:
+        return self.execution is not None
+
+    def next_pose(self, name: str) -> Pose | None:
+        """The pose that the plan has a robot take now; None if it stays."""
+        assert self.execution is not None
+        index = self.coordination.floor.index(name)
+        number = self.execution.next(index)
+        if number is None:
+            return None
+        return self.coordination.floor.problem.members[index].graph.pose(number)
+
+    def arrived(self, name: str) -> None:
+        """A robot has taken its next step of the plan."""
+        if self.execution is not None:
+            self.execution.arrived(self.coordination.floor.index(name))
+
+    def tick(self) -> bool:
+        """Look at the team after a tick: whether a plan has just been finished. Raises RunOver if
+        nobody can get on, or a budget is spent."""
+        if self.execution is not None:
+            return self.execution.finished
+        if not self.state.scenario.deadlock or not any(self._rivals.values()):
+            return False
+        if self.wanted is None:
+            self.wanted = self._starving()
+        moving = any(robot.transit is not None for robot in self.state.robots.values())
+        if self.wanted is not None and not moving:
+            reason, self.wanted = self.wanted, None
+            self._plan(reason)
+        return False
+
+    def end(
+        self, reason: records.PlanEndReason, nodes: Mapping[str, int | None] | None = None
+    ) -> None:
+        """The plan is over: it is finished, or something was learnt. ``nodes``: where each robot
+        goes on in its strategy."""
+        self.wanted = None
+        if self.execution is not None:
+            self.execution = None
+            self.state.emit(records.PlanEnd(self.state.tick, reason, nodes))
+        self._watch.begin_anew()
+
+    def certified(self, name: str, pose: Pose) -> bool:
+        """Whether a robot may make a move that it may not be able to undo: it can come back with
+        all others where they are, or there is a plan for the whole mission from there."""
+        floor = self._floor()
+        index = floor.index(name)
+        member, rivals = floor.problem.members[index], floor.problem.conflicts[index]
+        if not member.turns or not rivals:
+            return True
+        number, here = member.graph.number(pose), floor.poses[index]
+        taken = 0
+        for other, robot in enumerate(self.state.robots.values()):
+            if other in rivals:
+                taken |= region_mask(robot.occupied)
+        allowed = floor.problem.allowed(index, floor.stages) & ~member.graph.poses_on(taken)
+        if member.graph.returns(number, here, allowed):
+            return True
+        course = self._course(floor)
+        poses = (*floor.poses[:index], number, *floor.poses[index + 1 :])
+        start = course.begun(poses, self._counts(floor, course.rounds), floor.stages)
+        key = (start, index, number)
+        known = self._certified.get(key)
+        if known is None:
+            answer = self._search(floor, course, start).run(CERTIFICATE_ROUNDS, CERTIFICATE_PROOF)
+            known = isinstance(answer, Found)
+            if len(self._certified) > 10_000:
+                self._certified.clear()
+            self._certified[key] = known
+            if isinstance(answer, Found):
+                self._certify(answer.states)
+        return known
+
+    def _certify(self, states: Sequence[Joint]) -> None:
+        """The rest of a plan is the certificate of the moves that it makes."""
+        for before, after in pairwise(states):
+            for index, pose in enumerate(after.poses):
+                if pose != before.poses[index]:
+                    self._certified[after, index, pose] = True
+
+    def _floor(self) -> Floor:
+        """The problem that coordination decided about, with everybody where they are now."""
+        decided = self.coordination.floor
+        poses = tuple(
+            member.graph.number(robot.next_pose)
+            for member, robot in zip(
+                decided.problem.members, self.state.robots.values(), strict=True
+            )
+        )
+        return replace(decided, poses=poses)
+
+    def _starving(self) -> str | None:
+        """The first robot that gets no nearer to what it is told to reach."""
+        floor, rounds = self._floor(), self.state.scenario.until.rounds
+        found = None
+        for index, (name, robot) in enumerate(self.state.robots.items()):
+            if not self._rivals[name]:
+                continue
+            goal = self._goal(floor, name, rounds)
+            distance = FAR
+            member = floor.problem.members[index]
+            if goal:
+                allowed = floor.problem.allowed(index, floor.stages)
+                distance = member.graph.distances(goal, allowed)[floor.poses[index]]
+            told = (robot.assignment.objective, goal, floor.stages)
+            if self._watch.look(name, told, distance, self.state.tick) and found is None:
+                found = f"{name} gets no nearer to where it wants to be"
+        return found
+
+    def _goal(self, floor: Floor, name: str, rounds: int) -> Mask:
+        """The poses that a robot is to reach now; none for one that waits or has done all."""
+        robot = self.state.robots[name]
+        match robot.assignment.role:
+            case Role.HELPS:
+                return robot.assignment.goal
+            case Role.OWN if robot.own.rounds < rounds:
+                return awaited_by(floor, name, robot.own)
+            case _:
+                return 0
+
+    def _course(self, floor: Floor) -> Course:
+        wanted = self.state.scenario.until.rounds
+        done = max(robot.own.rounds for robot in self.state.robots.values())
+        return Course(floor.problem, min(wanted, done + AHEAD))
+
+    def _counts(self, floor: Floor, rounds: int) -> tuple[tuple[int, int, int], ...]:
+        owns = {name: robot.own for name, robot in self.state.robots.items()}
+        return counts_of(floor, owns, rounds)
+
+    def _search(self, floor: Floor, course: Course, start: Joint) -> Search:
+        return Search(
+            course,
+            lambda stages, poses: self._guide(floor, stages, poses),
+            start,
+            course.completed,
+            seed=self.state.scenario.seed + self.state.tick,
+            stopping=self.stop.check,
+        )
+
+    def _guide(self, floor: Floor, stages: Stages, poses: tuple[int, ...]) -> list[Mask | None]:
+        """What coordination would tell each robot at a stage."""
+        if stages == floor.stages:
+            wishes: list[Mask | None] = []
+            for robot in self.state.robots.values():
+                match robot.assignment.role:
+                    case Role.HELPS:
+                        wishes.append(robot.assignment.goal)
+                    case Role.WAITS:
+                        wishes.append(0)
+                    case _:
+                        wishes.append(None)
+            return wishes
+        requests = floor.problem.open(stages)
+        try:
+            found = settle(self.coordination.solver, poses, stages, requests, {})
+        except SpentError:
+            return [None] * len(poses)
+        return [found.duties[i].goal if i in found.duties else None for i in range(len(poses))]
+
+    def _plan(self, reason: str) -> None:
+        """Make a plan and begin it. Raises RunOver with the proof if there is none."""
+        floor = self._floor()
+        course = self._course(floor)
+        start = course.begun(floor.poses, self._counts(floor, course.rounds), floor.stages)
+        search = self._search(floor, course, start)
+        helping = any(r.assignment.role is Role.HELPS for r in self.state.robots.values())
+        if not self._turning:
+            # Everything can be undone: a plan that serves those that want something is safe.
+            search.goal = lambda state: self._leg_done(course, start, state, helping)
+            answer = search.run(ROUNDS_FIRST + self._failures, 0)
+            if isinstance(answer, Exhausted):
+                search.goal = course.completed
+                answer = search.run(ROUNDS_FIRST)
+        else:
+            answer = search.run(ROUNDS_FIRST + self._failures)
+        if isinstance(answer, Exhausted):
+            raise self._deadlock(floor, course, start, answer)
+        if isinstance(answer, Spent):
+            local = None if self._turning else search.local()
+            if local is None:
+                self._failures += 1
+                self._watch.begin_anew()
+                if self._failures > MOST_FAILURES:
+                    said = f"the budget of the search for a joint plan is spent: {reason}"
+                    raise RunOver(Verdict(Outcome.SEARCH_LIMIT, said))
+                return
+            answer = local
+        self._failures = 0
+        if self._turning:
+            self._certify(answer.states)
+        self._begin(floor, self._cut(course, start, answer.states, helping), reason)
+
+    def _leg_done(self, course: Course, start: Joint, state: Joint, helping: bool) -> bool:
+        if state.stages != start.stages:
+            return True
+        return not helping and self._each_has_counted(course, start, state)
+
+    def _each_has_counted(self, course: Course, start: Joint, state: Joint) -> bool:
+        """Whether each robot that wants something has had it once."""
+        for index, robot in enumerate(self.state.robots.values()):
+            if robot.assignment.role is not Role.OWN:
+                continue
+            if course.is_done(index, start.counts[index]):
+                continue
+            if state.counts[index] == start.counts[index]:
+                return False
+        return True
+
+    def _cut(
+        self, course: Course, start: Joint, states: Sequence[Joint], helping: bool
+    ) -> list[tuple[int, ...]]:
+        """The plan up to the first resolution, or until each has counted once."""
+        found = []
+        for state in states:
+            found.append(state.poses)
+            if self._leg_done(course, start, state, helping):
+                break
+        return found
+
+    def _begin(self, floor: Floor, states: list[tuple[int, ...]], reason: str) -> None:
+        sizes = [member.graph.size for member in floor.problem.members]
+        plan = schedule(states, sizes, floor.problem.conflicts)
+        self.execution = Execution(plan)
+        self._watch.begin_anew()
+        self.state.emit(_record(self.state.tick, floor, plan, reason))
+
+    def _deadlock(self, floor: Floor, course: Course, start: Joint, answer: Exhausted) -> RunOver:
+        """The end of a run in which no order of moves completes the mission."""
+        label = self.state.scenario.map.label
+        names = [name for name in floor.names if self._rivals[name]]
+        where = ", ".join(f"{n} at {label(self.state.robots[n].pose.region)}" for n in names)
+        said = (
+            f"{where}: no order of moves lets everybody complete its objective; all "
+            f"{len(answer.states)} joint states that can be reached were looked at"
+        )
+        places = course.places(answer.states)
+        proof: dict[str, object] = {
+            "kind": "joint",
+            "robots": list(floor.names),
+            "start": {
+                name: [robot.next_pose.region, heading_in_trace(robot.next_pose)]
+                for name, robot in self.state.robots.items()
+            },
+            "stages": {
+                **{g: stage.need for g, stage in zip(floor.gates, start.stages, strict=True)},
+                **self.state.knowledge.given_up(),
+            },
+            "goal": {"rounds": course.rounds},
+            "states": len(places),
+            "sha256": hashlib.sha256("".join(f"{line}\n" for line in places).encode()).hexdigest(),
+        }
+        return RunOver(Verdict(Outcome.OPERATOR_NEEDED, said, "deadlock", proof))
+
+
+def _record(tick: int, floor: Floor, plan: Schedule, reason: str) -> records.Plan:
+    """A plan as it stands in a trace."""
+    robots = {}
+    for index, (name, way) in enumerate(zip(floor.names, plan.ways, strict=True)):
+        graph = floor.problem.members[index].graph
+        poses = [graph.pose(number) for number in way]
+        robots[name] = tuple((pose.region, heading_in_trace(pose)) for pose in poses)
+    names = floor.names
+    orders = tuple(
+        # Step k leads from place k to place k + 1.
+        (names[order.other], order.before + 1, names[order.robot], order.step + 1)
+        for order in plan.orders
+    )
+    return records.Plan(tick, reason, robots, orders)

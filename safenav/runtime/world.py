@@ -1,0 +1,173 @@
+"""The actual world, as a mission meets it: a simulation of the scenario's own, or real robots.
+
+The modelled world is the map with its known obstacles O; the actual one also holds the hidden
+obstacles R, found when a robot is about to enter one (paper, Sections III and V-A).
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Protocol, runtime_checkable
+
+from safenav.scenario.model import Obstacle, Robot, Scenario
+from safenav.world.map import Region
+from safenav.world.moves import Pose
+
+
+class World(Protocol):
+    """The actual world: whoever implements these three drives real robots.
+
+    What it answers is checked (``CheckedWorld``); what it raises ends the run with a typed error.
+    """
+
+    def sense(self, robot: Robot, region: Region) -> Obstacle | None:
+        """The unresolved obstacle in a region that ``robot`` is about to enter, if any."""
+        ...
+
+    def move(self, robot: Robot, pose: Pose) -> Pose | None:
+        """Bring the robot to ``pose``: its own region or a neighbouring one. A pose that is
+        returned is where it really is now; None says that it is where it was told to go."""
+        ...
+
+    def act(self, robot: Robot) -> Iterable[tuple[Obstacle, bool | None]]:
+        """Let the robot perform its actions where it stands: the obstacles that are resolved by
+        it, each with whether its region is traversable (None: no such question)."""
+        ...
+
+
+@dataclass(frozen=True)
+class Change:
+    """An obstacle has appeared, or has gone without being resolved."""
+
+    obstacle: Obstacle
+    appeared: bool
+
+
+@runtime_checkable
+class ChangingWorld(Protocol):
+    """A world in which obstacles come and go by themselves."""
+
+    def changes(self, tick: int, occupied: Collection[Region]) -> Iterable[Change]:
+        """What has come and gone by the beginning of a tick. ``occupied``: the regions in which
+        robots stand or which they are entering; nothing may appear there."""
+        ...
+
+
+@dataclass
+class Work:
+    """How far an obstacle is resolved: the need that is next, and who has met its part of it;
+    ``helped``: all that had a part."""
+
+    obstacle: Obstacle
+    need: int = 0
+    done: frozenset[str] = frozenset()
+    helped: tuple[str, ...] = ()
+
+    @property
+    def finished(self) -> bool:
+        return self.need >= len(self.obstacle.needs)
+
+
+@dataclass
+class Works:
+    """The obstacles in a world, and how far each is resolved by robots that stand somewhere."""
+
+    scenario: Scenario
+    open: dict[Region, Work] = field(default_factory=dict)
+
+    def perform(self, robot: Robot, regions: Mapping[str, Region]) -> list[Work]:
+        """Let ``robot`` do what it can where it stands, with the others where they are; the
+        obstacles that are resolved by it."""
+        finished = []
+        for place, work in list(self.open.items()):
+            while not work.finished and self._met(work, robot, regions):
+                pass
+            if work.finished:
+                del self.open[place]
+                finished.append(work)
+        return finished
+
+    def _met(self, work: Work, robot: Robot, regions: Mapping[str, Region]) -> bool:
+        """Whether the robot brings the obstacle to its next need."""
+        need = work.obstacle.needs[work.need]
+        places = work.obstacle.resolution_regions(self.scenario.map, work.need)
+
+        def there(other: Robot) -> bool:
+            return need.action in other.capabilities and regions[other.name] in places
+
+        if not there(robot):
+            return False
+        if need.together:
+            group = tuple(other.name for other in self.scenario.robots if there(other))
+        else:
+            group = (*(n for n in work.done if n != robot.name), robot.name)
+        if len(group) < need.robots:
+            if not need.together:
+                work.done = frozenset(group)
+            return False
+        work.helped = tuple(dict.fromkeys((*work.helped, *group)))
+        work.need, work.done = work.need + 1, frozenset()
+        return True
+
+
+class SimulatedWorld:
+    """The scenario's own hidden obstacles, with probabilities drawn from its seed."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        self._scenario = scenario
+        self._regions = {robot.name: robot.start.region for robot in scenario.robots}
+        self._works = Works(scenario)
+        self._coming = sorted(
+            (o for o in scenario.obstacles if o.appears is not None),
+            key=lambda obstacle: obstacle.appears or 0,
+        )
+        for obstacle in scenario.obstacles:
+            if obstacle.appears is None:
+                self._works.open[obstacle.region] = Work(obstacle)
+        self.truths = draw_truths(scenario)
+
+    def sense(self, robot: Robot, region: Region) -> Obstacle | None:
+        del robot  # every robot notices what stands right before it
+        work = self._works.open.get(region)
+        return work.obstacle if work is not None else None
+
+    def move(self, robot: Robot, pose: Pose) -> None:
+        self._regions[robot.name] = pose.region
+
+    def act(self, robot: Robot) -> list[tuple[Obstacle, bool | None]]:
+        done = self._works.perform(robot, self._regions)
+        return [(work.obstacle, self.truths[work.obstacle.name]) for work in done]
+
+    def changes(self, tick: int, occupied: Collection[Region]) -> list[Change]:
+        """Obstacles appear at their tick, or as soon after it as nobody is there."""
+        found = []
+        for work in list(self._works.open.values()):
+            if work.obstacle.goes is not None and work.obstacle.goes <= tick:
+                del self._works.open[work.obstacle.region]
+                found.append(Change(work.obstacle, appeared=False))
+        for obstacle in list(self._coming):
+            assert obstacle.appears is not None
+            if obstacle.appears > tick:
+                break
+            if obstacle.goes is not None and obstacle.goes <= tick:
+                self._coming.remove(obstacle)
+            elif obstacle.region not in occupied and obstacle.region not in self._works.open:
+                self._coming.remove(obstacle)
+                self._works.open[obstacle.region] = Work(obstacle)
+                found.append(Change(obstacle, appeared=True))
+        return found
+
+
+def draw_truths(scenario: Scenario) -> dict[str, bool | None]:
+    """What ``traversable`` is in this run: probabilities are drawn in the scenario's order
+    from its seed, so that a run can be repeated."""
+    generator = random.Random(scenario.seed)
+    truths: dict[str, bool | None] = {}
+    for obstacle in scenario.obstacles:
+        truth = obstacle.traversable
+        if isinstance(truth, float):
+            truth = generator.random() < truth
+        truths[obstacle.name] = truth
+    return truths
