@@ -32,8 +32,8 @@ inline bool holds(const slugs::Specification &specification, slugs::FormulaId fo
   slugs::Evaluation evaluation(specification.formulas, {formula});
   slugs::Assignment assignment(specification.variables.size());
   for (std::size_t i = 0; i < specification.variables.size(); ++i) {
-    assignment.current[i] = slugs::known((current >> i) & 1 ? ~slugs::Word{0} : 0);
-    assignment.next[i] = slugs::known((next >> i) & 1 ? ~slugs::Word{0} : 0);
+    assignment.current[i] = slugs::known((current >> i) & 1 ? ~slugs::LaneBits{0} : 0);
+    assignment.next[i] = slugs::known((next >> i) & 1 ? ~slugs::LaneBits{0} : 0);
   }
   evaluation.run(assignment);
   const slugs::Truth truth = evaluation[formula];

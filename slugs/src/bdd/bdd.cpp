@@ -4,6 +4,7 @@
 #include "bdd/bdd.hpp"
 
 #include "bdd/reordering.hpp"
+#include "core/hash.hpp"
 
 #include <algorithm>
 #include <stdexcept>
@@ -49,9 +50,9 @@ BddStore::BddStore(std::uint32_t bits, const std::vector<std::uint32_t> &order, 
 }
 
 std::size_t BddStore::bucket(Var v, Edge low, Edge high) const {
-  std::uint64_t h = (std::uint64_t{low} << 32 | high) * 0x9E3779B97F4A7C15ull;
+  std::uint64_t h = (std::uint64_t{low} << 32 | high) * golden_multiplier;
   h ^= h >> 32;
-  h = (h + v) * 0xD6E8FEB86659FD93ull;
+  h = (h + v) * second_multiplier;
   return static_cast<std::size_t>(h >> 32) & (buckets_.size() - 1);
 }
 

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "core/counted_array.hpp"
+#include "core/hash.hpp"
 
 #include <cstdint>
 #include <vector>
@@ -40,7 +41,7 @@ private:
 
   // Where the key is, or would be.
   std::size_t place_of(std::uint32_t key) const {
-    std::size_t place = (key * 0x9E3779B97F4A7C15ull >> 32) & (slots_.size() - 1);
+    std::size_t place = (key * golden_multiplier >> 32) & (slots_.size() - 1);
     while (slots_[place].key && slots_[place].key != key)
       place = (place + 1) & (slots_.size() - 1);
     return place;

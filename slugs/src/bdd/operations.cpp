@@ -5,6 +5,8 @@
 
 #include "bdd/bdd.hpp"
 
+#include "core/hash.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <unordered_map>
@@ -13,9 +15,9 @@
 namespace slugs {
 
 BddStore::CacheEntry &BddStore::cache_slot(std::uint32_t f, std::uint32_t g, std::uint32_t h) {
-  std::uint64_t x = (std::uint64_t{f} << 32 | g) * 0x9E3779B97F4A7C15ull;
+  std::uint64_t x = (std::uint64_t{f} << 32 | g) * golden_multiplier;
   x ^= x >> 32;
-  x = (x + h) * 0xD6E8FEB86659FD93ull;
+  x = (x + h) * second_multiplier;
   return cache_[static_cast<std::size_t>(x >> 32) & (cache_.size() - 1)];
 }
 

@@ -9,9 +9,9 @@ namespace slugs {
 namespace {
 
 constexpr std::size_t lane_variables = 6;
-constexpr Word lane_patterns[lane_variables] = {0xAAAAAAAAAAAAAAAAull, 0xCCCCCCCCCCCCCCCCull,
-                                                0xF0F0F0F0F0F0F0F0ull, 0xFF00FF00FF00FF00ull,
-                                                0xFFFF0000FFFF0000ull, 0xFFFFFFFF00000000ull};
+constexpr LaneBits lane_patterns[lane_variables] = {0xAAAAAAAAAAAAAAAAull, 0xCCCCCCCCCCCCCCCCull,
+                                                    0xF0F0F0F0F0F0F0F0ull, 0xFF00FF00FF00FF00ull,
+                                                    0xFFFF0000FFFF0000ull, 0xFFFFFFFF00000000ull};
 
 // Branches from the last variable to the first: integers are little-endian, and
 // their high bits decide comparisons.
@@ -56,7 +56,7 @@ private:
   Truth &truth(std::size_t i) {
     return (variables_[i].next ? assignment_.next : assignment_.current)[variables_[i].index];
   }
-  void set(std::size_t i, bool value) { truth(i) = known(value ? ~Word{0} : 0); }
+  void set(std::size_t i, bool value) { truth(i) = known(value ? ~LaneBits{0} : 0); }
   bool value(std::size_t i) { return truth(i).yes != 0; }
 
   // Whether some lane violates no formula yet.
@@ -64,7 +64,7 @@ private:
     if ((++evaluations_ & 0xFFF) == 0)
       budget_.check();
     evaluation_.run(assignment_);
-    alive_ = on_lanes_ == lane_variables ? ~Word{0} : (Word{1} << (std::size_t{1} << on_lanes_)) - 1;
+    alive_ = on_lanes_ == lane_variables ? ~LaneBits{0} : (LaneBits{1} << (std::size_t{1} << on_lanes_)) - 1;
     for (const FormulaId formula : formulas_)
       alive_ &= ~evaluation_[formula].no;
     return alive_ != 0;
@@ -88,7 +88,7 @@ private:
   Evaluation evaluation_;
   Assignment assignment_;
   const std::size_t on_lanes_;
-  Word alive_ = 0;
+  LaneBits alive_ = 0;
   std::uint64_t evaluations_ = 0;
   std::vector<std::vector<bool>> found_;
 };

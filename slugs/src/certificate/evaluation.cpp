@@ -46,7 +46,7 @@ void Evaluation::run(const Assignment &assignment) {
       value = known(0);
       break;
     case Op::True:
-      value = known(~Word{0});
+      value = known(~LaneBits{0});
       break;
     case Op::Variable:
       value = (step.right ? assignment.next : assignment.current)[step.left];

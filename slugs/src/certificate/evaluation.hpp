@@ -14,16 +14,16 @@
 
 namespace slugs {
 
-using Word = std::uint64_t;
+using LaneBits = std::uint64_t;
 inline constexpr unsigned lanes = 64;
 
 // What is known about one formula or variable on each lane.
 struct Truth {
-  Word yes = 0;
-  Word no = 0;
+  LaneBits yes = 0;
+  LaneBits no = 0;
 };
 
-inline Truth known(Word values) { return {values, ~values}; }
+inline Truth known(LaneBits values) { return {values, ~values}; }
 
 // A truth for each variable, current and next value.
 struct Assignment {

@@ -20,7 +20,7 @@ std::vector<FormulaId> formulas_of(const Specification &specification,
 }
 
 void set(Truth &truth, unsigned lane, bool value) {
-  const Word bit = Word{1} << lane;
+  const LaneBits bit = LaneBits{1} << lane;
   truth.yes = value ? truth.yes | bit : truth.yes & ~bit;
   truth.no = value ? truth.no & ~bit : truth.no | bit;
 }
@@ -63,7 +63,7 @@ std::vector<CheckModel::Node> CheckModel::initial_nodes() const {
     for (unsigned lane = 0; lane < count; ++lane)
       put(assignment, first + lane, lane, false);
     evaluation.run(assignment);
-    Word good = ~Word{0};
+    LaneBits good = ~LaneBits{0};
     for (const Section section : {Section::EnvInit, Section::SysInit})
       for (const Constraint &constraint : specification[section]) {
         good &= evaluation[constraint.formula].yes;
@@ -124,11 +124,11 @@ void CheckModel::require_legal_edges() {
     const unsigned count = static_cast<unsigned>(edge - first);
     if (count == 0)
       break;
-    const Word used = count == lanes ? ~Word{0} : (Word{1} << count) - 1;
+    const LaneBits used = count == lanes ? ~LaneBits{0} : (LaneBits{1} << count) - 1;
     evaluation.run(assignment);
     for (const Section section : {Section::EnvTrans, Section::SysTrans})
       for (const Constraint &constraint : specification[section])
-        if (const Word bad = evaluation[constraint.formula].no & used; bad != 0) {
+        if (const LaneBits bad = evaluation[constraint.formula].no & used; bad != 0) {
           unsigned lane = 0;
           while (!((bad >> lane) & 1))
             ++lane;
@@ -138,7 +138,7 @@ void CheckModel::require_legal_edges() {
     for (const Section section : {Section::EnvLiveness, Section::SysLiveness}) {
       auto &meeting = section == Section::EnvLiveness ? env_live_edges_ : sys_live_edges_;
       for (std::size_t i = 0; i < meeting.size(); ++i) {
-        const Word met = evaluation[specification[section][i].formula].yes;
+        const LaneBits met = evaluation[specification[section][i].formula].yes;
         for (unsigned lane = 0; lane < count; ++lane)
           meeting[i][first + lane] = (met >> lane) & 1;
       }

@@ -49,7 +49,7 @@ void Remainders::load(Assignment assignment) {
 }
 
 std::optional<Remainders::Conjunction> Remainders::remainder(Section section, unsigned lane) {
-  const Word bit = Word{1} << lane;
+  const LaneBits bit = LaneBits{1} << lane;
   Conjunction result;
   ++now_;
   for (const Constraint &constraint : specification_[section]) {
@@ -105,7 +105,7 @@ FormulaId Remainders::rewrite(FormulaId root, unsigned lane) {
     if (stamp_[id] == now_)
       return true;
     const Truth &truth = evaluation_.at(slots_[id]);
-    const Word bit = Word{1} << lane;
+    const LaneBits bit = LaneBits{1} << lane;
     if (truth.yes & bit)
       rewritten_[id] = pool_.constant(true);
     else if (truth.no & bit)

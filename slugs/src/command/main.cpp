@@ -1,11 +1,13 @@
 // The command `slugs`: main(), and the operators new and delete that keep its
-// memory in bounds.
+// memory in bounds.  Its stack is made large enough for deep diagrams.
 
 #include "command/command.hpp"
 #include "command/heap.hpp"
 
 #include <cstdlib>
 #include <new>
+
+#include <sys/resource.h>
 
 #ifdef __APPLE__
 #include <malloc/malloc.h>
@@ -31,6 +33,17 @@ void give_back(void *block) {
   std::free(block);
 }
 
+// Diagrams are as deep as there are variables, and operations on them recurse.
+// The main thread's stack grows up to the limit as it is when it grows.
+void allow_deep_recursion() {
+  constexpr rlim_t wanted = rlim_t{100} << 20;
+  rlimit limit;
+  if (::getrlimit(RLIMIT_STACK, &limit) != 0 || limit.rlim_cur >= wanted)
+    return;
+  limit.rlim_cur = limit.rlim_max < wanted ? limit.rlim_max : wanted;
+  ::setrlimit(RLIMIT_STACK, &limit);
+}
+
 } // namespace
 
 void *operator new(std::size_t bytes) {
@@ -48,5 +61,6 @@ void operator delete(void *block, std::size_t) noexcept { give_back(block); }
 void operator delete[](void *block, std::size_t) noexcept { give_back(block); }
 
 int main(int argc, char **argv) {
+  allow_deep_recursion();
   return static_cast<int>(slugs::run_command({argv + (argc > 0 ? 1 : 0), argv + argc}, heap));
 }

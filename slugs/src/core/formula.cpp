@@ -2,6 +2,8 @@
 
 #include "core/formula.hpp"
 
+#include "core/hash.hpp"
+
 #include <utility>
 
 namespace slugs {
@@ -12,7 +14,7 @@ namespace {
 // spreads them over the high bits, the shift brings those down.
 std::size_t hash(const FormulaNode &node) {
   const std::uint64_t operands = std::uint64_t{node.left} << 32 | node.right;
-  const std::uint64_t h = (operands ^ static_cast<std::uint64_t>(node.op) << 61) * 0x9E3779B97F4A7C15ull;
+  const std::uint64_t h = (operands ^ static_cast<std::uint64_t>(node.op) << 61) * golden_multiplier;
   return static_cast<std::size_t>(h ^ h >> 29);
 }
 

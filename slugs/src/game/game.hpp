@@ -32,7 +32,7 @@ struct Game {
 
   Bdd env_init;
   Bdd sys_init;
-  Bdd env_trans; // restrict() adds that the state is one of interest
+  Bdd env_trans; // restrict_to() adds that the state is one of interest
   Bdd sys_trans;
   std::vector<Bdd> assumptions; // ENV_LIVENESS; at least one
   std::vector<Bdd> guarantees;  // SYS_LIVENESS; at least one

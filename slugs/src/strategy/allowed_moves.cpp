@@ -65,14 +65,14 @@ private:
 
 } // namespace
 
-PositionalStrategies::PositionalStrategies(Game &game, const Fixpoint &fixpoint)
+AllowedMoves::AllowedMoves(Game &game, const Fixpoint &fixpoint)
     : game_(game), open_(game.env_trans & fixpoint.winning()) {
   for (std::size_t j = 0; j < game.guarantees.size(); ++j)
     goals_.push_back(steps_towards(fixpoint.winning(), fixpoint.progress()[j], j));
 }
 
-PositionalStrategies::Goal PositionalStrategies::steps_towards(const Bdd &winning,
-                                                               const GoalProgress &progress, std::size_t j) {
+AllowedMoves::Goal AllowedMoves::steps_towards(const Bdd &winning, const GoalProgress &progress,
+                                               std::size_t j) {
   BddStore &store = game_.store;
   Goal goal;
   Numbering numbering(store);
@@ -117,7 +117,7 @@ PositionalStrategies::Goal PositionalStrategies::steps_towards(const Bdd &winnin
   return goal;
 }
 
-void PositionalStrategies::prepare_cofactors() {
+void AllowedMoves::prepare_cofactors() {
   std::vector<Bdd> functions{open_, game_.sys_trans};
   for (const Goal &goal : goals_) {
     functions.insert(functions.end(), goal.bits.begin(), goal.bits.end());
@@ -126,17 +126,17 @@ void PositionalStrategies::prepare_cofactors() {
   cofactor_ = std::make_unique<StateCofactor>(game_.store, functions);
 }
 
-void PositionalStrategies::forget() { cofactor_->forget(); }
+void AllowedMoves::forget() { cofactor_->forget(); }
 
-Edge PositionalStrategies::transitions(const Word *state, std::size_t j, Edge inputs) {
+Edge AllowedMoves::transitions(const Word *state, std::size_t j, Edge inputs) {
   const Goal &goal = goals_[j];
   const Edge open = game_.store.and_edge((*cofactor_)(open_.edge(), state), inputs);
   return collect_steps(goal, state, open, goal.bits.size(), 0);
 }
 
 // Splits the inputs by the digits of their step, from the highest one.
-Edge PositionalStrategies::collect_steps(const Goal &goal, const Word *state, Edge inputs, std::size_t bits,
-                                         std::size_t step) {
+Edge AllowedMoves::collect_steps(const Goal &goal, const Word *state, Edge inputs, std::size_t bits,
+                                 std::size_t step) {
   BddStore &store = game_.store;
   if (inputs == bdd_false)
     return bdd_false;

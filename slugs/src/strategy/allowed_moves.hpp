@@ -11,9 +11,9 @@
 
 namespace slugs {
 
-class PositionalStrategies {
+class AllowedMoves {
 public:
-  PositionalStrategies(Game &game, const Fixpoint &fixpoint);
+  AllowedMoves(Game &game, const Fixpoint &fixpoint);
 
   // Must be called once before transitions(), when the store no longer
   // collects: what follows works on edges.

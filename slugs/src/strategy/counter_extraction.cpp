@@ -2,8 +2,8 @@
 
 #include "strategy/counter_extraction.hpp"
 
-#include "bdd/node_table.hpp"
 #include "game/counter_fixpoint.hpp"
+#include "strategy/node_table.hpp"
 #include "strategy/ranks.hpp"
 #include "strategy/state_cofactor.hpp"
 #include "strategy/successors.hpp"

@@ -9,8 +9,8 @@
 
 #include "strategy/extraction.hpp"
 
-#include "bdd/node_table.hpp"
 #include "strategy/allowed_moves.hpp"
+#include "strategy/node_table.hpp"
 #include "strategy/ranks.hpp"
 #include "strategy/state_cofactor.hpp"
 #include "strategy/successors.hpp"
@@ -25,13 +25,13 @@ class Extraction {
 public:
   Extraction(Game &game, const Fixpoint &fixpoint, StrategySink &sink, Statistics &statistics)
       : game_(game), sink_(sink), statistics_(statistics),
-        nodes_(words_for(game.store.bits()), game.store.account()), strategies_(game, fixpoint),
+        nodes_(words_for(game.store.bits()), game.store.account()), allowed_(game, fixpoint),
         cofactor_(game.store, game.guarantees), successors_(game, Successors::Answers::Least),
         ranks_(game.store, cofactor_, game.guarantees) {}
 
   void run(const Bdd &winning) {
     const CollectionPause no_collection(game_.store);
-    strategies_.prepare_cofactors();
+    allowed_.prepare_cofactors();
     game_.store.collect();
     collect_at_ = game_.store.live_nodes() + (1u << 18);
     std::vector<Word> valuation(words_for(game_.store.bits()));
@@ -79,7 +79,7 @@ private:
       remembered_numbers_ = 0;
       cofactor_.forget();
       successors_.forget();
-      strategies_.forget();
+      allowed_.forget();
       game_.store.collect();
     }
   }
@@ -91,7 +91,7 @@ private:
   }
 
   const std::vector<std::uint64_t> &successors(const Word *state, std::uint32_t rank) {
-    const Edge f = strategies_.transitions(state, rank);
+    const Edge f = allowed_.transitions(state, rank);
     const Ranks::Step step = ranks_.from(state, rank);
     const auto [place, fresh] = remembered_.try_emplace(Key{f, step.rank, step.signature});
     std::vector<std::uint64_t> &list = place->second;
@@ -122,7 +122,7 @@ private:
   StrategySink &sink_;
   Statistics &statistics_;
   NodeTable nodes_;
-  PositionalStrategies strategies_;
+  AllowedMoves allowed_;
   StateCofactor cofactor_;
   Successors successors_;
   Ranks ranks_;

@@ -22,9 +22,9 @@ std::vector<Word> packed(const std::vector<bool> &state) {
 
 OnDemandStrategy::OnDemandStrategy(Game &game, const Fixpoint &fixpoint)
     : game_(game), fixpoint_(fixpoint), initial_(fixpoint.winning() & game.env_init & game.sys_init),
-      no_collection_(game.store), strategies_(game, fixpoint), cofactor_(game.store, game.guarantees),
+      no_collection_(game.store), allowed_(game, fixpoint), cofactor_(game.store, game.guarantees),
       successors_(game, Successors::Answers::Least), ranks_(game.store, cofactor_, game.guarantees) {
-  strategies_.prepare_cofactors();
+  allowed_.prepare_cofactors();
   game_.store.collect();
   collect_at_ = game_.store.live_nodes() + (1u << 18);
 }
@@ -62,7 +62,7 @@ std::variant<Move, Refusal> OnDemandStrategy::move(const std::vector<bool> &stat
   if (!store.evaluate(fixpoint_.winning().edge(), values))
     return Refusal::StateNotWinning;
   const std::vector<Word> words = packed(state);
-  const Edge f = strategies_.transitions(words.data(), goal, input_cube(inputs));
+  const Edge f = allowed_.transitions(words.data(), goal, input_cube(inputs));
   if (f == bdd_false)
     return Refusal::InputsNotAllowed;
   const Word *const found = successors_.of(f)[0];
@@ -117,7 +117,7 @@ void OnDemandStrategy::make_room() {
   ranks_.forget();
   cofactor_.forget();
   successors_.forget();
-  strategies_.forget();
+  allowed_.forget();
   game_.store.collect();
 }
 

@@ -61,7 +61,7 @@ private:
   const Fixpoint &fixpoint_;
   Bdd initial_;
   CollectionPause no_collection_;
-  PositionalStrategies strategies_;
+  AllowedMoves allowed_;
   StateCofactor cofactor_;
   Successors successors_;
   Ranks ranks_;

@@ -4,6 +4,8 @@
 
 #pragma once
 
+#include "core/hash.hpp"
+
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -23,11 +25,11 @@ inline void reset_bit(Word *state, std::size_t bit) { state[bit / 64] &= ~word_b
 inline Word mix(Word h, Word w) {
   h ^= w;
   h ^= h >> 32;
-  h *= 0xD6E8FEB86659FD93ull;
+  h *= second_multiplier;
   return h ^ h >> 32;
 }
 inline Word hash_words(const Word *words, std::size_t count, Word seed) {
-  Word h = seed * 0x9E3779B97F4A7C15ull;
+  Word h = seed * golden_multiplier;
   for (std::size_t i = 0; i < count; ++i)
     h = mix(h, words[i]);
   return h;

@@ -2,6 +2,8 @@
 
 #include "strategy/state_cofactor.hpp"
 
+#include "core/hash.hpp"
+
 #include <algorithm>
 #include <map>
 
@@ -78,7 +80,7 @@ Edge StateCofactor::visit(Edge f, const Word *state) {
 
   const std::uint32_t n = f >> 1;
   const Word *mask = &masks_[mask_of_[n] * words_];
-  Word hash = n * 0x9E3779B97F4A7C15ull;
+  Word hash = n * golden_multiplier;
   for (std::size_t w = 0; w < words_; ++w)
     hash = mix(hash, state[w] & mask[w]);
   const std::size_t slot = hash & (slots_.size() - 1);
