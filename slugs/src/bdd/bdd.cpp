@@ -58,6 +58,8 @@ std::size_t BddStore::bucket(Var v, Edge low, Edge high) const {
 
 // The only way in which nodes come to be.  `v` is above the edges' variables.
 Edge BddStore::make(Var v, Edge low, Edge high) {
+  assert(alive(low) && alive(high));
+  assert(level_of_var_[v] < level(low) && level_of_var_[v] < level(high));
   if (low == high)
     return low;
   const Edge complement = low & 1;
@@ -82,7 +84,7 @@ Edge BddStore::make(Var v, Edge low, Edge high) {
 std::uint32_t BddStore::allocate() {
   // Whatever throws comes first, so that a limit leaves the store consistent.
   if ((live_ & 0xFFF) == 0) {
-    tick();
+    check_budget();
     if (live_ > most_nodes_)
       throw Outgrown();
   }
@@ -99,7 +101,7 @@ std::uint32_t BddStore::allocate() {
   return n;
 }
 
-void BddStore::tick() { account_.budget().check(); }
+void BddStore::check_budget() { account_.budget().check(); }
 
 void BddStore::grow_nodes() {
   // By half where memory counts, by two while it does not.

@@ -20,6 +20,7 @@
 
 #include "core/counted_array.hpp"
 
+#include <cassert>
 #include <cstdint>
 #include <vector>
 
@@ -121,9 +122,9 @@ public:
   Edge or_edge(Edge f, Edge g) { return or_(f, g); }
   Edge cofactor_edge(Edge f, Var v, bool value);
   bool is_terminal(Edge f) const { return f <= 1; }
-  Var var_of(Edge f) const { return nodes_[f >> 1].var; }
-  Edge low_of(Edge f) const { return nodes_[f >> 1].low ^ (f & 1); }
-  Edge high_of(Edge f) const { return nodes_[f >> 1].high ^ (f & 1); }
+  Var var_of(Edge f) const { return node_of(f).var; }
+  Edge low_of(Edge f) const { return node_of(f).low ^ (f & 1); }
+  Edge high_of(Edge f) const { return node_of(f).high ^ (f & 1); }
   Edge node(Var v, Edge low, Edge high);        // the function "if v then high else low"; v above both
   Edge branch_edge(Var v, Edge low, Edge high); // the same, wherever v is
   void make_room() { before_operation(); }      // collects if it is time to
@@ -221,7 +222,12 @@ private:
       }
     }
   }
-  std::uint32_t level(Edge f) const { return level_of_var_[nodes_[f >> 1].var]; }
+  bool alive(Edge f) const { return (f >> 1) < used_ && nodes_[f >> 1].var != free_var; }
+  const Node &node_of(Edge f) const {
+    assert(alive(f));
+    return nodes_[f >> 1];
+  }
+  std::uint32_t level(Edge f) const { return level_of_var_[node_of(f).var]; }
 
   Edge make(Var v, Edge low, Edge high);
   std::uint32_t allocate();
@@ -232,13 +238,13 @@ private:
   void bound_nodes();
   void reorder_for_operation(unsigned given_up);
   void plan_collection();
-  void tick();
+  void check_budget();
   void order_changed();
   void after_sifting();
   std::size_t bucket(Var v, Edge low, Edge high) const;
 
   CacheEntry &cache_slot(std::uint32_t f, std::uint32_t g, std::uint32_t h);
-  bool cached(Operation op, Edge f, Edge g, Edge h, Edge &result);
+  bool known_or_step(Operation op, Edge f, Edge g, Edge h, Edge &result);
   void remember(Operation op, Edge f, Edge g, Edge h, Edge result);
 
   Edge and_(Edge f, Edge g);
@@ -292,8 +298,14 @@ private:
   BddStore &store_;
 };
 
-inline Bdd Bdd::operator&(const Bdd &other) const { return store_->conjunction(*this, other); }
-inline Bdd Bdd::operator|(const Bdd &other) const { return !store_->conjunction(!*this, !other); }
-inline Bdd Bdd::operator^(const Bdd &other) const { return store_->exclusive(*this, other); }
+inline Bdd Bdd::operator&(const Bdd &other) const {
+  assert(store_ && store_ == other.store_);
+  return store_->conjunction(*this, other);
+}
+inline Bdd Bdd::operator|(const Bdd &other) const { return !((!*this) & (!other)); }
+inline Bdd Bdd::operator^(const Bdd &other) const {
+  assert(store_ && store_ == other.store_);
+  return store_->exclusive(*this, other);
+}
 
 } // namespace slugs

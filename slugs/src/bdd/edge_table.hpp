@@ -6,6 +6,7 @@
 #include "core/counted_array.hpp"
 #include "core/hash.hpp"
 
+#include <cassert>
 #include <cstdint>
 #include <vector>
 
@@ -23,6 +24,7 @@ public:
 
   // The key must be new.
   void add(std::uint32_t key, const Value &value) {
+    assert(key != 0 && !find(key));
     if (2 * ++count_ > slots_.size())
       grow();
     slots_[place_of(key)] = {key, value};

@@ -21,7 +21,8 @@ BddStore::CacheEntry &BddStore::cache_slot(std::uint32_t f, std::uint32_t g, std
   return cache_[static_cast<std::size_t>(x >> 32) & (cache_.size() - 1)];
 }
 
-inline bool BddStore::cached(Operation op, Edge f, Edge g, Edge h, Edge &result) {
+// Whether the result is known.  If not, whoever asks computes it: a step of work.
+inline bool BddStore::known_or_step(Operation op, Edge f, Edge g, Edge h, Edge &result) {
   const std::uint32_t key = f | static_cast<std::uint32_t>(op) << operation_shift;
   const CacheEntry &entry = cache_slot(key, g, h);
   if (entry.f_and_operation == key && entry.g == g && entry.h == h) {
@@ -29,7 +30,7 @@ inline bool BddStore::cached(Operation op, Edge f, Edge g, Edge h, Edge &result)
     return true;
   }
   if ((++work_ & 0x3FFF) == 0) {
-    tick();
+    check_budget();
     if (work_ > most_work_)
       throw Overworked();
   }
@@ -76,7 +77,7 @@ Edge BddStore::and_(Edge f, Edge g) {
   if (f > g)
     std::swap(f, g);
   Edge result;
-  if (cached(And, f, g, 0, result))
+  if (known_or_step(And, f, g, 0, result))
     return result;
   const Node &fn = nodes_[f >> 1], &gn = nodes_[g >> 1];
   const std::uint32_t fl = level_of_var_[fn.var], gl = level_of_var_[gn.var];
@@ -101,7 +102,7 @@ Edge BddStore::xor_(Edge f, Edge g) {
   if (f == bdd_false)
     return g ^ complement;
   Edge result;
-  if (cached(Xor, f, g, 0, result))
+  if (known_or_step(Xor, f, g, 0, result))
     return result ^ complement;
   const Node &fn = nodes_[f >> 1], &gn = nodes_[g >> 1];
   const std::uint32_t fl = level_of_var_[fn.var], gl = level_of_var_[gn.var];
@@ -138,7 +139,7 @@ Edge BddStore::choice_(Edge f, Edge g, Edge h) {
   g ^= complement;
   h ^= complement;
   Edge result;
-  if (cached(Choice, f, g, h, result))
+  if (known_or_step(Choice, f, g, h, result))
     return result ^ complement;
   const std::uint32_t l = std::min({level(f), level(g), level(h)});
   const auto child = [this, l](Edge e, bool high) {
@@ -157,7 +158,7 @@ Edge BddStore::exists_(Edge f, VarSet set) {
   if (level(f) > sets_[set].last_level)
     return f;
   Edge result;
-  if (cached(Exists, f, set, 0, result))
+  if (known_or_step(Exists, f, set, 0, result))
     return result;
   const Var v = nodes_[f >> 1].var;
   const Edge f0 = low_of(f), f1 = high_of(f);
@@ -186,7 +187,7 @@ Edge BddStore::exists_both_(Edge f, Edge g, VarSet set) {
   if (f > g)
     return exists_both_(g, f, set);
   Edge result;
-  if (cached(ExistsBoth, f, g, set, result))
+  if (known_or_step(ExistsBoth, f, g, set, result))
     return result;
   const Edge f0 = fl == l ? low_of(f) : f, f1 = fl == l ? high_of(f) : f;
   const Edge g0 = gl == l ? low_of(g) : g, g1 = gl == l ? high_of(g) : g;
@@ -213,10 +214,12 @@ Edge BddStore::shift_(Edge f, Operation op) {
   const Edge complement = f & 1;
   f ^= complement;
   Edge result;
-  if (cached(op, f, 0, 0, result))
+  if (known_or_step(op, f, 0, 0, result))
     return result ^ complement;
   const Node &n = nodes_[f >> 1];
   const Var v = n.var;
+  // A function of both copies would fold them into one.
+  assert(v % 2 == (op == ToNext ? 0 : 1));
   const Edge f0 = n.low, f1 = n.high;
   const Edge r0 = shift_(f0, op);
   const Edge r1 = shift_(f1, op);
@@ -235,7 +238,7 @@ Edge BddStore::simplify_(Edge f, Edge care) {
   const Edge complement = f & 1;
   f ^= complement;
   Edge result;
-  if (cached(Simplify, f, care, 0, result))
+  if (known_or_step(Simplify, f, care, 0, result))
     return result ^ complement;
   const std::uint32_t fl = level(f), cl = level(care);
   if (cl < fl) {
@@ -259,6 +262,7 @@ Edge BddStore::simplify_(Edge f, Edge care) {
 }
 
 Edge BddStore::cofactor_edge(Edge f, Var v, bool value) {
+  assert(alive(f));
   const std::uint32_t l = level_of_var_[v];
   if (level(f) > l)
     return f;
@@ -289,12 +293,14 @@ Bdd BddStore::choice(const Bdd &f, const Bdd &g, const Bdd &h) {
 }
 
 Bdd BddStore::exists(const Bdd &f, VarSet set) {
+  assert(set < sets_.size());
   return sets_[set].empty ? f : run([&] { return exists_(f.edge(), set); });
 }
 
 Bdd BddStore::forall(const Bdd &f, VarSet set) { return !exists(!f, set); }
 
 Bdd BddStore::exists_both(const Bdd &f, const Bdd &g, VarSet set) {
+  assert(set < sets_.size());
   return sets_[set].empty ? conjunction(f, g) : run([&] { return exists_both_(f.edge(), g.edge(), set); });
 }
 
@@ -307,6 +313,7 @@ Bdd BddStore::to_current(const Bdd &f) {
 }
 
 Bdd BddStore::simplify(const Bdd &f, const Bdd &care) {
+  assert(!care.is_false());
   return run([&] { return simplify_(f.edge(), care.edge()); });
 }
 

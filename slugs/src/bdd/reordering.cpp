@@ -76,11 +76,14 @@ void Reordering::after_giving_up(unsigned times) {
 // later passes often gain more than the first.
 SiftingLog Reordering::sift() {
   constexpr int most_passes = 6;
+  // A pass is quadratic in the pairs: where they are very many, it is a gamble, too.
+  constexpr std::uint32_t many = 1000;
+  const std::uint64_t budget = store_.bits() > many ? gamble : unlimited;
   SiftingLog log;
   for (int pass = 0; pass < most_passes; ++pass) {
     store_.collect();
     const std::size_t before = store_.live_nodes();
-    store_.sift(log, growth);
+    store_.sift(log, growth, budget);
     if (store_.live_nodes() > before - before / 10)
       break;
   }

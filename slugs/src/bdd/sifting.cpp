@@ -11,6 +11,7 @@
 #include "bdd/bdd.hpp"
 
 #include <algorithm>
+#include <cassert>
 
 namespace slugs {
 
@@ -61,6 +62,7 @@ public:
 private:
   // Counts references.  Drops what no handle reaches, or holds it for itself.
   void prepare(Roots roots) {
+    assert(s_.collection_allowed_); // whoever holds edges without handles relies on the order
     if (roots == Roots::Handles)
       s_.collect();
     s_.clear_marks();
@@ -112,11 +114,14 @@ private:
 
   // Positions p and p + 1: a a' b b' becomes b b' a a'.
   void exchange_pairs(std::uint32_t p) {
-    s_.tick();
+    s_.check_budget();
     exchange(2 * p + 1);
     exchange(2 * p);
     exchange(2 * p + 2);
     exchange(2 * p + 1);
+    // A current variable is right above its next one: to_next relabels.
+    assert(s_.var_at_level_[2 * p + 1] == (s_.var_at_level_[2 * p] | 1) &&
+           s_.var_at_level_[2 * p + 3] == (s_.var_at_level_[2 * p + 2] | 1));
   }
 
   void exchange(std::uint32_t l) {
@@ -125,7 +130,7 @@ private:
     s_.level_of_var_[upper] = l + 1;
     s_.level_of_var_[lower] = l;
     std::vector<std::uint32_t> &uppers = nodes_of_[upper];
-    s_.sifting_work_ += uppers.size();
+    s_.sifting_work_ += uppers.size() + 1; // an empty level is a step, too
     moved_.clear();
     std::size_t kept = 0;
     for (const std::uint32_t n : uppers) {
@@ -187,6 +192,7 @@ private:
 
   void release(Edge e) {
     const std::uint32_t n = e >> 1;
+    assert(references_[n] > 0); // else sifting has lost an edge
     if (--references_[n] || n == 0)
       return;
     const Edge low = s_.nodes_[n].low, high = s_.nodes_[n].high;
@@ -238,6 +244,9 @@ void BddStore::undo(const SiftingLog &log) {
 }
 
 void BddStore::after_sifting() {
+#ifndef NDEBUG
+  assert_consistent();
+#endif
   cache_.clear_to_zero();
   order_changed();
   collected_ = live_;

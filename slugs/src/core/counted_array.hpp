@@ -8,6 +8,7 @@
 
 #include "core/budget.hpp"
 
+#include <cassert>
 #include <cstddef>
 #include <cstdlib>
 #include <cstring>
@@ -31,7 +32,10 @@ public:
     if (used_ > peak_)
       peak_ = used_;
   }
-  void give_back(std::size_t bytes) { used_ -= bytes; }
+  void give_back(std::size_t bytes) {
+    assert(bytes <= used_);
+    used_ -= bytes;
+  }
   [[noreturn]] static void refuse() { throw LimitReached(LimitKind::Memory, "memory limit reached"); }
 
   std::size_t used() const { return used_; }
@@ -90,8 +94,14 @@ public:
       std::memset(static_cast<void *>(data_), 0, size_ * sizeof(T));
   }
 
-  T &operator[](std::size_t i) { return data_[i]; }
-  const T &operator[](std::size_t i) const { return data_[i]; }
+  T &operator[](std::size_t i) {
+    assert(i < size_);
+    return data_[i];
+  }
+  const T &operator[](std::size_t i) const {
+    assert(i < size_);
+    return data_[i];
+  }
   std::size_t size() const { return size_; }
   T *data() { return data_; }
 

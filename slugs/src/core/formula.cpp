@@ -4,6 +4,7 @@
 
 #include "core/hash.hpp"
 
+#include <cassert>
 #include <utility>
 
 namespace slugs {
@@ -26,6 +27,8 @@ FormulaPool::FormulaPool() : slots_(64) {
 }
 
 FormulaId FormulaPool::intern(Op op, std::uint32_t left, std::uint32_t right) {
+  // Operands come first, so whoever goes through the nodes in order needs no recursion.
+  assert(op == Op::Variable || (left < nodes_.size() && right < nodes_.size()));
   const FormulaNode node{op, left, right};
   std::size_t slot = hash(node) & (slots_.size() - 1);
   for (; slots_[slot]; slot = (slot + 1) & (slots_.size() - 1)) {

@@ -11,6 +11,7 @@
 
 #pragma once
 
+#include <cassert>
 #include <cstdint>
 #include <vector>
 
@@ -43,7 +44,10 @@ public:
   FormulaId implication(FormulaId f, FormulaId g) { return disjunction(negation(f), g); }
   FormulaId equivalence(FormulaId f, FormulaId g) { return negation(exclusive(f, g)); }
 
-  const FormulaNode &operator[](FormulaId id) const { return nodes_[id]; }
+  const FormulaNode &operator[](FormulaId id) const {
+    assert(id < nodes_.size());
+    return nodes_[id];
+  }
   std::size_t size() const { return nodes_.size(); }
 
 private:

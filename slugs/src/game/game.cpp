@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cassert>
 #include <unordered_map>
+#include <unordered_set>
 
 namespace slugs {
 
@@ -84,9 +85,28 @@ Bdd translate(BddStore &store, const FormulaPool &formulas, FormulaId root) {
 
 void conjoin(Bdd &result, BddStore &store, const Specification &specification, FormulaPool &formulas,
              Section section) {
+  std::vector<FormulaId> parts;
+  std::unordered_set<FormulaId> known;
   for (const Constraint &constraint : specification[section])
     for (const FormulaId f : conjuncts(formulas, constraint.formula))
-      result &= translate(store, formulas, f);
+      if (known.insert(f).second)
+        parts.push_back(f);
+  // A conjunction visits what is above its operands, so where there are very many
+  // the lowest come first.
+  constexpr std::size_t many = 1000;
+  if (parts.size() > many) {
+    std::unordered_map<FormulaId, std::uint32_t> top;
+    for (const FormulaId f : parts)
+      for (const std::uint32_t v : variables_of(formulas, f)) {
+        const std::uint32_t level = store.level_of(current_var(v));
+        const auto [place, fresh] = top.try_emplace(f, level);
+        if (!fresh)
+          place->second = std::min(place->second, level);
+      }
+    std::stable_sort(parts.begin(), parts.end(), [&](FormulaId f, FormulaId g) { return top[f] > top[g]; });
+  }
+  for (const FormulaId f : parts)
+    result &= translate(store, formulas, f);
 }
 
 std::vector<Bdd> goals(BddStore &store, const Specification &specification, Section section) {

@@ -3,6 +3,7 @@
 
 #include "strategy/on_demand.hpp"
 
+#include <cassert>
 #include <stdexcept>
 #include <utility>
 
@@ -22,8 +23,9 @@ std::vector<Word> packed(const std::vector<bool> &state) {
 
 OnDemandStrategy::OnDemandStrategy(Game &game, const Fixpoint &fixpoint)
     : game_(game), fixpoint_(fixpoint), initial_(fixpoint.winning() & game.env_init & game.sys_init),
-      no_collection_(game.store), allowed_(game, fixpoint), cofactor_(game.store, game.guarantees),
-      successors_(game, Successors::Answers::Least), ranks_(game.store, cofactor_, game.guarantees) {
+      allowed_(game, fixpoint), cofactor_(game.store, game.guarantees),
+      successors_(game, Successors::Answers::Least), ranks_(game.store, cofactor_, game.guarantees),
+      no_collection_(game.store) {
   allowed_.prepare_cofactors();
   game_.store.collect();
   collect_at_ = game_.store.live_nodes() + (1u << 18);
@@ -54,6 +56,8 @@ std::optional<Position> OnDemandStrategy::start(const std::vector<std::optional<
 
 std::variant<Move, Refusal> OnDemandStrategy::move(const std::vector<bool> &state, std::uint32_t goal,
                                                    const std::vector<bool> &inputs) {
+  assert(goal < game_.guarantees.size() && state.size() == game_.store.bits() &&
+         inputs.size() == state.size());
   BddStore &store = game_.store;
   make_room();
   std::vector<bool> values(2 * state.size());

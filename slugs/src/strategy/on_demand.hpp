@@ -60,11 +60,11 @@ private:
   Game &game_;
   const Fixpoint &fixpoint_;
   Bdd initial_;
-  CollectionPause no_collection_;
   AllowedMoves allowed_;
   StateCofactor cofactor_;
   Successors successors_;
   Ranks ranks_;
+  CollectionPause no_collection_; // from when all of these are there
   std::size_t collect_at_ = 0;
 };
 

@@ -6,6 +6,7 @@
 
 #include "core/hash.hpp"
 
+#include <cassert>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -44,7 +45,10 @@ public:
   void clear() { data_.clear(); }
   void push_back(const Word *state) { data_.insert(data_.end(), state, state + words_); }
   void assign(const Word *states, std::size_t count) { data_.assign(states, states + count * words_); }
-  const Word *operator[](std::size_t i) const { return data_.data() + i * words_; }
+  const Word *operator[](std::size_t i) const {
+    assert(i < size());
+    return data_.data() + i * words_;
+  }
   void sort(); // lexicographically
 
 private:

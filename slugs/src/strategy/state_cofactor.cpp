@@ -5,6 +5,7 @@
 #include "core/hash.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <map>
 
 namespace slugs {
@@ -72,6 +73,7 @@ Edge StateCofactor::visit(Edge f, const Word *state) {
   const Edge complement = f & 1;
   f ^= complement;
 
+  assert(f >> 1 < mask_of_.size()); // a node of the functions that were announced
   if (f <= 1 || mask_of_[f >> 1] == next_only)
     return f ^ complement;
   const Var v = store_.var_of(f);

@@ -8,6 +8,7 @@
 #include "strategy/successors.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <type_traits>
 
 namespace slugs {
@@ -56,7 +57,9 @@ const PackedStates &Successors::of(Edge f) {
 Successors::List Successors::list_below(Edge f, std::size_t k) {
   if (f == bdd_false)
     return {0, 0};
+  assert(f == bdd_true || game_.store.var_of(f) % 2 == 1); // the current state has been fixed
   std::size_t at = f == bdd_true ? by_level_.size() : place_[game_.store.var_of(f)];
+  assert(at >= k);
   List list = f == bdd_true ? List{0, 1} : list_at(f, at);
   // Both values of what f skips, unless it is an output: 0 is the least.
   while (told_before_[at] != told_before_[k]) {
