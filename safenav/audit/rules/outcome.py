@@ -122,7 +122,8 @@ class CompletedRule(Rule):
             if record.tick > 1 and not self._goes_on and self._over(now):
                 self._goes_on = True
                 wanted = now.header.until.rounds
-                problem = f"every robot has met its objective {wanted} times, but the run goes on"
+                rounds = "1 round" if wanted == 1 else f"{wanted} rounds"
+                problem = f"every robot has done {rounds}, but the run goes on"
                 yield self.broken_by(record, None, problem)
         if isinstance(record, Resolved) and now.is_last_need(record):
             self._goals.clear()
