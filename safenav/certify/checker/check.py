@@ -873,8 +873,6 @@ class Run:
             raise RefusedError(f"it is {name}'s turn")
         self.turn, self.moves = self.turn + 1, self.moves + 1
         self._check_motion(name, robot, record)
-        if record.get("signal") is not None:
-            robot.signal = record["signal"]
         target = record["to"] if record.get("toward") is None else record["toward"]
         after = (target, record.get("heading"))
         if robot.toward is not None:  # on its way: nothing was decided
@@ -919,11 +917,17 @@ class Run:
     def _check_decision(self, name: str, robot: Robot, record: Any, after: Pose) -> None:
         """The move is the strategy's answer, or what the trace says that it is instead."""
         by = record.get("by") or ("backtrack" if robot.back else "strategy")
-        answers = self._answers(robot, record.get("busy") or ())
+        busy = record.get("busy") or ()
+        known = robot.validation
         if robot.refused is not None and not self.plan:
-            known = robot.validation
+            looked = dict(robot.knowledge)
+            answers = self._answers(robot, busy)  # to what it was told before
+            robot.knowledge = looked
             if known is None or robot.refused not in {known.poses[n][0] for n in answers}:
                 raise RefusedError(f"{name} steps back from where its strategy does not lead")
+        if record.get("signal") is not None:
+            robot.signal = record["signal"]
+        answers = self._answers(robot, busy)
         if by == "plan":
             way = self.plan.get(name, [])
             if after[0] != robot.pose[0]:
@@ -936,6 +940,9 @@ class Run:
                 raise RefusedError(f"{name} moves, though it should stay")
             if not answers and by == "stay":
                 robot.nodes = None
+            elif by == "backtrack" and known is not None:  # it may have been told to wait
+                waiting = {n for n in answers if known.poses[n] == after}
+                robot.after = self._nodes(robot) | waiting
         elif by == "backtrack":
             node = (robot.back and robot.back[1]) or 0
             if robot.validation is None or node not in chain(
