@@ -8,7 +8,7 @@ JOBS   ?= 2
 SLUGS_BUILD := slugs/build
 
 .DEFAULT_GOAL := help
-.PHONY: help run test quick lint format slugs slugs-test fuzz front bench wheel clean install
+.PHONY: help run test quick lint format slugs slugs-test fuzz front bench docs paper wheel clean install
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -83,6 +83,13 @@ bench: install slugs ## measure (never part of the tests)
 	$(BIN)/python benchmarks/explain.py
 	$(BIN)/python benchmarks/batch.py
 	$(BIN)/python benchmarks/replay.py
+
+docs: install ## the documentation as a site, links checked: build/site
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[docs]'
+	PYTHONPATH=. NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
+
+paper: install ## the figures of the case studies and the table of times: build/paper
+	$(BIN)/python packaging/paper.py build/paper
 
 wheel: install ## the wheel that installs without a compiler: dist/
 	$(BIN)/python packaging/wheel.py dist

@@ -1,0 +1,96 @@
+"""The tutorial, followed word for word in an empty folder.
+
+Blocks with a title are files. In a console block each line after ``$`` is typed; what follows must
+be the beginnings of lines of the output, in order, ``...`` standing for any lines in between.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+TUTORIAL = (ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
+BLOCK = re.compile(r'^```(\w+)(?: title="([^"]+)")?\n(.*?)^```$', re.MULTILINE | re.DOTALL)
+
+
+@pytest.fixture
+def environment(tmp_path: Path) -> dict[str, str]:
+    """``safenav`` and ``python`` are those of the tests."""
+    programs = tmp_path / "programs"
+    programs.mkdir()
+    main = "from safenav.cli import main; main()"
+    for name, words in (("safenav", f'-c "{main}"'), ("python", "")):
+        script = programs / name
+        script.write_text(f'#!/bin/sh\nexec {sys.executable} {words} "$@"\n')
+        script.chmod(0o755)
+    return {
+        **os.environ,
+        "PATH": f"{programs}:/usr/bin:/bin",
+        "SAFENAV_CACHE": str(tmp_path / "cache"),
+        "NO_COLOR": "1",
+        "COLUMNS": "100",
+    }
+
+
+def typed(command: str, folder: Path, environment: dict[str, str]) -> list[str]:
+    """What a command writes, checked for the exit code that its comment names."""
+    wanted = re.search(r"# exit code (\d+)", command)
+    done = subprocess.run(
+        ["sh", "-c", command],
+        cwd=folder,
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+    assert done.returncode == (int(wanted[1]) if wanted else 0), f"{command}\n{done.stdout}"
+    return done.stdout.splitlines()
+
+
+def compare(command: str, shown: list[str], output: list[str]) -> None:
+    """The lines shown are there, one below the other but where ``...`` stands."""
+    place, anywhere = 0, False
+    for line in shown:
+        if line == "...":
+            anywhere = True
+            continue
+        found = next(
+            (i for i in range(place, len(output)) if output[i].startswith(line)),
+            None,
+        )
+        assert found is not None, f"{command}\nno line begins with {line!r}:\n" + "\n".join(output)
+        assert anywhere or found == place, f"{command}\n{output[place]!r} is not shown"
+        place, anywhere = found + 1, False
+
+
+@pytest.mark.slow
+def test_every_block_does_what_it_says(tmp_path: Path, environment: dict[str, str]) -> None:
+    folder = tmp_path / "empty"
+    folder.mkdir()
+    commands = 0
+    for language, title, text in BLOCK.findall(TUTORIAL):
+        if title:
+            (folder / title).write_text(text, encoding="utf-8")
+        elif language == "sh":
+            typed(text, folder, environment)
+        elif language == "console":
+            for part in re.split(r"^\$ ", text, flags=re.MULTILINE)[1:]:
+                command, *shown = part.splitlines()
+                compare(command, shown, typed(command, folder, environment))
+                commands += 1
+    assert commands >= 12
+    for made in ("lab.html", "stuck.html", "report.xml", "lab.motion.jsonl", "real.jsonl"):
+        assert (folder / made).stat().st_size > 100
+
+
+@pytest.mark.parametrize("page", sorted((ROOT / "docs").glob("*.md")), ids=lambda p: p.stem)
+def test_every_page_of_the_documentation_is_in_the_site(page: Path) -> None:
+    assert page.name in (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
