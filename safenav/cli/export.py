@@ -11,12 +11,15 @@ import click
 from safenav.errors import ExitCode, UsageError
 
 if TYPE_CHECKING:
+    from safenav.motion.file.records import Motion
     from safenav.trace.records import Trace
     from safenav.world.frame import Frame
 
 EPILOG = """\b
 Examples:
   safenav export run.jsonl --waypoints run.csv
+  safenav export run.jsonl --motion run.motion.jsonl --waypoints run.csv
+  safenav export run.jsonl --motion run.motion.jsonl --columns run.npz --rate 1000
   safenav export run.jsonl --mcap run.mcap --resolution 0.5
   safenav export run.jsonl --csv run          # run-moves.csv, run-events.csv, run-syntheses.csv
   safenav export run.jsonl --waypoints - --format json
@@ -53,8 +56,21 @@ Exit codes:
 @click.option(
     "--motion",
     type=click.Path(path_type=Path),
-    help="Take the times of the bag from this motion file; else a tick is a second.",
+    help="Take times and speeds from this motion file; else a tick is a second of a bag.",
 )
+@click.option(
+    "--columns",
+    type=click.Path(path_type=Path),
+    help="The motion sampled at a rate: FILE.npz, or FILE.csv of one robot.",
+)
+@click.option(
+    "--rate",
+    type=click.FloatRange(min=0.1, max=1e4),
+    default=100.0,
+    metavar="HZ",
+    help="Samples a second of the columns.  [100]",
+)
+@click.option("--robot", help="The robot of a table of columns.")
 @click.option(
     "--resolution",
     type=click.FloatRange(min=0, min_open=True, max=1e6),
@@ -75,13 +91,19 @@ def command(
     mcap: Path | None,
     stem: Path | None,
     motion: Path | None,
+    columns: Path | None,
+    rate: float,
+    robot: str | None,
     resolution: float | None,
     origin: tuple[float, float] | None,
 ) -> int:
     """Write TRACE for other programs: waypoints (where each robot is at the end of each tick, in
-    metres in the frame of the map, as in ROS), a ROS 2 bag, tables."""
-    if waypoints is None and mcap is None and stem is None:
-        raise UsageError("say what to write: --waypoints FILE, --mcap FILE or --csv STEM")
+    metres in the frame of the map, as in ROS; with --motion at the end of each move, with times
+    and speeds), a ROS 2 bag, tables, columns of samples."""
+    if waypoints is None and mcap is None and stem is None and columns is None:
+        raise UsageError(
+            "say what to write: --waypoints FILE, --mcap FILE, --csv STEM or --columns FILE"
+        )
     from safenav.motion.waypoints import as_csv, as_json, frame_of
     from safenav.motion.waypoints import waypoints as waypoints_of
     from safenav.outfile import write_bytes
@@ -92,15 +114,49 @@ def command(
         _tables(run, stem)
     if mcap is not None:
         _bag(run, frame_of(run, resolution, origin), mcap, motion)
+    if columns is not None:
+        _columns(run, motion, columns, rate, robot)
     if waypoints is None:
+        return ExitCode.OK
+    if form is None:
+        form = "json" if waypoints.suffix.lower() == ".json" else "csv"
+    if motion is not None:
+        from safenav.motion import timed
+
+        passed = timed.timed_waypoints(_motion(motion))
+        text = timed.as_json(passed) if form == "json" else timed.as_csv(passed)
+        write_bytes(waypoints, text.encode())
         return ExitCode.OK
     frame = frame_of(run, resolution, origin)
     found = waypoints_of(run, frame)
-    if form is None:
-        form = "json" if waypoints.suffix.lower() == ".json" else "csv"
     text = as_json(found, frame) if form == "json" else as_csv(found)
     write_bytes(waypoints, text.encode())
     return ExitCode.OK
+
+
+def _motion(path: Path) -> Motion:
+    from safenav.motion.file.reading import read_motion
+
+    return read_motion(path)
+
+
+def _columns(run: Trace, motion: Path | None, path: Path, rate: float, robot: str | None) -> None:
+    from safenav.motion.columns import columns_of, csv_text, npz_bytes
+    from safenav.outfile import write_bytes
+
+    if motion is None:
+        raise UsageError("columns are samples of a motion: add --motion FILE (safenav motion)")
+    moved = _motion(motion)
+    if path.suffix.lower() == ".npz":
+        write_bytes(path, npz_bytes(moved, rate))
+        return
+    names = list(run.header.scenario.robots)
+    if robot is None and len(names) > 1:
+        raise UsageError(
+            f"a table has one robot: add --robot {names[0]}, or write {path.stem}.npz for all\n"
+            f"    robots: {', '.join(names)}"
+        )
+    write_bytes(path, csv_text(columns_of(moved, robot or names[0], rate)).encode())
 
 
 def _tables(run: Trace, stem: Path) -> None:

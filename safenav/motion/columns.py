@@ -2,7 +2,9 @@
 
 In the frame of the world (the map's origin and yaw applied, as ROS has it) or of the map.
 A walker has ``t, com_{x,y,z}, vel_{x,y,z}, acc_{x,y,z}, cop_{x,y}, yaw`` and for each foot
-``left_{x,y,z,yaw}``; all others ``t, x, y, z, vel_*, acc_*, yaw``.
+``left_{x,y,z,yaw}``; all others ``t, x, y, z, vel_*, acc_*, yaw``; a flyer in wind has its
+attitude ``q_{w,x,y,z}``, rates, thrust, the wind and its reference instead of accelerations.
+The attitude stays in the frame of the map.
 """
 
 from __future__ import annotations
@@ -17,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from safenav.errors import UsageError
-from safenav.motion.file.records import Arc, Curve, Flight, Motion, Moving, Segment, Swing
+from safenav.motion.file.records import Arc, Curve, Flight, Motion, Moving, Segment, Swing, Track
 from safenav.motion.pendulum import sampled
 from safenav.motion.polynomial import between, derivative, values
 
@@ -29,12 +31,22 @@ WALKER = (
     *("right_x", "right_y", "right_z", "right_yaw"),
 )
 BODY = ("x", "y", "z", "vel_x", "vel_y", "vel_z", "acc_x", "acc_y", "acc_z", "yaw")
+TRACKED = (
+    *("q_w", "q_x", "q_y", "q_z", "omega_x", "omega_y", "omega_z", "thrust"),
+    *("wind_x", "wind_y"),
+)
 LEFT, RIGHT = 1, -1
 _TURNED = (
     *(("com_x", "com_y"), ("x", "y"), ("vel_x", "vel_y"), ("acc_x", "acc_y")),
-    *(("cop_x", "cop_y"), ("left_x", "left_y"), ("right_x", "right_y")),
+    *(
+        ("ref_x", "ref_y"),
+        ("wind_x", "wind_y"),
+        ("cop_x", "cop_y"),
+        ("left_x", "left_y"),
+        ("right_x", "right_y"),
+    ),
 )
-_DIRECTIONS = frozenset({"vel_x", "acc_x"})
+_DIRECTIONS = frozenset({"vel_x", "acc_x", "wind_x"})
 
 
 @dataclass(frozen=True)
@@ -76,6 +88,9 @@ def columns_of(motion: Motion, robot: str, rate: float, in_world: bool = True) -
         if len(since):
             table[low:high] = sample(piece, since, limits)
     columns = {name: table[:, index] for index, name in enumerate(names)}
+    tracks = [line for line in motion.lines if isinstance(line, Track) and line.robot == robot]
+    if tracks:
+        columns = _tracked(tracks, times, columns)
     return Columns(times, _placed(columns, motion.header.origin) if in_world else columns)
 
 
@@ -169,6 +184,18 @@ def _driving(arc: Arc, times: Array) -> Array:
     return table
 
 
+def _tracked(tracks: list[Track], times: Array, reference: Mapping[str, Array]) -> dict[str, Array]:
+    """The columns of a flight in wind, between its samples on a straight line; what was its
+    reference becomes ``ref_x``, ``ref_y``, ``ref_z``."""
+    rows = np.array([row for track in tracks for row in track.rows])
+    at = np.concatenate([t.t0 + t.step * np.arange(len(t.rows)) for t in tracks])
+    names = ("x", "y", "z", "vel_x", "vel_y", "vel_z", *TRACKED)
+    columns = {name: np.interp(times, at, rows[:, i]) for i, name in enumerate(names)}
+    w, x, y, z = (columns[name] for name in TRACKED[:4])
+    columns["yaw"] = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+    return columns | {f"ref_{name}": reference[name] for name in ("x", "y", "z")}
+
+
 def _placed(columns: dict[str, Array], origin: tuple[float, float, float]) -> dict[str, Array]:
     x0, y0, yaw = origin
     found = dict(columns)
@@ -191,3 +218,15 @@ def csv_text(columns: Columns) -> str:
     table = np.column_stack([columns.times, *columns.columns.values()])
     writer.writerows([[f"{value:.6g}" for value in row] for row in table.tolist()])
     return text.getvalue()
+
+
+def npz_bytes(motion: Motion, rate: float) -> bytes:
+    """The columns of all robots as a NumPy archive: ``t``, and ``ROBOT.COLUMN`` for each."""
+    arrays: dict[str, Array] = {}
+    for robot in motion.header.robots:
+        found = columns_of(motion, robot, rate)
+        arrays["t"] = found.times
+        arrays.update((f"{robot}.{name}", values) for name, values in found.columns.items())
+    content = io.BytesIO()
+    np.savez_compressed(content, allow_pickle=False, **arrays)
+    return content.getvalue()

@@ -1,0 +1,78 @@
+"""Waypoints with times and speeds: where each robot is at the end of each move, from its motion.
+
+In the frame of the world, as ROS has it: metres, seconds since the start, radians.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Iterable
+from dataclasses import dataclass, fields
+from math import cos, hypot, remainder, sin, tau
+
+import numpy as np
+
+from safenav.motion.columns import sample
+from safenav.motion.file.records import Motion, Moving, Segment
+
+
+@dataclass(frozen=True)
+class TimedWaypoint:
+    """``speed``: metres per second as it passes there, 0 where it comes to rest."""
+
+    robot: str
+    tick: int
+    t: float
+    x: float
+    y: float
+    z: float
+    yaw: float
+    speed: float
+    region: int
+
+
+def timed_waypoints(motion: Motion) -> list[TimedWaypoint]:
+    """The ways of all robots, one robot after the other: the start, and the end of each piece of
+    motion that brings it somewhere else or to rest."""
+    found = []
+    for robot in motion.header.robots:
+        pieces = [p for p in motion.lines if isinstance(p, Moving) and p.robot == robot]
+        if pieces:
+            found.append(_at(motion, pieces[0], 0.0, pieces[0].origin))
+        ends = [p for p in pieces if p.origin != p.to or p.primitive in ("stop", "turn")]
+        found += [_at(motion, piece, piece.t1 - piece.t0, piece.to) for piece in ends]
+    return found
+
+
+def _at(motion: Motion, piece: Moving, since: float, region: int) -> TimedWaypoint:
+    row = sample(piece, np.array([since]), motion.header.robots[piece.robot])[0].tolist()
+    x0, y0, turned = motion.header.origin
+    x = x0 + row[0] * cos(turned) - row[1] * sin(turned)
+    y = y0 + row[0] * sin(turned) + row[1] * cos(turned)
+    yaw = remainder((row[11] if isinstance(piece, Segment) else row[9]) + turned, tau)
+    numbers = (piece.t0 + since, x, y, row[2], yaw, hypot(row[3], row[4]))
+    t, x, y, z, yaw, speed = (round(number, 6) + 0.0 for number in numbers)
+    return TimedWaypoint(piece.robot, piece.tick, t, x, y, z, yaw, speed, region)
+
+
+COLUMNS = tuple(field.name for field in fields(TimedWaypoint))
+
+
+def as_csv(found: Iterable[TimedWaypoint]) -> str:
+    """A line for each waypoint, below a line of headings."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    writer.writerows([getattr(waypoint, column) for column in COLUMNS] for waypoint in found)
+    return text.getvalue()
+
+
+def as_json(found: Iterable[TimedWaypoint]) -> str:
+    """The waypoints of each robot."""
+    robots: dict[str, list[dict[str, object]]] = {}
+    for waypoint in found:
+        entry = {name: getattr(waypoint, name) for name in COLUMNS if name != "robot"}
+        robots.setdefault(waypoint.robot, []).append(entry)
+    return json.dumps({"robots": robots}, indent=1) + "\n"

@@ -1,0 +1,96 @@
+"""Sampled columns and timed waypoints: the same motion, as tables."""
+
+from __future__ import annotations
+
+import csv
+import io
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from motion.runs import digest_of, motion, trace_of
+from safenav.errors import UsageError
+from safenav.motion.columns import columns_of, csv_text, npz_bytes
+from safenav.motion.making import Disturbances, motion_of
+from safenav.motion.timed import as_csv, timed_waypoints
+
+NAME = "case_study_1"
+OMEGA = (9.81 / 0.8) ** 0.5
+
+
+def test_acceleration_is_that_of_the_pendulum_at_each_sample() -> None:
+    found = columns_of(motion(NAME), "digit", 1000.0).columns
+    for axis in "xy":
+        pull = OMEGA**2 * (found[f"com_{axis}"] - found[f"cop_{axis}"])
+        assert np.abs(found[f"acc_{axis}"] - pull).max() < 1e-9
+
+
+def test_columns_are_each_other_s_derivatives() -> None:
+    for robot, place in (("digit", "com_"), ("quad", "")):
+        columns = columns_of(motion(NAME), robot, 1000.0).columns
+        for axis in "xy":
+            speed = np.gradient(columns[f"{place}{axis}"], 1e-3)
+            assert np.abs(speed - columns[f"vel_{axis}"])[1:-1].max() < 0.01
+
+
+def test_feet_never_sink_and_one_is_always_down() -> None:
+    found = columns_of(motion(NAME), "digit", 200.0).columns
+    low = np.minimum(found["left_z"], found["right_z"])
+    assert low.max() == 0.0
+    assert min(found["left_z"].min(), found["right_z"].min()) >= 0.0
+    assert 0.119 < max(found["left_z"].max(), found["right_z"].max()) <= 0.12
+
+
+def test_feet_do_not_jump_between_samples() -> None:
+    found = columns_of(motion(NAME), "digit", 1000.0).columns
+    for side in ("left", "right"):
+        step = np.hypot(np.diff(found[f"{side}_x"]), np.diff(found[f"{side}_y"]))
+        assert step.max() < 0.0031  # 3 m/s
+        assert np.abs(np.diff(found[f"{side}_z"])).max() < 0.003
+
+
+def test_columns_are_in_the_world_of_the_map_s_origin() -> None:
+    header = replace(motion(NAME).header, origin=(10.0, 20.0, np.pi / 2))
+    turned = columns_of(replace(motion(NAME), header=header), "digit", 10.0).columns
+    plain = columns_of(motion(NAME), "digit", 10.0).columns
+    np.testing.assert_allclose(turned["com_x"], 10 - plain["com_y"], atol=1e-9)
+    np.testing.assert_allclose(turned["com_y"], 20 + plain["com_x"], atol=1e-9)
+    np.testing.assert_allclose(turned["vel_x"], -plain["vel_y"], atol=1e-9)
+    np.testing.assert_allclose(turned["yaw"], plain["yaw"] + np.pi / 2, atol=1e-9)
+
+
+def test_tables_hold_all_columns() -> None:
+    found = columns_of(motion(NAME), "quad", 10.0)
+    rows = list(csv.DictReader(io.StringIO(csv_text(found))))
+    assert len(rows) == len(found.times)
+    assert float(rows[50]["x"]) == pytest.approx(found.columns["x"][50], rel=1e-5)
+    with np.load(io.BytesIO(npz_bytes(motion(NAME), 10.0))) as archive:
+        assert {"t", "quad.x", "digit.com_x", "digit.left_yaw"} <= set(archive.files)
+
+
+def test_flight_in_wind_has_its_attitude_and_its_reference() -> None:
+    made = motion_of(trace_of(NAME), digest_of(NAME), None, Disturbances(gust=2.0))
+    found = columns_of(made, "quad", 20.0).columns
+    off = np.hypot(found["x"] - found["ref_x"], found["y"] - found["ref_y"])
+    assert 0 < off.max() < 0.15
+    length = sum(found[f"q_{axis}"] ** 2 for axis in "wxyz")
+    assert np.abs(length - 1).max() < 0.01
+
+
+def test_unknown_robot_is_told() -> None:
+    with pytest.raises(UsageError, match="known: quad, digit"):
+        columns_of(motion(NAME), "nobody", 10.0)
+
+
+def test_timed_waypoints_are_where_and_when_moves_end() -> None:
+    found = timed_waypoints(motion(NAME))
+    quad = [waypoint for waypoint in found if waypoint.robot == "quad"]
+    assert quad[0].t == 0
+    assert (quad[0].x, quad[0].y) == (4.05, 14.85)
+    assert all(later.t >= earlier.t for earlier, later in pairwise(quad))
+    assert all(waypoint.speed < 1e-9 for waypoint in quad)  # it flies from rest to rest
+    walking = {round(w.speed, 3) for w in found if w.robot == "digit"}
+    assert walking == {0.0, 0.45}
+    assert as_csv(found).splitlines()[0] == "robot,tick,t,x,y,z,yaw,speed,region"
