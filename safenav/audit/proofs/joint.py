@@ -21,8 +21,8 @@ from safenav.audit.proofs.reading import mapping, names, pose, whole
 MOST_STATES = 200_000
 
 Left = tuple[int, int]
-"""What a robot has still to do: in order, the goals left (and 0); otherwise the rounds left and
-the targets covered in this one, bit by bit."""
+"""What a robot has still to do: in order, the goals left and which is next; otherwise the rounds
+left and the targets covered in this one, bit by bit."""
 
 Stage = tuple[str, int, frozenset[str]]
 
@@ -36,7 +36,7 @@ class _State:
     @property
     def rank(self) -> int:
         """States with less to do are looked at first: a false proof is found out soon."""
-        return sum(8 * goals - covered.bit_count() for goals, covered in self.left)
+        return sum(goals for goals, _ in self.left)
 
 
 def joint_problems(proof: Mapping[str, object], moment: Moment) -> Iterator[str]:
@@ -49,6 +49,7 @@ def joint_problems(proof: Mapping[str, object], moment: Moment) -> Iterator[str]
     stages = {
         name: whole(one, f"the stage of {name}")
         for name, one in mapping(proof.get("stages"), "stages").items()
+        if name not in moment.shut
     }
     told, digest = whole(proof.get("states"), "states"), proof.get("sha256")
     strangers = sorted({*listed, *start} - moment.robots.keys())
@@ -147,7 +148,8 @@ class _Enumeration:
         for robot in self._robots:
             if robot.in_order:
                 count = len(robot.targets)
-                choices.append([(max(robot.rounds_left * count - k, 0), 0) for k in robot.awaited])
+                goals = max(robot.rounds_left * count - robot.met, 0)
+                choices.append([(goals, k) for k in robot.awaited])
             else:
                 choices.append([(robot.rounds_left, sum(1 << k for k in robot.covered))])
         poses = tuple(robot.pose for robot in self._robots)
@@ -223,9 +225,7 @@ class _Enumeration:
     def _anew(self, robot: Robot, left: Left) -> Left:
         """Rounds count from the last resolution; the order of the targets goes on."""
         rounds, count = self._moment.rounds, len(robot.targets)
-        if not robot.in_order:
-            return rounds, 0
-        return rounds * count - (-left[0]) % count, 0
+        return (rounds * count, left[1]) if robot.in_order else (rounds, 0)
 
     def _performed(self, stage: Stage, poses: tuple[Pose, ...]) -> Stage | None:
         """The stage after what the robots where they stand can do; None: resolved."""
@@ -245,12 +245,12 @@ class _Enumeration:
         return None if last else (name, index + 1, frozenset())
 
     def _met(self, robot: Robot, region: int, left: Left) -> Left:
-        goals, covered = left
+        goals, covered = left  # in order: which is next
         count = len(robot.targets)
         if robot.in_order:
-            while goals and region in robot.targets[(-goals) % count]:
-                goals -= 1
-            return goals, 0
+            while goals and region in robot.targets[covered]:
+                goals, covered = goals - 1, (covered + 1) % count
+            return goals, covered
         here = sum(1 << k for k, target in enumerate(robot.targets) if region in target)
         while goals:
             covered |= here

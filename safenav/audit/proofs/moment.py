@@ -64,8 +64,8 @@ class Robot:
     not. ``formulas``: what it demands where it is written in formulas; None and not ``judged``
     if they cannot be read. ``conflicts``: those it must not share a region with.
 
-    The least that it may still have to do, as far as its goal lines leave that open:
-    ``rounds_left``, with one of ``awaited`` as the next target, or those of ``covered`` met."""
+    What it has still to do, as far as its goal lines tell: ``rounds_left``, of which ``met``
+    targets (those of ``covered``) are met already, and one of ``awaited`` is next."""
 
     name: str
     has_heading: bool
@@ -76,6 +76,7 @@ class Robot:
     conflicts: frozenset[str]
     awaited: tuple[int, ...]
     covered: frozenset[int]
+    met: int
     rounds_left: int
     formulas: Formulas | None = None
     judged: bool = True

@@ -177,6 +177,8 @@ class CompletedRule(Rule):
 
     def _surely(self, robot: str, now: Situation) -> int:
         objective = now.objectives[robot]
+        if objective.kind == "hold" and now.derived:
+            return len(self._goals.get(robot, []))
         if objective.kind == "hold":  # the tick in which its counting begins may not count
             return self._held.get(robot, 1) - 1
         return _bounds(self._goals.get(robot, []), objective)[0]

@@ -26,6 +26,7 @@ from safenav.trace.records import (
     Ending,
     Goal,
     Gone,
+    Objective,
     OperatorCause,
     Outcome,
     Record,
@@ -140,8 +141,9 @@ def _robot(name: str, now: Situation, goals: list[Goal]) -> Robot:
         conflicts=frozenset(
             other for other in now.header.robots if other != name and now.conflict(name, other)
         ),
-        awaited=_awaited(name, now),
+        awaited=_awaited(objective, goals),
         covered=frozenset(goal for goal in covered if goal < len(objective.targets)),
+        met=len(covered),
         rounds_left=max(rounds - done, 0),
     )
     if objective.kind != "ltl":
@@ -155,14 +157,12 @@ def _robot(name: str, now: Situation, goals: list[Goal]) -> Robot:
     return replace(robot, formulas=formulas, targets=targets)
 
 
-def _awaited(name: str, now: Situation) -> tuple[int, ...]:
-    """The targets that may be next: one, unless the goal lines leave that open."""
-    count = len(now.header.robots[name].objective.targets)
-    if count < 2:
-        return (0,)
-    own = now.objectives[name] == now.header.robots[name].objective
-    next_ = now.progress[name].awaited
-    return (next_,) if own and next_ is not None else tuple(range(count))
+def _awaited(objective: Objective, goals: list[Goal]) -> tuple[int, ...]:
+    """The targets that may be next: a patrol that has met none may begin with either."""
+    count = len(objective.targets)
+    if goals and goals[-1].goal < count:
+        return ((goals[-1].goal + 1) % count,)
+    return tuple(range(count)) if objective.kind == "patrol" else (0,)
 
 
 def _pose(name: str, now: Situation) -> Pose:

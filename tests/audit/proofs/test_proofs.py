@@ -27,6 +27,7 @@ def robot(name: str, at: int, *targets: int, can: str = "", heading: str | None 
         conflicts=frozenset(),
         awaited=(0,),
         covered=frozenset(),
+        met=0,
         rounds_left=1,
     )
 
