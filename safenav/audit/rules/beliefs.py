@@ -52,8 +52,8 @@ class MissedBeliefRule(Rule):
     """A belief line follows whenever what a robot knows of another one has changed with its
     look: whom it keeps track of from its first look on, who is in sight is seen, who is not is
     not, and a belief grows by all steps out of sight and loses the cells that it sees wholly
-    (D 4, Beliefs). Obstacles that may or may not block the view are given the benefit of the
-    doubt. One who waits, believed exactly where it is, is not looked for."""
+    (D 4, Beliefs). Where the trace does not say which obstacles block the view, it gets the
+    benefit of the doubt. One who waits, believed exactly where it is, is not looked for."""
 
     name = "missed-belief"
 
@@ -62,11 +62,15 @@ class MissedBeliefRule(Rule):
         self._watching: dict[str, frozenset[str]] = {}
         self._before: Mapping[tuple[str, str], Belief] = {}
         self._found: set[Region] = set()
+        self._closed: dict[str, frozenset[Region]] = {}
+        self._shut: dict[str, frozenset[Region]] = {}
 
     def line(self, record: Record, now: Situation) -> Iterator[Finding]:
         if isinstance(record, Synthesis) and record.node is not None:
             others = (*(record.moving or ()), *(record.tracked or ()))
             self._tracked[record.robot] = frozenset(others if record.tracking == "belief" else ())
+            if record.sight_closed is not None:
+                self._closed[record.robot] = frozenset(record.sight_closed)
         elif isinstance(record, Violation):
             self._found.add(now.obstacles[record.obstacle].region)
         return iter(())
@@ -86,6 +90,7 @@ class MissedBeliefRule(Rule):
                     yield self.broken(turn.tick, robot, at, problem)
                     break
         self._before, self._watching = dict(now.beliefs), dict(self._tracked)
+        self._shut = dict(self._closed)
 
     def _problems(self, robot: str, other: str, belief: Belief, now: Situation) -> Iterator[str]:
         own, there = now.turn.origin, now.region[other]
@@ -120,7 +125,9 @@ class MissedBeliefRule(Rule):
                 yield f"{other} cannot be out of sight in the cell of {shown}, as {robot} knows"
 
     def _may_see(self, robot: str, own: Region, region: Region, now: Situation) -> bool:
-        return sees(now.grid, now.header.robots[robot].vision, (), own, region)
+        closed = self._shut.get(robot, frozenset())
+        return sees(now.grid, now.header.robots[robot].vision, closed, own, region)
 
     def _must_see(self, robot: str, own: Region, region: Region, now: Situation) -> bool:
-        return sees(now.grid, now.header.robots[robot].vision, self._found, own, region)
+        closed = self._shut.get(robot, self._found)
+        return sees(now.grid, now.header.robots[robot].vision, closed, own, region)

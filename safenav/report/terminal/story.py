@@ -46,6 +46,7 @@ class Story:
         self._barred: dict[Region, str] = {}
         self._syntheses: list[records.Synthesis] = []
         self._rounds: dict[str, int] = {}
+        self._doing = {r.name: describe(r.objective, scenario.map.word) for r in scenario.robots}
         self._depth = 0
         self._tick = -1
         self._drawn: tuple[object, ...] | None = None
@@ -75,7 +76,9 @@ class Story:
                 self._say(event)
                 for name, objective in event.objectives.items():
                     words = self._wording.objective(objective)
-                    self._echo(f"             {self._name(name)}: {words}")
+                    if self._doing.get(name) != words:
+                        self._echo(f"             {self._name(name)}: {words}")
+                    self._doing[name] = words
             case records.Resolved() | records.Gone():
                 self._closed.pop(self._obstacles[event.obstacle], None)
                 self._rounds.clear()  # they are counted from the last resolution on
