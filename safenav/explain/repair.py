@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 
 from safenav.explain.explanation import Cause, Diagnosis, Repair, RepairKind
 from safenav.explain.map_repair import map_repairs
 from safenav.explain.undisturbed import play
 from safenav.scenario.model import Robot, Scenario, Tracking
-from safenav.scenario.objective import Hold, Ltl, Objective, Patrol, Visit, targets_of, to_data
+from safenav.scenario.objective import Hold, Ltl, Objective, Patrol, Visit, targets_of, written
 from safenav.spec.objective import NO_MEMORY
 from safenav.spec.task import Task
 from safenav.world.map import Heading, Region
@@ -135,7 +135,7 @@ def _starts(problem: RepairProblem) -> Iterator[Repair]:
         for heading in headings:
             changed = replace(robot, start=Pose(region, heading))
             if _hopeful(changed, problem):
-                change = [(f"robots.{robot.name}.start", str(region))]
+                change = [(f"robots.{robot.name}.start", scenario.map.word(region))]
                 if heading is not robot.start.heading and heading is not None:
                     change.append((f"robots.{robot.name}.heading", heading.label))
                 yield _with_robots(K.START, problem, [changed], *change)
@@ -157,7 +157,12 @@ def _objectives(problem: RepairProblem) -> Iterator[Repair]:
         changed = replace(robot, objective=objective)
         if isinstance(objective, Ltl) or _hopeful(changed, problem):
             item = f"robots.{robot.name}.objective"
-            yield _with_robots(K.OBJECTIVE, problem, [changed], (item, str(to_data(objective))))
+            yield _with_robots(
+                K.OBJECTIVE,
+                problem,
+                [changed],
+                (item, written(objective, problem.scenario.map.word)),
+            )
 
 
 def _milder(objective: Objective) -> Iterator[Objective]:
@@ -191,10 +196,12 @@ def _other_starts(problem: RepairProblem) -> Iterator[Repair]:
             if region == other.start.region or region in taken:
                 continue
             moved = replace(other, start=replace(other.start, region=region))
-            change = [(f"robots.{name}.start", str(region))]
+            change = [(f"robots.{name}.start", scenario.map.word(region))]
             if isinstance(other.objective, Hold):
                 moved = replace(moved, objective=Hold(frozenset({region})))
-                change.append((f"robots.{name}.objective", str(to_data(moved.objective))))
+                change.append(
+                    (f"robots.{name}.objective", written(moved.objective, scenario.map.word))
+                )
                 if not _hopeful(robot, problem, frozenset({region})):
                     continue
             yield _with_robots(K.OTHER_START, problem, [moved], *change)
@@ -216,8 +223,8 @@ def _avoids(problem: RepairProblem) -> Iterator[Repair]:
             K.AVOIDS,
             problem,
             changed,
-            (f"robots.{robot.name}.avoids", str(sorted(mine))),
-            (f"robots.{other.name}.avoids", str(sorted(theirs))),
+            (f"robots.{robot.name}.avoids", _listed(mine)),
+            (f"robots.{other.name}.avoids", _listed(theirs)),
         )
 
 
@@ -273,3 +280,8 @@ def _with_robots(
     new = {robot.name: robot for robot in changed}
     robots = tuple(new.get(robot.name, robot) for robot in problem.scenario.robots)
     return Repair(kind, change, replace(problem.scenario, robots=robots))
+
+
+def _listed(names: Iterable[str]) -> str:
+    """Names as a list of YAML."""
+    return f"[{', '.join(sorted(names))}]"

@@ -6,6 +6,7 @@ A target is a set of regions, any of which counts. How an objective becomes GR(1
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
@@ -126,3 +127,17 @@ def describe(objective: Objective, word: Callable[[Region], str] = str) -> str:
         case Ltl():
             safety, liveness = len(objective.safety), len(objective.liveness)
             return f"meet its formulas ({safety} safety, {liveness} liveness)"
+
+
+def written(objective: Objective, word: Callable[[Region], str] = str) -> str:
+    """The objective as one writes it in a scenario: ``{patrol: [dock, shelf]}``."""
+
+    def target(regions: Target) -> str:
+        words = [word(region) for region in sorted(regions)]
+        return words[0] if len(words) == 1 else f"{{any: [{', '.join(words)}]}}"
+
+    if isinstance(objective, Ltl):
+        return json.dumps(to_data(objective))
+    ((kind, _),) = to_data(objective).items()
+    listed = [target(regions) for regions in targets_of(objective)]
+    return f"{{{kind}: {listed[0] if kind == 'hold' else '[' + ', '.join(listed) + ']'}}}"

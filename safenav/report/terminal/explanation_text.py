@@ -40,7 +40,7 @@ def explanation_lines(found: Explanation, scenario: Scenario) -> Iterator[str]:
     yield from _indented(_picture(found, scenario))
     yield ""
     yield "These cannot all be kept together; without any one of them it could:"
-    yield from _indented(f"- {member_words(m, world)}" for m in _in_order(found.core))
+    yield from _indented(f"- {member_words(m, found, world)}" for m in _in_order(found.core))
     if not found.core.alone:
         yield "  (if the others helped, they could: somebody else can prevent it)"
     if not found.core.minimal:
@@ -77,9 +77,11 @@ def cause_words(found: Explanation, world: RegionMap) -> str:
             return why_words(found.diagnosis, found.task, world)
 
 
-def member_words(member: Member, world: RegionMap) -> str:
+def member_words(member: Member, found: Explanation, world: RegionMap) -> str:
     """One member of a core in the scenario's terms."""
-    item, rule = member.origin.item, member.origin.rule
+    objective = found.task.objective
+    item = member.origin.item
+    rule = member.origin.rule.replace(describe(objective), describe(objective, world.word))
     if item == "map" and member.regions:
         return f"{_regions(member.regions, world)} {_is_a_wall(member.regions)}"
     lines = "; ".join(c.formula for c in member.constraints) if rule.startswith("ltl") else ""
