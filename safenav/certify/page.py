@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Mapping, Sequence
 from html import escape
@@ -33,6 +34,7 @@ table { border-collapse: collapse; width: 100%; font-size: .92rem; }
 th, td { text-align: left; vertical-align: top; padding: .3rem .6rem .3rem 0;
   border-bottom: 1px solid var(--line); overflow-wrap: anywhere; }
 code { font: .82rem/1.4 ui-monospace, monospace; overflow-wrap: anywhere; }
+.words th, .words td { overflow-wrap: normal; }
 li { margin: .35rem 0; } .evidence { font-size: .85rem; }
 pre { white-space: pre-wrap; overflow-wrap: anywhere; font-size: .78rem; background: #f4f5f6;
   padding: .5rem; margin: .3rem 0; } .dot { display: inline-block; width: .7rem; height: .7rem;
@@ -108,7 +110,8 @@ def _asked(facts: Mapping[str, Any], scenario: Mapping[str, Any]) -> str:
         f"{map_svg(scenario)}"
         '<p class="soft">Discs: where robots start. Squares: their targets. Regions are numbered '
         "from the north-west, row by row.</p>"
-        "<table><tr><th>robot</th><th>kind</th><th>start</th><th>shall</th><th>can</th></tr>"
+        '<table class="words"><tr><th>robot</th><th>kind</th><th>start</th><th>shall</th>'
+        "<th>can</th></tr>"
         f"{''.join(rows)}</table>{hidden}"
     )
 
@@ -138,7 +141,7 @@ def _link(path: str, line: int | None) -> str:
 
 
 def _anchor(path: str) -> str:
-    return "file-" + escape(path.replace("/", "-"))
+    return f"file-{hashlib.sha256(path.encode()).hexdigest()[:10]}"
 
 
 def _assumed(facts: Mapping[str, Any]) -> str:

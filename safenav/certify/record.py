@@ -37,7 +37,7 @@ def bundle_of_run(scenario: Path, target: Path, *, seed: int | None = None) -> M
         with TraceWriter(trace) as writer:
             Mission(plan, synthesizer, listeners=[writer], progress=kept).run()
         data = trace.read_bytes()
-        kept.complete(_syntheses(data, scenario.name), cache, synthesizer)
+        kept.complete(syntheses_of(data, scenario.name), cache, synthesizer)
         return make_bundle(target, data, sources_of(scenario), kept, synthesizer)
 
 
@@ -52,7 +52,7 @@ def bundle_of_trace(trace: Path, target: Path) -> Made:
         raise UsageError(f"{trace} cannot be read: {error.strerror}") from error
     cache, kept = Cache.from_environment(), Kept()
     synthesizer = Synthesizer(cache=cache, verifier=first_failure)
-    kept.complete(_syntheses(data, trace.name), cache, synthesizer)
+    kept.complete(syntheses_of(data, trace.name), cache, synthesizer)
     return make_bundle(target, data, {}, kept, synthesizer)
 
 
@@ -65,7 +65,8 @@ def _synthesizer(plan: Scenario, cache: Cache) -> Synthesizer:
     )
 
 
-def _syntheses(trace: bytes, name: str) -> list[dict[str, object]]:
+def syntheses_of(trace: bytes, name: str) -> list[dict[str, object]]:
+    """The ``synthesis`` lines of a trace."""
     return [line for line in read_lines(trace, name) if line["type"] == "synthesis"]
 
 

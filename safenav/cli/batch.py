@@ -65,6 +65,11 @@ _FILE = click.Path(path_type=Path, dir_okay=False, allow_dash=True)
     help="Run a failed scenario again, so many times.",
 )
 @click.option("--verify/--no-verify", default=True, help="Check each strategy before it is used.")
+@click.option(
+    "--certify",
+    type=click.Path(path_type=Path, file_okay=False),
+    help="Write the bundle of each run into this folder (docs/certificates.md).",
+)
 @click.option("--junit", type=_FILE, help="Write a JUnit report (XML).")
 @click.option("--json", "as_json", type=_FILE, help="Write all results as JSON.")
 @click.option("--csv", "as_csv", type=_FILE, help="Write the figures as CSV.")
@@ -101,6 +106,7 @@ def command(
     fail_fast: bool,
     retry_limit: int,
     verify: bool,
+    certify: Path | None,
     junit: Path | None,
     as_json: Path | None,
     as_csv: Path | None,
@@ -137,7 +143,8 @@ def command(
         found = find_cases(paths)
         _tell_passed_over(found)
         progress = ProgressLine()
-        conditions = Conditions(time_limit, verify)
+        bundles = None if certify is None else str(certify.resolve())
+        conditions = Conditions(time_limit, verify, bundles)
         traces = None if out is None else out / ".running-traces"
         if dask is not None:
             backend = _cluster(dask, conditions, traces)

@@ -162,3 +162,15 @@ def test_the_page_loads_nothing_from_elsewhere() -> None:
     assert "<script" not in page
     assert "src=" not in page
     assert "http" not in page.replace("http://www.w3.org/2000/svg", "")
+
+
+def test_a_batch_certifies_each_run(tmp_path: Path) -> None:
+    folder = tmp_path / "bundles"
+    status, said = safenav(
+        "batch", SCENARIOS / "hello.yaml", SCENARIOS / "case_study_1.yaml", "--certify", folder
+    )
+    assert status == 0, said
+    bundles = sorted(folder.iterdir())
+    assert len(bundles) == 2
+    for bundle in bundles:
+        assert safenav("check-bundle", bundle)[0] == 0

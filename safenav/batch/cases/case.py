@@ -58,10 +58,12 @@ class Case:
 
 @dataclass(frozen=True)
 class Conditions:
-    """How each case is run. ``seconds``: wall-clock limit of one case."""
+    """How each case is run. ``seconds``: wall-clock limit of one case. ``certify``: the folder
+    into which the bundle of each run goes (docs/certificates.md), or None."""
 
     seconds: float = 600.0
     verify: bool = True
+    certify: str | None = None
 
 
 @dataclass(frozen=True)

@@ -2,17 +2,29 @@
 
 from __future__ import annotations
 
+import re
 import time
 import traceback
 from contextlib import ExitStack
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from safenav.batch.cases.case import Case, CaseVerdict, Conditions, Result, without_a_run
 from safenav.batch.cases.variation import varied
-from safenav.errors import Diagnostic, InputError, ResourceLimitError, SafenavError
+from safenav.certify.bundle import make_bundle
+from safenav.certify.record import sources_of, syntheses_of
+from safenav.certify.run import Kept
+from safenav.errors import (
+    Diagnostic,
+    InputError,
+    NotCertifiedError,
+    ResourceLimitError,
+    SafenavError,
+    UsageError,
+)
 from safenav.runtime.expectation import Ledger, differences
 from safenav.runtime.mission import Mission
 from safenav.scenario.model import Outcome, Scenario
@@ -58,6 +70,9 @@ def _run(case: Case, scenario: Scenario, conditions: Conditions, trace: Path | N
     ledger = Ledger()
     with ExitStack() as stack:
         listeners: list[Listener] = [ledger]
+        kept = Kept()
+        if conditions.certify is not None and trace is None:
+            trace = Path(stack.enter_context(TemporaryDirectory())) / "trace.jsonl"
         if trace is not None:
             listeners.append(stack.enter_context(TraceWriter(trace)))
         # A batch runs scenarios side by side: one synthesis at a time in each.
@@ -68,11 +83,14 @@ def _run(case: Case, scenario: Scenario, conditions: Conditions, trace: Path | N
             verifier=first_failure if conditions.verify else None,
             at_once=1,
         )
-        ended = Mission(scenario, synthesizer, listeners=listeners).run()
+        ended = Mission(scenario, synthesizer, listeners=listeners, progress=kept).run()
+        uncertified = []
+        if conditions.certify is not None and trace is not None:
+            uncertified = _certify(case, trace, kept, synthesizer, Path(conditions.certify))
     expect = scenario.expect
     if expect.outcome is None:
         expect = replace(expect, outcome=Outcome.COMPLETED)
-    wrong = differences(expect, ledger)
+    wrong = [*differences(expect, ledger), *uncertified]
     measured: dict[str, Any] = {
         "scenario": scenario.name,
         "outcome": ended.outcome.value,
@@ -89,6 +107,21 @@ def _run(case: Case, scenario: Scenario, conditions: Conditions, trace: Path | N
     }
     verdict = CaseVerdict.DIFFERENT if wrong else CaseVerdict.PASSED
     return replace(without_a_run(case, verdict, wrong), **measured)
+
+
+def _certify(
+    case: Case, trace: Path, kept: Kept, synthesizer: Synthesizer, folder: Path
+) -> list[str]:
+    """Write the bundle of a run; says why its checker refuses it, if it does."""
+    target = folder / (re.sub(r"[^\w.=-]+", "_", case.name) + ".zip")
+    target.unlink(missing_ok=True)
+    data = trace.read_bytes()
+    try:
+        kept.complete(syntheses_of(data, case.name), synthesizer.cache, synthesizer)
+        make_bundle(target, data, sources_of(Path(case.file)), kept, synthesizer)
+    except (NotCertifiedError, UsageError) as error:
+        return [f"not certified: {error}"]
+    return []
 
 
 @cache
