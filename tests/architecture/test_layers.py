@@ -85,3 +85,21 @@ def test_a_package_s_init_is_a_docstring() -> None:
     for name in faces:
         body = ast.parse(MODULES[name].read_text()).body
         assert len(body) == 1 and isinstance(body[0], ast.Expr), name
+
+
+@pytest.mark.parametrize("page", ["docs/architecture.md", "docs/glossary.md", "CONTRIBUTING.md"])
+def test_pages_name_files_that_exist(page: str) -> None:
+    text = (ROOT / page).read_text()
+    named = set(re.findall(r"`([\w./]+\.(?:py|cpp|hpp|md|json))`", text))
+    named |= set(re.findall(r"`((?:safenav/)?\w+(?:/\w+)*/)`", text))
+    places = (
+        ROOT,
+        PACKAGE,
+        PACKAGE / "runtime",
+        PACKAGE / "spec",
+        ROOT / "slugs" / "src" / "command",
+    )
+    places += (PACKAGE / "runtime" / "coordination", PACKAGE / "runtime" / "traffic")
+    named -= {"safenav/cli/NAME.py"}
+    missing = [name for name in named if not any((place / name).exists() for place in places)]
+    assert missing == []

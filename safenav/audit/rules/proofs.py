@@ -7,16 +7,9 @@ from collections.abc import Collection, Iterator
 from dataclasses import replace
 from itertools import product
 
-from safenav.audit.proofs import (
-    Gate,
-    Moment,
-    Need,
-    Pose,
-    Robot,
-    never_resolved_problems,
-    problems_of,
-)
 from safenav.audit.proofs.formulas import UnreadError, read_formulas
+from safenav.audit.proofs.judging import never_resolved_problems, problems_of
+from safenav.audit.proofs.moment import Gate, Moment, Need, Pose, Robot
 from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.situation import Situation, Status
 from safenav.trace.records import (

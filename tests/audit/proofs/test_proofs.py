@@ -10,7 +10,8 @@ from typing import Any
 
 import pytest
 
-from safenav.audit.proofs import Gate, Moment, Need, Pose, Robot, problems_of
+from safenav.audit.proofs.judging import problems_of
+from safenav.audit.proofs.moment import Gate, Moment, Need, Pose, Robot
 
 # A corridor of regions 1 to 5; nobody may enter 0 or 6.
 FREE = frozenset(range(1, 6))

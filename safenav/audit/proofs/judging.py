@@ -1,0 +1,47 @@
+"""Checks the proofs with which a run says that its mission cannot be completed.
+
+Nothing here is taken from what writes proofs: sets of poses, what obstacles close, joint states
+are all worked out again from the trace. A proof that is not accepted gets a sentence why.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from safenav.audit.proofs.closure import closure_problems
+from safenav.audit.proofs.joint import joint_problems
+from safenav.audit.proofs.moment import Moment
+from safenav.audit.proofs.reading import MalformedError
+from safenav.audit.proofs.tree import tree_problems
+
+
+def problems_of(proof: Mapping[str, object], moment: Moment) -> Iterator[str]:
+    """Why this proof does not show that nothing can be completed from that moment on."""
+    try:
+        match proof.get("kind"):
+            case "closure":
+                yield from closure_problems(proof, moment, lame=True)
+            case "tree":
+                yield from tree_problems(proof, moment)
+            case "joint":
+                yield from joint_problems(proof, moment)
+            case kind:
+                yield f"a proof of the unknown kind {kind!r}"
+    except MalformedError as error:
+        yield f"the proof cannot be read: {error}"
+
+
+def never_resolved_problems(
+    proof: Mapping[str, object], moment: Moment, obstacle: str
+) -> Iterator[str]:
+    """Why this proof does not show that an obstacle can never be resolved."""
+    try:
+        if proof.get("kind") != "closure":
+            yield f"it takes a closure to show that {obstacle} can never be resolved"
+            return
+        never = proof.get("never")
+        if not isinstance(never, list) or obstacle not in never:
+            yield f"{obstacle} is not among the obstacles that are never resolved"
+        yield from closure_problems(proof, moment, lame=False)
+    except MalformedError as error:
+        yield f"the proof cannot be read: {error}"
