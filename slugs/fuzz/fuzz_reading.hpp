@@ -5,6 +5,7 @@
 #include "read/reader.hpp"
 #include "read/translate.hpp"
 
+#include <atomic>
 #include <cstdint>
 #include <cstdlib>
 #include <iostream>
@@ -18,8 +19,23 @@ namespace fuzz {
   std::abort();
 }
 
+// A limit ends reading at once, and in no other way than by LimitReached.
+inline void read_within_no_time(const slugs::Source &source, const std::string &text) {
+  const std::atomic<bool> interrupted{true};
+  slugs::Budget budget;
+  budget.interrupted = &interrupted;
+  slugs::Diagnostics diagnostics(source);
+  try {
+    slugs::read_specification(source, diagnostics, budget);
+  } catch (const slugs::LimitReached &) {
+    return;
+  }
+  fail("reading goes on after an interrupt", text);
+}
+
 inline void read_and_translate(const std::string &text) {
   const slugs::Source source("fuzz", text);
+  read_within_no_time(source, text);
   slugs::Diagnostics diagnostics(source);
   const slugs::Specification specification = slugs::read_specification(source, diagnostics);
   std::ostringstream messages;
