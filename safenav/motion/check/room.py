@@ -106,15 +106,17 @@ def check_room(
 ) -> None:
     """Bodies and feet stay inside the regions that their robot has at the time."""
     grid = Grid(header.rows, header.cols, header.side)
-    mine: dict[str, list[Holding]] = {}
-    for holding in held:
-        mine.setdefault(holding.robot, []).append(holding)
-    for piece in pieces:
-        own = {
-            grid.place(holding.region)
-            for holding in mine.get(piece.robot, ())
-            if holding.begin <= piece.t0 + NEAR and holding.end >= piece.t1 - NEAR
-        }
+    to_come: dict[str, list[Holding]] = {}
+    for holding in sorted(held, key=lambda h: -h.begin):
+        to_come.setdefault(holding.robot, []).append(holding)
+    having: dict[str, list[Holding]] = {}
+    for piece in sorted(pieces, key=lambda piece: piece.t0):
+        later = to_come.get(piece.robot, [])
+        now = [h for h in having.get(piece.robot, []) if h.end >= piece.t0 - NEAR]
+        while later and later[-1].begin <= piece.t0 + NEAR:
+            now.append(later.pop())
+        having[piece.robot] = now
+        own = {grid.place(h.region) for h in now if h.end >= piece.t1 - NEAR}
         for disc in discs(piece, limits[piece.robot]):
             _contained(piece, disc, own, grid, report)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Mapping
 from itertools import pairwise
 
@@ -176,19 +177,20 @@ def _outcome(motion: Motion, found: list[Finding]) -> None:
     for before, after in pairwise(chain):
         if abs(after.t0 - before.t1) > NEAR:
             wrong(f"the chain waits for {after.t0 - before.t1:.3f} s at {before.t1:.3f} s")
+    spans: dict[str, list[tuple[float, float]]] = {}
+    for line in motion.lines:
+        if isinstance(line, Moving):
+            spans.setdefault(line.robot, []).append((line.t0, line.t1))
     for link in chain:
-        if not _done(link, motion):
+        if not _done(link, spans.get(link.robot, [])):
             wrong(f"{link.robot} does not do '{link.what}' at {link.t0:.3f} s")
 
 
-def _done(link: Link, motion: Motion) -> bool:
-    """Whether pieces of the robot fill the link."""
-    filled = sum(
-        min(line.t1, link.t1) - max(line.t0, link.t0)
-        for line in motion.lines
-        if isinstance(line, Moving)
-        and line.robot == link.robot
-        and line.t0 < link.t1 - NEAR
-        and line.t1 > link.t0 + NEAR
-    )
+def _done(link: Link, spans: list[tuple[float, float]]) -> bool:
+    """Whether pieces of the robot, in order, fill the link."""
+    filled = 0.0
+    for begin, end in spans[max(0, bisect_left(spans, (link.t0, 0.0)) - 1) :]:
+        if begin >= link.t1:
+            break
+        filled += max(0.0, min(end, link.t1) - max(begin, link.t0))
     return abs(filled - (link.t1 - link.t0)) < NEAR * 10

@@ -1,0 +1,158 @@
+"""What motion costs: planning, sampling, case study 1, and 1,000 ticks of six robots.
+
+    python benchmarks/motion.py
+
+Prints a line for each bar of docs/motion.md; CPU seconds of one process.
+"""
+
+from __future__ import annotations
+
+import json
+import random
+import resource
+import tempfile
+import time
+from hashlib import sha256
+from pathlib import Path
+
+import numpy as np
+
+from safenav.motion.check.verdict import check_motion
+from safenav.motion.columns import sample
+from safenav.motion.file.records import Segment
+from safenav.motion.file.writing import text_of
+from safenav.motion.flyer.tracking import HORIZON, Tracker
+from safenav.motion.geometry import HEADINGS, Floor
+from safenav.motion.making import Disturbances, motion_of
+from safenav.motion.mover import Errand
+from safenav.motion.walker.mover import WalkerMover
+from safenav.runtime.mission import Mission
+from safenav.scenario.reading.loader import load_scenario
+from safenav.trace.reading import read_bytes
+from safenav.trace.writing import TraceWriter
+
+ROOT = Path(__file__).parents[1]
+VALUES = {"speed": 0.45, "height": 0.8, "foot": 0.18, "clearance": 0.12}
+SIDE = 60
+CALM = Disturbances()
+
+
+def main() -> None:
+    walking()
+    solving()
+    content = trace_of("case_study_1")
+    run("case study 1", content)
+    run("case study 1, gusts of 2 m/s", content, Disturbances(1, gust=2.0))
+    run("1,000 ticks of six robots", long_trace(1000))
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    print(f"{'peak memory of this process':42s} {peak:8.0f} MB      (bar 500)")
+
+
+def walking() -> None:
+    """Plan and sample random moves."""
+    mover = WalkerMover("digit", Floor(SIDE, SIDE, 2.7), SIDE * SIDE // 2, "east", 0.6, VALUES)
+    steps = {"east": 1, "north": -SIDE, "west": -1, "south": SIDE}
+    chance = random.Random(0)
+    found: list[Segment] = []
+    begin = time.process_time()
+    for tick in range(2000):
+        assert mover.heading is not None
+        ways = [HEADINGS[(HEADINGS.index(mover.heading) + turn) % 4] for turn in (-1, 0, 1)]
+        heading = chance.choice(ways)
+        if not (SIDE < mover.region < SIDE * (SIDE - 1) and 1 < mover.region % SIDE < SIDE - 2):
+            mover.region = SIDE * SIDE // 2 + SIDE // 2
+        found += mover.move(Errand(tick, mover.region, mover.region + steps[heading], heading))
+    told("plan of a coarse move", (time.process_time() - begin) / 2000 * 1e3, "ms", 1)
+    begin = time.process_time()
+    for segment in found[:300]:
+        sample(segment, np.arange(0.0, segment.t1 - segment.t0, 1e-3), mover.limits())
+    told("all 1 kHz columns of a move", (time.process_time() - begin) / 300 * 1e3, "ms", 10)
+
+
+def solving() -> None:
+    """Commands along one axis with an active corridor: two are one of the quadcopter's."""
+    tracker = Tracker(0.0, 3.4)
+    wanted, far = np.tile([2.0, 0.5, 0.0], (HORIZON, 1)), np.full(HORIZON, 9.0)
+    near = np.full(HORIZON, 0.4)
+    spent = []
+    for _ in range(500):
+        tracker.state = np.array([0.0, 0.9, 0.1, 0.0])
+        begin = time.perf_counter()
+        tracker.command(wanted, -far, near)
+        spent.append(time.perf_counter() - begin)
+    told("quadratic programmes of a command, median", 2 * float(np.median(spent)) * 1e3, "ms", 1)
+
+
+def run(name: str, content: bytes, against: Disturbances = CALM) -> None:
+    """The whole command: read, move, write; then its check."""
+    digest = sha256(content).hexdigest()
+    begin = time.perf_counter()
+    trace = read_bytes(content, name)
+    motion = motion_of(trace, digest, None, against)
+    size = len(text_of(motion))
+    spent = time.perf_counter() - begin
+    told(name, spent, "s", 2 if name == "case study 1" else 15)
+    begin = time.perf_counter()
+    wrong = check_motion(motion, trace, digest)
+    verdict = "accepted" if not wrong else str(wrong[0])
+    checked = time.perf_counter() - begin
+    print(f"    {size / 1e6:.1f} MB, {motion.outcome.makespan:.0f} s of motion, ", end="")
+    print(f"check {checked:.1f} s: {verdict}")
+
+
+def trace_of(name: str) -> bytes:
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "trace.jsonl"
+        with TraceWriter(path) as writer:
+            Mission(load_scenario(ROOT / "scenarios" / f"{name}.yaml"), listeners=[writer]).run()
+        return path.read_bytes()
+
+
+def long_trace(ticks: int) -> bytes:
+    """Six robots that never rest: the ways of the team of six, there and back for ever. Each
+    goes round a ring of its own, so that all move in every tick."""
+    kinds = ("digit", "digit", "rover", "rover", "quad", "quad")
+    header = json.loads(trace_of("team_of_six").splitlines()[0])
+    scenario = header["scenario"]
+    known = {"digit": "digit", "quad": "hawk", "rover": "sweeper"}
+    rows, cols = 20, 20
+    inside = "#" + "." * (cols - 2) + "#"
+    scenario["map"] = {"rows": rows, "cols": cols, "grid": ["#" * cols, *[inside] * 18, "#" * cols]}
+    scenario["obstacles"] = []
+    robots, rings = {}, {}
+    for number, kind in enumerate(kinds):
+        name = f"{kind}{number}"
+        top, left = 1 + number % 2 * 9, 1 + number // 2 * 6
+        ring = ring_of(top, left, 8, 5, cols)
+        told_of = dict(scenario["robots"][known[kind]])
+        heading = "east" if told_of["heading"] else None
+        told_of |= {"start": ring[0], "heading": heading, "objective": {"hold": ring[0]}}
+        told_of |= {"conflicts": [], "tracks": []}
+        robots[name], rings[name] = told_of, ring
+    scenario["robots"] = robots
+    lines = [header]
+    for tick in range(1, ticks + 1):
+        for name, ring in rings.items():
+            here, there = ring[(tick - 1) % len(ring)], ring[tick % len(ring)]
+            heading = {1: "east", -1: "west", cols: "south", -cols: "north"}[there - here]
+            facing = heading if robots[name]["heading"] else None
+            move = {"type": "move", "tick": tick, "robot": name, "from": here, "to": there}
+            lines.append({**move, "heading": facing})
+    return "".join(json.dumps(line) + "\n" for line in lines).encode()
+
+
+def ring_of(top: int, left: int, height: int, width: int, cols: int) -> list[int]:
+    """The regions of a rectangle's edge, clockwise from its north-western corner."""
+    east = [(top, left + i) for i in range(width - 1)]
+    south = [(top + i, left + width - 1) for i in range(height - 1)]
+    west = [(top + height - 1, left + width - 1 - i) for i in range(width - 1)]
+    north = [(top + height - 1 - i, left) for i in range(height - 1)]
+    return [row * cols + col for row, col in east + south + west + north]
+
+
+def told(name: str, value: float, unit: str, bar: float) -> None:
+    print(f"{name:42s} {value:8.3f} {unit:6s}  (bar {bar:g})")
+
+
+if __name__ == "__main__":
+    main()
