@@ -24,7 +24,6 @@ COMPLETED = (
 )
 UNREALIZABLE = (
     "contradictory_objective",
-    "crossing_a_target",
     "forbidden_way",
     "impossible_start",
 )

@@ -82,7 +82,7 @@ Candidate = tuple[records.Form, Task]
 
 class Strategies:
     """Synthesizes and installs planners; counts what that cost. ``asking``: a synthesis is
-    under way."""
+    under way. ``literally``: objectives are asked about as they are written, and no other way."""
 
     def __init__(
         self,
@@ -90,7 +90,10 @@ class Strategies:
         synthesizer: Synthesizer,
         stop: Stop,
         progress: SynthesisListener | None = None,
+        *,
+        literally: bool = False,
     ) -> None:
+        self._literally = literally
         self._state = state
         self._synthesizer = synthesizer
         self._stop = stop
@@ -304,7 +307,7 @@ class Strategies:
             return
         index = state.own.memory.index
         plain = alternating(objective)
-        if self._state.tick == 0 and not (self._state.rivals(state.robot) or self._is_assignable):
+        if self._literally and not (self._state.rivals(state.robot) or self._is_assignable):
             yield literal, objective, Memory(index)
             return
         if self._state.rivals(state.robot) or self._is_assignable:
@@ -393,9 +396,9 @@ def first_answers(
     names: Collection[str] | None = None,
 ) -> dict[str, Answer]:
     """The synthesizer's answers for the start of a scenario, without a run: for the robots
-    with these names (default: all), in the scenario's order."""
+    with these names (default: all), in the scenario's order, their objectives as written."""
     state = TeamState.initial(scenario)
-    strategies = Strategies(state, synthesizer, Stop(), progress)
+    strategies = Strategies(state, synthesizer, Stop(), progress, literally=True)
     errands = {
         name: Errand(entry.assignment, entry.robot.objective)
         for name, entry in state.robots.items()

@@ -45,6 +45,7 @@ class Course:
     rounds: int
     parked: frozenset[int] = frozenset()
     _steps: dict[tuple[int, Mask], dict[int, tuple[int, ...]]] = field(default_factory=dict)
+    _hopeful: dict[tuple[int, Mask], dict[int, tuple[int, ...]]] = field(default_factory=dict)
     _alive: dict[Stages, tuple[Mask, ...]] = field(default_factory=dict)
 
     def begun(self, poses: tuple[int, ...], counts: tuple[Count, ...], stages: Stages) -> Joint:
@@ -67,6 +68,24 @@ class Course:
         if found is None:
             after = member.graph.steps(pose)
             found = table[pose] = tuple(q for q in after if allowed >> q & 1)
+        return found
+
+    def hopeful(self, state: Joint, robot: int) -> tuple[int, ...]:
+        """Of ``steps`` those after which the robot could still go on for ever, were all obstacles
+        out of its way: from the others nothing leads to the end of the mission."""
+        if robot in self.parked:
+            return ()
+        member = self.problem.members[robot]
+        allowed = self.problem.allowed(robot, state.stages)
+        key = (id(member), allowed)
+        table = self._hopeful.get(key)
+        if table is None:
+            table = self._hopeful[key] = {}
+        pose = state.poses[robot]
+        found = table.get(pose)
+        if found is None:
+            alive = member.graph.live(member.targets, member.floor) & allowed
+            found = table[pose] = tuple(q for q in member.graph.steps(pose) if alive >> q & 1)
         return found
 
     def singles(self, state: Joint) -> Iterator[tuple[int, int]]:

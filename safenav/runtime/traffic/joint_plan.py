@@ -4,7 +4,8 @@ LaCAM (Okumura: LaCAM, search-based algorithm for quick multi-agent pathfinding,
 joint states: a depth-first search whose next state is what PIBT proposes, then PIBT with one robot
 forced, then every step of one robot alone, so that it is complete with few edges a state. One deep
 search makes needlessly long plans; many small ones, with other priorities and doubled budgets, find
-short ones. A search that exhausts its space without robots left out is a proof.
+short ones. States in which somebody cannot go on any more are left out. A search that exhausts its
+space without robots left out is repeated with all states, which is the proof.
 """
 
 from __future__ import annotations
@@ -103,8 +104,10 @@ class Search:
         for turn in range(max(1, rounds)):
             for variant in Variant:
                 answer = self.by(variant, budget)
-                if not isinstance(answer, Spent):
+                if isinstance(answer, Found):
                     return answer
+                if isinstance(answer, Exhausted):
+                    return self.singles(proof)  # which counts the hopeless states as well
                 spent += answer.states
             if turn == 0 and few:
                 answer = self.singles(min(SINGLES_BUDGET, proof))
@@ -112,7 +115,7 @@ class Search:
                     return answer
                 spent += answer.states
             budget *= 2
-        if proof > SINGLES_BUDGET or not few:
+        if few and proof > SINGLES_BUDGET:
             answer = self.singles(proof)
             if not isinstance(answer, Spent):
                 return answer
@@ -281,12 +284,13 @@ class Search:
         if found is not None and found != poses:
             yield course.moved(state, found, everybody)
         for robot in order:
-            for pose in course.steps(state, robot):
+            for pose in course.hopeful(state, robot):
                 found = self._generator.propose(state, fields, order, (robot, pose))
                 if found is not None:
                     yield course.moved(state, found, everybody)
         for robot, pose in course.singles(state):
-            yield course.after(state, robot, pose)
+            if pose in course.hopeful(state, robot):
+                yield course.after(state, robot, pose)
 
     def _fields(self, state: Joint) -> list[Field]:
         """For each robot the distances to what it wants in a state."""

@@ -96,7 +96,7 @@ class Generator:
     def _candidates(self, robot: int) -> list[int]:
         state, field = self._state, self._fields[robot]
         here = state.poses[robot]
-        poses = [here, *self._course.steps(state, robot)]
+        poses = [here, *self._course.hopeful(state, robot)]
         if len(poses) == 1:
             return poses
         size, conflicts, rng = self._sizes[robot], self._conflicts[robot], self._rng

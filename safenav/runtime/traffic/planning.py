@@ -38,7 +38,7 @@ ROUNDS_FIRST = 4
 """Rounds of search for the first plan that is asked for; each failure adds one."""
 MOST_FAILURES = 6
 CERTIFICATE_ROUNDS = 1
-CERTIFICATE_PROOF = 4_000
+CERTIFICATE_PROOF = 2_000
 
 
 @dataclass

@@ -107,12 +107,12 @@ def test_a_spent_budget_proves_nothing() -> None:
 
 
 @pytest.mark.parametrize("variant", Variant)
-def test_every_variant_exhausts_the_same_states(variant: Variant) -> None:
+def test_every_variant_exhausts_what_is_hopeful(variant: Variant) -> None:
     floor = Floor(TUBE, {"a": Bot("7", [10, 7]), "b": Bot("10", [7, 10])})
     one, other = search(floor).by(variant, 1000), search(floor).singles(1000)
     assert isinstance(one, Exhausted)
     assert isinstance(other, Exhausted)
-    assert one.states == other.states
+    assert one.states <= other.states
 
 
 @pytest.mark.parametrize("seed", range(40))
