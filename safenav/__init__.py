@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from safenav.audit.check import check_trace as check_trace
+    from safenav.report.replay.reading import read_replay as read_replay
     from safenav.runtime.mission import Mission as Mission
     from safenav.runtime.world import World as World
     from safenav.scenario.model import Obstacle as Obstacle
@@ -43,6 +44,7 @@ _HOMES = {
     "compile_task": "safenav.spec.compile",
     "first_failure": "safenav.verify.verification",
     "load_scenario": "safenav.scenario.reading.loader",
+    "read_replay": "safenav.report.replay.reading",
 }
 
 __all__ = [
@@ -62,7 +64,15 @@ __all__ = [
     "compile_task",
     "first_failure",
     "load_scenario",
+    "read_replay",
 ]
+
+
+def load_ipython_extension(shell: object) -> None:
+    """``%load_ext safenav``: scenarios and replays draw themselves in a notebook."""
+    from safenav.report.notebook import register
+
+    register(shell)
 
 
 def __getattr__(name: str) -> object:
