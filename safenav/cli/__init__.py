@@ -8,6 +8,7 @@ from __future__ import annotations
 import importlib
 import os
 import sys
+import warnings
 from pathlib import Path
 
 import click
@@ -107,6 +108,7 @@ def group() -> None:
 
 def main() -> None:
     """Entry point of the ``safenav`` command."""
+    warnings.showwarning = _warn
     try:
         status = group.main(standalone_mode=False)
         sys.exit(status if isinstance(status, int) else ExitCode.OK)
@@ -132,6 +134,11 @@ def main() -> None:
             "    this is a defect of safenav; set SAFENAV_DEBUG=1 to see where it happened",
             ExitCode.INTERNAL,
         )
+
+
+def _warn(message: Warning | str, *_: object, **__: object) -> None:
+    """A warning in our words, without the line of code that gave it."""
+    click.echo(f"{click.style('warning:', fg='yellow', bold=True)} {message}", err=True)
 
 
 def _fail(message: str, code: ExitCode) -> None:

@@ -74,7 +74,10 @@ _FILE = click.Path(path_type=Path, dir_okay=False, allow_dash=True)
 @click.option("--json", "as_json", type=_FILE, help="Write all results as JSON.")
 @click.option("--csv", "as_csv", type=_FILE, help="Write the figures as CSV.")
 @click.option(
+    "-o",
+    "--output",
     "--out",
+    "out",
     type=click.Path(path_type=Path, file_okay=False),
     help="Keep results as they come, and trace and replay of failures, in this folder.",
 )

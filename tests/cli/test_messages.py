@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -107,3 +108,29 @@ def test_nothing_points_to_files_that_a_user_does_not_have() -> None:
 
     for name in TEMPLATES:
         assert "docs/" not in template_text(name)
+
+
+def test_a_cache_that_cannot_be_written_is_told_without_code(tmp_path: Path) -> None:
+    (tmp_path / "s.yaml").write_text(GOOD)
+    (tmp_path / "file").write_text("in the way")
+    script = f"import sys; sys.argv = ['safenav', 'check', 's.yaml']; {MAIN}"
+    done = subprocess.run(
+        [sys.executable, "-c", script],
+        env={**os.environ, "SAFENAV_CACHE": str(tmp_path / "file" / "cache"), "NO_COLOR": "1"},
+        capture_output=True,
+        text=True,
+        cwd=tmp_path,
+        timeout=120,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stderr.startswith("warning: ")
+    assert "warnings.warn" not in done.stderr and ".py" not in done.stderr
+
+
+def test_batches_take_the_option_for_output_of_all_commands(
+    safenav: Command, tmp_path: Path
+) -> None:
+    (tmp_path / "s.yaml").write_text(GOOD)
+    assert safenav("batch", "s.yaml", "-o", "kept").returncode == 0
+    assert (tmp_path / "kept").is_dir()
