@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import ceil
+from math import ceil, perm
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,10 +33,8 @@ class Disc:
 def power_series(coefficients: Numbers, times: Array, derivative: int = 0) -> Array:
     """A polynomial or a derivative of it, term by term."""
     total = np.zeros_like(times)
-    for power, coefficient in enumerate(coefficients):
-        factor = float(np.prod([power - k for k in range(derivative)])) if derivative else 1.0
-        if power >= derivative:
-            total += coefficient * factor * times ** (power - derivative)
+    for power, coefficient in enumerate(coefficients[derivative:]):
+        total += coefficient * perm(power + derivative, derivative) * times**power
     return total
 
 
