@@ -11,12 +11,14 @@ namespace slugs {
 
 namespace {
 
-// Fibonacci hashing: operands are small consecutive numbers, the multiplier
-// spreads them over the high bits, the shift brings those down.
+// Operands are small consecutive numbers: the first step spreads them over the
+// high bits, the second over all; linear probing suffers from any clusters.
 std::size_t hash(const FormulaNode &node) {
   const std::uint64_t operands = std::uint64_t{node.left} << 32 | node.right;
-  const std::uint64_t h = (operands ^ static_cast<std::uint64_t>(node.op) << 61) * golden_multiplier;
-  return static_cast<std::size_t>(h ^ h >> 29);
+  std::uint64_t h = (operands ^ static_cast<std::uint64_t>(node.op) << 61) * golden_multiplier;
+  h ^= h >> 32;
+  h *= second_multiplier;
+  return static_cast<std::size_t>(h >> 32);
 }
 
 } // namespace
