@@ -19,10 +19,11 @@ from safenav.runtime.over import RunOver, Verdict
 from safenav.runtime.sightings_told import SightingsTold
 from safenav.runtime.team import RobotState, TeamState, Transit
 from safenav.runtime.traffic.planning import Traffic
-from safenav.scenario.model import Outcome
+from safenav.scenario.model import Outcome, Tracking
 from safenav.scenario.objective import Ltl
-from safenav.spec.others.tracking import observe
+from safenav.spec.others.tracking import Sightings, observe
 from safenav.spec.specification import Constraint
+from safenav.spec.task import Task
 from safenav.trace import records
 from safenav.trace.header import heading_in_trace
 from safenav.world.map import Region
@@ -88,7 +89,10 @@ class Turns:
             self._find_a_way_back(robot, broken)
 
     def _follow_plan(self, robot: RobotState) -> None:
-        """The next step of the joint plan, checked like any other move."""
+        """The next step of the joint plan, checked like any other move; the robot looks around as
+        in any other turn, so that what it knows of others stays true."""
+        if robot.planner is not None:
+            self._keep_track(robot, robot.planner.task, frozenset())
         pose = self.traffic.next_pose(robot.name)
         violation = None
         if pose is not None:
@@ -203,12 +207,17 @@ class Turns:
     def _look(self, robot: RobotState, shown: frozenset[Region]) -> dict[str, int]:
         planner = robot.planner
         assert planner is not None
-        sightings = self.state.sightings(robot, planner.task, shown)
-        self.sightings.looked(planner.task, sightings.known)
+        sightings = self._keep_track(robot, planner.task, shown)
         observed = observe(planner.task, self.state.scenario.map, sightings)
         if planner.switch is not None:
             observed |= self.coordination.telling.signal(robot)
         return observed
+
+    def _keep_track(self, robot: RobotState, task: Task, shown: frozenset[Region]) -> Sightings:
+        """Look around; once a turn, since a look lets beliefs grow by a step of the others."""
+        sightings = self.state.sightings(robot, task, shown)
+        self.sightings.looked(task, sightings.known)
+        return sightings
 
     def _back_up(
         self,
@@ -239,7 +248,7 @@ class Turns:
         """Another answer of the strategy, with the refused region shown as taken; else stay."""
         planner = robot.planner
         assert planner is not None
-        if planner.switch is None:
+        if planner.switch is None and planner.task.tracking is Tracking.NEARBY:
             shown = frozenset({refused.pose.region})
             answer = planner.propose(self._look(robot, shown))
             if (
