@@ -38,7 +38,6 @@ def test_two_on_one_floor_that_see_four_regions(run: Runner) -> None:
     trace = run(text)
     assert trace.outcome["outcome"] == "completed"
     assert {b["robot"] for b in trace.all("belief", seen=False)} == {"quad", "digit"}
-    assert all(s["seconds"] < 2 for s in trace.all("synthesis"))
 
 
 @pytest.mark.slow
