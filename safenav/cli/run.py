@@ -3,17 +3,26 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
+import sys
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 from shlex import quote
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from safenav.errors import ExitCode
+from safenav.errors import ExitCode, UsageError
+
+if TYPE_CHECKING:
+    from safenav.runtime.mission import Mission
+    from safenav.trace.records import Record
+    from safenav.trace.writing import Listener
+
+LIMITS = ("tick_limit", "time_limit", "search_limit")
 
 EPILOG = """\b
 Examples:
@@ -41,6 +50,9 @@ Exit codes:
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON, no story.")
 @click.option("--seed", type=click.IntRange(min=0), help="Use this seed, not the scenario's.")
 @click.option("--max-ticks", type=click.IntRange(min=1), help="Stop after so many ticks.")
+@click.option(
+    "--time-limit", type=click.FloatRange(min=0, min_open=True), help="Stop after so many seconds."
+)
 @click.option("--verify/--no-verify", default=True, help="Check each strategy before it is used.")
 @click.option("--map/--no-map", "maps", default=True, help="Draw the map at moments that matter.")
 def command(
@@ -51,6 +63,7 @@ def command(
     as_json: bool,
     seed: int | None,
     max_ticks: int | None,
+    time_limit: float | None,
     verify: bool,
     maps: bool,
 ) -> int:
@@ -62,7 +75,7 @@ def command(
     from safenav.runtime.mission import Mission
     from safenav.scenario.reading.loader import load_scenario
     from safenav.synthesis.slugs import Synthesizer
-    from safenav.trace.writing import Listener, TraceWriter
+    from safenav.trace.writing import TraceWriter
     from safenav.verify.verification import first_failure
 
     plan = load_scenario(scenario)
@@ -70,6 +83,9 @@ def command(
         plan = replace(plan, seed=seed)
     if max_ticks is not None:
         plan = replace(plan, limits=replace(plan.limits, ticks=max_ticks))
+    if time_limit is not None:
+        plan = replace(plan, limits=replace(plan.limits, seconds=time_limit))
+    _refuse_same_files(scenario, {"--trace": trace, "--html": html, "--motion": motion})
     synthesizer = Synthesizer(
         seconds=plan.limits.synthesis_seconds,
         memory_mb=plan.limits.synthesis_memory,
@@ -84,10 +100,10 @@ def command(
         if trace is not None:
             listeners.append(stack.enter_context(TraceWriter(trace)))
         if not as_json:
-            listeners.append(Story(plan, maps=maps))
+            listeners.append(_while_heard(Story(plan, maps=maps)))
         mission = Mission(plan, synthesizer, listeners=listeners, progress=WaitingLine())
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, lambda *_: mission.stop())
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            signal.signal(number, lambda *_: _interrupt(mission))
         result = mission.run()
         if html is not None and trace is not None:
             _write_page(trace, html)
@@ -103,6 +119,41 @@ def command(
         for line in _next_steps(result.outcome.value, scenario, kept, html):
             click.echo(f"    {line}", err=True)
     return status
+
+
+def _interrupt(mission: Mission) -> None:
+    """The first signal ends the run at the next opportunity, a second one at once."""
+    if mission.stopping:
+        raise KeyboardInterrupt
+    mission.stop()
+
+
+def _refuse_same_files(scenario: Path, outputs: dict[str, Path | None]) -> None:
+    """Raises UsageError if a file that is to be written is the scenario, or another output."""
+    taken = {scenario.resolve(): "the scenario"}
+    for option, path in outputs.items():
+        if path is None:
+            continue
+        first = taken.setdefault(path.resolve(), option)
+        if first != option:
+            raise UsageError(f"{option} {path} would overwrite {first}; give another file")
+
+
+def _while_heard(listener: Listener) -> Listener:
+    """A listener that falls silent when the reader of our output has gone: the run goes on."""
+    heard = True
+
+    def hear(record: Record) -> None:
+        nonlocal heard
+        if not heard:
+            return
+        try:
+            listener(record)
+        except BrokenPipeError:
+            heard = False
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+    return hear
 
 
 def _next_steps(outcome: str, scenario: Path, trace: Path | None, html: Path | None) -> list[str]:
@@ -146,10 +197,10 @@ def _status(outcome: str, expected: bool, wrong: bool) -> ExitCode:
     if outcome == "interrupted":
         return ExitCode.INTERRUPTED
     if wrong:
-        return ExitCode.RESOURCE_LIMIT if outcome == "tick_limit" else ExitCode.NEGATIVE
+        return ExitCode.RESOURCE_LIMIT if outcome in LIMITS else ExitCode.NEGATIVE
     if outcome == "completed" or expected:
         return ExitCode.OK
-    return ExitCode.RESOURCE_LIMIT if outcome == "tick_limit" else ExitCode.NEGATIVE
+    return ExitCode.RESOURCE_LIMIT if outcome in LIMITS else ExitCode.NEGATIVE
 
 
 def _record(ledger: Any, mission: Any, wrong: list[str]) -> dict[str, Any]:

@@ -101,6 +101,11 @@ class Mission:
         if self._strategies.asking:
             self._stop.check()
 
+    @property
+    def stopping(self) -> bool:
+        """Whether the run was told to stop."""
+        return self._stop.asked is not None
+
     def give_up(self, explanation: str = "interrupted by the user") -> RunResult:
         """End a run that was started, with the outcome ``interrupted``: for programs that call
         ``step`` and will not go on. A run that has ended stays as it is."""

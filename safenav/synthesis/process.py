@@ -11,6 +11,7 @@ import contextlib
 import os
 import re
 import selectors
+import shutil
 import signal
 import subprocess
 import sys
@@ -18,6 +19,7 @@ import threading
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from types import FrameType
 
 from safenav.errors import SynthesizerError
@@ -106,7 +108,7 @@ class Crew:
                 raise DismissedError
             try:
                 process = subprocess.Popen(
-                    command,
+                    mortal(command),
                     stdin=subprocess.PIPE,
                     stdout=subprocess.PIPE,
                     stderr=subprocess.PIPE,
@@ -143,6 +145,20 @@ def orderly_termination() -> Iterator[None]:
         yield
     finally:
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
+
+
+@lru_cache(maxsize=1)
+def _setpriv() -> str | None:
+    return shutil.which("setpriv") if sys.platform.startswith("linux") else None
+
+
+def mortal(command: Sequence[str]) -> list[str]:
+    """``command`` so that the kernel kills it when we die, even of SIGKILL (Linux; elsewhere it
+    ends when it has its answer)."""
+    setpriv = _setpriv()
+    if setpriv is None or not os.access(command[0], os.X_OK):
+        return list(command)  # what cannot be started says so itself
+    return [setpriv, "--pdeathsig", "KILL", "--", *command]
 
 
 def limited(command: Sequence[str], memory_mb: int | None) -> list[str]:
