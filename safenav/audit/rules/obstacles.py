@@ -44,8 +44,7 @@ class ViolationRule(Rule):
             yield f"{robot} faces {heading} and cannot step {way} to {proposed}"
         if obstacle.region != record.proposed:
             yield f"{obstacle.name} is not at {proposed}"
-        rest = obstacle.all_needs[now.stage[obstacle.name] :]
-        if record.action not in [need.action for need in rest or (now.need(obstacle.name),)]:
+        if record.action not in [need.action for need in obstacle.all_needs]:
             action = now.need(obstacle.name).action
             yield f"{obstacle.name} needs {action}, not {record.action}"
         if robot not in now.blocked_by(obstacle.name):

@@ -167,8 +167,8 @@ def test_robots_that_keep_apart_do_not_lift_together_on_one_region(
         "never": ["beam@4"],
         "robots": {
             "a": table(range(1, 4), False),
-            "b": table(range(1, 4), True),
-            "c": table(range(1, 4), True),
+            "b": table(range(1, 6), True),
+            "c": table(range(1, 6), True),
         },
     }
     assert (reasons(proof, beam) == []) is accepted

@@ -117,11 +117,10 @@ class Mission:
         return found
 
     def blocked(self, robot: Robot, obstacle: Obstacle, need: int) -> bool:
-        """Whether the robot may not enter it: the obstacle blocks it, and it cannot meet all
-        that is still needed by itself."""
-        rest = obstacle.needs[need:]
-        able = all(one.robots == 1 and one.action in robot.capabilities for one in rest)
-        return robot.name in obstacle.blocks and not able
+        """Whether the robot may not enter it: the obstacle blocks it, and it lacks an action of
+        those that are still needed."""
+        wanted = {one.action for one in obstacle.needs[need:]}
+        return robot.name in obstacle.blocks and not wanted <= robot.capabilities
 
 
 def read_mission(data: Mapping[str, Any]) -> Mission:

@@ -136,9 +136,10 @@ class _Replay:
         if line.get("traversable") is False:
             self.sealed.add(name)
         self.met.discard(name)
-        for robot in self.robots:
-            self.goals[robot].clear()
-            self.visits[robot] = [self.poses[robot][0]]
+        for name, robot in self.robots.items():
+            self.goals[name].clear()
+            # A goal in formulas is met by the step that leaves its region.
+            self.visits[name] = self.visits[name][-2 if robot.formulas else -1 :]
 
     def _arriving(self, name: str) -> Pose:
         """A robot on its way is taken for where it is going."""
