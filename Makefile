@@ -65,7 +65,7 @@ FUZZ ?= 5000
 FUZZ_SECONDS ?= 60
 
 fuzz: install slugs ## a long campaign: missions and explanations; with clang the readers, too
-	SAFENAV_FUZZ=$(FUZZ) $(BIN)/pytest tests/fuzz
+	SAFENAV_FUZZ=$(FUZZ) $(BIN)/pytest tests/fuzz tests/campaigns
 	@if command -v clang++ >/dev/null; then \
 	  $(CMAKE) -S slugs -B slugs/build-fuzz -DCMAKE_CXX_COMPILER=clang++ -DSLUGS_FUZZ=ON -DSLUGS_SANITIZE=ON && \
 	  $(CMAKE) --build slugs/build-fuzz --parallel $(JOBS) && \

@@ -176,7 +176,7 @@ class Turns:
             self.traffic.arrived(robot.name)
         progress, planner = robot.progress, robot.planner
         after = planner.values() if planner is not None else {}
-        if isinstance(robot.progress.objective, Ltl) and not after:
+        if isinstance(robot.progress.objective, Ltl) and not (before and after):
             before, after = self._where(robot, start), self._where(robot, robot.pose)
         self._act(robot)
         if not robot.begun:

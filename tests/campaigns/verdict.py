@@ -19,17 +19,19 @@ import yaml
 
 from campaigns.command import Command, Ended
 from campaigns.judge import independent, joint
+from campaigns.judge.literal import can_patrol
 from campaigns.judge.mission import Mission, read_mission
 from campaigns.judge.replay import Ending, replay, rounds_done
 from campaigns.judge.situation import Answer, Situation, at_start
 
-GOOD = ("completed", "proven")
+GOOD = ("completed", "proven", "refused literally")
 UNDECIDED = "over budget"
 
 
 @dataclass(frozen=True)
 class Judgement:
-    """``kind``: ``completed``, ``proven`` (the operator is needed), ``over budget`` (the run
+    """``kind``: ``completed``, ``proven`` (the operator is needed), ``refused literally`` (before
+    the start, for want of a way to patrol by the letter of the formula), ``over budget`` (the run
     says so, and the judge could not finish its search), or what is wrong."""
 
     kind: str
@@ -140,9 +142,19 @@ def _judge_outcome(
             return _completed(mission, ending, run)
         case "operator_needed":
             return _operator_needed(mission, ending, outcome, run, budget)
+        case "unrealizable" if _asks_for_a_literal_patrol(mission) and run.exit == 1:
+            return "refused literally", str(outcome["explanation"])
         case other:
             answer = can_complete(mission, ending.situation, budget)
             return other, f"exit {run.exit}; the judge: {answer.value}; {outcome['explanation']}"
+
+
+def _asks_for_a_literal_patrol(mission: Mission) -> bool:
+    """Whether some robot that shares its floor with nobody cannot patrol by the letter."""
+    return any(
+        robot.literal and not mission.conflicts[robot.name] and not can_patrol(mission, robot)
+        for robot in mission.robots
+    )
 
 
 def _completed(mission: Mission, ending: Ending, run: Ended) -> tuple[str, str]:

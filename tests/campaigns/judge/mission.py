@@ -54,6 +54,11 @@ class Robot:
     forbidden: frozenset[int] = frozenset()
     formulas: bool = False
 
+    @property
+    def literal(self) -> bool:
+        """Whether it patrols, which is read by the letter where the robot is alone."""
+        return self.either_first and not self.formulas
+
 
 @dataclass(frozen=True)
 class Need:
