@@ -1,0 +1,138 @@
+"""The walking plan on a floor with contact and friction, in MuJoCo, with feedback.
+
+A reduced model: a heavy body, and two light feet that the legs push apart along the line between
+them, as in the pendulum. A stance leg carries the body at its height, a swing leg follows its
+plan, unilateral contact and friction decide whether the foot holds. The feedback is that of the
+divergent component: each landing is shifted by how far the body is off its plan, and the leg's
+line of force by up to 4 cm, as an ankle would. The body does not rotate. It shows that the plan can
+be followed by such a body, and nothing about a real robot.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from motion.test_walking import SIZE, walker
+from safenav.motion.columns import sample
+from safenav.motion.file.records import Segment
+from safenav.motion.mover import Errand
+
+mujoco = pytest.importorskip("mujoco", reason="MuJoCo is not installed: pip install '.[dev]'")
+
+STEP = 0.001
+MASS, FOOT = 45.0, 0.4
+OMEGA = (9.81 / 0.8) ** 0.5
+SCENE = f"""
+<mujoco>
+  <option timestep="{STEP}" gravity="0 0 -9.81" integrator="implicitfast"/>
+  <worldbody>
+    <geom type="plane" size="200 200 1" friction="0.8 0.005 0.0001"/>
+    <body name="mass" pos="0 0 0.8">
+      <joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 1 0"/>
+      <joint type="slide" axis="0 0 1"/>
+      <geom type="sphere" size="0.1" mass="{MASS}" contype="0" conaffinity="0"/>
+    </body>
+    <body name="left" pos="0 0 0.02">
+      <joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 1 0"/>
+      <joint type="slide" axis="0 0 1"/>
+      <geom type="sphere" size="0.02" mass="{FOOT}" friction="0.8 0.005 0.0001"/>
+    </body>
+    <body name="right" pos="0 0 0.02">
+      <joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 1 0"/>
+      <joint type="slide" axis="0 0 1"/>
+      <geom type="sphere" size="0.02" mass="{FOOT}" friction="0.8 0.005 0.0001"/>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+FALLEN = 0.6
+"""Metres off the plan from which no leg reaches the ground any more."""
+WAYS = ["east"] * 4 + ["north"] * 3 + ["west"] * 3
+"""Ten regions with two turns."""
+NEXT = {"east": 1, "north": -SIZE, "west": -1}
+
+
+def planned() -> list[Segment]:
+    """Start, ten regions with two turns, stop."""
+    mover, found = walker(), []
+    found += mover.rest(0, 0.5)
+    for tick, way in enumerate(WAYS, start=1):
+        found += mover.move(Errand(tick, mover.region, mover.region + NEXT[way], way))
+    found += mover.halt(len(WAYS))
+    return [segment for segment in found if isinstance(segment, Segment)]
+
+
+def walked(feedback: bool, pushes: bool = False) -> tuple[float, float]:
+    """How far the body is off its plan at the ends of moves at most, and how low it gets (m)."""
+    model = mujoco.MjModel.from_xml_string(SCENE)
+    data = mujoco.MjData(model)
+    limits = walker().limits()
+    segments = planned()
+    first = sample(segments[0], np.array([0.0]), limits)[0]
+    data.qpos[:] = np.concatenate([first[0:2], [0.0], first[12:14], [0.0], first[16:18], [0.0]])
+    shift = {1: np.zeros(2), -1: np.zeros(2)}
+    chance = np.random.default_rng(3)
+    worst, lowest = 0.0, 0.8
+    for segment in segments:
+        times = np.arange(0.0, segment.t1 - segment.t0, STEP)
+        rows = sample(segment, times, limits)
+        blow = int(chance.integers(len(times))) if pushes and segment.tick else -1
+        for number, row in enumerate(rows):
+            if number == blow:
+                data.qvel[:2] += chance.uniform(-0.05, 0.05, 2)
+            stance = [side for side, at in ((1, 14), (-1, 18)) if row[at] <= 1e-9]
+            _legs(data, row, stance, shift, feedback)
+            mujoco.mj_step(model, data)
+            lowest = min(lowest, 0.8 + data.qpos[2])
+            if np.hypot(*(data.qpos[:2] - row[0:2])) > FALLEN:
+                return np.inf, lowest
+        goal = np.array(segment.goal[:2])
+        worst = max(worst, float(np.hypot(*(data.qpos[:2] - goal))))
+    return worst, lowest
+
+
+def _legs(data, row, stance, shift, feedback) -> None:  # type: ignore[no-untyped-def]
+    """Forces of the legs on the body and the feet."""
+    body, speed = data.qpos[:3], data.qvel[:3]
+    off = body[:2] - row[0:2] + (speed[:2] - row[3:5]) / OMEGA
+    lift = MASS * (9.81 - 400 * body[2] - 40 * speed[2])
+    data.qfrc_applied[:] = 0.0
+    pressure = row[9:11] + np.mean([shift[side] for side in stance], axis=0)
+    if feedback:
+        ahead = np.clip(1.6 * off, -0.04, 0.04)
+        pressure = pressure + ahead
+    data.qfrc_applied[0:2] = lift * (body[:2] - pressure) / 0.8
+    data.qfrc_applied[2] = lift
+    for side, at in ((1, 12), (-1, 16)):
+        dof = 3 if side == 1 else 6
+        place, moving = data.qpos[dof : dof + 3], data.qvel[dof : dof + 3]
+        if side in stance:
+            share = 1.0 / len(stance)
+            data.qfrc_applied[dof : dof + 2] = -share * data.qfrc_applied[0:2]
+            data.qfrc_applied[dof + 2] = -share * lift
+            continue
+        if feedback:
+            shift[side] = 0.9 * np.clip(off, -0.12, 0.12)
+        wanted = np.array([*(row[at : at + 2] + shift[side]), row[at + 2]])
+        data.qfrc_applied[dof : dof + 3] = FOOT * (2500 * (wanted - place) - 90 * moving)
+        data.qfrc_applied[dof + 2] += FOOT * 9.81
+
+
+@pytest.mark.slow
+def test_body_with_feedback_walks_ten_regions_with_two_turns_and_a_stop() -> None:
+    off, lowest = walked(feedback=True)
+    assert lowest > 0.75
+    assert off < 0.01
+
+
+@pytest.mark.slow
+def test_body_with_feedback_stands_small_blows() -> None:
+    off, lowest = walked(feedback=True, pushes=True)
+    assert lowest > 0.75
+    assert off < 0.05
+
+
+def test_open_loop_replay_falls() -> None:
+    """What contact leaves of the plan diverges without feedback: the test is no formality."""
+    assert walked(feedback=False)[0] == np.inf
