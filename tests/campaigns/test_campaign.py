@@ -19,7 +19,7 @@ BOUNDED = {
     "apart": 20,
     "errands": 20,
     "traps": 15,
-    "tight": 14,
+    "tight": 20,
     "tight_hidden": 15,
     "tight_needs": 15,
     "crowd": 3,

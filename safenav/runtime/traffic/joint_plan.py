@@ -107,7 +107,8 @@ class Search:
                 if isinstance(answer, Found):
                     return answer
                 if isinstance(answer, Exhausted):
-                    return self.singles(proof)  # which counts the hopeless states as well
+                    # Counts the hopeless states as well; no more than were looked at, or nearly so.
+                    return self.singles(proof or PROOF_BUDGET)
                 spent += answer.states
             if turn == 0 and few:
                 answer = self.singles(min(SINGLES_BUDGET, proof))
