@@ -176,7 +176,7 @@ class Mission:
         state.tick += 1
         for change in self._world.changes(state.tick, state.occupied()):
             if not change.appeared and change.obstacle.name in state.knowledge.pending:
-                self._turns.leave_plan(records.PlanEndReason.CHANGED)
+                self._turns.leave_plan(records.PlanEndReason.CHANGED, settling=True)
             self._coordination.changed(change)
         for robot in state.robots.values():
             self._stop.check()

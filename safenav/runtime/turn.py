@@ -109,11 +109,12 @@ class Turns:
                 robot.planner.node = None
             self._move(robot, pose, {}, records.MovedBy.PLAN)
         if violation is not None:
-            self.leave_plan(records.PlanEndReason.VIOLATION)
+            self.leave_plan(records.PlanEndReason.VIOLATION, settling=True)
             self.coordination.met(violation)
 
-    def leave_plan(self, reason: records.PlanEndReason) -> None:
-        """The plan is over: everybody goes on with a strategy that knows where it is."""
+    def leave_plan(self, reason: records.PlanEndReason, *, settling: bool = False) -> None:
+        """The plan is over: everybody goes on with a strategy that knows where it is.
+        ``settling``: new ones come with what is settled right after it."""
         if not self.traffic.active:
             return
         for robot in self._off_their_strategies():
@@ -123,7 +124,7 @@ class Turns:
             for name, robot in self.state.robots.items()
         }
         self.traffic.end(reason, nodes)
-        for robot in self._off_their_strategies():
+        for robot in () if settling else self._off_their_strategies():
             self.coordination.resynthesize(robot, records.Reason.PLAN)
 
     def _off_their_strategies(self) -> list[RobotState]:
@@ -300,10 +301,10 @@ class Turns:
         resolved = self.world.act(robot.robot)
         for obstacle, traversable in resolved:
             state.introduce(obstacle)
-            self.leave_plan(records.PlanEndReason.CHANGED)
+            self.leave_plan(records.PlanEndReason.CHANGED, settling=True)
             self.coordination.resolved(robot.robot, obstacle, traversable)
         if further and not resolved:
-            self.leave_plan(records.PlanEndReason.CHANGED)
+            self.leave_plan(records.PlanEndReason.CHANGED, settling=True)
             self.coordination.settle(records.Reason.REQUEST)
 
     def _tell_violation(self, robot: RobotState, violation: Violation) -> None:
