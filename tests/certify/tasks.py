@@ -12,13 +12,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from certify.circumstances import circumstances
 from safenav.certify.bundle import make_bundle
 from safenav.certify.run import Kept
 from safenav.errors import NotCertifiedError
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import targets_of, to_data
 from safenav.scenario.reading.loader import load_scenario_text
-from safenav.spec.circumstances import circumstances
 from safenav.spec.compile import compile_task
 from safenav.spec.objective import NO_MEMORY, Memory
 from safenav.spec.specification import Constraint, Section, Specification

@@ -26,8 +26,8 @@ BUNDLES = (
     "case_study_1_beliefs",
     "case_study_3",
     "two_digits",
-    "unrealizable/cornered",
-    "unrealizable/crossing_a_target",
+    "two_digits, assignable",
+    "unrealizable/forbidden_way",
     "hello",
 )
 
