@@ -134,6 +134,13 @@ Bdd Fixpoint::reach_goal(std::size_t j) {
         answer(store.to_next(next));
         larger = next;
       }
+      if (order_ == Steps::Fewest && larger == z_) {
+        // Waiting can add nothing.  What it would have found is at most Z.
+        for (std::size_t i = 0; i < game_.assumptions.size(); ++i)
+          round.waiting.emplace_back(store, z_);
+        progress_[j].push_back(std::move(round));
+        return larger;
+      }
     }
     const Bdd &unanswered = order_ == Steps::BiasForAction ? open_before : open;
     for (std::size_t i = 0; i < game_.assumptions.size(); ++i) {

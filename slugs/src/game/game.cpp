@@ -83,8 +83,10 @@ Bdd translate(BddStore &store, const FormulaPool &formulas, FormulaId root) {
   return take(root);
 }
 
-void conjoin(Bdd &result, BddStore &store, const Specification &specification, FormulaPool &formulas,
-             Section section) {
+// Whose conjunction the section is: a new one whenever the last is found to have
+// more than `most` nodes.
+std::vector<Bdd> factors(BddStore &store, const Specification &specification, FormulaPool &formulas,
+                         Section section, std::size_t most) {
   std::vector<FormulaId> parts;
   std::unordered_set<FormulaId> known;
   for (const Constraint &constraint : specification[section])
@@ -105,8 +107,15 @@ void conjoin(Bdd &result, BddStore &store, const Specification &specification, F
       }
     std::stable_sort(parts.begin(), parts.end(), [&](FormulaId f, FormulaId g) { return top[f] > top[g]; });
   }
-  for (const FormulaId f : parts)
-    result &= translate(store, formulas, f);
+  // Sizes cost a visit of the diagram.
+  constexpr std::size_t between_looks = 32;
+  std::vector<Bdd> result{store.constant(true)};
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    if (i % between_looks == 0 && store.live_nodes() > most && store.size(result.back()) > most)
+      result.push_back(store.constant(true));
+    result.back() &= translate(store, formulas, parts[i]);
+  }
+  return result;
 }
 
 std::vector<Bdd> goals(BddStore &store, const Specification &specification, Section section) {
@@ -132,22 +141,38 @@ Game::Game(const Specification &spec, const std::vector<std::uint32_t> &order, c
       states(store.constant(true)) {}
 
 void Game::build() {
+  // Each factor costs a multiplication for each set of states.
+  constexpr std::size_t most_nodes_of_factor = 3000;
+  constexpr std::size_t unlimited = static_cast<std::size_t>(-1);
   FormulaPool formulas = specification.formulas;
-  conjoin(env_init, store, specification, formulas, Section::EnvInit);
-  conjoin(sys_init, store, specification, formulas, Section::SysInit);
-  conjoin(env_trans, store, specification, formulas, Section::EnvTrans);
-  conjoin(sys_trans, store, specification, formulas, Section::SysTrans);
+  const auto conjunction = [&](Section section) {
+    return factors(store, specification, formulas, section, unlimited).back();
+  };
+  env_init = conjunction(Section::EnvInit);
+  sys_init = conjunction(Section::SysInit);
+  env_factors_ = factors(store, specification, formulas, Section::EnvTrans, most_nodes_of_factor);
+  sys_trans = conjunction(Section::SysTrans);
   assumptions = goals(store, specification, Section::EnvLiveness);
   guarantees = goals(store, specification, Section::SysLiveness);
 }
 
+Bdd Game::environment_moves(const Bdd &from) const {
+  Bdd moves = from;
+  for (const Bdd &factor : env_factors_)
+    moves &= factor;
+  return moves;
+}
+
 void Game::restrict_to(const Bdd &some) {
+  assert(!env_factors_.empty());
   states = some;
-  env_trans &= some;
+  env_trans = environment_moves(some);
+  env_factors_.clear();
 }
 
 Bdd Game::image(const Bdd &from) {
-  return store.to_current(store.exists_both(from & env_trans, sys_trans, current));
+  assert(!env_factors_.empty());
+  return store.to_current(store.exists_both(environment_moves(from), sys_trans, current));
 }
 
 bool Game::wins_initially(const Bdd &winning, bool robotics_init) {

@@ -12,8 +12,6 @@
 
 #include <vector>
 
-#include <vector>
-
 namespace slugs {
 
 struct Game {
@@ -32,12 +30,15 @@ struct Game {
 
   Bdd env_init;
   Bdd sys_init;
-  Bdd env_trans; // restrict_to() adds that the state is one of interest
+  // Only restrict_to() makes this one diagram.  For all states it can be far larger
+  // than its factors, and than for the states that a play can visit.
+  Bdd env_trans;
   Bdd sys_trans;
   std::vector<Bdd> assumptions; // ENV_LIVENESS; at least one
   std::vector<Bdd> guarantees;  // SYS_LIVENESS; at least one
 
-  Bdd states; // where the environment relation holds any move: all, or the reachable ones
+  Bdd states; // where the environment relation holds any move
+  // The game in these states only.  Once, after build().
   void restrict_to(const Bdd &states);
 
   // States from which one step of both players can lead.
@@ -47,6 +48,12 @@ struct Game {
   bool wins_initially(const Bdd &winning, bool robotics_init);
 
   std::vector<Var> current_vars() const;
+
+private:
+  // Of these states, or of the states and moves so far.
+  Bdd environment_moves(const Bdd &from) const;
+
+  std::vector<Bdd> env_factors_; // ENV_TRANS is their conjunction
 };
 
 } // namespace slugs
