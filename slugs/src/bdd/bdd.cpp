@@ -138,9 +138,11 @@ void BddStore::before_operation() {
     collect();
 }
 
-void BddStore::bound_nodes() {
-  if (reordering_ && collection_allowed_)
-    most_nodes_ = reordering_->most_nodes();
+void BddStore::set_bounds() {
+  if (!reordering_ || !collection_allowed_)
+    return;
+  most_nodes_ = reordering_->most_nodes();
+  most_operation_work_ = reordering_->most_work();
 }
 
 void BddStore::reorder_for_operation(unsigned given_up) { reordering_->after_giving_up(given_up); }

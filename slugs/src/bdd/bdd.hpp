@@ -193,28 +193,30 @@ private:
   static constexpr std::uint32_t max_nodes = 1u << 28;
   static constexpr unsigned operation_shift = 29;
   static constexpr std::size_t unbounded = static_cast<std::size_t>(-1);
+  static constexpr std::uint64_t unlimited_work = static_cast<std::uint64_t>(-1);
 
-  // Thrown by an operation that makes more nodes than it may, see run().
+  // Thrown by an operation that makes more nodes or takes more steps than it may,
+  // see run().
   struct Outgrown {};
   // Thrown by an operation when work() exceeds what Reordering allows.
   struct Overworked {};
 
-  // Runs an operation on handles.  One that makes too many nodes is repeated in
-  // a better order.  Where memory is short, garbage is swept and the operation
+  // Runs an operation on handles.  One that grows too large or takes too long
+  // is repeated in a better order.  Where memory is short, garbage is swept and the operation
   // repeated before it is given up.
   template <typename Operation> Bdd run(Operation operation) {
     before_operation();
     for (unsigned given_up = 0;;) {
       try {
-        bound_nodes();
+        set_bounds();
         const Edge result = operation();
-        most_nodes_ = unbounded;
+        release_bounds();
         return Bdd(*this, result);
       } catch (const Outgrown &) {
-        most_nodes_ = unbounded;
+        release_bounds();
         reorder_for_operation(++given_up);
       } catch (const LimitReached &limit) {
-        most_nodes_ = unbounded;
+        release_bounds();
         if (limit.kind != LimitKind::Memory || !collection_allowed_)
           throw;
         collect();
@@ -235,7 +237,8 @@ private:
   void grow_buckets();
   void resize_cache();
   void before_operation();
-  void bound_nodes();
+  void set_bounds();
+  void release_bounds() { most_nodes_ = unbounded, most_operation_work_ = unlimited_work; }
   void reorder_for_operation(unsigned given_up);
   void plan_collection();
   void check_budget();
@@ -279,7 +282,8 @@ private:
   std::uint64_t reorderings_ = 0;
   std::uint64_t work_ = 0;
   std::uint64_t sifting_work_ = 0;
-  std::uint64_t most_work_ = static_cast<std::uint64_t>(-1);
+  std::uint64_t most_work_ = unlimited_work;
+  std::uint64_t most_operation_work_ = unlimited_work;
   std::vector<std::uint32_t> level_of_var_; // the constant's pseudo-variable is last, below all
   std::vector<Var> var_at_level_;
   std::vector<QuantifiedSet> sets_;

@@ -33,6 +33,8 @@ inline bool BddStore::known_or_step(Operation op, Edge f, Edge g, Edge h, Edge &
     check_budget();
     if (work_ > most_work_)
       throw Overworked();
+    if (work_ > most_operation_work_)
+      throw Outgrown();
   }
   return false;
 }

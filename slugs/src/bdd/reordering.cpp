@@ -14,6 +14,7 @@ constexpr std::size_t first_sift = 1u << 14;
 constexpr std::size_t first_allowance = 1u << 18;
 constexpr double growth = 1.2;
 constexpr std::uint64_t gamble = 1u << 22; // nodes to look at for an operation that was given up
+constexpr std::uint64_t least_work = 1u << 21;
 constexpr std::uint64_t unlimited = std::numeric_limits<std::uint64_t>::max();
 
 bool much_less(std::size_t after, std::size_t before) { return after < before - before / 5; }
@@ -45,6 +46,12 @@ std::size_t Reordering::most_nodes() const {
   return store_.live_nodes() + std::max(allowance_, 4 * store_.collected_nodes());
 }
 
+std::uint64_t Reordering::most_work() const {
+  if (!active_)
+    return unlimited;
+  return store_.work() + indulgence_ * std::max(least_work, effort(store_.collected_nodes()));
+}
+
 void Reordering::before_operation() {
   if (!active_ || settled_ || store_.live_nodes() < sift_at_)
     return;
@@ -70,6 +77,7 @@ void Reordering::after_giving_up(unsigned times) {
   store_.sift_all(log, growth, gamble);
   const bool gained = much_less(store_.live_nodes(), before);
   allowance_ *= gained ? 2 : 8;
+  indulgence_ *= gained ? 2 : 8;
 }
 
 // One pass moves each pair once, with all others where they happened to be;
@@ -99,6 +107,7 @@ void Reordering::settle() {
   sift();
   settled_ = true;
   plan(8);
+  worked_ = store_.work();
 }
 
 // The work of a step in the present order, from an empty cache; at most `limit`
@@ -117,20 +126,42 @@ std::uint64_t Reordering::cost(const Work &step, std::uint64_t limit) {
 }
 
 void Reordering::between_steps(const Work &step, const Work &drop) {
-  if (store_.collected_nodes() < sift_at_)
+  const std::uint64_t work = store_.work() - worked_;
+  const auto dear = [&](std::size_t nodes) { return work >= patience_ && work >= effort(nodes); };
+  if (store_.collected_nodes() < sift_at_ && !dear(store_.collected_nodes()))
     return;
   drop();
   store_.collect();
-  if (store_.live_nodes() < sift_at_)
+  const bool grown = store_.live_nodes() >= sift_at_;
+  if (!grown && !dear(store_.live_nodes()))
     return;
   const Off quiet(active_);
   const std::uint64_t old_cost = cost(step, unlimited);
-  const SiftingLog log = sift();
+  const std::uint64_t looked = store_.sifting_work();
+  SiftingLog log;
+  if (dear(store_.live_nodes()))
+    store_.sift_all(log, growth, work);
+  else if (grown)
+    log = sift();
+  else {
+    patience_ = effort(store_.live_nodes());
+    return;
+  }
   const std::uint64_t new_cost = cost(step, old_cost);
   if (new_cost > old_cost)
     store_.undo(log);
+  const bool gained = new_cost < old_cost - old_cost / 5;
+  const std::uint64_t spent = (store_.sifting_work() - looked) / 2 + std::min(new_cost, old_cost);
   // Where sifting gains little, more sifting gains nothing.
-  plan(new_cost < old_cost - old_cost / 5 ? 4 : 16);
+  plan(gained ? 4 : 16);
+  patience_ = (gained ? 2 : 16) * spent;
+  worked_ = store_.work();
+}
+
+// About the work of sifting so many nodes, twice over: what must have been
+// worked before that is worth a try.
+std::uint64_t Reordering::effort(std::size_t nodes) const {
+  return std::uint64_t{4} * store_.bits() * nodes;
 }
 
 } // namespace slugs

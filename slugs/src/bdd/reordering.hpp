@@ -48,21 +48,27 @@ public:
 private:
   friend class BddStore;
 
-  // Called by the store.  How many nodes may live while an operation runs:
+  // Called by the store.  How many nodes may live, and how far work() may have
+  // come, before an operation that starts now is given up:
   std::size_t most_nodes() const;
+  std::uint64_t most_work() const;
   void before_operation();
   // An operation made more; it was given up `times` times.
   void after_giving_up(unsigned times);
 
   SiftingLog sift();
   void plan(std::size_t times);
+  std::uint64_t effort(std::size_t nodes) const;
   std::uint64_t cost(const Work &step, std::uint64_t limit);
 
   BddStore &store_;
   bool settled_ = false;
   bool active_ = true; // not while a step is measured, nor in our own operations
   std::size_t sift_at_;
-  std::size_t allowance_; // of nodes for an operation
+  std::size_t allowance_;         // of nodes for an operation
+  std::uint64_t indulgence_ = 1; // of work for an operation, in efforts
+  std::uint64_t worked_ = 0;   // when a step was last measured
+  std::uint64_t patience_ = 0; // work until the next time
 };
 
 } // namespace slugs
