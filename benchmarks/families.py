@@ -12,6 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import click
+import published
 
 ADVERSARIES = ("none", "four", "king")
 _FAIRNESS = "fairness: it comes back to far cells, as long as this robot does not keep it off"
@@ -255,6 +256,36 @@ def errands_command(size: int, goals: int) -> None:
 def arbiter_command(clients: int) -> None:
     """Lend a bus to clients that may hold it."""
     click.echo(arbiter(clients), nl=False)
+
+
+@main.command("amba")
+@click.option("--masters", type=click.IntRange(2), default=4, show_default=True)
+def amba_command(masters: int) -> None:
+    """Arbitrate the AMBA AHB bus (published)."""
+    click.echo(published.amba(masters), nl=False)
+
+
+@main.command("genbuf")
+@click.option("--senders", type=click.IntRange(2), default=4, show_default=True)
+def genbuf_command(senders: int) -> None:
+    """Queue what many senders have for two receivers (published)."""
+    click.echo(published.genbuf(senders), nl=False)
+
+
+@main.command("bunny")
+@click.option("--size", type=click.IntRange(2), default=4, show_default=True)
+def bunny_command(size: int) -> None:
+    """Visit every cell of two sides of a field past a turtle (published)."""
+    click.echo(published.bunny(size), nl=False)
+
+
+@main.command("belief")
+@click.option("--rows", type=click.IntRange(4), default=7, show_default=True)
+@click.option("--cols", type=click.IntRange(4), default=13, show_default=True)
+@click.option("--adversaries", type=click.IntRange(1), default=1, show_default=True)
+def belief_command(rows: int, cols: int, adversaries: int) -> None:
+    """Deliver while evading adversaries that are seen only from near (after a published one)."""
+    click.echo(published.belief(rows, cols, adversaries), nl=False)
 
 
 if __name__ == "__main__":

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Literal
 
 import families
+import published
 
 Mode = Literal["strategy", "verdict"]
 
@@ -66,7 +67,21 @@ BARS = (
     Bar("gr1/genbuf_20.slugsin", "verdict", 1.0, None, "> 60"),
     Bar("gr1/synt15_10.slugsin", "verdict", 1.0, None, "26"),
     Bar("gr1/jcss12_4.slugsin", "verdict", 5.0, None, "> 60"),
+    *(Bar(f"gr1/synt15_{n}.slugsin", "verdict", 1.0, None, "") for n in (24, 25, 28, 30)),
 )
+# Published families at sizes that the corpus need not have, written anew: the bars of the verdict.
+PUBLISHED = {
+    "amba_6": (published.amba(6), 3.0),
+    "amba_8": (published.amba(8), 7.0),
+    "amba_10": (published.amba(10), 40.0),
+    "genbuf_60": (published.genbuf(60), 3.0),
+    "genbuf_80": (published.genbuf(80), 5.0),
+    "genbuf_100": (published.genbuf(100), 8.0),
+    "bunny_20": (published.bunny(20), 2.0),
+    "bunny_50": (published.bunny(50), 25.0),
+    "belief_7x13_2": (published.belief(7, 13, 2), 5.0),
+    "belief_7x13_3": (published.belief(7, 13, 3), 15.0),
+}
 SUFFIXES = (".slugsin", ".structuredslugs")
 SMALL_BAR = 0.02
 NOT_SMALL = ("basicEvasion", "two_customer_waiter")
@@ -93,6 +108,10 @@ def corpus_suite(scratch: Path) -> list[Case]:
             file = corpus / bar.file
         name = Path(bar.file).name.split(".")[0]
         cases.append(Case(name, file, bar.mode, bar.seconds, bar.prototype, bar.upstream))
+    cases += [
+        Case(name, _write(scratch, f"written_{name}", text), "verdict", seconds)
+        for name, (text, seconds) in PUBLISHED.items()
+    ]
     if corpus is not None:
         for file in sorted((corpus / "slugs").iterdir()):
             if file.suffix in SUFFIXES and file.name.split(".")[0] not in NOT_SMALL:

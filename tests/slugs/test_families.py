@@ -20,6 +20,9 @@ FAMILIES = Path(__file__).resolve().parents[2] / "benchmarks" / "families.py"
         "regions --rows 4 --cols 4 --adversary four",
         "errands --size 4 --goals 3",
         "arbiter --clients 3",
+        "genbuf --senders 2",
+        "bunny --size 2",
+        "belief --rows 5 --cols 5",
     ],
 )
 def test_family_is_won_by_moving(slugs_binary: Path, tmp_path: Path, arguments: str) -> None:

@@ -1,0 +1,336 @@
+"""Families of specifications that others published, written anew at every size.
+
+Reactive synthesizers are compared on these.  Each function gives structuredslugs text.
+
+- `amba`: the arbiter of the AMBA AHB bus, specified by Bloem, Jobstmann, Piterman, Pnueli and
+  Sa'ar (Synthesis of Reactive(1) Designs, JCSS 2012), with monitors for the properties that are
+  not transitions.  Known as jcss12 in collections.
+- `genbuf`: IBM's generalized buffer between many senders and two receivers (same source).
+- `bunny`: a robot with very many goals and a turtle that crosses its field (Filippidis, Murray and
+  Holzmann, A multi-paradigm language for reactive synthesis, SYNT 2015).
+- `belief`: a robot that delivers while it evades adversaries out of sight (after the belief maps of
+  safe locomotion planning, in which there is one adversary).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+SECTIONS = (
+    "INPUT",
+    "OUTPUT",
+    "ENV_INIT",
+    "SYS_INIT",
+    "ENV_TRANS",
+    "SYS_TRANS",
+    "ENV_LIVENESS",
+    "SYS_LIVENESS",
+)
+
+
+def _text(title: str, **sections: Sequence[str]) -> str:
+    blocks = [f"# {title}\n"]
+    blocks += [
+        f"[{name}]\n" + "".join(f"{line}\n" for line in sections[name])
+        for name in SECTIONS
+        if sections.get(name)
+    ]
+    return "\n".join(blocks)
+
+
+def _all(parts: Sequence[str]) -> str:
+    return "(" + " & ".join(parts) + ")"
+
+
+def _any(parts: Sequence[str]) -> str:
+    return "(" + " | ".join(parts) + ")"
+
+
+def _code(name: str, bits: int, value: int, prime: str = "") -> str:
+    """That the bits name0, name1, ... (least first) stand for the value."""
+    return _all([f"{'' if value >> b & 1 else '!'}{name}{b}{prime}" for b in range(bits)])
+
+
+def _move(before: str, after: str) -> str:
+    return f"{before} -> {after}"
+
+
+def amba(masters: int) -> str:
+    """The AMBA AHB arbiter: which master gets the bus, with bursts and locked transfers."""
+    if masters < 2:
+        raise ValueError("a bus needs at least two masters")
+    every = range(masters)
+    bits = (masters - 1).bit_length()
+
+    def owner(i: int, prime: str = "") -> str:
+        return _code("hmaster", bits, i, prime)
+
+    single = "(!hburst0 & !hburst1)"  # a burst of unspecified length
+    four = "(!hburst0 & hburst1)"  # a burst of four
+    a1 = ("(!stateA1_1 & !stateA1_0)", "(stateA1_1 & !stateA1_0)", "(!stateA1_1 & stateA1_0)")
+    a1_next = tuple(s.replace(")", "')").replace(" &", "' &") for s in a1)
+    g3 = [_code("stateG3_", 3, k) for k in range(5)]
+    g3_next = [_code("stateG3_", 3, k, "'") for k in range(5)]
+    begins = f"(hmastlock & start & {four})"
+    sys_trans = [f"{owner(i)} -> (hbusreq{i} <-> busreq)" for i in every]
+    sys_trans += [  # the owner of a locked burst gives the bus up at some time (assumption 1)
+        _move(f"{a1[0]} & (!hmastlock | !{single})", a1_next[0]),
+        _move(f"{a1[0]} & hmastlock & {single}", a1_next[1]),
+        _move(f"{a1[1]} & busreq", a1_next[1]),
+        _move(f"{a1[1]} & !busreq & (!hmastlock | !{single})", a1_next[0]),
+        _move(f"{a1[1]} & !busreq & hmastlock & {single}", a1_next[2]),
+        _move(f"{a1[2]} & busreq", a1_next[1]),
+        _move(f"{a1[2]} & hmastlock & {single}", a1_next[1]),
+        _move(f"{a1[2]} & !busreq & (!hmastlock | !{single})", a1_next[0]),
+        "!hready -> !start'",
+    ]
+    sys_trans += [  # a locked burst of unspecified length lasts until it is given up
+        _move(f"!stateG2 & (!hmastlock | !start | !{single})", "!stateG2'"),
+        _move(f"!stateG2 & hmastlock & start & {single}", "stateG2'"),
+        _move("stateG2 & !start & busreq", "stateG2'"),
+        "!(stateG2 & start)",
+        _move("stateG2 & !start & !busreq", "!stateG2'"),
+    ]
+    sys_trans += [  # a locked burst of four lasts four transfers
+        _move(f"{g3[0]} & !{begins}", g3_next[0]),
+        _move(f"{g3[0]} & {begins} & !hready", g3_next[1]),
+        _move(f"{g3[0]} & {begins} & hready", g3_next[2]),
+    ]
+    for k in range(1, 5):
+        sys_trans += [
+            _move(f"{g3[k]} & !start & !hready", g3_next[k]),
+            _move(f"{g3[k]} & !start & hready", g3_next[(k + 1) % 5]),
+            f"!({g3[k]} & start)",
+        ]
+    sys_trans += [f"hready -> (hgrant{i} <-> {owner(i, chr(39))})" for i in every]
+    sys_trans += ["hready -> (locked <-> hmastlock')"]
+    sys_trans += [f"!start' -> ({owner(i)} <-> {owner(i, chr(39))})" for i in every]
+    sys_trans += ["!start' -> (hmastlock <-> hmastlock')"]
+    for i in every:
+        sys_trans += [
+            f"(decide & hlock{i} & hgrant{i}') -> locked'",
+            f"(decide & !hlock{i} & hgrant{i}') -> !locked'",
+        ]
+    sys_trans += [f"!decide -> (hgrant{i} <-> hgrant{i}')" for i in every]
+    sys_trans += ["!decide -> (locked <-> locked')"]
+    for i in range(1, masters):  # no grant without a request
+        idle = f"!hgrant{i} & !hbusreq{i}"
+        sys_trans += [
+            f"(!stateG10_{i} & !({idle})) -> !stateG10_{i}'",
+            f"(!stateG10_{i} & {idle}) -> stateG10_{i}'",
+            f"(stateG10_{i} & {idle}) -> stateG10_{i}'",
+            f"!(stateG10_{i} & hgrant{i} & !hbusreq{i})",
+            f"(stateG10_{i} & hbusreq{i}) -> !stateG10_{i}'",
+        ]
+    sys_trans += [f"(decide & {_all([f'!hbusreq{i}' for i in every])}) -> hgrant0'"]
+    monitors = ["stateA1_0", "stateA1_1", "stateG2", *(f"stateG3_{b}" for b in range(3))]
+    monitors += [f"stateG10_{i}" for i in range(1, masters)]
+    low = ["hmastlock", "locked", "busreq", *(f"hgrant{i}" for i in range(1, masters)), *monitors]
+    inputs = ["hburst0", "hburst1", *(f"hbusreq{i}" for i in every), *(f"hlock{i}" for i in every)]
+    return _text(
+        f"AMBA AHB arbiter, {masters} masters",
+        INPUT=[*inputs, "hready"],
+        OUTPUT=[
+            "busreq",
+            "decide",
+            *(f"hgrant{i}" for i in every),
+            *(f"hmaster{b}" for b in range(bits)),
+            "hmastlock",
+            "locked",
+            "start",
+            *monitors,
+        ],
+        ENV_INIT=[f"!{name}" for name in [*inputs, "hready"]],
+        SYS_INIT=[owner(0), "start", "decide", "hgrant0", *(f"!{name}" for name in low)],
+        ENV_TRANS=[f"hlock{i} -> hbusreq{i}" for i in every],
+        SYS_TRANS=sys_trans,
+        ENV_LIVENESS=["!stateA1_1", "hready"],
+        SYS_LIVENESS=["!stateG2", g3[0], *(f"{owner(i)} | !hbusreq{i}" for i in every)],
+    )
+
+
+def genbuf(senders: int) -> str:
+    """The generalized buffer: from many senders through a queue to two receivers, in turn."""
+    if senders < 2:
+        raise ValueError("a buffer needs at least two senders")
+    every = range(senders)
+    bits = (senders - 1).bit_length()
+    env_trans = []
+    for i in every:
+        env_trans += [
+            f"(StoB_REQ{i} & !BtoS_ACK{i}) -> StoB_REQ{i}'",
+            f"BtoS_ACK{i} -> !StoB_REQ{i}'",
+        ]
+    for i in range(2):
+        env_trans += [
+            f"!BtoR_REQ{i} -> !RtoB_ACK{i}'",
+            f"(BtoR_REQ{i} & RtoB_ACK{i}) -> RtoB_ACK{i}'",
+        ]
+    env_trans += [
+        "(ENQ & !DEQ) -> !EMPTY'",
+        "(DEQ & !ENQ) -> !FULL'",
+        "(ENQ <-> DEQ) -> ((FULL <-> FULL') & (EMPTY <-> EMPTY'))",
+    ]
+    sys_trans = []
+    for i in every:
+        sys_trans += [
+            f"(!StoB_REQ{i} & StoB_REQ{i}') -> !BtoS_ACK{i}'",
+            f"(!BtoS_ACK{i} & !StoB_REQ{i}) -> !BtoS_ACK{i}'",
+            f"(BtoS_ACK{i} & StoB_REQ{i}) -> BtoS_ACK{i}'",
+            *(f"!BtoS_ACK{i} | !BtoS_ACK{k}" for k in range(i + 1, senders)),
+        ]
+    for i in range(2):
+        sys_trans += [
+            f"(BtoR_REQ{i} & !RtoB_ACK{i}) -> BtoR_REQ{i}'",
+            *(["!BtoR_REQ0 | !BtoR_REQ1"] if i == 0 else []),
+            f"RtoB_ACK{i} -> !BtoR_REQ{i}'",
+        ]
+    sys_trans += [  # never the same receiver twice in a row
+        "(!stateG7_1 & !BtoR_REQ0 & BtoR_REQ1) -> (stateG7_1' & !stateG7_0')",
+        "(stateG7_1 & BtoR_REQ0 & !BtoR_REQ1) -> (!stateG7_1' & !stateG7_0')",
+        "(!stateG7_1 & !BtoR_REQ0 & !BtoR_REQ1) -> (!stateG7_1' & stateG7_0')",
+        "(stateG7_1 & !BtoR_REQ0 & !BtoR_REQ1) -> (stateG7_1' & stateG7_0')",
+        "(!stateG7_1 & !stateG7_0 & BtoR_REQ0 & !BtoR_REQ1) -> (!stateG7_1' & !stateG7_0')",
+        "(stateG7_1 & !stateG7_0 & !BtoR_REQ0 & BtoR_REQ1) -> (stateG7_1' & !stateG7_0')",
+        "!(!stateG7_1 & stateG7_0 & BtoR_REQ0)",
+        "!(stateG7_1 & stateG7_0 & BtoR_REQ1)",
+    ]
+    for i in every:
+        taken = f"(!BtoS_ACK{i} & BtoS_ACK{i}')"
+        selected = _code("SLC", bits, i, "'")
+        sys_trans += [
+            f"{taken} -> ENQ'",
+            f"{taken} -> {selected}" if i == 0 else f"{taken} <-> {selected}",
+        ]
+    nothing_taken = _all([f"(BtoS_ACK{i} | !BtoS_ACK{i}')" for i in every])
+    given = [f"(RtoB_ACK{i} & !RtoB_ACK{i}')" for i in range(2)]
+    sys_trans += [f"{nothing_taken} -> !ENQ'", *(f"{event} -> DEQ'" for event in given)]
+    sys_trans += [
+        f"!{_any(given)} -> !DEQ'",
+        "(FULL & !DEQ) -> !ENQ",
+        "EMPTY -> !DEQ",
+        "(!stateG12 & EMPTY) -> !stateG12'",  # what was queued leaves again
+        "(!stateG12 & DEQ) -> !stateG12'",
+        "(!stateG12 & !EMPTY & !DEQ) -> stateG12'",
+        "(stateG12 & !DEQ) -> stateG12'",
+        "(stateG12 & DEQ) -> !stateG12'",
+    ]
+    inputs = [*(f"StoB_REQ{i}" for i in every), "RtoB_ACK0", "RtoB_ACK1", "FULL", "EMPTY"]
+    outputs = [*(f"BtoS_ACK{i}" for i in every), "BtoR_REQ0", "BtoR_REQ1", "stateG7_0", "stateG7_1"]
+    outputs += ["ENQ", "DEQ", "stateG12", *(f"SLC{b}" for b in range(bits))]
+    return _text(
+        f"generalized buffer, {senders} senders",
+        INPUT=inputs,
+        OUTPUT=outputs,
+        ENV_INIT=[name if name == "EMPTY" else f"!{name}" for name in inputs],
+        SYS_INIT=[name if name == "stateG7_1" else f"!{name}" for name in outputs],
+        ENV_TRANS=env_trans,
+        SYS_TRANS=sys_trans,
+        ENV_LIVENESS=[f"BtoR_REQ{i} <-> RtoB_ACK{i}" for i in range(2)],
+        SYS_LIVENESS=[*(f"StoB_REQ{i} <-> BtoS_ACK{i}" for i in every), "!stateG12"],
+    )
+
+
+def bunny(size: int) -> str:
+    """A robot visits every cell of two opposite sides of its field; a turtle is in the way.
+
+    The turtle walks to and fro in one direction and appears anywhere in the other.  What each may
+    do in one turn is a choice: its number is a variable, too.
+    """
+    if size < 2:
+        raise ValueError("a field has at least two cells a side")
+    turtle = ("(turn' = 0 & yt = yt' + 1)", "(turn' = 1 & yt' = yt + 1)", "turn' = 2")
+    walk = ("(go' = 0 & x = x' + 1)", "(go' = 1 & x' = x + 1)")
+    walk += ("(go' = 2 & y = y' + 1)", "(go' = 3 & y' = y + 1)", "go' = 4")
+    return _text(
+        f"a robot with {2 * size} goals and a turtle",
+        INPUT=["turn:0...5", f"xt:1...{size - 1}", f"yt:0...{size}"],
+        OUTPUT=[f"x:0...{size}", f"y:0...{size}", "go:0...5"],
+        ENV_INIT=["yt = 0"],
+        SYS_INIT=["x = 0", "y = 0"],
+        ENV_TRANS=["turn' = 0 | turn' = 1 | yt' = yt", " | ".join(turtle)],
+        SYS_TRANS=[
+            "go' = 2 | go' = 3 | y' = y",
+            "go' = 0 | go' = 1 | x' = x",
+            " | ".join(walk),
+            "!(x = xt & y = yt)",
+            "!(xt' = x & yt' = y)",
+        ],
+        ENV_LIVENESS=["yt = 0"],
+        SYS_LIVENESS=[f"x = {side} & y = {row}" for side in (0, size) for row in range(size)],
+    )
+
+
+def belief(rows: int, cols: int, adversaries: int, sight: int = 3) -> str:
+    """A robot delivers on a map while it evades adversaries that it sees only when they are near.
+
+    Of the kind of the belief maps in safe locomotion planning: one integer for each robot's cell,
+    and for each adversary's cell or that it is out of sight; what an adversary may do is listed
+    for each pair of cells.  It comes out of sight again and again.
+    """
+    cells = range(rows * cols)
+    unseen = rows * cols
+    border = {c for c in cells if c // cols in (0, rows - 1) or c % cols in (0, cols - 1)}
+    free = [c for c in cells if c not in border]
+    if len(free) < 4:
+        raise ValueError("the map has no four cells inside its border")
+
+    def near(a: int, b: int) -> int:
+        return max(abs(a // cols - b // cols), abs(a % cols - b % cols))
+
+    def steps(c: int) -> list[int]:
+        return [d for d in (c, c - 1, c + 1, c - cols, c + cols) if d in free]
+
+    env_trans = []
+    for k in range(adversaries):
+        for robot in free:
+            seen = [c for c in free if near(robot, c) <= sight]
+            edge = [c for c in seen if any(near(robot, d) > sight for d in steps(c))]
+            for c in seen:
+                targets = [d if d in seen else unseen for d in steps(c)]
+                choice = " | ".join(f"st{k}' = {d}" for d in dict.fromkeys(targets))
+                env_trans.append(f"(s = {robot} & st{k} = {c}) -> ({choice})")
+            for c in free:
+                if c not in seen:
+                    env_trans.append(f"(s = {robot} & st{k} = {c}) -> st{k}' = {unseen}")
+            choice = " | ".join(f"st{k}' = {d}" for d in [unseen, *edge])
+            env_trans.append(f"(s = {robot} & st{k} = {unseen}) -> ({choice})")
+        env_trans += [f"st{k}' != {c}" for c in sorted(border)] + [f"go = 0 -> st{k}' != s"]
+    env_trans += [
+        "go = 0 -> (orientation' = orientation & s' = s)",
+        f"go = 1 -> (orientation' = 0 & s' + {cols} = s)",
+        "go = 2 -> (orientation' = 1 & s' = s + 1)",
+        f"go = 3 -> (orientation' = 2 & s' = s + {cols})",
+        "go = 4 -> (orientation' = 3 & s' + 1 = s)",
+    ]
+    first, last = free[0], free[-1]
+    sys_trans = [f"orientation' = {k} -> go' != {back}" for k, back in enumerate((3, 4, 1, 2))]
+    sys_trans += [
+        f"(orientation = {k} & go = 0) -> (go' = 0 | go' = {k + 1})" for k in range(4)
+    ] + [f"s' != {c}" for c in sorted(border)]
+    for number, (goal, condition) in enumerate(
+        ((last, "order"), (first, f"s = {last} & pending0"))
+    ):
+        sys_trans += [
+            f"s = {goal} -> !pending{number}'",
+            f"s != {goal} -> (pending{number}' <-> (pending{number} | ({condition})))",
+        ]
+    for k in range(adversaries):
+        sys_trans += [f"st{k}' = {c} -> (s' != {c} & s != {c})" for c in free]
+    return _text(
+        f"deliveries on {rows} x {cols} cells, {adversaries} adversaries, sight {sight}",
+        INPUT=[
+            *(f"st{k}:0...{unseen}" for k in range(adversaries)),
+            "orientation:0...3",
+            f"s:0...{unseen - 1}",
+            "order",
+        ],
+        OUTPUT=["go:0...4", "pending0", "pending1"],
+        ENV_INIT=[f"s = {first}", "orientation = 1", "order"]
+        + [f"st{k} = {unseen}" for k in range(adversaries)],
+        SYS_INIT=["go = 0", "!pending0", "!pending1"],
+        ENV_TRANS=env_trans,
+        SYS_TRANS=sys_trans,
+        ENV_LIVENESS=[_all([f"st{k}' = {unseen}" for k in range(adversaries)])],
+        SYS_LIVENESS=["!pending0", "!pending1"],
+    )
