@@ -142,7 +142,7 @@ Game::Game(const Specification &spec, const std::vector<std::uint32_t> &order, c
 
 void Game::build() {
   // Each factor costs a multiplication for each set of states.
-  constexpr std::size_t most_nodes_of_factor = 3000;
+  constexpr std::size_t most_nodes_of_factor = 10000;
   constexpr std::size_t unlimited = static_cast<std::size_t>(-1);
   FormulaPool formulas = specification.formulas;
   const auto conjunction = [&](Section section) {
