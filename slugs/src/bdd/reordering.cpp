@@ -160,8 +160,6 @@ void Reordering::between_steps(const Work &step, const Work &drop) {
 
 // About the work of sifting so many nodes, twice over: what must have been
 // worked before that is worth a try.
-std::uint64_t Reordering::effort(std::size_t nodes) const {
-  return std::uint64_t{4} * store_.bits() * nodes;
-}
+std::uint64_t Reordering::effort(std::size_t nodes) const { return std::uint64_t{4} * store_.bits() * nodes; }
 
 } // namespace slugs

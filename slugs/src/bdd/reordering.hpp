@@ -65,10 +65,10 @@ private:
   bool settled_ = false;
   bool active_ = true; // not while a step is measured, nor in our own operations
   std::size_t sift_at_;
-  std::size_t allowance_;         // of nodes for an operation
+  std::size_t allowance_;        // of nodes for an operation
   std::uint64_t indulgence_ = 1; // of work for an operation, in efforts
-  std::uint64_t worked_ = 0;   // when a step was last measured
-  std::uint64_t patience_ = 0; // work until the next time
+  std::uint64_t worked_ = 0;     // when a step was last measured
+  std::uint64_t patience_ = 0;   // work until the next time
 };
 
 } // namespace slugs
