@@ -46,15 +46,25 @@ void allow_deep_recursion() {
 
 } // namespace
 
-void *operator new(std::size_t bytes) {
-  void *block =
-      bytes <= heap.limit && heap.used <= heap.limit - bytes ? std::malloc(bytes ? bytes : 1) : nullptr;
-  if (!block)
-    throw std::bad_alloc();
-  heap.used += size_of(block);
+// All forms, so that no block is taken by one allocator and given back by another.
+void *operator new(std::size_t bytes, const std::nothrow_t &) noexcept {
+  const bool room = bytes <= heap.limit && heap.used <= heap.limit - bytes;
+  void *block = room ? std::malloc(bytes ? bytes : 1) : nullptr;
+  if (block)
+    heap.used += size_of(block);
   return block;
 }
+void *operator new(std::size_t bytes) {
+  if (void *block = operator new(bytes, std::nothrow))
+    return block;
+  throw std::bad_alloc();
+}
 void *operator new[](std::size_t bytes) { return operator new(bytes); }
+void *operator new[](std::size_t bytes, const std::nothrow_t &) noexcept {
+  return operator new(bytes, std::nothrow);
+}
+void operator delete(void *block, const std::nothrow_t &) noexcept { give_back(block); }
+void operator delete[](void *block, const std::nothrow_t &) noexcept { give_back(block); }
 void operator delete(void *block) noexcept { give_back(block); }
 void operator delete[](void *block) noexcept { give_back(block); }
 void operator delete(void *block, std::size_t) noexcept { give_back(block); }
