@@ -158,9 +158,11 @@ def guarantees() -> Iterator[Constraint]:
     yield Constraint(Section.SYS_LIVENESS, "request' -> region' = assigned'", go)
 
 
-def excused(constraint: Constraint) -> Constraint:
-    """A goal of its own, excused while a request is open."""
-    if constraint.section is not Section.SYS_LIVENESS:
+def excused(constraint: Constraint, holds: bool = False) -> Constraint:
+    """A goal of its own, excused while a request is open; one that ``holds`` may also leave the
+    place where it stays."""
+    stays = holds and constraint.section is Section.SYS_TRANS
+    if constraint.section is not Section.SYS_LIVENESS and not stays:
         return constraint
     origin = replace(constraint.origin, rule=f"{constraint.origin.rule}, unless it is asked to go")
     return replace(constraint, formula=f"request' | ({constraint.formula})", origin=origin)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from safenav.scenario.objective import describe
+from safenav.scenario.objective import Hold, describe
 from safenav.spec import assignable
 from safenav.spec.movement import heading_rules, stepping, walls
 from safenav.spec.objective import encode
@@ -69,7 +69,8 @@ def _steering(
         tuple(assignable.assumptions(task, world)),
         tuple(assignable.guarantees()),
     )
-    return encoding, assignable.excused
+    holds = isinstance(task.objective, Hold)
+    return encoding, lambda constraint: assignable.excused(constraint, holds)
 
 
 def assumption_names(task: Task, world: RegionMap) -> list[str]:

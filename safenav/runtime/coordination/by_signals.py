@@ -14,7 +14,7 @@ from safenav.runtime.coordination.floor import graph_of
 from safenav.runtime.coordination.strategies import Answer, Attempt, Errand, Strategies
 from safenav.runtime.poses import FAR, Mask, region_mask
 from safenav.runtime.team import RobotState, Role, TeamState
-from safenav.scenario.objective import Hold, Objective, Visit
+from safenav.scenario.objective import Hold
 from safenav.spec.assignable import Signal
 from safenav.trace import records
 from safenav.world.map import Region
@@ -110,9 +110,7 @@ class BySignals:
 
     def _own(self, name: str, errand: Errand) -> Errand:
         """The errand as a strategy sees it: the robot's own objective, whatever it is told."""
-        own: Objective = self.state.robots[name].robot.objective
-        if isinstance(own, Hold):  # once there it stays, but it can be called away
-            own = Visit((own.target,))
+        own = self.state.robots[name].robot.objective
         return replace(
             errand, objective=own, avoid=frozenset(), must=frozenset(), forbidden=frozenset()
         )
