@@ -19,7 +19,7 @@ from pathlib import Path
 import click
 
 from safenav.report.terminal.table import table
-from safenav.runtime.controllers import first_answers
+from safenav.runtime.coordination.strategies import first_answers
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.synthesis.cache import Cache
