@@ -20,7 +20,6 @@ from safenav.trace.records import (
     Goal,
     Gone,
     Objective,
-    OperatorCause,
     Outcome,
     Record,
     Resolved,
@@ -51,13 +50,24 @@ class ProofRule(Rule):
             yield from self._given_up(record, now)
         elif isinstance(record, Outcome) and record.outcome is Ending.OPERATOR_NEEDED:
             if record.proof is None:
-                if record.cause is OperatorCause.UNRESOLVABLE:
+                if now.derived and not self._unrealizable(record, now):
                     yield self.broken_by(
                         record, None, "an operator is needed, but that is not proven"
                     )
                 return
             for problem in problems_of(record.proof, moment_of(now, self._goals, self._never)):
                 yield self.broken_by(record, None, problem)
+
+    def _unrealizable(self, record: Outcome, now: Situation) -> bool:
+        """Whether some robot has lost its objective for good, as a synthesis says: alone, and
+        with all away that may yet be resolved, it cannot go on for ever."""
+        moment = moment_of(now, self._goals, self._never)
+        for name in (record.unrealizable or {}).keys() & moment.robots.keys():
+            robot, walls = moment.robots[name], moment.sealed[name]
+            reached = moment.closure(robot, [robot.pose], walls)
+            if not robot.judged or not moment.live(robot, reached, walls):
+                return True
+        return False
 
     def _given_up(self, record: Blocked, now: Situation) -> Iterator[Finding]:
         """An obstacle that can never be resolved is closed for good to those whom it blocks."""
