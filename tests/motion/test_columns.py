@@ -5,16 +5,19 @@ from __future__ import annotations
 import csv
 import io
 from dataclasses import replace
+from hashlib import sha256
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
-from motion.runs import digest_of, motion, trace_of
+from motion.runs import digest_of, motion, played, trace_of
 from safenav.errors import UsageError
+from safenav.motion.check.verdict import check_motion
 from safenav.motion.columns import columns_of, csv_text, npz_bytes
 from safenav.motion.making import Disturbances, motion_of
 from safenav.motion.timed import as_csv, timed_waypoints
+from safenav.trace.reading import read_bytes
 
 NAME = "case_study_1"
 OMEGA = (9.81 / 0.8) ** 0.5
@@ -94,3 +97,17 @@ def test_timed_waypoints_are_where_and_when_moves_end() -> None:
     walking = {round(w.speed, 3) for w in found if w.robot == "digit"}
     assert walking == {0.0, 0.45}
     assert as_csv(found).splitlines()[0] == "robot,tick,t,x,y,z,yaw,speed,region"
+
+
+def test_a_run_in_which_nobody_moves_still_says_where_everybody_stands() -> None:
+    content = played(
+        "safenav: 1\nmap: {grid: ['#####', '#...#', '#####']}\n"
+        "robots: {a: {model: quadcopter, start: [1, 1], objective: {hold: [1, 1]}}}\n"
+        "until: {rounds: 1}\n"
+    )
+    trace = read_bytes(content, "made")
+    digest = sha256(content).hexdigest()
+    still = motion_of(trace, digest)
+    found = columns_of(still, "a", 10.0).columns
+    assert set(found["x"]) == {1.5 * 2.7} and set(found["vel_x"]) == {0.0}
+    assert check_motion(still, trace, digest) == []

@@ -23,6 +23,9 @@ from safenav.motion.mover import Errand, Mover
 from safenav.motion.timing.order import After, Cause, Deed, Node, Step
 
 ACTION_SECONDS = "action_seconds"
+
+STANDING = 1.0
+"""Seconds that a motion shows of a run in which nobody moves."""
 AT_ONCE = 1e-9
 """Seconds that are no delay: sums of the same durations in another order."""
 
@@ -159,11 +162,13 @@ class _Clock:
         makespan = max((mover.time for mover in self._movers.values()), default=0.0)
         latest = max(self._movers.values(), key=lambda mover: mover.time, default=None)
         chain = () if latest is None else self._chain(last.get(latest.robot), makespan)
+        # Where nobody ever moves, a moment at rest says where everybody stands.
+        until = makespan or STANDING
         for mover in self._movers.values():
-            if mover.time < makespan:
-                self._lines += mover.rest(tick, makespan)
+            if mover.time < until:
+                self._lines += mover.rest(tick, until)
         lines = sorted(self._lines, key=when)
-        return Schedule(tuple(lines), Outcome(makespan, busy, dict(self._waited), chain))
+        return Schedule(tuple(lines), Outcome(until, busy, dict(self._waited), chain))
 
     def _chain(self, done: _Done | None, makespan: float) -> tuple[Link, ...]:
         """The links from the start to the end, each beginning when the one before ends."""
