@@ -161,6 +161,8 @@ class RoundsRule(Rule):
         for robot, objective in now.objectives.items():
             if outcome is None or objective.kind not in COUNTED_KINDS:
                 continue
+            if now.stack and objective != now.header.robots[robot].objective:
+                continue  # it helps or waits; the outcome tells the rounds of its own objective
             last, told = self._last.get(robot, 0), outcome.rounds.get(robot)
             if told is None or told == last or (robot in self._unsure and told == 0):
                 continue
