@@ -80,14 +80,14 @@ _TO_THE_PUSH = """
 
 
 def _team(browser: Browser, folder: Path) -> None:
-    """Beliefs and sight, and a team in which some take two ticks a step and give way."""
+    """Beliefs and sight, and a team in which some take two ticks a step and follow a plan."""
     replay, page = _run("case_study_3_beliefs", folder)
     tick = _first(replay, EventKind.RESOLVED)
     _shoot(browser, page, tick, HERE / "beliefs.png")
     shading = shading_of(replay, "digit", tick)
     (HERE / "beliefs.svg").write_text(svg_of(replay.scene(tick), Options(shading=shading)))
     replay, page = _run("team_of_six", folder)
-    _shoot(browser, page, _first(replay, EventKind.YIELD), HERE / "giving_way.png")
+    _shoot(browser, page, _first(replay, EventKind.PLAN), HERE / "giving_way.png")
 
 
 def _strategies(folder: Path) -> None:
