@@ -29,7 +29,7 @@ namespace slugs {
 
 Fixpoint::Fixpoint(Game &game, bool robotics_init, Steps order, Statistics &statistics)
     : game_(game), robotics_init_(robotics_init), order_(order), statistics_(statistics), z_(game.states),
-      progress_(game.guarantees.size()) {
+      progress_(game.guarantees.size()), settled_(game.guarantees.size()) {
   for (const Bdd &assumption : game.assumptions) {
     const std::vector<Var> support = game.store.support(assumption);
     decided_by_input_.push_back(std::none_of(support.begin(), support.end(), [&](Var v) {
@@ -107,6 +107,11 @@ Bdd Fixpoint::reach_goal(std::size_t j) {
   BddStore &store = game_.store;
   const GoalProgress before = std::move(progress_[j]);
   progress_[j].clear();
+  // A round's waiting lies within that of the same round before, when Z was
+  // larger.  Rounds beyond the last one before lie within the last only if Y
+  // had stopped growing there; if Y had reached Z, nothing is known of them.
+  const bool settled = settled_[j];
+  settled_[j] = true;
   // What the environment may do that the system cannot answer by coming closer.
   Bdd open = game_.env_trans & z_;
   const auto answer = [&](const Bdd &targets) {
@@ -145,7 +150,7 @@ Bdd Fixpoint::reach_goal(std::size_t j) {
     const Bdd &unanswered = order_ == Steps::BiasForAction ? open_before : open;
     for (std::size_t i = 0; i < game_.assumptions.size(); ++i) {
       Bdd start = z_;
-      if (!before.empty())
+      if (!before.empty() && (settled || k < before.size()))
         start &= before[std::min(k, before.size() - 1)].waiting[i].thaw(store);
       const Bdd waiting = wait(unanswered, start, i, statistics_.x_iterations[j]);
       round.waiting.emplace_back(store, waiting);
@@ -154,8 +159,10 @@ Bdd Fixpoint::reach_goal(std::size_t j) {
     // Y cannot outgrow Z.
     const bool done = larger == y || larger == z_;
     progress_[j].push_back(std::move(round));
-    if (done)
+    if (done) {
+      settled_[j] = larger == y;
       return larger;
+    }
     answer(store.to_next(larger));
     y = larger;
   }

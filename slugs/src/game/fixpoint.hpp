@@ -58,6 +58,7 @@ private:
   std::vector<bool> decided_by_input_; // by assumption: it does not depend on next outputs
   Bdd z_;
   std::vector<GoalProgress> progress_; // by guarantee
+  std::vector<char> settled_;          // by guarantee: did Y stop growing in its last round?
 };
 
 } // namespace slugs
