@@ -69,7 +69,7 @@ def main() -> None:
         _measure(page, chosen.seconds, (4, 16, 64))
         solid = _solid(Path(folder))
         print(f"3D page           {solid.stat().st_size / 1e6:8.3f} MB (case study 1)")
-        _measure(solid, chosen.seconds, (1, 4, 16))
+        _measure(solid, chosen.seconds, (1, 4, 16), solid=True)
 
 
 def _solid(folder: Path) -> Path:
@@ -84,8 +84,8 @@ def _solid(folder: Path) -> Path:
     return page
 
 
-def _measure(page: Path, seconds: float, speeds: tuple[int, ...]) -> None:
-    browser = Browser()
+def _measure(page: Path, seconds: float, speeds: tuple[int, ...], solid: bool = False) -> None:
+    browser = Browser(solid)
     try:
         opened = []
         for _ in range(5):

@@ -37,7 +37,7 @@ def main() -> None:
         with tempfile.TemporaryDirectory() as folder:
             for number in (1, 2, 3):
                 _case_study(browser, number, Path(folder))
-            _solid(browser, Path(folder))
+            _solid(Path(folder))
             _team(browser, Path(folder))
             _strategies(Path(folder))
     finally:
@@ -57,10 +57,11 @@ def _case_study(browser: Browser, number: int, folder: Path) -> None:
         (HERE / f"{name}.svg").write_text(svg_of(replay.scene(request)))
 
 
-def _solid(browser: Browser, folder: Path) -> None:
+def _solid(folder: Path) -> None:
     """Case study 1 in 3D: the whole floor, and Digit at the door while the quadcopter waits."""
     trace, page = folder / "case_study_1.jsonl", folder / "solid.html"
     _safenav("replay", str(trace), "--3d", "-o", str(page))
+    browser = Browser(solid=True)
     _shoot(browser, page, 11, HERE / "case_study_1_3d.png")
     browser.open(page, "#tick=15", width=1280, height=720)
     browser.wait(lambda: browser.all(".stage3d canvas"))
@@ -69,6 +70,7 @@ def _solid(browser: Browser, folder: Path) -> None:
     browser.run(_TO_THE_PUSH)
     time.sleep(0.5)
     _keep(browser, HERE / "door_3d.png")
+    browser.driver.quit()
 
 
 _TO_THE_PUSH = """

@@ -67,7 +67,8 @@ class Mission:
     ) -> None:
         self.scenario = scenario
         self.result: RunResult | None = None
-        self.state = TeamState.initial(scenario, listeners)
+        self._moved = 0  # the tick of the last move
+        self.state = TeamState.initial(scenario, (*listeners, self._note))
         self._given = world or SimulatedWorld(scenario)
         self._world = CheckedWorld(self._given, scenario)
         self._stop = Stop(scenario.limits.seconds)
@@ -228,6 +229,10 @@ class Mission:
             ended.synthesis_seconds,
         )
 
+    def _note(self, record: records.Record) -> None:
+        if isinstance(record, records.Move):
+            self._moved = record.tick
+
     def _tell_end(self, outcome: str, verdict: Verdict) -> records.Outcome:
         if self._traffic.active:
             self._traffic.end(records.PlanEndReason.CHANGED)
@@ -236,7 +241,7 @@ class Mission:
             records.Ending(outcome),
             verdict.explanation,
             {name: robot.own.rounds for name, robot in self.state.robots.items()},
-            self.state.tick,
+            self._moved,
             round(self._stop.elapsed, 6),
             self._strategies.syntheses,
             round(self._strategies.seconds, 6),

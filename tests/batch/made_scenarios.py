@@ -60,6 +60,6 @@ def _lives(pid: int) -> bool:
 def scenario(robot: str = "quick", expect: str = "{outcome: unrealizable}") -> str:
     return (
         "safenav: 1\nmap: {grid: ['#####', '#...#', '#####']}\n"
-        f"robots: {{{robot}: {{model: quadcopter, start: 6, objective: {{patrol: [6, 8]}}}}}}\n"
+        f"robots: {{{robot}: {{model: quadcopter, start: 6, objective: {{visit: [6, 8]}}}}}}\n"
         f"limits: {{ticks: 50}}\nexpect: {expect}\n"
     )

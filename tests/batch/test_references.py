@@ -9,7 +9,7 @@ from batch.made_scenarios import SlugsLog, Write
 from batch.running import safenav
 from safenav.batch.cases.search import find_cases
 
-ROBOTS = "robots: {quick: {model: quadcopter, start: 6, objective: {patrol: [6, 8]}}}\n"
+ROBOTS = "robots: {quick: {model: quadcopter, start: 6, objective: {visit: [6, 8]}}}\n"
 ROS = "resolution: 0.5\norigin: [0, 0, 0]\noccupied_thresh: 0.65\nfree_thresh: 0.2\nnegate: 0\n"
 MAPS = {
     "drawn": ("{grid: ['#####', '#...#', '#####']}", []),
@@ -85,7 +85,7 @@ def test_resume_runs_a_scenario_again_whose_catalogue_changed(
     model = "robots: {digger: {mobility: free, layer: ground}}\n"
     write("own.yaml", text=model)
     text = "map: {grid: ['#####', '#...#', '#####']}\ncatalogue: own.yaml\n"
-    text += "robots: {r: {model: digger, start: 6, objective: {patrol: [6, 8]}}}\n"
+    text += "robots: {r: {model: digger, start: 6, objective: {visit: [6, 8]}}}\n"
     write("a.yaml", text=f"safenav: 1\n{text}expect: {{outcome: unrealizable}}\n")
     write("b.yaml")
     words = ["a.yaml", "b.yaml", "--out", "out", "--resume"]

@@ -84,7 +84,7 @@ def test_check_says_realizable(safenav: Command) -> None:
     ]
 
 
-@pytest.mark.parametrize("command", ["check", "synth", "run"])
+@pytest.mark.parametrize("command", ["check", "synth"])
 def test_unrealizable_patrol_is_a_negative_that_says_what_to_use(
     safenav: Command, tmp_path: Path, command: str
 ) -> None:

@@ -26,14 +26,15 @@ BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 class Browser:
     """Opens pages from disk, in a window of a given size."""
 
-    def __init__(self) -> None:
+    def __init__(self, solid: bool = False) -> None:
+        """``solid``: draw three dimensions by software, which makes flat pages slow."""
         program = next((found for name in BROWSERS if (found := shutil.which(name))), None)
         driver = shutil.which("chromedriver")
         if program is None or driver is None:
             pytest.skip("no Chromium with chromedriver (Debian: chromium, chromium-driver)")
         options = webdriver.ChromeOptions()
         options.binary_location = program
-        software = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader")  # 3D without a GPU
+        software = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader") if solid else ()
         for argument in ("--headless=new", "--no-sandbox", "--hide-scrollbars", *software):
             options.add_argument(argument)
         options.set_capability("goog:loggingPrefs", {"browser": "ALL"})

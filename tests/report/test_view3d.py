@@ -48,7 +48,7 @@ def page(trace: Path) -> Path:
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Browser]:
-    browser = Browser()
+    browser = Browser(solid=True)
     yield browser
     browser.driver.quit()
 

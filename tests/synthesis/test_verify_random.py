@@ -38,7 +38,7 @@ from safenav.verify.verification import (
     verify_strategy,
 )
 
-GAMES = 300
+GAMES = 600
 KINDS = ("bit", "missing", "extra", "redirected", "rank", "initial")
 AT_LEAST = 30
 
