@@ -44,8 +44,11 @@ def build(folder: Path) -> Path:
 
 
 def _settings(scratch: str) -> list[str]:
-    """A build of its own: nothing of a developer's build folder gets into the wheel."""
-    return ["-C", "cmake.define.SLUGS_PORTABLE=ON", "-C", f"build-dir={scratch}/build"]
+    """A build of its own: nothing of a developer's build folder gets into the wheel. It compiles
+    several sources at once, which takes half the time."""
+    defined = ("SLUGS_PORTABLE=ON", "CMAKE_UNITY_BUILD=ON")
+    settings = [f"cmake.define.{one}" for one in defined] + [f"build-dir={scratch}/build"]
+    return [word for setting in settings for word in ("-C", setting)]
 
 
 def program_in(wheel: Path) -> bytes:

@@ -15,6 +15,8 @@ from typing import Any
 import pytest
 import yaml
 
+from once import made_once
+
 ROOT = Path(__file__).parents[2]
 SCRIPT = ROOT / "packaging" / "wheel.py"
 MAKER: dict[str, Any] = runpy.run_path(str(SCRIPT))
@@ -52,9 +54,10 @@ def test_a_program_that_would_not_run_everywhere_is_refused(program: bytes, word
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("dist")
-    subprocess.run([sys.executable, SCRIPT, folder], check=True, timeout=900)
-    (found,) = folder.glob("*.whl")
+    def make(folder: Path) -> None:
+        subprocess.run([sys.executable, SCRIPT, folder], check=True, timeout=900)
+
+    (found,) = made_once(tmp_path_factory, "dist", make).glob("*.whl")
     return found
 
 

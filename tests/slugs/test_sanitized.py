@@ -11,6 +11,7 @@ from random import Random
 
 import pytest
 
+from once import locked
 from oracle import random_specification
 from oracle.duel import Abilities, Duel
 
@@ -48,11 +49,13 @@ def build() -> Path:
     cmake = shutil.which("cmake")
     if cmake is None:
         pytest.skip("no cmake on the path")
-    run(
-        *(cmake, "-S", ROOT / "slugs", "-B", BUILD, "-DCMAKE_BUILD_TYPE=Debug"),
-        *("-DCMAKE_CXX_FLAGS=-O1", "-DSLUGS_SANITIZE=ON", "-DSLUGS_TESTS=ON", "-DSLUGS_FUZZ=ON"),
-    )
-    run(cmake, "--build", BUILD, "--parallel", "2")
+    with locked(BUILD / "lock"):
+        run(
+            *(cmake, "-S", ROOT / "slugs", "-B", BUILD, "-DCMAKE_BUILD_TYPE=None"),
+            *("-DCMAKE_CXX_FLAGS=-O1", "-DCMAKE_UNITY_BUILD=ON", "-DSLUGS_SANITIZE=ON"),
+            *("-DSLUGS_TESTS=ON", "-DSLUGS_FUZZ=ON"),
+        )
+        run(cmake, "--build", BUILD, "--parallel", "2")
     return BUILD
 
 

@@ -14,7 +14,7 @@ from importlib.resources import files
 from safenav.report.page.encode import encoded
 from safenav.report.replay.timeline import Replay
 
-_PAGE = """\
+_DOCUMENT = """\
 <!doctype html>
 <html lang="en" data-theme="auto">
 <head>
@@ -30,9 +30,7 @@ style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:">
 </head>
 <body>
 <div id="app"><noscript>This page shows a run of robots; it needs JavaScript.</noscript></div>
-<script type="application/json" id="run">{run}</script>
-<script>
-{program}</script>
+{scripts}
 </body>
 </html>
 """
@@ -40,12 +38,22 @@ style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:">
 
 def page_of(replay: Replay, source: str) -> str:
     """The replay as an HTML document. ``source`` is the name of its trace."""
-    return _PAGE.format(
-        title=escape(f"{replay.name}: replay"),
-        style=_asset("replay.css"),
-        program=_asset("replay.js"),
-        run=embedded(encoded(replay, source)),
+    return document(
+        f"{replay.name}: replay",
+        _asset("replay.css"),
+        data_element("run", encoded(replay, source)),
+        f"<script>\n{_asset('replay.js')}</script>",
     )
+
+
+def document(title: str, style: str, *scripts: str) -> str:
+    """A page of its own: head and policy, an element ``app`` to draw in, and script elements."""
+    return _DOCUMENT.format(title=escape(title), style=style, scripts="\n".join(scripts))
+
+
+def data_element(name: str, data: object) -> str:
+    """A script element with data that the page's program reads by this id."""
+    return f'<script type="application/json" id="{name}">{embedded(data)}</script>'
 
 
 def embedded(data: object) -> str:

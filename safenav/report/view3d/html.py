@@ -10,38 +10,12 @@ from __future__ import annotations
 import zlib
 from base64 import b64encode
 from functools import cache
-from html import escape
 from importlib.resources import files
 from typing import Any
 
 from safenav.report.page.encode import encoded
-from safenav.report.page.html import embedded
+from safenav.report.page.html import data_element, document
 from safenav.report.replay.timeline import Replay
-
-_PAGE = """\
-<!doctype html>
-<html lang="en" data-theme="auto">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<meta http-equiv="Content-Security-Policy" content="default-src 'none'; \
-style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:">
-<meta name="generator" content="safenav">
-<link rel="icon" href="data:,">
-<title>{title}</title>
-<style>
-{style}</style>
-</head>
-<body>
-<div id="app"><noscript>This page shows a run of robots; it needs JavaScript.</noscript></div>
-<script type="application/json" id="run">{run}</script>
-<script type="application/json" id="motion">{motion}</script>
-<script type="text/plain" id="program">{program}</script>
-<script>
-{loader}</script>
-</body>
-</html>
-"""
 
 _LOADER = """\
 (async () => {
@@ -58,13 +32,13 @@ _LOADER = """\
 def page3d_of(replay: Replay, source: str, motion: dict[str, Any]) -> str:
     """The replay in 3D as an HTML document. ``source`` is the name of its trace, ``motion``
     what ``report.view3d.encode`` made of its motion."""
-    return _PAGE.format(
-        title=escape(f"{replay.name}: replay in 3D"),
-        style=_asset("view3d.css"),
-        program=_program(),
-        loader=_LOADER,
-        run=embedded(encoded(replay, source)),
-        motion=embedded(motion),
+    return document(
+        f"{replay.name}: replay in 3D",
+        _asset("view3d.css"),
+        data_element("run", encoded(replay, source)),
+        data_element("motion", motion),
+        f'<script type="text/plain" id="program">{_program()}</script>',
+        f"<script>\n{_LOADER}</script>",
     )
 
 

@@ -16,7 +16,7 @@ namespace {
 using Node = CheckModel::Node;
 using Valuation = CheckModel::Valuation;
 
-void require_initial_nodes(const CheckModel &model, const std::vector<Node> &initial) {
+void require_initial_outputs(const CheckModel &model, const std::vector<Node> &initial) {
   std::map<Valuation, std::unordered_set<Valuation>> outputs_of;
   for (const Node node : initial)
     outputs_of[model.valuation(node, Owner::Input)].insert(model.valuation(node, Owner::Output));
@@ -190,7 +190,7 @@ void require_violation(const CheckModel &model) {
 void check_counterstrategy(CheckModel &model, bool robotics_init) {
   const std::vector<Node> initial = model.initial_nodes();
   if (!robotics_init)
-    require_initial_nodes(model, initial);
+    require_initial_outputs(model, initial);
   else if (initial.empty())
     throw Rejection("there is no initial node");
   model.require_legal_edges();
