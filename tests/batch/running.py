@@ -9,6 +9,8 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+import warm
+
 SAFENAV = [sys.executable, "-c", "from safenav.cli import main; main()"]
 
 
@@ -16,10 +18,8 @@ def environment() -> dict[str, str]:
     return {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
 
 
-def safenav(*words: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [*SAFENAV, "batch", *words], capture_output=True, text=True, env=environment(), check=False
-    )
+def safenav(*words: str) -> warm.Done:
+    return warm.safenav("batch", *words, env=environment())
 
 
 @contextmanager

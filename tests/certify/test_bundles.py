@@ -2,14 +2,13 @@
 
 import json
 import shutil
-import subprocess
-import sys
 import zipfile
 from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
 
+import warm
 from certify.making import SCENARIOS, files_of, rewrite, run_checker, shipped
 
 COMPLETED = (
@@ -102,8 +101,7 @@ def test_a_claim_that_was_not_established_is_refused(tmp_path: Path) -> None:
 
 def safenav(*arguments: str | Path) -> tuple[int, str]:
     """Exit status and output of a command."""
-    command = [str(Path(sys.executable).parent / "safenav"), *map(str, arguments)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    done = warm.safenav(*arguments)
     return done.returncode, done.stdout + done.stderr
 
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import os
 import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+
+import warm
 
 Command = Callable[..., subprocess.CompletedProcess[str]]
 
@@ -26,14 +27,6 @@ def safenav(environment: dict[str, str], tmp_path: Path) -> Command:
     """Run ``safenav ARGUMENTS...`` in a directory of its own."""
 
     def command(*arguments: object, **variables: str) -> subprocess.CompletedProcess[str]:
-        return subprocess.run(
-            [sys.executable, "-W", "error", "-c", MAIN, *map(str, arguments)],
-            capture_output=True,
-            text=True,
-            timeout=120,
-            cwd=tmp_path,
-            env={**environment, **variables},
-            check=False,
-        )
+        return warm.safenav(*arguments, cwd=tmp_path, env={**environment, **variables})
 
     return command

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+import warm
 from cli.conftest import MAIN, Command
 
 MAPS = Path(__file__).parents[1] / "maps"
@@ -83,15 +84,7 @@ def test_the_wrong_kind_of_thing_is_recognized(
 
 @pytest.mark.parametrize("command", ["check", "run", "synth", "explain", "draw", "catalogue"])
 def test_scenarios_are_read_from_standard_input(command: str, tmp_path: Path) -> None:
-    done = subprocess.run(
-        [sys.executable, "-c", MAIN, command, "-"],
-        input=GOOD,
-        capture_output=True,
-        text=True,
-        cwd=tmp_path,
-        timeout=120,
-        check=False,
-    )
+    done = warm.safenav(command, "-", cwd=tmp_path, text=GOOD)
     assert done.returncode == 0, done.stderr
     assert "Traceback" not in done.stderr
 

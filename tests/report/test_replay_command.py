@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import os
-import subprocess
-import sys
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
 
+import warm
 from report import made_traces
 from safenav.report.replay.timeline import Replay
 from safenav.report.terminal.replay import play
@@ -17,13 +16,8 @@ from safenav.report.terminal.replay import play
 ROOT = Path(__file__).parents[2]
 
 
-def safenav(*words: str | Path, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
-    program = "from safenav.cli import main; main()"
-    command = [sys.executable, "-c", program, *map(str, words)]
-    environment = {**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "120"}
-    return subprocess.run(
-        command, capture_output=True, text=True, cwd=cwd, env=environment, check=False, timeout=120
-    )
+def safenav(*words: str | Path, cwd: Path | None = None) -> warm.Done:
+    return warm.safenav(*words, cwd=cwd, env={**os.environ, "COLUMNS": "120"})
 
 
 def test_the_page_is_written_beside_the_trace(traces: dict[str, Path], tmp_path: Path) -> None:

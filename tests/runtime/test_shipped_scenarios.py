@@ -17,8 +17,7 @@ SHIPPED = sorted(SCENARIOS.glob("*.yaml"))
 
 
 @pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
-def test_audit_finds_nothing(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("SAFENAV_CACHE", "off")
+def test_audit_finds_nothing(path: Path, tmp_path: Path) -> None:
     scenario = load_scenario(path)
     assert scenario.expect.outcome is not None
     ledger = Ledger()

@@ -1,7 +1,8 @@
 """Random games: slugs must say what the brute-force oracle says, to the byte.
 
 A failure is shrunk before it is shown, so the message holds a specification of a few lines.
-`SAFENAV_RANDOM_GAMES` sets the number of games, for a slow (sanitized) binary or a long night.
+`SAFENAV_RANDOM_GAMES` sets the number of games: few for a slow (sanitized) binary, many for a long
+night. `make fuzz` plays thousands.
 """
 
 import os
@@ -14,8 +15,10 @@ from oracle import Specification, deep_formulas, dense_game, random_specificatio
 from oracle.duel import Abilities, Duel
 
 BATCH = 50
-GAMES = int(os.environ.get("SAFENAV_RANDOM_GAMES", "2000"))
+GAMES = int(os.environ.get("SAFENAV_RANDOM_GAMES", "1000"))
 BATCHES = range((GAMES + BATCH - 1) // BATCH)
+DENSE = range((GAMES + 59) // 60)
+DEEP = range((GAMES + 249) // 250)
 
 
 @pytest.fixture
@@ -53,13 +56,13 @@ def test_games_of_eight_bits(duel: Duel, seed: int) -> None:
     _compare(duel, random_specification(Random(seed), integers=seed % 2 == 0, bits=8), seed)
 
 
-@pytest.mark.parametrize("seed", range(30))
+@pytest.mark.parametrize("seed", DENSE)
 def test_games_that_need_reordering(duel: Duel, seed: int) -> None:
     """Thousands of nodes at 2,048 states: sifting and collection must not change a byte."""
     _compare(duel, dense_game(Random(seed)), seed)
 
 
-@pytest.mark.parametrize("batch", range(6))
+@pytest.mark.parametrize("batch", DEEP)
 def test_deep_formulas_are_read_as_they_are_meant(duel: Duel, batch: int) -> None:
     """Precedence, aliases, sums and buffers, nested; the translation is compared each time."""
     eager = Duel(duel.binary, duel.folder, duel.abilities, translations=1.0)

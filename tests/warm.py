@@ -1,0 +1,152 @@
+"""The ``safenav`` command as a process of its own, without the time that its start takes.
+
+Most of what a short command costs is the start of Python and the imports. Here a program that
+has imported all of safenav forks for each command: the command has its own process, working
+directory, environment, files and exit status, and ends as any Python program does. Tests of the
+start itself, of signals and of limits start safenav anew.
+
+The program is no child of the test run, so that tests can demand that no child is left; it ends
+when the test run ends.
+"""
+
+from __future__ import annotations
+
+import atexit
+import contextlib
+import gc
+import importlib
+import json
+import os
+import pkgutil
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+import traceback
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+from typing import NoReturn
+
+TESTS = Path(__file__).parent
+PROGRAM = "from warm import serve; serve({0})"
+LIBRARIES = ("networkx", "numpy", "PIL.Image", "resvg_py", "daqp", "mcap.writer")
+LONGEST = 1 << 16
+
+Done = subprocess.CompletedProcess[str]
+
+
+def safenav(
+    *arguments: object,
+    cwd: Path | None = None,
+    env: Mapping[str, str] | None = None,
+    text: str = "",
+) -> Done:
+    """Run ``safenav ARGUMENTS...`` with ``text`` on its standard input; warnings are errors."""
+    words = [str(argument) for argument in arguments]
+    asked = {"words": words, "cwd": str(cwd or Path.cwd()), "env": dict(env or os.environ)}
+    with (
+        tempfile.TemporaryFile() as given,
+        tempfile.TemporaryFile() as out,
+        tempfile.TemporaryFile() as err,
+        tempfile.TemporaryFile() as question,
+    ):
+        given.write(text.encode())
+        given.seek(0)
+        question.write(json.dumps(asked).encode())
+        question.flush()
+        files = [stream.fileno() for stream in (given, out, err, question)]
+        status = _ask(files)
+        texts = []
+        for stream in (out, err):
+            stream.seek(0)
+            texts.append(stream.read().decode())
+    return subprocess.CompletedProcess(["safenav", *words], status, *texts)
+
+
+def _ask(files: list[int]) -> int:
+    server = _server()
+    socket.send_fds(server, [b"run"], files)
+    answer = server.recv(LONGEST)
+    assert answer, "the program that starts commands has ended"
+    return int(answer)
+
+
+@cache
+def _server() -> socket.socket:
+    """A connection to the program, one for this process."""
+    ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    paths = [str(TESTS), *filter(None, sys.path)]
+    with theirs:
+        starter = subprocess.run(
+            [sys.executable, "-W", "error", "-c", PROGRAM.format(theirs.fileno())],
+            pass_fds=[theirs.fileno()],
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(paths), "OPENBLAS_NUM_THREADS": "1"},
+            stdin=subprocess.DEVNULL,
+            check=False,
+        )
+    assert starter.returncode == 0
+    return ours
+
+
+def serve(number: int) -> None:
+    """Fork for each question, until the connection ends."""
+    if os.fork():
+        os._exit(0)
+    _import_everything()
+    connection = socket.socket(fileno=number)
+    while True:
+        word, files, _, _ = socket.recv_fds(connection, LONGEST, 4)
+        if not word:
+            os._exit(0)
+        child = os.fork()
+        if not child:
+            connection.detach()
+            os.close(number)
+            _become(files)
+        for file in files:
+            os.close(file)
+        _, status = os.waitpid(child, 0)
+        with contextlib.suppress(BrokenPipeError):
+            connection.send(str(os.waitstatus_to_exitcode(status)).encode())
+
+
+def _become(files: list[int]) -> NoReturn:
+    """Be the command that is asked for, to its end."""
+    for number, file in enumerate(files[:3]):
+        os.dup2(file, number)
+    with os.fdopen(files[3], "rb") as question:
+        question.seek(0)
+        asked = json.loads(question.read())
+    for file in files[:3]:
+        os.close(file)
+    os.chdir(asked["cwd"])
+    os.environ.clear()
+    os.environ.update(asked["env"])
+    sys.argv = ["-c", *asked["words"]]
+    status = 0
+    try:
+        importlib.import_module("safenav.cli").main()
+    except SystemExit as ended:
+        status = ended.code if isinstance(ended.code, int) else int(ended.code is not None)
+    except BaseException:
+        traceback.print_exc()
+        status = 1
+    # What the interpreter does at its end, but for taking all modules apart.
+    threading._shutdown()  # type: ignore[attr-defined]
+    atexit._run_exitfuncs()
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(status)
+
+
+def _import_everything() -> None:
+    import safenav
+
+    for module in pkgutil.walk_packages(safenav.__path__, "safenav."):
+        if ".certify.checker." not in module.name and not module.name.endswith("__main__"):
+            importlib.import_module(module.name)
+    for library in LIBRARIES:
+        importlib.import_module(library)
+    gc.freeze()
