@@ -154,6 +154,20 @@ void Game::build() {
   sys_trans = conjunction(Section::SysTrans);
   assumptions = goals(store, specification, Section::EnvLiveness);
   guarantees = goals(store, specification, Section::SysLiveness);
+  const std::vector<Var> nobody_reads = unread();
+  if (!nobody_reads.empty())
+    unread_ = store.make_set(nobody_reads);
+}
+
+std::vector<Var> Game::unread() {
+  std::vector<bool> read(2 * specification.variables.size(), false);
+  for (const std::vector<Bdd> &readers : {env_factors_, {sys_trans}, assumptions, guarantees})
+    for (const Bdd &reader : readers)
+      for (const Var v : store.support(reader))
+        read[v] = true;
+  std::vector<Var> result = current_vars();
+  result.erase(std::remove_if(result.begin(), result.end(), [&](Var v) { return read[v]; }), result.end());
+  return result;
 }
 
 Bdd Game::environment_moves(const Bdd &from) const {
@@ -174,6 +188,8 @@ Bdd Game::image(const Bdd &from) {
   assert(!env_factors_.empty());
   return store.to_current(store.exists_both(environment_moves(from), sys_trans, current));
 }
+
+Bdd Game::with_alike(const Bdd &some) { return unread_ ? store.exists(some, *unread_) : some; }
 
 bool Game::wins_initially(const Bdd &winning, bool robotics_init) {
   if (robotics_init)

@@ -10,6 +10,7 @@
 #include "bdd/reordering.hpp"
 #include "core/specification.hpp"
 
+#include <optional>
 #include <vector>
 
 namespace slugs {
@@ -41,8 +42,13 @@ struct Game {
   // The game in these states only.  Once, after build().
   void restrict_to(const Bdd &states);
 
-  // States from which one step of both players can lead.
+  // States to which one step of both players can lead.
   Bdd image(const Bdd &from);
+
+  // And all that differ from these only in present values that nothing reads. From
+  // such states the same can happen, so sets of them need not tell them apart.
+  Bdd with_alike(const Bdd &some);
+  bool tells_all_apart() const { return !unread_; }
 
   // The verdict on a winning set: realizable?
   bool wins_initially(const Bdd &winning, bool robotics_init);
@@ -53,7 +59,11 @@ private:
   // Of these states, or of the states and moves so far.
   Bdd environment_moves(const Bdd &from) const;
 
+  // The current variables that neither a relation nor a liveness condition reads.
+  std::vector<Var> unread();
+
   std::vector<Bdd> env_factors_; // ENV_TRANS is their conjunction
+  std::optional<VarSet> unread_; // none if there are none
 };
 
 } // namespace slugs

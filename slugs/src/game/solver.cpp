@@ -87,7 +87,7 @@ void Solver::Implementation::solve() {
   });
   timed(Phase::Reach, [&] {
     const Bdd reachable = reachable_states(*game);
-    statistics.reachable_states = game->store.count(reachable, game->current_vars());
+    statistics.reachable_states = game->store.count(without_alike(*game, reachable), game->current_vars());
     game->restrict_to(reachable);
     game->reordering.settle();
   });

@@ -245,7 +245,8 @@ def benchmark(robots: int, flyers: int, doors: int, seed: int) -> Data:
     folder = maps_folder()
     assert folder is not None
     random = Random(f"benchmark {seed}")
-    text = (folder / "random-32-32-10.map").read_text().split("map\n", 1)[1].split()
+    drawn = (folder / "random-32-32-10.map").read_text().split("map\n", 1)[1]
+    text = drawn.replace("@", "#").split()
     cols = len(text[0])
     lines = (folder / "random-32-32-10-random-1.scen").read_text().splitlines()[1:]
     tasks = [list(map(int, line.split("\t")[4:8])) for line in lines]
