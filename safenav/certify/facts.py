@@ -21,7 +21,7 @@ NOT_COVERED = (
 """What a bundle does not prove."""
 
 _ASSUMED = {
-    "out_of_my_way": "the others are out of its way again and again, on each side",
+    "out_of_my_way": "again and again none of the others is beside it",
     "off_my_targets": "the others are not on its targets again and again",
     "out_of_my_sight": "the others are out of its sight again and again",
     "at_its_targets": "the others are at their own targets again and again",

@@ -352,11 +352,11 @@ class Validation:
         return awaited, met
 
     def assumptions(self) -> list[tuple[str, str, frozenset[int]]]:
-        """What is assumed to happen again and again: what, of whom or on which side, and where."""
+        """What is assumed to happen again and again: what, of whom, and where."""
         task, nowhere = self.task, frozenset[int]()
         found = [("no wait", "", nowhere)] if task.places is not None else []
         if task.fairness == "out_of_my_way":
-            found += [("free", heading, nowhere) for heading in self.world.sides]
+            found.append(("free", "", nowhere))
         for name in task.moving:
             if task.fairness == "out_of_my_sight" and task.beliefs[name]:
                 found.append(("unseen", name, nowhere))
@@ -373,8 +373,8 @@ class Validation:
         if kind == "no wait":
             return bool(not values["wait"])
         if kind == "free":
-            beside = self.world.step(self.poses[source][0], about)
-            return beside not in self.taken(source, values)
+            here, taken = self.poses[source][0], self.taken(source, values)
+            return all(self.world.step(here, side) not in taken for side in self.world.sides)
         value = values[f"at_{about}"]
         if kind == "unseen":
             return bool(value >= self.world.size)

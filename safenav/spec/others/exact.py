@@ -72,13 +72,15 @@ def fairness(task: Task, world: RegionMap) -> Iterator[Constraint]:
 
 
 def out_of_my_way(task: Task, world: RegionMap) -> Iterator[Constraint]:
-    """Each side is free infinitely often: of all others at once, for they could take turns."""
+    """Nobody is beside the robot infinitely often: all others at once, for they could take
+    turns."""
     dangers = [other for other in task.observed if other.danger]
-    names = " or ".join(other.name for other in dangers)
-    rule = f"{names} is infinitely often out of its way, on each side"
-    for heading in headings(world) if dangers else ():
-        taken = " | ".join(on_side(other.variable, heading, world) for other in dangers)
-        yield Constraint(Section.ENV_LIVENESS, f"!({taken})", Origin(task.item, rule, SOURCE))
+    if not dangers or not headings(world):
+        return
+    rule = f"infinitely often nobody is beside it ({', '.join(o.name for o in dangers)})"
+    sides = [on_side(o.variable, heading, world) for heading in headings(world) for o in dangers]
+    formula = f"!({' | '.join(sides)})"
+    yield Constraint(Section.ENV_LIVENESS, formula, Origin(task.item, rule, SOURCE))
 
 
 def observe(task: Task, positions: Mapping[str, Region]) -> dict[str, int]:
