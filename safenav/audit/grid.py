@@ -9,7 +9,8 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Collection
 
-from safenav.trace.records import Heading, MapHeader, Region
+from safenav.trace.setting import MapHeader
+from safenav.trace.vocabulary import Heading, Region
 
 _STEPS: dict[Heading, tuple[int, int]] = {
     "north": (-1, 0),

@@ -8,7 +8,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from safenav.trace.records import Goal, Objective, Region
+from safenav.trace.objective import Objective
+from safenav.trace.records import Goal
+from safenav.trace.vocabulary import Region
 
 
 @dataclass

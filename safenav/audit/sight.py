@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from safenav.audit.grid import Grid
-from safenav.trace.records import Region
+from safenav.trace.vocabulary import Region
 
 
 def sees(

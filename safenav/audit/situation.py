@@ -13,31 +13,32 @@ from typing import TypeVar
 
 from safenav.audit.grid import Grid
 from safenav.audit.progress import Progress
+from safenav.trace.objective import Objective
 from safenav.trace.records import (
     Appeared,
     Assumption,
     Backtrack,
     Belief,
     Blocked,
-    BlockReason,
-    Ending,
-    Form,
     Goal,
     Gone,
-    Heading,
     Move,
-    Need,
-    Objective,
-    ObstacleHeader,
     Outcome,
     Pop,
     Push,
     Record,
-    Region,
     Resolved,
     Synthesis,
     Trace,
     Violation,
+)
+from safenav.trace.setting import Need, ObstacleHeader
+from safenav.trace.vocabulary import (
+    BlockReason,
+    Ending,
+    Form,
+    Heading,
+    Region,
 )
 
 L = TypeVar("L", bound=Record)

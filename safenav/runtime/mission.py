@@ -29,7 +29,7 @@ from safenav.scenario.model import Coordination as Kind
 from safenav.scenario.model import Outcome, Scenario
 from safenav.synthesis.slugs import Listener as SynthesisListener
 from safenav.synthesis.slugs import Synthesizer
-from safenav.trace import records
+from safenav.trace import records, vocabulary
 from safenav.trace.header import scenario_header
 from safenav.trace.writing import Listener
 from safenav.verify.verification import first_failure
@@ -159,7 +159,7 @@ class Mission:
         state = self.state
         attempt = self._coordination.telling.attempt(self._coordination.errands(set()))
         for name in attempt.failed:
-            self._strategies.announce(attempt.answers[name], records.Reason.INITIAL)
+            self._strategies.announce(attempt.answers[name], vocabulary.Reason.INITIAL)
         if attempt.failed:
             tasks = {name: attempt.answers[name] for name in attempt.failed}
             said = "; ".join(
@@ -169,7 +169,7 @@ class Mission:
             specs = {name: answer.result.spec_sha256 for name, answer in tasks.items()}
             raise RunOver(Verdict(Outcome.UNREALIZABLE, said, unrealizable=specs))
         errands = self._coordination.errands(set())
-        self._coordination.telling.install(attempt, errands, records.Reason.INITIAL)
+        self._coordination.telling.install(attempt, errands, vocabulary.Reason.INITIAL)
 
     def _tick(self) -> None:
         state = self.state
@@ -177,13 +177,13 @@ class Mission:
         state.tick += 1
         for change in self._world.changes(state.tick, state.occupied()):
             if not change.appeared and change.obstacle.name in state.knowledge.pending:
-                self._turns.leave_plan(records.PlanEndReason.CHANGED, settling=True)
+                self._turns.leave_plan(vocabulary.PlanEndReason.CHANGED, settling=True)
             self._coordination.changed(change)
         for robot in state.robots.values():
             self._stop.check()
             self._turns.take(robot)
         if self._traffic.tick():
-            self._turns.leave_plan(records.PlanEndReason.REACHED)
+            self._turns.leave_plan(vocabulary.PlanEndReason.REACHED)
         if self._completed():
             rounds = self.scenario.until.rounds
             plural = "round" if rounds == 1 else "rounds"
@@ -235,17 +235,17 @@ class Mission:
 
     def _tell_end(self, outcome: str, verdict: Verdict) -> records.Outcome:
         if self._traffic.active:
-            self._traffic.end(records.PlanEndReason.CHANGED)
+            self._traffic.end(vocabulary.PlanEndReason.CHANGED)
         ended = records.Outcome(
             self.state.tick,
-            records.Ending(outcome),
+            vocabulary.Ending(outcome),
             verdict.explanation,
             {name: robot.own.rounds for name, robot in self.state.robots.items()},
             self._moved,
             round(self._stop.elapsed, 6),
             self._strategies.syntheses,
             round(self._strategies.seconds, 6),
-            None if verdict.cause is None else records.OperatorCause(verdict.cause),
+            None if verdict.cause is None else vocabulary.OperatorCause(verdict.cause),
             verdict.proof,
             verdict.unrealizable,
         )

@@ -24,7 +24,7 @@ from safenav.scenario.objective import Ltl
 from safenav.spec.others.tracking import Sightings, observe
 from safenav.spec.specification import Constraint
 from safenav.spec.task import Task
-from safenav.trace import records
+from safenav.trace import records, vocabulary
 from safenav.trace.header import heading_in_trace
 from safenav.world.map import Region
 from safenav.world.moves import Pose
@@ -64,18 +64,18 @@ class Turns:
         answer = planner.propose(observed)
         lost, silent = answer is None, answer is None and planner.node is not None and not broken
         proposal = answer or Proposal(robot.pose, None)
-        by = records.MovedBy.STRATEGY if answer is not None else records.MovedBy.STAY
+        by = vocabulary.MovedBy.STRATEGY if answer is not None else vocabulary.MovedBy.STAY
         if self.traffic.wanted is not None:  # a plan is due: nobody begins another step
             lost, silent, proposal = False, False, Proposal(robot.pose, planner.node)
-            by = records.MovedBy.STAY
+            by = vocabulary.MovedBy.STAY
         violation = self.characterization.check(robot.robot, robot.pose, proposal.pose.region)
         if violation is not None:
             proposal = self._back_up(robot, observed, proposal, violation)
-            by = records.MovedBy.BACKTRACK
+            by = vocabulary.MovedBy.BACKTRACK
         elif not self._may_move(robot, proposal.pose):
             proposal = self._another(robot, proposal)
-            by = records.MovedBy.STAY
-        if by is records.MovedBy.STRATEGY or proposal.node != planner.node:
+            by = vocabulary.MovedBy.STAY
+        if by is vocabulary.MovedBy.STRATEGY or proposal.node != planner.node:
             self.monitors.check_guarantees(robot.robot, planner, observed, proposal)
         before = planner.values()
         planner.follow(proposal)
@@ -101,18 +101,18 @@ class Turns:
                 self._tell_violation(robot, violation)
                 self.state.emit(records.Backtrack(self.state.tick, robot.name, robot.pose.region))
         if pose is None or violation is not None:
-            by = records.MovedBy.STAY if violation is None else records.MovedBy.BACKTRACK
+            by = vocabulary.MovedBy.STAY if violation is None else vocabulary.MovedBy.BACKTRACK
             self._move(robot, robot.pose, {}, by)
         else:
             assert pose.region not in self.state.taken(robot.robot), "plans keep robots apart"
             if robot.planner is not None:
                 robot.planner.node = None
-            self._move(robot, pose, {}, records.MovedBy.PLAN)
+            self._move(robot, pose, {}, vocabulary.MovedBy.PLAN)
         if violation is not None:
-            self.leave_plan(records.PlanEndReason.VIOLATION, settling=True)
+            self.leave_plan(vocabulary.PlanEndReason.VIOLATION, settling=True)
             self.coordination.met(violation)
 
-    def leave_plan(self, reason: records.PlanEndReason, *, settling: bool = False) -> None:
+    def leave_plan(self, reason: vocabulary.PlanEndReason, *, settling: bool = False) -> None:
         """The plan is over: everybody goes on with a strategy that knows where it is.
         ``settling``: new ones come with what is settled right after it."""
         if not self.traffic.active:
@@ -125,7 +125,7 @@ class Turns:
         }
         self.traffic.end(reason, nodes)
         for robot in () if settling else self._off_their_strategies():
-            self.coordination.resynthesize(robot, records.Reason.PLAN)
+            self.coordination.resynthesize(robot, vocabulary.Reason.PLAN)
 
     def _off_their_strategies(self) -> list[RobotState]:
         """The robots that can decide something and are in no node of their strategy."""
@@ -142,17 +142,17 @@ class Turns:
             self._act(robot)
             return
         robot.transit = None
-        by = records.MovedBy.PLAN if transit.planned else None
+        by = vocabulary.MovedBy.PLAN if transit.planned else None
         self._arrive(robot, transit.pose, transit.before, by, transit.planned)
         if robot.planner is not None and robot.planner.node is None and not self.traffic.active:
-            self.coordination.resynthesize(robot, records.Reason.PLAN)
+            self.coordination.resynthesize(robot, vocabulary.Reason.PLAN)
 
     def _move(
-        self, robot: RobotState, pose: Pose, before: Mapping[str, int], by: records.MovedBy
+        self, robot: RobotState, pose: Pose, before: Mapping[str, int], by: vocabulary.MovedBy
     ) -> None:
         """Begin a step; one that takes a single tick ends at once."""
         ticks = self._duration(robot, pose)
-        planned = by is records.MovedBy.PLAN
+        planned = by is vocabulary.MovedBy.PLAN
         if ticks > 1:
             robot.transit = Transit(pose, self.state.tick + ticks - 1, planned, before)
             self._tell_move(robot, robot.pose, by)
@@ -165,7 +165,7 @@ class Turns:
         robot: RobotState,
         pose: Pose,
         before: Mapping[str, int],
-        by: records.MovedBy | None,
+        by: vocabulary.MovedBy | None,
         planned: bool,
     ) -> None:
         """Bring the robot to ``pose``, let it act there, and count its progress."""
@@ -201,9 +201,9 @@ class Turns:
         if robot.planner is not None:
             robot.planner.node = None
         if self.traffic.active:
-            self.leave_plan(records.PlanEndReason.CHANGED)
+            self.leave_plan(vocabulary.PlanEndReason.CHANGED)
         else:
-            self.coordination.resynthesize(robot, records.Reason.PLAN)
+            self.coordination.resynthesize(robot, vocabulary.Reason.PLAN)
 
     def _look(self, robot: RobotState, shown: frozenset[Region]) -> dict[str, int]:
         planner = robot.planner
@@ -276,7 +276,7 @@ class Turns:
         """The robot has no answer: another node of its strategy, or a new one. Raises RunOver."""
         if self.strategies.relocate(robot):
             return
-        if self.coordination.resynthesize(robot, records.Reason.BLOCKED):
+        if self.coordination.resynthesize(robot, vocabulary.Reason.BLOCKED):
             return
         rules = "; ".join(dict.fromkeys(constraint.origin.rule for constraint in broken))
         raise RunOver(
@@ -301,11 +301,11 @@ class Turns:
         resolved = self.world.act(robot.robot)
         for obstacle, traversable in resolved:
             state.introduce(obstacle)
-            self.leave_plan(records.PlanEndReason.CHANGED, settling=True)
+            self.leave_plan(vocabulary.PlanEndReason.CHANGED, settling=True)
             self.coordination.resolved(robot.robot, obstacle, traversable)
         if further and not resolved:
-            self.leave_plan(records.PlanEndReason.CHANGED, settling=True)
-            self.coordination.settle(records.Reason.REQUEST)
+            self.leave_plan(vocabulary.PlanEndReason.CHANGED, settling=True)
+            self.coordination.settle(vocabulary.Reason.REQUEST)
 
     def _tell_violation(self, robot: RobotState, violation: Violation) -> None:
         obstacle = violation.obstacle
@@ -325,7 +325,7 @@ class Turns:
             )
         )
 
-    def _tell_move(self, robot: RobotState, start: Pose, by: records.MovedBy | None) -> None:
+    def _tell_move(self, robot: RobotState, start: Pose, by: vocabulary.MovedBy | None) -> None:
         """The move line of this tick: towards the target while in transit, then to it."""
         transit = robot.transit
         now = robot.pose

@@ -1,6 +1,6 @@
 """From a JSON value to the data that an annotation asks for, or what is wrong with it.
 
-Knows the annotations that ``safenav.trace.records`` uses: plain types, ``X | None`` and other
+Knows the annotations that the records of ``safenav.trace`` use: plain types, ``X | None`` and other
 unions, ``Annotated`` with ``Least`` or ``Pattern``, enums, tuples, frozen sets, mappings from
 strings, dataclasses, and ``Objective``.
 """
@@ -18,7 +18,7 @@ from functools import cache
 from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
 
 from safenav.trace.objective import Objective
-from safenav.trace.records import Least, Pattern
+from safenav.trace.vocabulary import Least, Pattern
 
 _SHOWN_CHARACTERS = 60
 _EXACT = 2**53

@@ -9,7 +9,7 @@ from safenav.scenario.motion import resolved
 from safenav.scenario.objective import Objective as ScenarioObjective
 from safenav.scenario.objective import to_data
 from safenav.spec.others.belief import MOST_CELLS
-from safenav.trace import records
+from safenav.trace import setting
 from safenav.trace.objective import Objective
 from safenav.world.map import RegionMap
 from safenav.world.moves import Pose
@@ -18,14 +18,14 @@ from safenav.world.partition import rooms
 
 def scenario_header(
     scenario: Scenario, truths: Mapping[str, bool | None] | None
-) -> records.ScenarioHeader:
+) -> setting.ScenarioHeader:
     """The scenario as it stands in a trace, fully resolved.
 
     ``truths`` maps an obstacle's name to what this run's seed made of ``traversable``; None
     stands for a world that is not simulated, of which nobody knows any truth beforehand.
     """
     limits = scenario.limits
-    return records.ScenarioHeader(
+    return setting.ScenarioHeader(
         name=scenario.name,
         map=_map(scenario.map),
         robots={robot.name: _robot(robot, scenario) for robot in scenario.robots},
@@ -34,8 +34,8 @@ def scenario_header(
             obstacle_header(o, scenario, None if truths is None else truths[o.name])
             for o in scenario.obstacles
         ),
-        until=records.Until(scenario.until.rounds),
-        limits=records.Limits(
+        until=setting.Until(scenario.until.rounds),
+        limits=setting.Limits(
             ticks=limits.ticks,
             synthesis_seconds=limits.synthesis_seconds,
             synthesis_memory=limits.synthesis_memory,
@@ -49,9 +49,9 @@ def scenario_header(
 
 def obstacle_header(
     obstacle: Obstacle, scenario: Scenario, truth: bool | None = None
-) -> records.ObstacleHeader:
+) -> setting.ObstacleHeader:
     """An obstacle as it stands in a trace, ``truth`` being what resolving it will reveal."""
-    return records.ObstacleHeader(
+    return setting.ObstacleHeader(
         type=obstacle.type.name,
         name=obstacle.name,
         region=obstacle.region,
@@ -65,9 +65,9 @@ def obstacle_header(
     )
 
 
-def _needs(obstacle: Obstacle, world: RegionMap) -> tuple[records.Need, ...]:
+def _needs(obstacle: Obstacle, world: RegionMap) -> tuple[setting.Need, ...]:
     return tuple(
-        records.Need(
+        setting.Need(
             need.action, obstacle.resolution_regions(world, number), need.robots, need.together
         )
         for number, need in enumerate(obstacle.needs)
@@ -86,21 +86,21 @@ def heading_in_trace(pose: Pose) -> str | None:
     return pose.heading.label if pose.heading is not None else None
 
 
-def _map(world: RegionMap) -> records.MapHeader:
+def _map(world: RegionMap) -> setting.MapHeader:
     """Its metres only if they are known."""
     names = dict(world.names) or None
-    plain = records.MapHeader(world.rows, world.cols, tuple(world.grid_rows()), names=names)
+    plain = setting.MapHeader(world.rows, world.cols, tuple(world.grid_rows()), names=names)
     if world.frame is None:
         return plain
     (width, height), (x, y) = world.frame.resolution, world.frame.origin
-    return records.MapHeader(
+    return setting.MapHeader(
         plain.rows, plain.cols, plain.grid, (width, height), (x, y, world.frame.yaw), names
     )
 
 
-def _robot(robot: Robot, scenario: Scenario) -> records.RobotHeader:
+def _robot(robot: Robot, scenario: Scenario) -> setting.RobotHeader:
     model = robot.model
-    return records.RobotHeader(
+    return setting.RobotHeader(
         model=model.name,
         mobility=model.mobility.value,
         layer=model.layer,
@@ -116,7 +116,7 @@ def _robot(robot: Robot, scenario: Scenario) -> records.RobotHeader:
         vision=model.vision,
         tracking=robot.tracking.value,
         tracks=tuple(sorted(robot.tracks)),
-        timing=records.Timing(model.timing.least, model.timing.most),
+        timing=setting.Timing(model.timing.least, model.timing.most),
         motion=resolved(model.motion, model.size, model.speed),
     )
 

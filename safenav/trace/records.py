@@ -1,9 +1,9 @@
 """The lines of a trace as typed data, once for all who write or read it (docs/trace.md).
 
 One frozen dataclass for each type of line. The reader, the writer and the JSON Schema are driven
-by the annotations below: a field's JSON name is its name here, without the underscore that
+by the annotations: a field's JSON name is its name here, without the underscore that
 keeps it apart from a word of Python. A field with a default may be absent; one whose default is
-None is left out when it is None. Nothing here is imported from the rest of safenav, so that
+None is left out when it is None. Of safenav only this package is imported here, so that
 independent checkers can read traces.
 """
 
@@ -11,253 +11,32 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from enum import StrEnum
-from typing import Annotated, ClassVar
+from typing import ClassVar
 
-from safenav.trace.objective import Objective as Objective
+from safenav.trace.objective import Objective
+from safenav.trace.setting import ObstacleHeader, ScenarioHeader
+from safenav.trace.vocabulary import (
+    BlockReason,
+    ChangeCause,
+    Count,
+    Ending,
+    Form,
+    Heading,
+    Json,
+    MovedBy,
+    OperatorCause,
+    Place,
+    PlanEndReason,
+    Reason,
+    Region,
+    Seconds,
+    Sha256,
+    StackReason,
+    Verdict,
+)
 
 VERSION = 2
 """The version that is written; version 1 is read as well."""
-
-
-@dataclass(frozen=True)
-class Least:
-    """Annotation of a number that must be ``value`` or more."""
-
-    value: int
-
-
-@dataclass(frozen=True)
-class Pattern:
-    """Annotation of a string that must match ``regex``; ``expected`` says so in messages."""
-
-    regex: str
-    expected: str
-
-
-Region = int
-Count = Annotated[int, Least(0)]
-Seconds = Annotated[float, Least(0)]
-Sha256 = Annotated[str, Pattern("[0-9a-f]{64}", "a sha256 (64 digits 0-9a-f)")]
-Heading = Annotated[str, Pattern("north|east|south|west", "north, east, south or west")]
-Json = Mapping[str, object]
-Place = tuple[Region, Heading | None]
-"""A region, and the heading of a robot that has one."""
-
-
-class Verdict(StrEnum):
-    """What a synthesis came to."""
-
-    REALIZABLE = "realizable"
-    UNREALIZABLE = "unrealizable"
-    TIMEOUT = "timeout"
-    OUT_OF_MEMORY = "out_of_memory"
-
-
-class Reason(StrEnum):
-    """Why a robot was synthesized."""
-
-    INITIAL = "initial"
-    REQUEST = "request"
-    RESOLVED = "resolved"
-    BLOCKED = "blocked"
-    YIELD = "yield"
-    APPEARED = "appeared"
-    GONE = "gone"
-    PLAN = "plan"
-    """After a joint plan, from a pose that the strategy before did not know."""
-
-
-class Form(StrEnum):
-    """How an objective was put into the specification (docs/theory.md)."""
-
-    LITERAL = "literal"
-    OTHER_MEMORY = "other_memory"
-    ALTERNATION = "alternation"
-
-
-class StackReason(StrEnum):
-    """Why objectives were pushed: for a request, or so that somebody gives way."""
-
-    REQUEST = "request"
-    YIELD = "yield"
-
-
-class BlockReason(StrEnum):
-    """Why a hidden obstacle joined the known ones."""
-
-    UNTRAVERSABLE = "untraversable"
-    NO_CAPABLE_ROBOT = "no_capable_robot"
-    NO_HELPER = "no_helper"
-    UNRESOLVABLE = "unresolvable"
-    """The closure of all that the team can do never resolves it: see ``proof``."""
-
-
-class MovedBy(StrEnum):
-    """What decided a move."""
-
-    STRATEGY = "strategy"
-    BACKTRACK = "backtrack"
-    PLAN = "plan"
-    STAY = "stay"
-    """The robot was kept where it is: no answer, or held back by coordination."""
-
-
-class ChangeCause(StrEnum):
-    """Why an obstacle appeared or went by itself."""
-
-    SCENARIO = "scenario"
-    WORLD = "world"
-    USER = "user"
-
-
-class PlanEndReason(StrEnum):
-    """Why a joint plan is over."""
-
-    REACHED = "reached"
-    VIOLATION = "violation"
-    CHANGED = "changed"
-    """Something was resolved, appeared or went, or duties changed."""
-
-
-class Ending(StrEnum):
-    """How a run ended."""
-
-    COMPLETED = "completed"
-    OPERATOR_NEEDED = "operator_needed"
-    UNREALIZABLE = "unrealizable"
-    TICK_LIMIT = "tick_limit"
-    TIME_LIMIT = "time_limit"
-    SEARCH_LIMIT = "search_limit"
-    ASSUMPTION_VIOLATED = "assumption_violated"
-    INTERRUPTED = "interrupted"
-    ERROR = "error"
-
-
-class OperatorCause(StrEnum):
-    """Why an operator is needed."""
-
-    NO_CAPABLE_ROBOT = "no_capable_robot"
-    CYCLIC_REQUESTS = "cyclic_requests"
-    UNREALIZABLE = "unrealizable"
-    DEADLOCK = "deadlock"
-    NEVER_RESOLVABLE = "never_resolvable"
-    """The closure of all that the team can do leaves somebody stuck: see ``proof``."""
-    UNRESOLVABLE = "unresolvable"
-
-
-@dataclass(frozen=True)
-class Timing:
-    """Ticks that a step takes: at least and at most."""
-
-    least: Annotated[int, Least(1)]
-    most: Annotated[int, Least(1)]
-
-
-@dataclass(frozen=True)
-class RobotHeader:
-    """A robot in the header. ``conflicts``: those it must not share a region with (None: those
-    of its layer). ``vision``: how far it sees, in regions; None: without limit. ``motion``: its
-    kind of motion in metres and all parameters (docs/motion.md)."""
-
-    model: str
-    mobility: str
-    layer: str
-    capabilities: frozenset[str]
-    start: Region
-    heading: Heading | None
-    objective: Objective
-    conflicts: frozenset[str] | None = None
-    vision: float | None = None
-    tracking: str | None = None
-    tracks: tuple[str, ...] | None = None
-    timing: Timing | None = None
-    motion: Json | None = None
-
-
-@dataclass(frozen=True)
-class Need:
-    """One of several actions that an obstacle needs, in order: by ``robots`` distinct robots,
-    ``together`` in one tick, from ``regions``."""
-
-    action: str
-    regions: tuple[Region, ...]
-    robots: Annotated[int, Least(1)] = 1
-    together: bool = False
-
-
-@dataclass(frozen=True)
-class ObstacleHeader:
-    """A hidden obstacle. ``blocks``: names of robots. ``traversable``: the truth of this run.
-    ``needs``: all its needs if there are several (``action`` and ``resolution_regions`` are
-    those of the first). ``from_`` and ``until``: when it appears and goes by itself."""
-
-    type: str
-    name: str
-    region: Region
-    action: str
-    resolution_regions: tuple[Region, ...]
-    blocks: frozenset[str]
-    traversable: bool | None
-    needs: tuple[Need, ...] | None = None
-    from_: Count | None = None
-    until: Count | None = None
-
-    @property
-    def all_needs(self) -> tuple[Need, ...]:
-        """Its needs in order, also where the trace tells only one."""
-        return self.needs or (Need(self.action, self.resolution_regions),)
-
-
-@dataclass(frozen=True)
-class MapHeader:
-    """The map. ``resolution``: metres that a region measures from west to east and from south
-    to north. ``origin``: x, y (metres) and yaw (radians) of its south-western corner."""
-
-    rows: Count
-    cols: Count
-    grid: tuple[str, ...]
-    resolution: tuple[float, float] | None = None
-    origin: tuple[float, float, float] | None = None
-    names: Mapping[str, Count] | None = None
-    """The regions to which the scenario gives names."""
-
-
-@dataclass(frozen=True)
-class Until:
-    """The run is completed when every objective was met so many times after the last
-    resolution."""
-
-    rounds: Count | None = None
-
-
-@dataclass(frozen=True)
-class Limits:
-    """Ticks and seconds of the run; seconds, MiB and states of each synthesis."""
-
-    ticks: Count | None = None
-    seconds: Seconds | None = None
-    synthesis_seconds: Seconds | None = None
-    synthesis_memory: Count | None = None
-    states: Count | None = None
-
-
-@dataclass(frozen=True)
-class ScenarioHeader:
-    """The scenario, fully resolved. ``robots`` are in the order of their turns. ``world``:
-    ``simulated`` or ``external``. ``partition``: the cells of beliefs, None where nobody keeps
-    any."""
-
-    name: str
-    map: MapHeader
-    robots: Mapping[str, RobotHeader]
-    obstacles: tuple[ObstacleHeader, ...]
-    until: Until
-    limits: Limits
-    seed: int
-    coordination: str
-    world: str = "simulated"
-    partition: tuple[tuple[Region, ...], ...] | None = None
 
 
 @dataclass(frozen=True)

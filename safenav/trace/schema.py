@@ -11,7 +11,9 @@ from inspect import cleandoc
 from typing import Annotated, Any, Union, get_args, get_origin
 
 from safenav.trace.fields import entries
-from safenav.trace.records import KINDS, VERSION, Header, Least, Objective, Pattern
+from safenav.trace.objective import Objective
+from safenav.trace.records import KINDS, VERSION, Header
+from safenav.trace.vocabulary import Least, Pattern
 
 Schema = dict[str, Any]
 

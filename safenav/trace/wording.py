@@ -11,7 +11,8 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 from safenav.scenario.objective import Cover, Hold, Ltl, Objective, Patrol, Visit, describe
-from safenav.trace import records
+from safenav.trace import records, vocabulary
+from safenav.trace.objective import Objective as TracedObjective
 from safenav.world.map import Region
 
 _UNCOUNTED = {"debris", "dirt", "dust", "fire", "fog", "glass", "gravel", "ice", "mud", "oil"} | {
@@ -25,7 +26,7 @@ _UNCOUNTED = {"debris", "dirt", "dust", "fire", "fog", "glass", "gravel", "ice",
 """Kinds of obstacles of which there is no plural, so no article either."""
 
 
-def objective_of(told: records.Objective) -> Objective | None:
+def objective_of(told: TracedObjective) -> Objective | None:
     """The objective that a trace names; None for a kind that is not known here."""
     match told.kind, told.targets:
         case "patrol", (first, second):
@@ -77,27 +78,27 @@ def seconds_words(seconds: float) -> str:
 
 
 _WHY = {
-    records.Reason.INITIAL: "before the start",
-    records.Reason.REQUEST: "to meet a request",
-    records.Reason.RESOLVED: "after a resolution",
-    records.Reason.BLOCKED: "around a blocked region",
-    records.Reason.YIELD: "to make way",
-    records.Reason.APPEARED: "around what has appeared",
-    records.Reason.GONE: "after an obstacle went",
-    records.Reason.PLAN: "after a joint plan",
+    vocabulary.Reason.INITIAL: "before the start",
+    vocabulary.Reason.REQUEST: "to meet a request",
+    vocabulary.Reason.RESOLVED: "after a resolution",
+    vocabulary.Reason.BLOCKED: "around a blocked region",
+    vocabulary.Reason.YIELD: "to make way",
+    vocabulary.Reason.APPEARED: "around what has appeared",
+    vocabulary.Reason.GONE: "after an obstacle went",
+    vocabulary.Reason.PLAN: "after a joint plan",
 }
 
 _BLOCKED = {
-    records.BlockReason.UNTRAVERSABLE: "it is not traversable",
-    records.BlockReason.NO_CAPABLE_ROBOT: "no robot has the action it needs",
-    records.BlockReason.NO_HELPER: "no robot can help",
-    records.BlockReason.UNRESOLVABLE: "whatever the team does, nobody ever gets to resolve it",
+    vocabulary.BlockReason.UNTRAVERSABLE: "it is not traversable",
+    vocabulary.BlockReason.NO_CAPABLE_ROBOT: "no robot has the action it needs",
+    vocabulary.BlockReason.NO_HELPER: "no robot can help",
+    vocabulary.BlockReason.UNRESOLVABLE: "whatever the team does, nobody ever gets to resolve it",
 }
 
 _PLAN_OVER = {
-    records.PlanEndReason.REACHED: "everybody is where it leads",
-    records.PlanEndReason.VIOLATION: "something stands in its way",
-    records.PlanEndReason.CHANGED: "things have changed",
+    vocabulary.PlanEndReason.REACHED: "everybody is where it leads",
+    vocabulary.PlanEndReason.VIOLATION: "something stands in its way",
+    vocabulary.PlanEndReason.CHANGED: "things have changed",
 }
 
 
@@ -166,7 +167,7 @@ class Wording:
         ]
         return f" ({'; '.join(told)})" if told else ""
 
-    def objective(self, told: records.Objective) -> str:
+    def objective(self, told: TracedObjective) -> str:
         """An objective in a few words."""
         return objective_words(objective_of(told), self.word)
 
@@ -227,7 +228,7 @@ class Wording:
 def synthesis_words(line: records.Synthesis) -> str:
     """What a synthesis came to: ``21 states in 3 ms, verified``."""
     found = line.verdict.value.replace("_", " ")
-    if line.verdict is records.Verdict.REALIZABLE and line.states is not None:
+    if line.verdict is vocabulary.Verdict.REALIZABLE and line.states is not None:
         found = counted(line.states, "state")
     spent = ", from the cache" if line.cached else f" in {seconds_words(line.seconds)}"
     proof = {None: "", True: ", verified", False: ", verification failed"}[line.verified]

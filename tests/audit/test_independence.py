@@ -12,7 +12,9 @@ import safenav.trace
 from safenav.audit.check import NAMES_RULE, RULES
 
 AUDIT = Path(safenav.audit.__file__).parent
-FORMAT = ("safenav.trace.records", "safenav.trace.reading")
+FORMAT = tuple(
+    f"safenav.trace.{name}" for name in ("records", "setting", "vocabulary", "objective", "reading")
+)
 """The format of traces, as data: all that the checker shares with what it judges."""
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "trace.md"
@@ -51,7 +53,7 @@ def test_the_format_leans_on_nothing_but_the_standard_library() -> None:
             else:
                 top = name.split(".")[0]
                 assert name == "safenav.errors" or top in sys.stdlib_module_names, name
-    assert seen == {"records", "reading", "fields", "objective"}
+    assert seen == {"records", "setting", "vocabulary", "objective", "reading", "fields"}
 
 
 def test_every_rule_is_documented() -> None:

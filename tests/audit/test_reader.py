@@ -10,7 +10,8 @@ from audit.good_traces import GOOD
 from audit.trace_script import Line, edit, find, insert_after, text
 from safenav.errors import Diagnostic, InputError
 from safenav.trace.reading import read_bytes, read_lines, read_trace
-from safenav.trace.records import Ending, Move, Push, Resolved
+from safenav.trace.records import Move, Push, Resolved
+from safenav.trace.vocabulary import Ending
 
 
 def refused(lines: list[str]) -> tuple[Diagnostic, ...]:

@@ -8,7 +8,7 @@ import pytest
 
 from safenav.audit.grid import Grid
 from safenav.audit.sight import sees
-from safenav.trace.records import MapHeader
+from safenav.trace.setting import MapHeader
 from safenav.world.map import RegionMap
 from safenav.world.sight import visible_from
 

@@ -11,8 +11,6 @@ from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace import records
 from safenav.trace.records import (
     Blocked,
-    BlockReason,
-    Ending,
     Goal,
     Outcome,
     Record,
@@ -20,6 +18,7 @@ from safenav.trace.records import (
     Resolved,
     Violation,
 )
+from safenav.trace.vocabulary import BlockReason, Ending
 
 ROOM = """\
 safenav: 1

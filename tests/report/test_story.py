@@ -7,7 +7,7 @@ import pytest
 
 from safenav.report.terminal.story import Story
 from safenav.scenario.reading.loader import load_scenario_text
-from safenav.trace import records
+from safenav.trace import records, setting, vocabulary
 
 ROOM = """\
 safenav: 1
@@ -37,9 +37,9 @@ def told(*lines: records.Record, heading: str = "north") -> list[str]:
 
 
 def header() -> records.Header:
-    world = records.MapHeader(4, 6, ())
-    limits, until = records.Limits(), records.Until()
-    scenario = records.ScenarioHeader("room", world, {}, (), until, limits, 0, "resynthesis")
+    world = setting.MapHeader(4, 6, ())
+    limits, until = setting.Limits(), setting.Until()
+    scenario = setting.ScenarioHeader("room", world, {}, (), until, limits, 0, "resynthesis")
     return records.Header(0, records.VERSION, "0", scenario)
 
 
@@ -63,10 +63,10 @@ def test_events_of_one_tick_stand_below_one_another() -> None:
 
 def test_what_comes_and_goes_and_joint_plans_are_told() -> None:
     said = told(
-        records.Appeared(3, "door@9", records.ChangeCause.SCENARIO),
+        records.Appeared(3, "door@9", vocabulary.ChangeCause.SCENARIO),
         records.Plan(4, "both wait", {"quad": (), "digit": ()}, ()),
-        records.PlanEnd(6, records.PlanEndReason.REACHED),
-        records.Gone(7, "door@9", records.ChangeCause.SCENARIO),
+        records.PlanEnd(6, vocabulary.PlanEndReason.REACHED),
+        records.Gone(7, "door@9", vocabulary.ChangeCause.SCENARIO),
     )
     assert [line[11:] for line in said] == [
         "door@gate appears",

@@ -9,7 +9,9 @@ from dataclasses import fields, is_dataclass
 from enum import StrEnum
 from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
 
-from safenav.trace.records import KINDS, Least, Objective, Pattern, Record
+from safenav.trace.objective import Objective
+from safenav.trace.records import KINDS, Record
+from safenav.trace.vocabulary import Least, Pattern
 
 _OBJECTIVES = (
     {"patrol": [58, [27, 28]]},

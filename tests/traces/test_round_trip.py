@@ -9,7 +9,13 @@ from pathlib import Path
 import pytest
 
 from safenav.trace.reading import read_trace
-from safenav.trace.records import KINDS, VERSION, Discovered, Header, Record
+from safenav.trace.records import (
+    KINDS,
+    VERSION,
+    Discovered,
+    Header,
+    Record,
+)
 from safenav.trace.writing import TraceWriter
 from traces.examples import examples
 

@@ -10,7 +10,7 @@ import pytest
 from safenav.audit.check import check_trace
 from safenav.report.replay.reading import read_replay
 from safenav.trace.reading import read_trace
-from safenav.trace.records import Ending
+from safenav.trace.vocabulary import Ending
 from safenav.trace.writing import as_data
 
 TRACES = sorted((Path(__file__).parent / "version_1").glob("*.jsonl"))

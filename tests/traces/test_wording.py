@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from safenav.trace import records
+from safenav.trace import records, vocabulary
+from safenav.trace.objective import Objective as TracedObjective
 from safenav.trace.records import KINDS
 from safenav.trace.wording import Wording
 from traces.examples import examples
@@ -28,11 +29,11 @@ def test_every_event_is_told_in_one_sentence(seed: int) -> None:
     assert told == set(KINDS) - SILENT
 
 
-@pytest.mark.parametrize("reason", records.Reason)
-def test_every_reason_of_a_synthesis_has_its_words(reason: records.Reason) -> None:
-    objective = records.Objective.of({"hold": 4})
+@pytest.mark.parametrize("reason", vocabulary.Reason)
+def test_every_reason_of_a_synthesis_has_its_words(reason: vocabulary.Reason) -> None:
+    objective = TracedObjective.of({"hold": 4})
     assert objective is not None
-    verdict = records.Verdict.REALIZABLE
+    verdict = vocabulary.Verdict.REALIZABLE
     line = records.Synthesis(
         1, "quad", reason, verdict, 0.002, 21, False, True, "0" * 64, "0" * 64, objective
     )
@@ -41,8 +42,8 @@ def test_every_reason_of_a_synthesis_has_its_words(reason: records.Reason) -> No
     assert sentence.endswith(": 21 states in 2 ms, verified")
 
 
-@pytest.mark.parametrize("reason", records.BlockReason)
-def test_every_reason_to_block_has_its_words(reason: records.BlockReason) -> None:
+@pytest.mark.parametrize("reason", vocabulary.BlockReason)
+def test_every_reason_to_block_has_its_words(reason: vocabulary.BlockReason) -> None:
     line = records.Blocked(1, "door@47", frozenset({"quad", "digit"}), reason)
     assert Wording().sentence(line).startswith("door@47 stays blocked for digit and quad: ")
 

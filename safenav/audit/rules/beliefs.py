@@ -7,7 +7,14 @@ from collections.abc import Iterator, Mapping
 from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.sight import sees
 from safenav.audit.situation import Situation
-from safenav.trace.records import Belief, Move, Record, Region, Synthesis, Violation
+from safenav.trace.records import (
+    Belief,
+    Move,
+    Record,
+    Synthesis,
+    Violation,
+)
+from safenav.trace.vocabulary import Region
 
 
 class BeliefRule(Rule):

@@ -7,21 +7,20 @@ from collections.abc import Iterator
 from safenav.audit.progress import Progress
 from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.situation import Situation, Turn
+from safenav.trace.objective import Objective
 from safenav.trace.records import (
     Assumption,
     Blocked,
     Goal,
     Move,
-    MovedBy,
-    Objective,
     Pop,
     Push,
     Record,
-    Region,
     Resolved,
     Synthesis,
     Violation,
 )
+from safenav.trace.vocabulary import MovedBy, Region
 
 COUNTED_KINDS = ("patrol", "visit", "cover")
 """Objectives whose rounds are their targets, met one by one."""

@@ -11,7 +11,6 @@ from safenav.trace.records import (
     Appeared,
     Backtrack,
     Blocked,
-    BlockReason,
     Gone,
     Move,
     Record,
@@ -19,6 +18,7 @@ from safenav.trace.records import (
     Resolved,
     Violation,
 )
+from safenav.trace.vocabulary import BlockReason
 
 
 class ViolationRule(Rule):

@@ -14,7 +14,6 @@ from safenav.trace.records import (
     Belief,
     Blocked,
     Discovered,
-    Ending,
     Goal,
     Gone,
     Move,
@@ -28,6 +27,7 @@ from safenav.trace.records import (
     Synthesis,
     Violation,
 )
+from safenav.trace.vocabulary import Ending
 
 _COMPLETE_ENDINGS = (Ending.COMPLETED, Ending.TICK_LIMIT)
 

@@ -7,20 +7,18 @@ from collections.abc import Iterator
 from safenav.audit.rules.objectives import COUNTED_KINDS
 from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.situation import Situation
+from safenav.trace.objective import Objective
 from safenav.trace.records import (
     Assumption,
-    Ending,
     Goal,
     Move,
-    Objective,
-    OperatorCause,
     Outcome,
     Record,
     Request,
     Resolved,
     Synthesis,
-    Verdict,
 )
+from safenav.trace.vocabulary import Ending, OperatorCause, Verdict
 
 
 class OutcomeRule(Rule):

@@ -6,7 +6,8 @@ from collections.abc import Iterator
 
 from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.situation import Situation, Status
-from safenav.trace.records import Appeared, ChangeCause, Gone, Record
+from safenav.trace.records import Appeared, Gone, Record
+from safenav.trace.vocabulary import ChangeCause
 
 
 class AppearedRule(Rule):

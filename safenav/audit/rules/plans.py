@@ -12,14 +12,12 @@ from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.situation import Situation, Status
 from safenav.trace.records import (
     Move,
-    MovedBy,
-    Place,
     Plan,
     PlanEnd,
-    PlanEndReason,
     Record,
     Violation,
 )
+from safenav.trace.vocabulary import MovedBy, Place, PlanEndReason
 
 
 class PlanRule(Rule):

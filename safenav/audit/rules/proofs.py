@@ -12,18 +12,17 @@ from safenav.audit.proofs.judging import never_resolved_problems, problems_of
 from safenav.audit.proofs.moment import Gate, Moment, Need, Pose, Robot
 from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.situation import Situation, Status
+from safenav.trace.objective import Objective
 from safenav.trace.records import (
     Appeared,
     Blocked,
-    BlockReason,
-    Ending,
     Goal,
     Gone,
-    Objective,
     Outcome,
     Record,
     Resolved,
 )
+from safenav.trace.vocabulary import BlockReason, Ending
 
 
 class ProofRule(Rule):

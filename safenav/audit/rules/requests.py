@@ -10,16 +10,14 @@ from safenav.trace.records import (
     Appeared,
     Blocked,
     Gone,
-    OperatorCause,
     Push,
     Record,
-    Region,
     Request,
     Resolved,
     Synthesis,
-    Verdict,
     Violation,
 )
+from safenav.trace.vocabulary import OperatorCause, Region, Verdict
 
 
 class RequestRule(Rule):

@@ -6,7 +6,13 @@ from collections.abc import Iterator, Mapping
 
 from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.situation import RESYNTHESIS, Situation
-from safenav.trace.records import Objective, Pop, Push, Record, Request
+from safenav.trace.objective import Objective
+from safenav.trace.records import (
+    Pop,
+    Push,
+    Record,
+    Request,
+)
 
 
 class PushRule(Rule):

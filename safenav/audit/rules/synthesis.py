@@ -6,18 +6,20 @@ from collections.abc import Iterator
 
 from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.situation import RESYNTHESIS, Situation
+from safenav.trace.objective import Objective
 from safenav.trace.records import (
     Assumption,
     Blocked,
-    BlockReason,
     Move,
-    MovedBy,
-    Objective,
-    Reason,
     Record,
     Request,
     Resolved,
     Synthesis,
+)
+from safenav.trace.vocabulary import (
+    BlockReason,
+    MovedBy,
+    Reason,
     Verdict,
 )
 

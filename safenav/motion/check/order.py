@@ -12,12 +12,11 @@ from safenav.trace.records import (
     Blocked,
     Gone,
     Move,
-    ObstacleHeader,
     Resolved,
-    ScenarioHeader,
     Synthesis,
     Trace,
 )
+from safenav.trace.setting import ObstacleHeader, ScenarioHeader
 
 
 @dataclass(frozen=True)

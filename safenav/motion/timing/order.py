@@ -15,7 +15,13 @@ from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
 from safenav.motion.geometry import Floor
-from safenav.trace.records import Move, ObstacleHeader, Resolved, RobotHeader, Synthesis, Trace
+from safenav.trace.records import (
+    Move,
+    Resolved,
+    Synthesis,
+    Trace,
+)
+from safenav.trace.setting import ObstacleHeader, RobotHeader
 
 
 class Cause(StrEnum):

@@ -28,7 +28,7 @@ from safenav.report.replay.timeline import (
     Track,
 )
 from safenav.scenario.objective import Hold, Objective
-from safenav.trace import records
+from safenav.trace import records, setting
 from safenav.trace.reading import read_trace
 from safenav.trace.wording import Wording, objective_of
 from safenav.world.map import Heading, Region, RegionMap
@@ -65,7 +65,7 @@ class _ContradictionError(Exception):
 class _Telling:
     """A replay in the making."""
 
-    header: records.ScenarioHeader
+    header: setting.ScenarioHeader
     map: RegionMap
     tracks: dict[str, Track]
     hidden: dict[str, Hidden]

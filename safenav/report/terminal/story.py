@@ -13,7 +13,7 @@ import click
 from safenav.report.terminal.map import MapPicture, Marker, draw, letters
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import describe, targets_of
-from safenav.trace import records
+from safenav.trace import records, vocabulary
 from safenav.trace.wording import Wording, counted, seconds_words, synthesis_words
 from safenav.world.map import Heading, Region
 
@@ -116,10 +116,10 @@ class Story:
 
     def _ended(self, event: records.Outcome) -> None:
         self._map()
-        if event.outcome is records.Ending.ERROR:  # whoever started the run reports it
+        if event.outcome is vocabulary.Ending.ERROR:  # whoever started the run reports it
             return
         word, _, why = self._wording.sentence(event).partition(":")
-        good = event.outcome is records.Ending.COMPLETED
+        good = event.outcome is vocabulary.Ending.COMPLETED
         word = click.style(word, fg="green" if good else "red", bold=True)
         self._line(event.tick, f"{word}:{why}")
         spent = seconds_words(event.synthesis_seconds)
@@ -135,7 +135,7 @@ class Story:
             return
         events, self._syntheses = self._syntheses, []
         told = [f"{self._name(event.robot)} ({synthesis_words(event)})" for event in events]
-        first = events[0].reason is records.Reason.INITIAL
+        first = events[0].reason is vocabulary.Reason.INITIAL
         verb = "synthesized" if first else "resynthesized"
         self._line(events[0].tick, f"{verb} {', '.join(told)}")
         for event in events:

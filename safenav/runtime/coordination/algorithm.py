@@ -28,7 +28,7 @@ from safenav.runtime.over import Stop
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.runtime.world import Change
 from safenav.scenario.model import Obstacle, Robot
-from safenav.trace import records
+from safenav.trace import vocabulary
 
 
 @dataclass
@@ -48,19 +48,19 @@ class Coordination:
         """A robot has just kept out of a hidden obstacle that it cannot resolve."""
         self.state.knowledge.meet(violation.obstacle)
         self.tell.opened(violation.obstacle, violation.robot.name)
-        self.settle(records.Reason.REQUEST)
+        self.settle(vocabulary.Reason.REQUEST)
 
     def resolved(self, robot: Robot, obstacle: Obstacle, traversable: bool | None) -> None:
         """An obstacle was resolved, whether or not anybody had asked for it."""
         self.tell.resolved(robot, obstacle, traversable)
         self.state.knowledge.forget(obstacle)
         if traversable is False:
-            self.tell.joined(obstacle, records.BlockReason.UNTRAVERSABLE)
+            self.tell.joined(obstacle, vocabulary.BlockReason.UNTRAVERSABLE)
         self.requests.close(obstacle.name)
         for robot_state in self.state.robots.values():
             robot_state.own.restart_count()
             robot_state.progress.restart_count()
-        self.settle(records.Reason.RESOLVED)
+        self.settle(vocabulary.Reason.RESOLVED)
 
     def changed(self, change: Change) -> None:
         """An obstacle has appeared, where nobody knows it yet, or has gone by itself."""
@@ -71,9 +71,9 @@ class Coordination:
         known = self.state.knowledge.forget(change.obstacle)
         self.requests.close(change.obstacle.name)
         if known:
-            self.settle(records.Reason.GONE)
+            self.settle(vocabulary.Reason.GONE)
 
-    def settle(self, reason: records.Reason) -> None:
+    def settle(self, reason: vocabulary.Reason) -> None:
         """Derive duties, find strategies for those that changed, install all of them. Raises
         RunOver, with the proof, if nobody can bring it about that all go on."""
         refused: dict[tuple[str, str], Answer] = {}
@@ -141,7 +141,7 @@ class Coordination:
         else:
             raise no_strategy(self.state, self.telling, attempt)
 
-    def resynthesize(self, robot: RobotState, reason: records.Reason) -> bool:
+    def resynthesize(self, robot: RobotState, reason: vocabulary.Reason) -> bool:
         """A new strategy for what a robot does already, from where it is; whether there is one."""
         errand = self.errands(set())[robot.name]
         attempt = self.telling.attempt({robot.name: errand}, always=True)

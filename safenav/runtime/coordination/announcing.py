@@ -14,7 +14,7 @@ from safenav.runtime.knowledge import UNTRAVERSABLE
 from safenav.runtime.team import Role, TeamState
 from safenav.runtime.world import Change
 from safenav.scenario.model import Obstacle, Robot
-from safenav.trace import records
+from safenav.trace import records, vocabulary
 from safenav.trace.header import objective_in_trace
 from safenav.trace.objective import Objective
 
@@ -63,9 +63,9 @@ class Announcing:
         """An obstacle has come or gone by itself."""
         state, name = self.state, change.obstacle.name
         state.introduce(change.obstacle)
-        cause = records.ChangeCause.SCENARIO
+        cause = vocabulary.ChangeCause.SCENARIO
         if change.obstacle not in state.scenario.obstacles:
-            cause = records.ChangeCause.WORLD
+            cause = vocabulary.ChangeCause.WORLD
         kind = records.Appeared if change.appeared else records.Gone
         state.emit(kind(state.tick, name, cause))
         request = self.requests.of(name)
@@ -75,14 +75,14 @@ class Announcing:
     def joined(
         self,
         obstacle: Obstacle,
-        reason: records.BlockReason,
+        reason: vocabulary.BlockReason,
         proof: Mapping[str, object] | None = None,
     ) -> None:
         """An obstacle stays for good."""
         state = self.state
         because = {
-            records.BlockReason.UNTRAVERSABLE: UNTRAVERSABLE,
-            records.BlockReason.NO_CAPABLE_ROBOT: "no robot can remove it",
+            vocabulary.BlockReason.UNTRAVERSABLE: UNTRAVERSABLE,
+            vocabulary.BlockReason.NO_CAPABLE_ROBOT: "no robot can remove it",
         }
         state.knowledge.join(obstacle, because.get(reason, "nobody can ever resolve it"))
         blocked = frozenset(
@@ -102,9 +102,9 @@ class Announcing:
         )
         if request.told is None:
             self._request(request, floor, ())
-        reason = records.BlockReason.UNRESOLVABLE
+        reason = vocabulary.BlockReason.UNRESOLVABLE
         if not able:
-            reason = records.BlockReason.NO_CAPABLE_ROBOT
+            reason = vocabulary.BlockReason.NO_CAPABLE_ROBOT
         self.joined(request.obstacle, reason, closure_data(floor, closure))
         self._over.append(request)
 
@@ -113,7 +113,7 @@ class Announcing:
         floor: Floor,
         errands: Mapping[str, Errand],
         refused: Mapping[tuple[str, str], Answer],
-        announce: Callable[[Answer, records.Reason], None],
+        announce: Callable[[Answer, vocabulary.Reason], None],
     ) -> None:
         """What came of the requests, once strategies for everybody are found."""
         state = self.state
@@ -140,7 +140,7 @@ class Announcing:
                 request.told = helpers
                 for (_, obstacle), answer in refused.items():
                     if obstacle == request.obstacle.name:
-                        announce(answer, records.Reason.REQUEST)
+                        announce(answer, vocabulary.Reason.REQUEST)
             for requester in request.unpushed:
                 entry = (requester, helpers)
                 request.entries.append(entry)

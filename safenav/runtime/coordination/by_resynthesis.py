@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from safenav.runtime.coordination.strategies import Answer, Attempt, Errand, Strategies
 from safenav.runtime.team import RobotState, TeamState
-from safenav.trace import records
+from safenav.trace import vocabulary
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class ByResynthesis:
         return self.strategies.attempt(stale)
 
     def install(
-        self, attempt: Attempt, errands: Mapping[str, Errand], reason: records.Reason
+        self, attempt: Attempt, errands: Mapping[str, Errand], reason: vocabulary.Reason
     ) -> None:
         """All assignments first, so that each line of the trace is true when it is written."""
         for name, errand in errands.items():
@@ -37,7 +37,7 @@ class ByResynthesis:
             if not robot.begun and robot.transit is None:
                 self.strategies.begin(robot)
 
-    def announce(self, answer: Answer, reason: records.Reason) -> None:
+    def announce(self, answer: Answer, reason: vocabulary.Reason) -> None:
         self.strategies.announce(answer, reason)
 
     def signal(self, robot: RobotState) -> dict[str, int]:

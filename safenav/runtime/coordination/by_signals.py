@@ -16,7 +16,7 @@ from safenav.runtime.poses import FAR, Mask, region_mask
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.scenario.objective import Hold
 from safenav.spec.assignable import Signal
-from safenav.trace import records
+from safenav.trace import vocabulary
 from safenav.world.map import Region
 
 
@@ -38,7 +38,7 @@ class BySignals:
         return self.strategies.attempt(stale)
 
     def install(
-        self, attempt: Attempt, errands: Mapping[str, Errand], reason: records.Reason
+        self, attempt: Attempt, errands: Mapping[str, Errand], reason: vocabulary.Reason
     ) -> None:
         for name, errand in errands.items():
             self.state.robots[name].assign(errand.assignment)
@@ -48,7 +48,7 @@ class BySignals:
             if not robot.begun and robot.transit is None:
                 self.strategies.begin(robot)
 
-    def announce(self, answer: Answer, reason: records.Reason) -> None:
+    def announce(self, answer: Answer, reason: vocabulary.Reason) -> None:
         self.strategies.announce(answer, reason)
 
     def signal(self, robot: RobotState) -> dict[str, int]:

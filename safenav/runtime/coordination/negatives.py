@@ -116,7 +116,7 @@ def nobody_goes_on(
 
 def no_strategy(state: TeamState, telling: Telling, attempt: Attempt) -> RunOver:
     """The end of a run in which a robot has no strategy, whoever helps."""
-    from safenav.trace.records import Reason
+    from safenav.trace.vocabulary import Reason
 
     said, specs = [], {}
     for name in attempt.failed:

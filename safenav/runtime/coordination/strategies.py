@@ -27,7 +27,7 @@ from safenav.spec.task import LADDERS, Fairness, Observed, Task
 from safenav.synthesis.slugs import Listener as SynthesisListener
 from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.verdict import SynthesisResult, Verdict
-from safenav.trace import records
+from safenav.trace import records, vocabulary
 from safenav.trace.header import heading_in_trace, objective_in_trace
 from safenav.world.map import Region
 from safenav.world.moves import Pose
@@ -42,7 +42,7 @@ class Answer:
     task: Task
     result: SynthesisResult
     told: Objective
-    form: records.Form = records.Form.LITERAL
+    form: vocabulary.Form = vocabulary.Form.LITERAL
     tried: tuple[records.Tried, ...] = ()
 
     @property
@@ -77,7 +77,7 @@ class Attempt:
         return [name for name, answer in self.answers.items() if not answer.realizable]
 
 
-Candidate = tuple[records.Form, Task]
+Candidate = tuple[vocabulary.Form, Task]
 
 
 class Strategies:
@@ -122,7 +122,7 @@ class Strategies:
                 tried = before.tried if before is not None else ()
                 if before is not None:
                     failed = before.result
-                    verdict = records.Verdict(failed.verdict.value)
+                    verdict = vocabulary.Verdict(failed.verdict.value)
                     tried += (
                         records.Tried(before.task.fairness.value, failed.spec_sha256, verdict),
                     )
@@ -130,7 +130,7 @@ class Strategies:
                 answers[name] = Answer(task, result, told, form, tried)
             rung += 1
 
-    def announce(self, answer: Answer, reason: records.Reason, node: int | None = None) -> None:
+    def announce(self, answer: Answer, reason: vocabulary.Reason, node: int | None = None) -> None:
         """Tell what was synthesized for a robot; ``node``: where its strategy begins."""
         task, result = answer.task, answer.result
         world = self._state.scenario.map
@@ -141,7 +141,7 @@ class Strategies:
                 self._state.tick,
                 task.robot.name,
                 reason,
-                records.Verdict(result.verdict.value),
+                vocabulary.Verdict(result.verdict.value),
                 round(result.seconds, 6),
                 result.states,
                 result.cached,
@@ -188,7 +188,7 @@ class Strategies:
             )
         )
 
-    def install(self, answer: Answer, reason: records.Reason) -> None:
+    def install(self, answer: Answer, reason: vocabulary.Reason) -> None:
         """Put a strategy in force; its robot's assignment must be the one that it is for."""
         strategy = answer.result.strategy
         assert strategy is not None
@@ -197,7 +197,7 @@ class Strategies:
         if answer.task.assignable:
             planner.switch = Switch(places(answer.task, self._state.scenario.map))
         if (
-            answer.form is records.Form.OTHER_MEMORY
+            answer.form is vocabulary.Form.OTHER_MEMORY
             and state.assignment.role is Role.OWN
             and answer.task.memory.index != state.own.memory.index
         ):
@@ -295,11 +295,11 @@ class Strategies:
 
     def _forms(
         self, state: RobotState, errand: Errand
-    ) -> Iterator[tuple[records.Form, Objective, Memory]]:
+    ) -> Iterator[tuple[vocabulary.Form, Objective, Memory]]:
         """The spellings of an objective that a robot could meet alone on the map; the last one
         in any case, so that there is something to ask."""
         objective = errand.objective
-        literal = records.Form.LITERAL
+        literal = vocabulary.Form.LITERAL
         if not isinstance(objective, Patrol):
             own = errand.assignment.role is Role.OWN or self._is_assignable
             keeps = own or isinstance(objective, Ltl)
@@ -311,19 +311,19 @@ class Strategies:
             yield literal, objective, Memory(index)
             return
         if self._state.rivals(state.robot) or self._is_assignable:
-            yield records.Form.ALTERNATION, plain, Memory(index)
+            yield vocabulary.Form.ALTERNATION, plain, Memory(index)
             return
         walls = self._state.knowledge.walls_for(state.robot, errand.avoid)
         blocked = frozenset(known.region for known in walls)
         mobility, pose = state.robot.model.mobility, state.next_pose
         for form, memory in (
             (literal, Memory(index)),
-            (records.Form.OTHER_MEMORY, Memory(1 - index)),
+            (vocabulary.Form.OTHER_MEMORY, Memory(1 - index)),
         ):
             solo = play(mobility, pose, objective, memory, self._state.scenario.map, blocked)
             if solo.winnable:
                 yield form, objective, memory
-        yield records.Form.ALTERNATION, plain, Memory(index)
+        yield vocabulary.Form.ALTERNATION, plain, Memory(index)
 
     @property
     def _is_assignable(self) -> bool:

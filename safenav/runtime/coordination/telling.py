@@ -7,7 +7,7 @@ from typing import Protocol
 
 from safenav.runtime.coordination.strategies import Answer, Attempt, Errand
 from safenav.runtime.team import RobotState
-from safenav.trace import records
+from safenav.trace import vocabulary
 
 
 class Telling(Protocol):
@@ -18,12 +18,12 @@ class Telling(Protocol):
         ...
 
     def install(
-        self, attempt: Attempt, errands: Mapping[str, Errand], reason: records.Reason
+        self, attempt: Attempt, errands: Mapping[str, Errand], reason: vocabulary.Reason
     ) -> None:
         """Put errands in force, with the strategies that were found for them."""
         ...
 
-    def announce(self, answer: Answer, reason: records.Reason) -> None:
+    def announce(self, answer: Answer, reason: vocabulary.Reason) -> None:
         """Tell of a synthesis that was not installed."""
         ...
 

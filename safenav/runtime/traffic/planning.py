@@ -25,7 +25,7 @@ from safenav.runtime.traffic.joint import Course, Joint
 from safenav.runtime.traffic.joint_plan import Exhausted, Found, Search, Spent
 from safenav.runtime.traffic.watch import Watch
 from safenav.scenario.model import Outcome
-from safenav.trace import records
+from safenav.trace import records, vocabulary
 from safenav.trace.header import heading_in_trace
 from safenav.world.moves import Pose
 
@@ -100,7 +100,7 @@ class Traffic:
         return False
 
     def end(
-        self, reason: records.PlanEndReason, nodes: Mapping[str, int | None] | None = None
+        self, reason: vocabulary.PlanEndReason, nodes: Mapping[str, int | None] | None = None
     ) -> None:
         """The plan is over: it is finished, or something was learnt. ``nodes``: where each robot
         goes on in its strategy."""

@@ -1,0 +1,124 @@
+"""The scenario as the header of a trace tells it: map, robots, obstacles, limits."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated
+
+from safenav.trace.objective import Objective
+from safenav.trace.vocabulary import Count, Heading, Json, Least, Region, Seconds
+
+
+@dataclass(frozen=True)
+class Timing:
+    """Ticks that a step takes: at least and at most."""
+
+    least: Annotated[int, Least(1)]
+    most: Annotated[int, Least(1)]
+
+
+@dataclass(frozen=True)
+class RobotHeader:
+    """A robot in the header. ``conflicts``: those it must not share a region with (None: those
+    of its layer). ``vision``: how far it sees, in regions; None: without limit. ``motion``: its
+    kind of motion in metres and all parameters (docs/motion.md)."""
+
+    model: str
+    mobility: str
+    layer: str
+    capabilities: frozenset[str]
+    start: Region
+    heading: Heading | None
+    objective: Objective
+    conflicts: frozenset[str] | None = None
+    vision: float | None = None
+    tracking: str | None = None
+    tracks: tuple[str, ...] | None = None
+    timing: Timing | None = None
+    motion: Json | None = None
+
+
+@dataclass(frozen=True)
+class Need:
+    """One of several actions that an obstacle needs, in order: by ``robots`` distinct robots,
+    ``together`` in one tick, from ``regions``."""
+
+    action: str
+    regions: tuple[Region, ...]
+    robots: Annotated[int, Least(1)] = 1
+    together: bool = False
+
+
+@dataclass(frozen=True)
+class ObstacleHeader:
+    """A hidden obstacle. ``blocks``: names of robots. ``traversable``: the truth of this run.
+    ``needs``: all its needs if there are several (``action`` and ``resolution_regions`` are
+    those of the first). ``from_`` and ``until``: when it appears and goes by itself."""
+
+    type: str
+    name: str
+    region: Region
+    action: str
+    resolution_regions: tuple[Region, ...]
+    blocks: frozenset[str]
+    traversable: bool | None
+    needs: tuple[Need, ...] | None = None
+    from_: Count | None = None
+    until: Count | None = None
+
+    @property
+    def all_needs(self) -> tuple[Need, ...]:
+        """Its needs in order, also where the trace tells only one."""
+        return self.needs or (Need(self.action, self.resolution_regions),)
+
+
+@dataclass(frozen=True)
+class MapHeader:
+    """The map. ``resolution``: metres that a region measures from west to east and from south
+    to north. ``origin``: x, y (metres) and yaw (radians) of its south-western corner."""
+
+    rows: Count
+    cols: Count
+    grid: tuple[str, ...]
+    resolution: tuple[float, float] | None = None
+    origin: tuple[float, float, float] | None = None
+    names: Mapping[str, Count] | None = None
+    """The regions to which the scenario gives names."""
+
+
+@dataclass(frozen=True)
+class Until:
+    """The run is completed when every objective was met so many times after the last
+    resolution."""
+
+    rounds: Count | None = None
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Ticks and seconds of the run; seconds, MiB and states of each synthesis."""
+
+    ticks: Count | None = None
+    seconds: Seconds | None = None
+    synthesis_seconds: Seconds | None = None
+    synthesis_memory: Count | None = None
+    states: Count | None = None
+
+
+@dataclass(frozen=True)
+class ScenarioHeader:
+    """The scenario, fully resolved. ``robots`` are in the order of their turns. ``world``:
+    ``simulated`` or ``external``. ``partition``: the cells of beliefs, None where nobody keeps
+    any."""
+
+    name: str
+    map: MapHeader
+    robots: Mapping[str, RobotHeader]
+    obstacles: tuple[ObstacleHeader, ...]
+    until: Until
+    limits: Limits
+    seed: int
+    coordination: str
+    world: str = "simulated"
+    partition: tuple[tuple[Region, ...], ...] | None = None

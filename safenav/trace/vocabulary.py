@@ -1,0 +1,137 @@
+"""What the fields of a trace may hold: plain values with bounds, and words with a meaning.
+
+The reader and the JSON Schema follow these annotations; docs/trace.md explains the words.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Annotated
+
+
+@dataclass(frozen=True)
+class Least:
+    """Annotation of a number that must be ``value`` or more."""
+
+    value: int
+
+
+@dataclass(frozen=True)
+class Pattern:
+    """Annotation of a string that must match ``regex``; ``expected`` says so in messages."""
+
+    regex: str
+    expected: str
+
+
+Region = int
+Count = Annotated[int, Least(0)]
+Seconds = Annotated[float, Least(0)]
+Sha256 = Annotated[str, Pattern("[0-9a-f]{64}", "a sha256 (64 digits 0-9a-f)")]
+Heading = Annotated[str, Pattern("north|east|south|west", "north, east, south or west")]
+Json = Mapping[str, object]
+Place = tuple[Region, Heading | None]
+"""A region, and the heading of a robot that has one."""
+
+
+class Verdict(StrEnum):
+    """What a synthesis came to."""
+
+    REALIZABLE = "realizable"
+    UNREALIZABLE = "unrealizable"
+    TIMEOUT = "timeout"
+    OUT_OF_MEMORY = "out_of_memory"
+
+
+class Reason(StrEnum):
+    """Why a robot was synthesized."""
+
+    INITIAL = "initial"
+    REQUEST = "request"
+    RESOLVED = "resolved"
+    BLOCKED = "blocked"
+    YIELD = "yield"
+    APPEARED = "appeared"
+    GONE = "gone"
+    PLAN = "plan"
+    """After a joint plan, from a pose that the strategy before did not know."""
+
+
+class Form(StrEnum):
+    """How an objective was put into the specification (docs/theory.md)."""
+
+    LITERAL = "literal"
+    OTHER_MEMORY = "other_memory"
+    ALTERNATION = "alternation"
+
+
+class StackReason(StrEnum):
+    """Why objectives were pushed: for a request, or so that somebody gives way."""
+
+    REQUEST = "request"
+    YIELD = "yield"
+
+
+class BlockReason(StrEnum):
+    """Why a hidden obstacle joined the known ones."""
+
+    UNTRAVERSABLE = "untraversable"
+    NO_CAPABLE_ROBOT = "no_capable_robot"
+    NO_HELPER = "no_helper"
+    UNRESOLVABLE = "unresolvable"
+    """The closure of all that the team can do never resolves it: see ``proof``."""
+
+
+class MovedBy(StrEnum):
+    """What decided a move."""
+
+    STRATEGY = "strategy"
+    BACKTRACK = "backtrack"
+    PLAN = "plan"
+    STAY = "stay"
+    """The robot was kept where it is: no answer, or held back by coordination."""
+
+
+class ChangeCause(StrEnum):
+    """Why an obstacle appeared or went by itself."""
+
+    SCENARIO = "scenario"
+    WORLD = "world"
+    USER = "user"
+
+
+class PlanEndReason(StrEnum):
+    """Why a joint plan is over."""
+
+    REACHED = "reached"
+    VIOLATION = "violation"
+    CHANGED = "changed"
+    """Something was resolved, appeared or went, or duties changed."""
+
+
+class Ending(StrEnum):
+    """How a run ended."""
+
+    COMPLETED = "completed"
+    OPERATOR_NEEDED = "operator_needed"
+    UNREALIZABLE = "unrealizable"
+    TICK_LIMIT = "tick_limit"
+    TIME_LIMIT = "time_limit"
+    SEARCH_LIMIT = "search_limit"
+    ASSUMPTION_VIOLATED = "assumption_violated"
+    INTERRUPTED = "interrupted"
+    ERROR = "error"
+
+
+class OperatorCause(StrEnum):
+    """Why an operator is needed."""
+
+    NO_CAPABLE_ROBOT = "no_capable_robot"
+    CYCLIC_REQUESTS = "cyclic_requests"
+    UNREALIZABLE = "unrealizable"
+    DEADLOCK = "deadlock"
+    NEVER_RESOLVABLE = "never_resolvable"
+    """The closure of all that the team can do leaves somebody stuck: see ``proof``."""
+    UNRESOLVABLE = "unresolvable"
