@@ -34,13 +34,16 @@ class Knowledge:
     def blocks(self, obstacle: Obstacle, robot: Robot) -> bool:
         """Whether a robot must not enter an obstacle's region, as far as it is resolved."""
         work = self.pending.get(obstacle.name) or self._unmet.open.get(obstacle.region)
-        return obstacle.blocks(robot, work.need if work and not work.finished else 0)
+        if work is None or work.finished:
+            return obstacle.blocks(robot, self.stuck_at.get(obstacle.name, 0))
+        return obstacle.blocks(robot, work.need)
 
     def meet(self, obstacle: Obstacle) -> bool:
         """Remember an obstacle that somebody has run into; whether it is new."""
         if obstacle.name in self.pending:
             return False
         self.joined.pop(obstacle.name, None)
+        self.stuck_at.pop(obstacle.name, None)
         work = self._unmet.open.pop(obstacle.region, None)
         if work is None or work.obstacle.name != obstacle.name:
             work = Work(obstacle)
@@ -69,6 +72,7 @@ class Knowledge:
         known = obstacle.name in self.pending or obstacle.name in self.joined
         self.pending.pop(obstacle.name, None)
         self.joined.pop(obstacle.name, None)
+        self.stuck_at.pop(obstacle.name, None)
         self._known.open.pop(obstacle.region, None)
         self._unmet.open.pop(obstacle.region, None)
         return known
@@ -106,7 +110,7 @@ class Knowledge:
         found = [
             Known(obstacle.region, f"obstacles.{obstacle.name}", reason)
             for obstacle, reason in self.joined.values()
-            if obstacle.blocks(robot)
+            if obstacle.blocks(robot, self.stuck_at[obstacle.name])
         ]
         found += [
             Known(work.obstacle.region, f"obstacles.{name}", "found, and not resolved yet")

@@ -16,11 +16,13 @@ from functools import lru_cache
 from safenav.errors import ExitCode, SafenavError
 from safenav.formula.evaluator import evaluate
 from safenav.formula.parser import parse
+from safenav.runtime.formulas import formulas_of
 from safenav.runtime.navigation import Planner, Proposal
-from safenav.runtime.team import TeamState
+from safenav.runtime.team import RobotState, TeamState
 from safenav.scenario.model import Robot
 from safenav.spec.specification import Constraint, Owner, Section, Specification
 from safenav.trace import records
+from safenav.world.moves import Pose
 
 PATIENCE = 25
 """Ticks without a fairness assumption that are worth a word at the end of a run."""
@@ -89,6 +91,25 @@ class Monitors:
         for constraint in watched.met:
             if evaluate(_parse(constraint.formula), before, after):
                 watched.met[constraint] = self._state.tick
+
+    def allows_planned(self, robot: RobotState, pose: Pose) -> bool:
+        """Whether the formulas of a robot allow a step of a joint plan with what it remembers.
+        Plans are made without that, so only formulas that speak of memory can be against one.
+
+        Raises GuaranteeError.
+        """
+        formulas = formulas_of(robot.robot, self._state.scenario.map)
+        if (
+            formulas is None
+            or formulas.remembered(robot.memory.values, robot.pose, pose) is not None
+        ):
+            return True
+        if formulas.remember_something:
+            return False
+        raise GuaranteeError(
+            f"{robot.name} was about to break its formulas at tick {self._state.tick}, by a step "
+            f"of a joint plan from {robot.pose.region} to {pose.region}; it did not move"
+        )
 
     def unmet_fairness(self) -> list[str]:
         """The fairness assumptions that have not held for long, one sentence each."""

@@ -129,23 +129,13 @@ def _where(task: Task, pose: Pose) -> dict[str, int]:
 
 
 def _memories(task: Task, pose: Pose, progress: Progress) -> Iterator[dict[str, int]]:
-    """The values of the memory that mean what is left of an objective. A goal is a state and
-    memory changes in the step after it, so where the last target was just met the memory before
-    means the same."""
-    index = progress.memory.index
+    """The values of the memory that mean what is left of an objective."""
     match task.objective:
-        case Patrol(first, second):
-            if pose.region in first:
-                yield {"scout": 0}
-            elif pose.region in second:
-                yield {"scout": 1}
-            else:
-                yield {"scout": index}
+        case Patrol():
+            yield from ({"scout": m} for m in (0, 1) if progress.means(m, pose.region))
         case Visit(targets) if len(targets) > 1:
-            yield {"goal": index}
-            last = (index - 1) % len(targets)
-            if pose.region in targets[last]:
-                yield {"goal": last}
+            numbers = range(len(targets))
+            yield from ({"goal": m} for m in numbers if progress.means(m, pose.region))
         case Ltl():
             yield {name: int(value) for name, value in progress.memory.values.items()}
         case _:

@@ -38,9 +38,15 @@ def region_mask(regions: Iterable[Region]) -> Mask:
 
 
 class PoseGraph:
-    """The poses of one mobility on one map, and the steps between them."""
+    """The poses of one mobility on one map, and the steps between them. ``closed``: pairs of
+    poses between which there is none, although the mobility has one."""
 
-    def __init__(self, world: RegionMap, mobility: Mobility) -> None:
+    def __init__(
+        self,
+        world: RegionMap,
+        mobility: Mobility,
+        closed: frozenset[tuple[int, int]] = frozenset(),
+    ) -> None:
         self.world = world
         self.mobility = mobility
         self.size = world.size
@@ -50,11 +56,19 @@ class PoseGraph:
         self._west = sum(1 << row * world.cols for row in range(world.rows))
         self._east = self._west << world.cols - 1
         self.free_regions = region_mask(world.free)
+        self._closed = closed
+        self._narrowed = region_mask(pose for pose, _ in closed)  # have fewer steps than others
+        self._shunned = region_mask(pose for _, pose in closed)  # are entered by fewer
         self._steps: dict[int, tuple[int, ...]] = {}
         self._closures: dict[tuple[Mask, Mask], Mask] = {}
         self._backs: dict[tuple[Mask, Mask], Mask] = {}
         self._lives: dict[tuple[tuple[Mask, ...], Mask], Mask] = {}
         self._fields: dict[tuple[Mask, Mask], list[int]] = {}
+
+    @property
+    def one_way(self) -> bool:
+        """Whether some steps cannot be undone by the way they came."""
+        return self.blocks > 1 or bool(self._closed)
 
     @cached_property
     def everywhere(self) -> Mask:
@@ -97,40 +111,29 @@ class PoseGraph:
                     continue
                 beside = self.world.step(region, heading)
                 if beside is not None and beside not in self.world.walls:
-                    after.append(beside + heading * self.size if self.blocks > 1 else beside)
+                    step = beside + heading * self.size if self.blocks > 1 else beside
+                    if (pose, step) not in self._closed:
+                        after.append(step)
             found = self._steps[pose] = tuple(after)
         return found
 
     def forward(self, poses: Mask) -> Mask:
         """The poses one step away from some of ``poses``, walls of the map respected."""
-        if self.blocks == 1:
-            return self._spread(poses) & self.free_regions
-        facing = [poses >> block * self.size & self._full for block in range(4)]
-        found = 0
-        for heading in range(4):
-            behind = (heading + 2) % 4
-            source = 0
-            for other in range(4):
-                if other != behind:
-                    source |= facing[other]
-            if source:
-                step = self._shift(source, heading) & self.free_regions
-                found |= step << heading * self.size
+        narrowed = poses & self._narrowed
+        found = self._forward(poses ^ narrowed)
+        for pose in bits(narrowed):
+            for step in self.steps(pose):
+                found |= 1 << step
         return found
 
     def backward(self, poses: Mask) -> Mask:
         """The poses from which one step leads to some of ``poses``."""
-        if self.blocks == 1:
-            return self._spread(poses) & self.free_regions
-        found = 0
-        for heading in range(4):
-            there = poses >> heading * self.size & self._full
-            if there:
-                behind = (heading + 2) % 4
-                source = self._shift(there, behind) & self.free_regions
-                for other in range(4):
-                    if other != behind:
-                        found |= source << other * self.size
+        shunned = poses & self._shunned
+        found = self._backward(poses ^ shunned)
+        for step in bits(shunned):
+            for pose in bits(self._backward(1 << step) & ~found):
+                if (pose, step) not in self._closed:
+                    found |= 1 << pose
         return found
 
     def closure(self, start: Mask, allowed: Mask) -> Mask:
@@ -218,6 +221,36 @@ class PoseGraph:
                 frontier &= allowed
             self._fields[key] = field
         return field
+
+    def _forward(self, poses: Mask) -> Mask:
+        if self.blocks == 1:
+            return self._spread(poses) & self.free_regions
+        facing = [poses >> block * self.size & self._full for block in range(4)]
+        found = 0
+        for heading in range(4):
+            behind = (heading + 2) % 4
+            source = 0
+            for other in range(4):
+                if other != behind:
+                    source |= facing[other]
+            if source:
+                step = self._shift(source, heading) & self.free_regions
+                found |= step << heading * self.size
+        return found
+
+    def _backward(self, poses: Mask) -> Mask:
+        if self.blocks == 1:
+            return self._spread(poses) & self.free_regions
+        found = 0
+        for heading in range(4):
+            there = poses >> heading * self.size & self._full
+            if there:
+                behind = (heading + 2) % 4
+                source = self._shift(there, behind) & self.free_regions
+                for other in range(4):
+                    if other != behind:
+                        found |= source << other * self.size
+        return found
 
     def _spread(self, regions: Mask) -> Mask:
         return (

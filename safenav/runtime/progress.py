@@ -1,38 +1,24 @@
 """How far a robot is with its objective: which target is next, how many rounds are done.
 
-The count is taken from where the robot really is, not from the automaton, so that a wrong
-strategy cannot claim a goal. A round is complete when every target has been met since the
-last one (in turn for ``patrol`` and ``visit``); each tick on its target is a round of ``hold``.
+The count is taken from where the robot really is, not from its strategy, so that a wrong one
+cannot claim a goal. What counts where is the objective's own automaton (``scenario.pursuit``); raw
+formulas are evaluated on each step. A round is complete when every target has been met since the
+last one; each tick on its target is a round of ``hold``.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from functools import lru_cache
 
 from safenav.formula.evaluator import evaluate
 from safenav.formula.parser import parse
-from safenav.formula.syntax import Formula
-from safenav.scenario.objective import (
-    Cover,
-    Hold,
-    Ltl,
-    Objective,
-    Patrol,
-    Target,
-    Visit,
-    targets_of,
-)
+from safenav.scenario.objective import Hold, Ltl, Objective, Patrol, Target
+from safenav.scenario.pursuit import Pursuit
 from safenav.spec.objective import NO_MEMORY, Memory
 from safenav.world.map import Region
 
-
-@dataclass(frozen=True)
-class Reached:
-    """A goal that was met; ``announced`` is False for one more tick of holding."""
-
-    goal: int
-    announced: bool = True
+_parse = lru_cache(maxsize=1 << 10)(parse)
 
 
 class Progress:
@@ -41,19 +27,16 @@ class Progress:
     def __init__(self, objective: Objective, memory: Memory = NO_MEMORY) -> None:
         self.objective = objective
         self.rounds = 0
-        self._targets = targets_of(objective)
-        self._index = memory.index
+        self._pursuit = None if isinstance(objective, Ltl) else Pursuit(objective)
+        self._state = memory.index  # of the pursuit
         self._values: Mapping[str, int] = memory.values
         self._seen: set[int] = set()
         self._holding = False
-        self._liveness: tuple[Formula, ...] = ()
-        if isinstance(objective, Ltl):
-            self._liveness = tuple(parse(line) for line in objective.liveness)
 
     @property
     def memory(self) -> Memory:
         """What the next specification of this objective must begin with."""
-        return Memory(self._index, self._values)
+        return Memory(self._state if self._in_turn else 0, self._values)
 
     @property
     def seen(self) -> frozenset[int]:
@@ -62,86 +45,89 @@ class Progress:
 
     def other_way_round(self) -> None:
         """Let a patrol go on with its other target."""
-        self._index = 1 - self._index
+        assert isinstance(self.objective, Patrol)
+        self._state = 1 - self._state
 
     def awaited(self) -> Target:
         """The regions of which the robot must reach one next; none known for ``ltl``."""
-        match self.objective:
-            case Patrol() | Visit():
-                return self._targets[self._index]
-            case Cover(targets):
-                left = [t for i, t in enumerate(targets) if i not in self._seen]
-                return frozenset().union(*left)
-            case Hold(target):
-                return target
-            case Ltl():
-                return frozenset()
+        return frozenset() if self._pursuit is None else self._pursuit.awaited(self._state)
+
+    def means(self, memory: int, region: Region) -> bool:
+        """Whether a specification that remembers ``memory`` in ``region`` has as much left to do
+        as this: there memory changes in the step after a goal, here with it."""
+        return self._pursuit is None or self._pursuit.turned(memory, region) == self._state
 
     def keep_memory(self, former: Progress) -> None:
-        """Carry on with the memory of a former objective with the same ``ltl`` variables."""
+        """Carry on with what formulas remember from a former objective."""
+        self._values = former.memory.values
+
+    def remember(self, values: Mapping[str, int]) -> None:
+        """Take note of what formulas remember now."""
         if isinstance(self.objective, Ltl):
-            self._values = former.memory.values
+            self._values = {n: values[n] for n in self.objective.memory if n in values}
 
     def restart_count(self) -> None:
         """Count rounds from zero: an obstacle was resolved (DESIGN section 5, rule 8)."""
         self.rounds = 0
         self._seen.clear()
+        if not self._in_turn:
+            self._state = 0
 
-    def begin(self, region: Region, values: Mapping[str, int]) -> list[Reached]:
-        """Count what is met already where the robot stands when it gets the objective.
+    def begin(self, region: Region, values: Mapping[str, int]) -> list[int]:
+        """Count what is met already where the robot stands when it gets the objective; the goals
+        that are worth telling (of holding, the first tick).
 
         ``values``: the variables of its specification there. A robot that stands on a target
         of a patrol begins with that one, as its specification does.
         """
-        if isinstance(self.objective, Patrol):
-            if region in self.objective.second:
-                self._index = 1
-            elif region in self.objective.first:
-                self._index = 0
         if isinstance(self.objective, Ltl):
-            self._remember(self.objective, values)
+            self.remember(values)
             return []
+        assert self._pursuit is not None
+        self._state = self._pursuit.begin(region, self._state)
         return self.arrive(region, {}, {})
 
     def arrive(
         self, region: Region, before: Mapping[str, int], after: Mapping[str, int]
-    ) -> list[Reached]:
-        """Count a turn that ended in ``region``; ``before`` and ``after`` are the values of
-        the specification's variables around it (used by ``ltl`` goals only)."""
-        reached = self._reached(region, before, after)
-        for goal in reached:
-            self._seen.add(goal.goal)
-        goals = max(1, len(self._targets) or len(self._liveness))
-        if len(self._seen) == goals or (goals == 1 and reached):
+    ) -> list[int]:
+        """Count a turn that ended in ``region``, and tell the goals as ``begin`` does; ``before``
+        and ``after`` are the values of the specification's variables around it (used by ``ltl``
+        goals only)."""
+        if isinstance(self.objective, Ltl):
+            met, count = self._met_by_formulas(self.objective, before, after)
+        else:
+            met, count = self._met(region)
+        again, self._holding = self._holding, isinstance(self.objective, Hold) and bool(met)
+        fresh = [goal for goal in met if goal not in self._seen]
+        self._seen.update(fresh)
+        if fresh and len(self._seen) == count:
             self.rounds += 1
             self._seen.clear()
-        return [goal for goal in reached if goal.announced]
+        if again or (isinstance(self.objective, Ltl) and not self.objective.liveness):
+            return []
+        # In turn a target may count again in a round that began anew with the other one.
+        return list(met if self._in_turn else fresh)
 
-    def _reached(
-        self, region: Region, before: Mapping[str, int], after: Mapping[str, int]
-    ) -> list[Reached]:
-        match self.objective:
-            case Patrol() | Visit():
-                if region not in self._targets[self._index]:
-                    return []
-                goal = self._index
-                self._index = (goal + 1) % len(self._targets)
-                return [Reached(goal)]
-            case Cover(targets):
-                found = [i for i, t in enumerate(targets) if region in t and i not in self._seen]
-                return [Reached(i) for i in found]
-            case Hold(target):
-                there, was = region in target, self._holding
-                self._holding = there
-                return [Reached(0, announced=not was)] if there else []
-            case Ltl():
-                if not after:  # off the automaton: it backtracked, and nothing counts
-                    return []
-                self._remember(self.objective, after)
-                if not self._liveness:
-                    return [Reached(0, announced=False)]
-                met = [i for i, f in enumerate(self._liveness) if evaluate(f, before, after)]
-                return [Reached(i) for i in met if i not in self._seen]
+    @property
+    def _in_turn(self) -> bool:
+        return self._pursuit is not None and self._pursuit.in_turn
 
-    def _remember(self, objective: Ltl, values: Mapping[str, int]) -> None:
-        self._values = {name: values[name] for name in objective.memory if name in values}
+    def _met(self, region: Region) -> tuple[tuple[int, ...], int]:
+        """The goals that count in ``region``, and of how many."""
+        assert self._pursuit is not None
+        met = self._pursuit.met(self._state, region)
+        self._state = self._pursuit.turned(self._state, region)
+        return met, len(self._pursuit.targets)
+
+    def _met_by_formulas(
+        self, objective: Ltl, before: Mapping[str, int], after: Mapping[str, int]
+    ) -> tuple[tuple[int, ...], int]:
+        """The same for the goals in formulas that a step meets. Without any every step counts."""
+        if not after:  # off the automaton: it backtracked, and nothing counts
+            return (), 1
+        self.remember(after)
+        if not objective.liveness:
+            return (0,), 1
+        goals = [_parse(line) for line in objective.liveness]
+        met = tuple(i for i, goal in enumerate(goals) if evaluate(goal, before, after))
+        return met, len(goals)

@@ -18,6 +18,7 @@ from safenav.runtime.poses import Mask
 from safenav.runtime.progress import Progress
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.objective import Objective
+from safenav.spec.objective import Memory
 from safenav.spec.others.tracking import Sightings
 from safenav.spec.task import Task
 from safenav.trace import records
@@ -86,17 +87,23 @@ class RobotState:
         return self.pose if self.transit is None else self.transit.pose
 
     @property
+    def memory(self) -> Memory:
+        """What it remembers of its own objective; of formulas, whatever it does meanwhile."""
+        return Memory(self.own.memory.index, self.progress.memory.values)
+
+    @property
     def occupied(self) -> frozenset[Region]:
         """The regions that the robot takes up now: two while it is in transit."""
         return frozenset({self.pose.region, self.next_pose.region})
 
     def assign(self, assignment: Assignment) -> None:
         """Let the robot do something else, or its own objective again."""
+        before = self.progress
         if assignment.role is Role.OWN:
             self.progress = self.own
         elif assignment.objective != self.assignment.objective or self.progress is self.own:
             self.progress = Progress(assignment.objective)
-            self.progress.keep_memory(self.own)
+        self.progress.keep_memory(before)
         self.begun = self.begun and assignment.objective == self.assignment.objective
         self.assignment = assignment
 
@@ -132,6 +139,12 @@ class TeamState:
     def emit(self, record: records.Record) -> None:
         for listener in self.listeners:
             listener(record)
+
+    def restart_counts(self) -> None:
+        """Rounds count from the last resolution."""
+        for robot in self.robots.values():
+            robot.own.restart_count()
+            robot.progress.restart_count()
 
     def introduce(self, obstacle: Obstacle) -> None:
         """Tell of an obstacle that was met, if the scenario does not list it."""

@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 from safenav.runtime.characterization import Characterization, Violation
 from safenav.runtime.checked_world import CheckedWorld
 from safenav.runtime.coordination.algorithm import Coordination
-from safenav.runtime.coordination.floor import graph_of
 from safenav.runtime.coordination.strategies import Strategies
+from safenav.runtime.formulas import formulas_of, graph_of, values_of
 from safenav.runtime.monitor import Monitors
 from safenav.runtime.navigation import Proposal
 from safenav.runtime.over import RunOver, Verdict
@@ -79,12 +79,14 @@ class Turns:
             self.monitors.check_guarantees(robot.robot, planner, observed, proposal)
         before = planner.values()
         planner.follow(proposal)
+        if violation is not None:
+            self.coordination.met(violation)
         self._move(robot, proposal.pose, before, by)
         self.monitors.tell(robot.robot, broken)
         if silent:
             self._report_no_answer(robot, observed)
         if violation is not None:
-            self.coordination.met(violation)
+            self.coordination.asked(violation)
         elif lost and robot.transit is None:
             self._find_a_way_back(robot, broken)
 
@@ -94,12 +96,17 @@ class Turns:
         if robot.planner is not None:
             self._keep_track(robot, robot.planner.task, frozenset())
         pose = self.traffic.next_pose(robot.name)
+        if pose is not None and not self.monitors.allows_planned(robot, pose):
+            self.leave_plan(vocabulary.PlanEndReason.CHANGED)
+            pose = None
         violation = None
         if pose is not None:
             violation = self.characterization.check(robot.robot, robot.pose, pose.region)
             if violation is not None:
                 self._tell_violation(robot, violation)
                 self.state.emit(records.Backtrack(self.state.tick, robot.name, robot.pose.region))
+        if violation is not None:
+            self.coordination.met(violation)
         if pose is None or violation is not None:
             by = vocabulary.MovedBy.STAY if violation is None else vocabulary.MovedBy.BACKTRACK
             self._move(robot, robot.pose, {}, by)
@@ -110,7 +117,7 @@ class Turns:
             self._move(robot, pose, {}, vocabulary.MovedBy.PLAN)
         if violation is not None:
             self.leave_plan(vocabulary.PlanEndReason.VIOLATION, settling=True)
-            self.coordination.met(violation)
+            self.coordination.asked(violation)
 
     def leave_plan(self, reason: vocabulary.PlanEndReason, *, settling: bool = False) -> None:
         """The plan is over: everybody goes on with a strategy that knows where it is.
@@ -177,8 +184,10 @@ class Turns:
             self.traffic.arrived(robot.name)
         progress, planner = robot.progress, robot.planner
         after = planner.values() if planner is not None else {}
-        if isinstance(robot.progress.objective, Ltl) and not (before and after):
-            before, after = self._where(robot, start), self._where(robot, robot.pose)
+        if isinstance(progress.objective, Ltl):
+            if not (before and after):
+                before, after = self._step_off(robot, start)
+            progress.remember(after)
         self._act(robot)
         if not robot.begun:
             self.strategies.begin(robot)
@@ -188,7 +197,7 @@ class Turns:
                     records.Goal(
                         self.state.tick,
                         robot.name,
-                        goal.goal,
+                        goal,
                         robot.pose.region,
                         robot.progress.rounds,
                     )
@@ -266,9 +275,9 @@ class Turns:
         """Whether a move loses nothing: the team can go on from there, alone and together."""
         if pose == robot.pose:
             return True
-        graph = graph_of(self.state.scenario.map, robot.robot.model.mobility)
+        graph = graph_of(robot.robot, self.state.scenario.map)
         kept = robot.assignment.kept
-        if graph.blocks > 1 and kept is not None and not kept >> graph.number(pose) & 1:
+        if graph.one_way and kept is not None and not kept >> graph.number(pose) & 1:
             return False
         return self.traffic.certified(robot.name, pose)
 
@@ -299,11 +308,12 @@ class Turns:
         state, knowledge = self.state, self.state.knowledge
         further = knowledge.perform(robot.robot, state.regions())
         resolved = self.world.act(robot.robot)
-        for obstacle, traversable in resolved:
+        for obstacle, _ in resolved:
             state.introduce(obstacle)
+        if resolved:
             self.leave_plan(vocabulary.PlanEndReason.CHANGED, settling=True)
-            self.coordination.resolved(robot.robot, obstacle, traversable)
-        if further and not resolved:
+            self.coordination.resolved(robot.robot, resolved)
+        elif further:
             self.leave_plan(vocabulary.PlanEndReason.CHANGED, settling=True)
             self.coordination.settle(vocabulary.Reason.REQUEST)
 
@@ -356,12 +366,15 @@ class Turns:
         self._signals[robot.name] = told
         return told
 
-    def _where(self, robot: RobotState, pose: Pose) -> dict[str, int]:
-        """The variables of a robot off its automaton: its pose, and what it remembers."""
-        values = {"region": pose.region, **robot.own.memory.values}
-        if pose.heading is not None:
-            values["heading"] = int(pose.heading)
-        return values
+    def _step_off(self, robot: RobotState, start: Pose) -> tuple[dict[str, int], dict[str, int]]:
+        """The variables of formulas around a step that was not their strategy's: poses, and what
+        is remembered, which changes as the formulas have it if they allow the step."""
+        formulas = formulas_of(robot.robot, self.state.scenario.map)
+        memory = robot.memory.values
+        later = memory
+        if formulas is not None and robot.pose != start:
+            later = formulas.remembered(memory, start, robot.pose) or memory
+        return {**values_of(start), **memory}, {**values_of(robot.pose), **later}
 
     def _report_no_answer(self, robot: RobotState, observed: Mapping[str, int]) -> None:
         """The strategy knows no answer, and no single assumption says why: what was observed

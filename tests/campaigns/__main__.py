@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+import time
 from collections import Counter, defaultdict
 from pathlib import Path
 from random import Random
@@ -23,12 +24,16 @@ def main() -> int:
     options = _options()
     command = Forked() if options.forked else Command()
     found = 0
+    until = time.monotonic() + options.within
     for family in options.family:
         counts: Counter[str] = Counter()
         seeds: defaultdict[str, list[int]] = defaultdict(list)
         smallest: dict[str, str] = {}
         times = []
         for seed in range(*options.seeds):
+            if time.monotonic() > until:
+                print(f"{family}: stopped before seed {seed}")
+                break
             data = mission(family, seed)
             if options.assignable:
                 data["coordination"] = "assignable"
@@ -49,6 +54,8 @@ def main() -> int:
                     kind = "".join(c if c.isalnum() else "_" for c in result.kind)
                     (options.out / f"{family}_{kind}.yaml").write_text(story + text)
         found += sum(map(len, seeds.values()))
+        if not times:
+            continue
         times.sort()
         print(
             f"{family}: {dict(counts)}; median {times[len(times) // 2]:.2f} s, "
@@ -65,6 +72,9 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--family", nargs="+", choices=FAMILIES, required=True)
     parser.add_argument("--seeds", type=_range, default=(0, 100), help="first:behind")
     parser.add_argument("--seconds", type=float, default=30.0, help="for one run")
+    parser.add_argument(
+        "--within", type=float, default=float("inf"), help="seconds for all seeds: then it stops"
+    )
     parser.add_argument("--budget", type=int, default=200_000, help="states of the judge")
     parser.add_argument(
         "--interrupt", type=float, metavar="SECONDS", help="send SIGINT at some moment until then"

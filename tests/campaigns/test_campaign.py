@@ -22,6 +22,7 @@ BOUNDED = {
     "tight": 20,
     "tight_hidden": 15,
     "tight_needs": 15,
+    "formulas": 12,
     "crowd": 3,
     "crowd_hidden": 3,
 }

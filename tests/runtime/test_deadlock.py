@@ -167,3 +167,38 @@ def test_corridor_is_used_in_one_direction_at_a_time(run: Runner) -> None:
                 m["heading"] for m in trace.all("move", tick=move["tick"]) if m["to"] in corridor
             }
             assert len(headings) == 1
+
+
+def test_formulas_that_remember_get_what_they_wait_for(run: Runner) -> None:
+    """To be back at the west end after having been further east: places alone do not say whether
+    that is met, so a plan takes the robot where its strategy is going."""
+    trace = run(
+        """
+        safenav: 1
+        map: {grid: ["#########", "#.......#", "####.####", "#########"]}
+        robots:
+          a:
+            model: quadcopter
+            start: [1, 1]
+            objective:
+              ltl:
+                memory: {seen: bool}
+                init: "!seen"
+                safety: ["seen' <-> (seen & region != 10) | region = 15"]
+                liveness: ["seen & region = 10"]
+          b:
+            model: quadcopter
+            start: [1, 7]
+            objective: {ltl: {liveness: ["region = 11", "region = 16"]}}
+        until: {rounds: 2}
+        limits: {ticks: 500}
+        """
+    )
+    assert trace.outcome["outcome"] == "completed", trace.outcome["explanation"]
+    assert trace.all("plan")
+    remembered, done = False, 0
+    for region in trace.path("a"):
+        remembered |= region == 15
+        if region == 10 and remembered:
+            remembered, done = False, done + 1
+    assert done >= 2

@@ -109,8 +109,8 @@ class BidsRule(Rule):
         for robot in sorted(able & set(record.bids)):
             least, most = _distances(robot, record.obstacle, now)
             bid = record.bids[robot]
-            if now.derived and bid is not None:
-                most = None  # bids are in ticks, and a step may take several
+            if now.derived and (bid is not None or _by_formulas(robot, now)):
+                most = None  # bids are in ticks, a step may take several, and formulas forbid ways
             if not _between(least, bid, most):
                 told = "no way" if bid is None else f"{bid} steps"
                 truth = "no way" if least is None else f"{least} steps"
@@ -205,6 +205,10 @@ def _distances(robot: str, obstacle: str, now: Situation) -> tuple[int | None, i
     least = now.grid.distance(*pose, targets, ())
     most = now.grid.distance(*pose, targets, closed | (others - {now.region[robot]}))
     return least, most
+
+
+def _by_formulas(robot: str, now: Situation) -> bool:
+    return now.header.robots[robot].objective.kind == "ltl"
 
 
 def _between(least: int | None, bid: int | None, most: int | None) -> bool:

@@ -9,7 +9,7 @@ Source: paper, Section V and Algorithm 1; docs/coordination.md.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from safenav.runtime.characterization import Violation
@@ -45,21 +45,27 @@ class Coordination:
         self.decide({})
 
     def met(self, violation: Violation) -> None:
-        """A robot has just kept out of a hidden obstacle that it cannot resolve."""
+        """A robot keeps out of a hidden obstacle that it cannot resolve: the team knows of it
+        from now on, whatever the robot does where it stands. ``asked`` follows in its turn."""
         self.state.knowledge.meet(violation.obstacle)
         self.tell.opened(violation.obstacle, violation.robot.name)
+
+    def asked(self, violation: Violation) -> None:
+        """The robot has backed up, and asks for help from where it stands now."""
+        if self.requests.of(violation.obstacle.name) is not None:
+            self.tell.opened(violation.obstacle, violation.robot.name)
         self.settle(vocabulary.Reason.REQUEST)
 
-    def resolved(self, robot: Robot, obstacle: Obstacle, traversable: bool | None) -> None:
-        """An obstacle was resolved, whether or not anybody had asked for it."""
-        self.tell.resolved(robot, obstacle, traversable)
-        self.state.knowledge.forget(obstacle)
-        if traversable is False:
-            self.tell.joined(obstacle, vocabulary.BlockReason.UNTRAVERSABLE)
-        self.requests.close(obstacle.name)
-        for robot_state in self.state.robots.values():
-            robot_state.own.restart_count()
-            robot_state.progress.restart_count()
+    def resolved(self, robot: Robot, found: Sequence[tuple[Obstacle, bool | None]]) -> None:
+        """Obstacles were resolved where ``robot`` stands, whether or not anybody had asked for it;
+        each with its truth."""
+        for obstacle, traversable in found:
+            self.tell.resolved(robot, obstacle, traversable)
+            self.state.knowledge.forget(obstacle)
+            if traversable is False:
+                self.tell.joined(obstacle, vocabulary.BlockReason.UNTRAVERSABLE)
+            self.requests.close(obstacle.name)
+        self.state.restart_counts()
         self.settle(vocabulary.Reason.RESOLVED)
 
     def changed(self, change: Change) -> None:

@@ -86,7 +86,9 @@ class Announcing:
         }
         state.knowledge.join(obstacle, because.get(reason, "nobody can ever resolve it"))
         blocked = frozenset(
-            name for name, robot in state.robots.items() if obstacle.blocks(robot.robot)
+            name
+            for name, robot in state.robots.items()
+            if state.knowledge.blocks(obstacle, robot.robot)
         )
         state.emit(records.Blocked(state.tick, obstacle.name, blocked, reason, proof))
 

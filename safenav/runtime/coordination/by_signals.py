@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
-from safenav.runtime.coordination.floor import graph_of
 from safenav.runtime.coordination.strategies import Answer, Attempt, Errand, Strategies
+from safenav.runtime.formulas import graph_of
 from safenav.runtime.poses import FAR, Mask, region_mask
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.scenario.objective import Hold
@@ -75,7 +75,7 @@ class BySignals:
         return switch.inputs(Signal(place, wait=False), here)
 
     def _poses(self, robot: RobotState, regions: Iterable[Region]) -> Mask:
-        graph = graph_of(self.state.scenario.map, robot.robot.model.mobility)
+        graph = graph_of(robot.robot, self.state.scenario.map)
         return graph.poses_on(region_mask(regions))
 
     def _meets_something(self, robot: RobotState) -> bool:
@@ -87,7 +87,7 @@ class BySignals:
         """Where to send a robot that is to come to ``goal``: as far along a shortest way around
         all that the team knows as there is no shorter way for one that does not know it."""
         knowledge = self.state.knowledge
-        graph = graph_of(self.state.scenario.map, robot.robot.model.mobility)
+        graph = graph_of(robot.robot, self.state.scenario.map)
         assert robot.planner is not None and robot.planner.switch is not None
         places = robot.planner.switch.places
         task = robot.planner.task

@@ -6,19 +6,16 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 
-from safenav.formula.evaluator import evaluate
-from safenav.formula.parser import parse
-from safenav.formula.syntax import Formula
 from safenav.runtime.coordination.problem import Gate, Member, Need, Problem, Stage, Stages
 from safenav.runtime.coordination.requests import Requests
+from safenav.runtime.formulas import formulas_of, graph_of
 from safenav.runtime.poses import Mask, PoseGraph, bits, region_mask
 from safenav.runtime.progress import Progress
 from safenav.runtime.team import TeamState
 from safenav.runtime.traffic.joint import Count
 from safenav.scenario.model import Robot, Scenario
-from safenav.scenario.objective import Cover, Hold, Ltl, targets_of
-from safenav.world.map import RegionMap
-from safenav.world.moves import Mobility
+from safenav.scenario.objective import Hold, Ltl, targets_of
+from safenav.scenario.pursuit import Pursuit
 
 
 @dataclass(frozen=True)
@@ -36,12 +33,6 @@ class Floor:
 
     def index(self, robot: str) -> int:
         return self.names.index(robot)
-
-
-@lru_cache(maxsize=64)
-def graph_of(world: RegionMap, mobility: Mobility) -> PoseGraph:
-    """The poses of a mobility on a map, made once."""
-    return PoseGraph(world, mobility)
 
 
 def floor_of(
@@ -101,7 +92,8 @@ def counts_of(floor: Floor, owns: Mapping[str, Progress], rounds: int) -> tuple[
             met = progress.rounds * len(member.targets) + len(progress.seen)
             found.append((progress.memory.index, 0, met))
         else:
-            found.append((0, region_mask(progress.seen), progress.rounds))
+            seen = region_mask(progress.seen) if len(member.targets) > 1 else 0
+            found.append((0, seen, progress.rounds))
     return tuple(found)
 
 
@@ -110,7 +102,7 @@ def awaited_by(floor: Floor, robot: str, progress: Progress) -> Mask:
     member = floor.problem.members[floor.index(robot)]
     if not member.targets:
         return 0
-    if member.cyclic:
+    if member.cyclic or len(member.targets) == 1:
         return member.targets[progress.memory.index]
     found = 0
     for number, target in enumerate(member.targets):
@@ -121,16 +113,18 @@ def awaited_by(floor: Floor, robot: str, progress: Progress) -> Mask:
 
 def _member(robot: Robot, state: TeamState) -> Member:
     scenario = state.scenario
-    graph = graph_of(scenario.map, robot.model.mobility)
-    zones, goals = _formulas(robot, scenario.map)
-    closed = zones | region_mask(known.region for known in state.knowledge.walls_for(robot))
-    targets = goals or tuple(region_mask(target) for target in targets_of(robot.objective))
+    graph, formulas = graph_of(robot, scenario.map), formulas_of(robot, scenario.map)
+    closed = region_mask(known.region for known in state.knowledge.walls_for(robot))
+    if formulas is not None:
+        targets = formulas.goals
+    else:
+        targets = tuple(graph.poses_on(region_mask(t)) for t in targets_of(robot.objective))
     return Member(
         robot.name,
         graph,
         graph.everywhere & ~graph.poses_on(closed),
-        tuple(graph.poses_on(target) for target in targets),
-        not isinstance(robot.objective, Cover | Ltl | Hold),
+        targets,
+        not isinstance(robot.objective, Ltl) and Pursuit(robot.objective).in_turn,
         isinstance(robot.objective, Hold),
         robot.capabilities,
         robot.model.timing.most,
@@ -148,42 +142,6 @@ def _conflicts(scenario: Scenario) -> tuple[frozenset[int], ...]:
         )
         for robot in robots
     )
-
-
-@lru_cache(maxsize=256)
-def _formulas(robot: Robot, world: RegionMap) -> tuple[Mask, tuple[Mask, ...]]:
-    """What raw formulas say of regions: those that are never entered, and for each goal those
-    where it may be met. Formulas about more than the next region exclude nothing here."""
-    if not isinstance(robot.objective, Ltl):
-        return 0, ()
-    zones = 0
-    for text in robot.objective.safety:
-        formula = parse(text)
-        for region in world.free:
-            froms = (region, *world.neighbours(region))
-            try:
-                if not any(evaluate(formula, {"region": f}, {"region": region}) for f in froms):
-                    zones |= 1 << region
-            except KeyError:
-                break
-    goals = [_places(parse(text), world) for text in robot.objective.liveness]
-    return zones, tuple(goals)
-
-
-def _places(goal: Formula, world: RegionMap) -> Mask:
-    """The regions in which, or on a step into which, a goal may be met; all if it is about more
-    than regions."""
-    found = 0
-    for region in world.free:
-        near = (region, *world.neighbours(region))
-        steps = [({"region": f}, {"region": region}) for f in near]
-        steps += [({"region": region}, {"region": t}) for t in near]
-        try:
-            if any(evaluate(goal, before, after) for before, after in steps):
-                found |= 1 << region
-        except KeyError:
-            return region_mask(world.free)
-    return found
 
 
 def poses_in(graph: PoseGraph, poses: Mask) -> list[list[object]]:

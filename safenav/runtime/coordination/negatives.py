@@ -85,7 +85,7 @@ def nobody_goes_on(
             robot.robot,
             robot.next_pose,
             robot.robot.objective,
-            robot.own.memory,
+            robot.memory,
             state.knowledge.walls_for(robot.robot, state.knowledge.pending),
         )
         if isinstance(robot.robot.objective, Ltl):

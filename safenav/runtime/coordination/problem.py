@@ -62,7 +62,7 @@ class Member:
     @property
     def turns(self) -> bool:
         """Whether some moves cannot be undone by the way they came."""
-        return self.graph.blocks > 1
+        return self.graph.one_way
 
 
 @dataclass(frozen=True)

@@ -213,7 +213,7 @@ class Strategies:
         region = state.pose.region
         for goal in state.progress.begin(region, values):
             self._state.emit(
-                records.Goal(self._state.tick, state.name, goal.goal, region, state.progress.rounds)
+                records.Goal(self._state.tick, state.name, goal, region, state.progress.rounds)
             )
 
     def outdated(self, name: str, errand: Errand) -> bool:
@@ -303,7 +303,7 @@ class Strategies:
         if not isinstance(objective, Patrol):
             own = errand.assignment.role is Role.OWN or self._is_assignable
             keeps = own or isinstance(objective, Ltl)
-            yield literal, objective, state.own.memory if keeps else Memory()
+            yield literal, objective, state.memory if keeps else Memory()
             return
         index = state.own.memory.index
         plain = alternating(objective)

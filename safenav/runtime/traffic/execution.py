@@ -8,8 +8,11 @@ RA-L 2019). So no delay can break it, and every execution is a prefix of an orde
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
+
+from safenav.runtime.traffic.joint import Count, Joint
 
 Ways = tuple[tuple[int, ...], ...]
 """For each robot the poses that it takes one after the other, the first where it stands."""
@@ -69,11 +72,27 @@ def schedule(
     return Schedule(tuple(map(tuple, ways)), tuple(orders))
 
 
+def dues_of(states: Sequence[Joint]) -> list[dict[int, Count]]:
+    """For each robot what it must have counted before it leaves a place of its way: what the plan
+    relies on its having met there, by waiting. ``states``: those that the plan leads through."""
+    dues: list[dict[int, Count]] = [{} for _ in states[0].poses]
+    steps = [0] * len(dues)
+    for before, after in pairwise(states):
+        for robot, due in enumerate(dues):
+            if after.poses[robot] != before.poses[robot]:
+                steps[robot] += 1
+            if after.counts[robot] != before.counts[robot]:
+                due[steps[robot]] = after.counts[robot]
+    return dues
+
+
 @dataclass
 class Execution:
-    """How far each robot is on its way. ``taken``: steps that it has arrived by."""
+    """How far each robot is on its way. ``taken``: steps that it has arrived by; ``dues``: by
+    robot and place, see ``dues_of``."""
 
     schedule: Schedule
+    dues: Sequence[Mapping[int, Count]] = ()
     taken: list[int] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -98,6 +117,10 @@ class Execution:
             if self.taken[order.other] <= order.before:
                 return None
         return way[step + 1]
+
+    def due(self, robot: int) -> Count | None:
+        """What a robot must have counted before it takes its next step."""
+        return self.dues[robot].get(self.taken[robot]) if self.dues else None
 
     def arrived(self, robot: int) -> None:
         """A robot has taken its next step."""

@@ -21,6 +21,11 @@ have no order), those seen in this round (a mask; 0 where they have one), goals 
 DONE_HOLDING = 1
 
 
+def has_met(count: Count, due: Count) -> bool:
+    """Whether somebody with that count has met all that is due."""
+    return (count[2], count[1] & due[1]) >= (due[2], due[1])
+
+
 @dataclass(frozen=True)
 class Joint:
     """One joint state. ``poses`` by number, see ``PoseGraph``."""

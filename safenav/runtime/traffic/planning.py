@@ -17,12 +17,14 @@ from typing import TYPE_CHECKING
 from safenav.runtime.coordination.duties import settle
 from safenav.runtime.coordination.floor import Floor, awaited_by, counts_of
 from safenav.runtime.coordination.problem import SpentError, Stages
+from safenav.runtime.formulas import formulas_of
 from safenav.runtime.over import RunOver, Stop, Verdict
 from safenav.runtime.poses import FAR, Mask, region_mask
-from safenav.runtime.team import Role, TeamState
-from safenav.runtime.traffic.execution import Execution, Schedule, schedule
-from safenav.runtime.traffic.joint import Course, Joint
-from safenav.runtime.traffic.joint_plan import Exhausted, Found, Search, Spent
+from safenav.runtime.team import RobotState, Role, TeamState
+from safenav.runtime.traffic.aim import aim_of
+from safenav.runtime.traffic.execution import Execution, Schedule, dues_of, schedule
+from safenav.runtime.traffic.joint import Count, Course, Joint, has_met
+from safenav.runtime.traffic.joint_plan import Answer, Exhausted, Found, Search, Spent
 from safenav.runtime.traffic.watch import Watch
 from safenav.scenario.model import Outcome
 from safenav.trace import records, vocabulary
@@ -71,13 +73,28 @@ class Traffic:
         return self.execution is not None
 
     def next_pose(self, name: str) -> Pose | None:
-        """The pose that the plan has a robot take now; None if it stays."""
+        """The pose that the plan has a robot take now; None if it stays: it is done, must let
+        others go first, or has not been told yet to have met what the plan counts on."""
         assert self.execution is not None
-        index = self.coordination.floor.index(name)
+        floor = self.coordination.floor
+        index = floor.index(name)
+        due = self.execution.due(index)
+        if due is not None and not self._has_met(floor, index, due):
+            return None
         number = self.execution.next(index)
         if number is None:
             return None
         return self.coordination.floor.problem.members[index].graph.pose(number)
+
+    def _has_met(self, floor: Floor, index: int, due: Count) -> bool:
+        """Whether a robot has met what is due, or cannot by waiting: it does something else, or its
+        goals are steps."""
+        robot = self.state.robots[floor.names[index]]
+        formulas = formulas_of(robot.robot, self.state.scenario.map)
+        if robot.assignment.role is not Role.OWN or (formulas and not formulas.met_by_staying):
+            return True
+        rounds = self._course(floor).rounds
+        return has_met(self._counts(floor, rounds)[index], due)
 
     def arrived(self, name: str) -> None:
         """A robot has taken its next step of the plan."""
@@ -159,9 +176,32 @@ class Traffic:
         )
         return replace(decided, poses=poses)
 
+    def _aimed(self, floor: Floor) -> Floor:
+        """The problem with the next pose of its strategy's way for each robot whose formulas
+        remember something, in place of all that may be a goal of it."""
+        members = list(floor.problem.members)
+        changed = False
+        for index, robot in enumerate(self.state.robots.values()):
+            formulas = formulas_of(robot.robot, self.state.scenario.map)
+            if formulas is None or not formulas.remember_something or robot.planner is None:
+                continue
+            if robot.assignment.role is not Role.OWN or self._has_done_all(robot):
+                continue
+            aim = aim_of(robot.planner, robot.own.seen)
+            if aim is not None:
+                goal = 1 << members[index].graph.number(aim)
+                members[index] = replace(members[index], targets=(goal,))
+                changed = True
+        if not changed:
+            return floor
+        return replace(floor, problem=replace(floor.problem, members=tuple(members)))
+
+    def _has_done_all(self, robot: RobotState) -> bool:
+        return robot.own.rounds >= self.state.scenario.until.rounds
+
     def _starving(self) -> str | None:
         """The first robot that gets no nearer to what it is told to reach."""
-        floor, rounds = self._floor(), self.state.scenario.until.rounds
+        floor, rounds = self._aimed(self._floor()), self.state.scenario.until.rounds
         found = None
         for index, (name, robot) in enumerate(self.state.robots.items()):
             if not self._rivals[name]:
@@ -229,20 +269,13 @@ class Traffic:
 
     def _plan(self, reason: str) -> None:
         """Make a plan and begin it. Raises RunOver with the proof if there is none."""
-        floor = self._floor()
-        course = self._course(floor)
-        start = course.begun(floor.poses, self._counts(floor, course.rounds), floor.stages)
-        search = self._search(floor, course, start)
+        plain = self._floor()
+        floor = self._aimed(plain)
         helping = any(r.assignment.role is Role.HELPS for r in self.state.robots.values())
-        if not self._turning:
-            # Everything can be undone: a plan that serves those that want something is safe.
-            search.goal = lambda state: self._leg_done(course, start, state, helping)
-            answer = search.run(ROUNDS_FIRST + self._failures, 0)
-            if isinstance(answer, Exhausted):
-                search.goal = course.completed
-                answer = search.run(ROUNDS_FIRST)
-        else:
-            answer = search.run(ROUNDS_FIRST + self._failures)
+        course, start, search, answer = self._searched(floor, helping)
+        if isinstance(answer, Exhausted) and floor is not plain:
+            floor = plain  # the strategies' own ways are not all that there are
+            course, start, search, answer = self._searched(floor, helping)
         if isinstance(answer, Exhausted):
             raise self._deadlock(floor, course, start, answer)
         if isinstance(answer, Spent):
@@ -259,6 +292,21 @@ class Traffic:
         if self._turning:
             self._certify(answer.states)
         self._begin(floor, self._cut(course, start, answer.states, helping), reason)
+
+    def _searched(self, floor: Floor, helping: bool) -> tuple[Course, Joint, Search, Answer]:
+        """The search for a plan, and what came of it."""
+        course = self._course(floor)
+        start = course.begun(floor.poses, self._counts(floor, course.rounds), floor.stages)
+        search = self._search(floor, course, start)
+        if self._turning:
+            return course, start, search, search.run(ROUNDS_FIRST + self._failures)
+        # Everything can be undone: a plan that serves those that want something is safe.
+        search.goal = lambda state: self._leg_done(course, start, state, helping)
+        answer = search.run(ROUNDS_FIRST + self._failures, 0)
+        if isinstance(answer, Exhausted):
+            search.goal = course.completed
+            answer = search.run(ROUNDS_FIRST)
+        return course, start, search, answer
 
     def _leg_done(self, course: Course, start: Joint, state: Joint, helping: bool) -> bool:
         if state.stages != start.stages:
@@ -278,19 +326,20 @@ class Traffic:
 
     def _cut(
         self, course: Course, start: Joint, states: Sequence[Joint], helping: bool
-    ) -> list[tuple[int, ...]]:
+    ) -> list[Joint]:
         """The plan up to the first resolution, or until each has counted once."""
         found = []
         for state in states:
-            found.append(state.poses)
+            found.append(state)
             if self._leg_done(course, start, state, helping):
                 break
         return found
 
-    def _begin(self, floor: Floor, states: list[tuple[int, ...]], reason: str) -> None:
+    def _begin(self, floor: Floor, states: list[Joint], reason: str) -> None:
         sizes = [member.graph.size for member in floor.problem.members]
-        plan = schedule(states, sizes, floor.problem.conflicts)
-        self.execution = Execution(plan)
+        poses = [state.poses for state in states]
+        plan = schedule(poses, sizes, floor.problem.conflicts)
+        self.execution = Execution(plan, dues_of(states))
         self._watch.begin_anew()
         self.state.emit(_record(self.state.tick, floor, plan, reason))
 

@@ -102,6 +102,15 @@ class Draft:
                 if never and random.random() < 0.5:
                     found["safety"] = [f"region' != {region}" for region in never]
                 return {"ltl": found}
+            case "ltl_steps":
+                found = self.objective("ltl", start)["ltl"]
+                for _ in range(random.randint(0, 2)):
+                    step = random.choice(self.free)
+                    beside = self.beside(step)
+                    if beside:
+                        line = f"region = {step} -> region' != {random.choice(beside)}"
+                        found["safety"] = [*found.get("safety", []), line]
+                return {"ltl": found}
             case _:
                 count = min(random.randint(1, 3), len(self.free))
                 targets: list[Any] = random.sample(self.free, count)
@@ -185,6 +194,14 @@ def scattered(random: Random, rows: int, cols: int, walls: float) -> list[str]:
     kept = max(parts, key=lambda part: (len(part), min(part)), default=set())
     body = ["".join("." if (r, c) in kept else "#" for c in range(cols)) for r in range(rows)]
     return ["#" * (cols + 2), *(f"#{row}#" for row in body), "#" * (cols + 2)]
+
+
+def corridor(random: Random, length: int) -> list[str]:
+    """One region wide, with a bay or two."""
+    bays = random.sample(range(length), random.randint(1, 2))
+    side = "".join("." if k in bays else "#" for k in range(length))
+    wall = "#" * (length + 2)
+    return [wall, f"#{'.' * length}#", f"#{side}#", wall]
 
 
 def open_floor(rows: int, cols: int) -> list[str]:

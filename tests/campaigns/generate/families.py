@@ -7,7 +7,7 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
-from campaigns.generate.build import ACTIONS, Data, Draft, open_floor, rooms, scattered
+from campaigns.generate.build import ACTIONS, Data, Draft, corridor, open_floor, rooms, scattered
 
 OBJECTIVES = ("patrol", "visit", "visit", "cover", "cover", "hold")
 WITH_FORMULAS = (*OBJECTIVES, "ltl")
@@ -174,6 +174,29 @@ def traps(random: Random, name: str, seed: int) -> Data | None:
     return draft.data(1, 3000, seed)
 
 
+def formulas(random: Random, name: str, seed: int) -> Data | None:
+    """Robots with formulas, some about single steps, in corridors with bays and on tight floors;
+    in every other mission something is hidden."""
+    if random.random() < 0.5:
+        grid = corridor(random, random.randint(3, 8))
+    else:
+        grid = scattered(random, random.randint(1, 4), random.randint(3, 5), 0.25)
+    draft = Draft(random, grid, name)
+    count = random.choice([2, 2, 3])
+    if len(draft.free) <= count + 1:
+        return None
+    taken: set[int] = set()
+    for k in range(count):
+        layer = "a" if k == 0 or random.random() < 0.8 else "b"
+        draft.models[f"m{k}"] = _model(random, draft, layer, heading=0.3)
+        kinds = ("ltl", "ltl_steps", "ltl_steps") if k < 2 else (*OBJECTIVES, "ltl_steps")
+        if not draft.place(f"r{k}", f"m{k}", kinds, taken):
+            return None
+    if random.random() < 0.5:
+        _hide(random, draft, random.randint(1, 2), 0.2, 0.0)
+    return draft.data(random.randint(1, 2), 1000, seed)
+
+
 def crowd(random: Random, name: str, seed: int) -> Data | None:
     """Two to eight ground robots and flyers in rooms with doors one region wide."""
     return _crowd(random, name, seed, hidden=False)
@@ -287,6 +310,7 @@ FAMILIES: dict[str, Callable[[Random, str, int], Data | None]] = {
     "tight": tight,
     "tight_hidden": tight_hidden,
     "tight_needs": tight_needs,
+    "formulas": formulas,
     "crowd": crowd,
     "crowd_hidden": crowd_hidden,
     "mirrored": mirrored,

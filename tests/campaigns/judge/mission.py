@@ -1,7 +1,7 @@
 """A mission as the judge sees it, read from a scenario's data by code of its own.
 
 It reads the part of docs/scenario.md that the campaigns generate (grids in place, regions as
-numbers or row and column, formulas of two shapes) and raises ``NotJudgedError`` for the rest. It
+numbers or row and column, formulas of three shapes) and raises ``NotJudgedError`` for the rest. It
 shares nothing with safenav: a mistake there must not hide here.
 """
 
@@ -31,6 +31,7 @@ BUILT_IN_OBSTACLES: dict[str, dict[str, Any]] = {
 
 GOAL = re.compile(r"^region = (\d+)$")
 NEVER = re.compile(r"^region' != (\d+)$")
+ONE_WAY = re.compile(r"^region = (\d+) -> region' != (\d+)$")
 
 
 class NotJudgedError(Exception):
@@ -40,7 +41,8 @@ class NotJudgedError(Exception):
 @dataclass(frozen=True)
 class Robot:
     """``in_order``: whether its targets are met in turn (``cover``: in any order). ``forbidden``:
-    regions that its own formulas exclude. ``either_first``: whether it may begin at any target,
+    regions that its own formulas exclude, ``closed``: steps between regions that they exclude.
+    ``either_first``: whether it may begin at any target,
     since a patrol begins with the other one where that is what can be done."""
 
     name: str
@@ -52,6 +54,7 @@ class Robot:
     in_order: bool = True
     either_first: bool = False
     forbidden: frozenset[int] = frozenset()
+    closed: frozenset[tuple[int, int]] = frozenset()
     formulas: bool = False
 
     @property
@@ -113,7 +116,7 @@ class Mission:
         found = []
         for way in range(4):
             to = self.neighbour(region, way)
-            if to is None or to in robot.forbidden:
+            if to is None or to in robot.forbidden or (region, to) in robot.closed:
                 continue
             if not robot.has_heading:
                 found.append((to, NO_HEADING))
@@ -187,7 +190,8 @@ def _robot(name: str, entry: Mapping[str, Any], models: Mapping[str, Any], at: _
     has_heading = model["mobility"] == "heading"
     heading = HEADINGS.index(entry["heading"]) if has_heading else NO_HEADING
     ((kind, written),) = entry["objective"].items()
-    in_order, forbidden, formulas = True, frozenset[int](), False
+    in_order, formulas = True, False
+    forbidden, closed = frozenset[int](), frozenset[tuple[int, int]]()
     match kind:
         case "patrol" | "visit" | "cover":
             targets = tuple(map(at.any, written))
@@ -195,7 +199,7 @@ def _robot(name: str, entry: Mapping[str, Any], models: Mapping[str, Any], at: _
         case "hold":
             targets = (at.any(written),)
         case "ltl":
-            targets, forbidden = _formulas(written)
+            targets, forbidden, closed = _formulas(written)
             formulas = True
         case _:
             raise NotJudgedError(f"the objective {kind}")
@@ -209,23 +213,30 @@ def _robot(name: str, entry: Mapping[str, Any], models: Mapping[str, Any], at: _
         in_order,
         kind == "patrol" or formulas,
         forbidden,
+        closed,
         formulas,
     )
 
 
-def _formulas(written: Mapping[str, Any]) -> tuple[tuple[frozenset[int], ...], frozenset[int]]:
-    targets, forbidden = [], []
+def _formulas(
+    written: Mapping[str, Any],
+) -> tuple[tuple[frozenset[int], ...], frozenset[int], frozenset[tuple[int, int]]]:
+    """Targets, forbidden regions, forbidden steps."""
+    targets, forbidden, closed = [], [], []
     for line in written.get("liveness", []):
         goal = GOAL.match(line)
         if goal is None:
             raise NotJudgedError(f"the goal {line}")
         targets.append(frozenset([int(goal[1])]))
     for line in written.get("safety", []):
-        never = NEVER.match(line)
-        if never is None:
+        never, one_way = NEVER.match(line), ONE_WAY.match(line)
+        if never is not None:
+            forbidden.append(int(never[1]))
+        elif one_way is not None:
+            closed.append((int(one_way[1]), int(one_way[2])))
+        else:
             raise NotJudgedError(f"the formula {line}")
-        forbidden.append(int(never[1]))
-    return tuple(targets), frozenset(forbidden)
+    return tuple(targets), frozenset(forbidden), frozenset(closed)
 
 
 def _obstacle(

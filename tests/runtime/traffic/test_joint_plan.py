@@ -9,8 +9,8 @@ import pytest
 
 from runtime.coordination.floors import Bot, Floor
 from safenav.runtime.coordination.problem import Stages
-from safenav.runtime.traffic.execution import Execution, schedule
-from safenav.runtime.traffic.joint import Course, Joint
+from safenav.runtime.traffic.execution import Execution, dues_of, schedule
+from safenav.runtime.traffic.joint import Count, Course, Joint, has_met
 from safenav.runtime.traffic.joint_plan import Exhausted, Found, Search, Spent, Variant
 
 SWAP = ["#####", "#...#", "##.##", "#####"]
@@ -138,3 +138,34 @@ def test_variants_agree_with_the_exhaustive_search(seed: int) -> None:
     assert type(answer) is type(truth)
     if isinstance(answer, Found):
         play(floor, answer, rng)
+
+
+def test_a_plan_waits_until_what_it_counts_on_is_met() -> None:
+    """Two rounds of a single target are met by staying there for two ticks: before the robot is
+    told so, it must not leave."""
+    floor = Floor(SWAP, {"a": Bot("6", [8]), "b": Bot("8", [6])})
+    found = search(floor, rounds=2).run()
+    assert isinstance(found, Found)
+    poses = [state.poses for state in found.states]
+    ways = schedule(poses, [floor.world.size] * 2, floor.problem.conflicts).ways
+    dues = dues_of(found.states)
+    assert [[ways[i][place] for place in due] for i, due in enumerate(dues)] == [[8], [6]]
+    assert [list(due.values()) for due in dues] == [[(0, 0, 2)], [(0, 0, 2)]]
+    run = Execution(schedule(poses, [floor.world.size] * 2, floor.problem.conflicts), dues)
+    assert run.due(0) is None
+    run.taken[0] = ways[0].index(8)
+    assert run.due(0) == (0, 0, 2)
+
+
+@pytest.mark.parametrize(
+    ("count", "due", "met"),
+    [
+        ((0, 0, 1), (0, 0, 2), False),
+        ((1, 0, 3), (0, 0, 2), True),
+        ((0, 0b01, 1), (0, 0b11, 1), False),
+        ((0, 0b11, 1), (0, 0b01, 1), True),
+        ((0, 0, 2), (0, 0b01, 1), True),
+    ],
+)
+def test_what_is_due_is_met(count: Count, due: Count, met: bool) -> None:
+    assert has_met(count, due) is met
