@@ -21,7 +21,7 @@ run: install ## install everything, build slugs/, run case study 1
 test: install lint slugs-test ## lint, types, C++ tests, Python tests
 	$(BIN)/pytest -n $(JOBS) --dist worksteal
 
-QUICK := tests/architecture tests/audit tests/formula tests/scenario tests/world
+QUICK := tests/architecture tests/audit tests/formula tests/scenario tests/spec tests/traces tests/world
 
 quick: install lint ## lint, types and unit tests, in under a minute
 	$(BIN)/pytest -n $(JOBS) --dist worksteal -q -m "not slow" $(QUICK)

@@ -1,4 +1,4 @@
-"""What is so at a line of a trace: replayed from the lines before it, and nothing else.
+"""The state of the run at a trace line: replayed from the lines before it, and nothing else.
 
 Rules look at a situation before a line takes effect, and again when a turn is over. After a
 broken rule the situation follows the trace, so that one fault is not reported for ever.
@@ -60,7 +60,7 @@ class Status(Enum):
 
 
 @dataclass(frozen=True)
-class Frame:
+class StackEntry:
     """An entry of the objective stack: why it was pushed, and what was in force before."""
 
     obstacle: str | None
@@ -120,7 +120,7 @@ class Situation:
         self.progress = {n: Progress.at_start(r.objective, r.start) for n, r in robots.items()}
         self.toward: dict[str, Region | None] = dict.fromkeys(robots)
         self.beliefs: dict[tuple[str, str], Belief] = {}
-        self.stack: list[Frame] = []
+        self.stack: list[StackEntry] = []
         self.status = {
             name: Status.ABSENT if obstacle.from_ else Status.UNRESOLVED
             for name, obstacle in self.obstacles.items()
@@ -199,14 +199,14 @@ class Situation:
         """Whether a request for the obstacle is on the stack and not yet answered."""
         return not self.is_over(obstacle) and any(f.obstacle == obstacle for f in self.stack)
 
-    def frame_of(self, record: Pop) -> Frame | None:
+    def entry_of(self, record: Pop) -> StackEntry | None:
         """The entry that a pop drops: that of its request, wherever it stands in the stack; if
         there is none, or in traces of version 1, the top one."""
         why = (record.obstacle, record.requester, record.helper)
         if self.derived:
-            for frame in reversed(self.stack):
-                if (frame.obstacle, frame.requester, frame.helper) == why:
-                    return frame
+            for entry in reversed(self.stack):
+                if (entry.obstacle, entry.requester, entry.helper) == why:
+                    return entry
         return self.stack[-1] if self.stack else None
 
     def obstacles_at(self, region: Region) -> list[ObstacleHeader]:
@@ -279,7 +279,7 @@ class Situation:
                     Status.UNTRAVERSABLE if untraversable else Status.GIVEN_UP
                 )
             case Push():
-                frame = Frame(
+                entry = StackEntry(
                     record.obstacle,
                     record.requester,
                     record.helper,
@@ -287,10 +287,10 @@ class Situation:
                     record.tick,
                     record.line,
                 )
-                self.stack.append(frame)
+                self.stack.append(entry)
                 self._put_in_force(record.objectives, record.line)
             case Pop():
-                dropped = self.frame_of(record)
+                dropped = self.entry_of(record)
                 if dropped is not None:
                     self.stack.remove(dropped)
                 self._put_in_force(record.objectives, record.line)

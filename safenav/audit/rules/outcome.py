@@ -143,8 +143,8 @@ class CompletedRule(Rule):
             for problem in self._rounds(robot, outcome, wanted, now):
                 yield self.broken_by(outcome, robot, problem)
         if outcome.outcome is Ending.COMPLETED and now.stack and not now.derived:
-            frame = now.stack[-1]
-            why = f"the push of line {frame.line} ({frame.obstacle}) was never popped"
+            entry = now.stack[-1]
+            why = f"the push of line {entry.line} ({entry.obstacle}) was never popped"
             yield self.broken_by(outcome, None, f"the run is completed, but {why}")
         if outcome.outcome is Ending.TICK_LIMIT and self._over(now):
             problem = f"every robot has met its objective {wanted} times: it is completed"

@@ -145,7 +145,7 @@ class HelperRule(Rule):
         if failed - request.bids.keys():
             return
         pushed = len(now.turn.all(Push))
-        waiting = {frame.requester for frame in now.stack[: len(now.stack) - pushed]}
+        waiting = {entry.requester for entry in now.stack[: len(now.stack) - pushed]}
         for _, _, robot in sorted(bidders):
             if robot == request.helper:
                 return
@@ -172,10 +172,10 @@ def replaces_helper(record: Request, now: Situation) -> bool:
     """Whether a request is made again because its helper has lost its strategy (T, Time)."""
     failed = _failed(now)
     return any(
-        frame.obstacle == record.obstacle
-        and frame.requester == record.requester
-        and frame.helper in failed
-        for frame in now.stack
+        entry.obstacle == record.obstacle
+        and entry.requester == record.requester
+        and entry.helper in failed
+        for entry in now.stack
     )
 
 

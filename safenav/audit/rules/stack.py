@@ -16,7 +16,7 @@ from safenav.trace.records import (
 
 
 class PushRule(Rule):
-    """A push follows its request and adds one frame. The requester holds, the helper is given
+    """A push follows its request and adds one entry. The requester holds, the helper is given
     the resolution regions as a target, the others keep their objectives (D 5.5)."""
 
     name = "push"
@@ -77,15 +77,15 @@ class PushRule(Rule):
 def _serves_already(record: Push, now: Situation) -> bool:
     """Whether the helper was asked for this obstacle before, by somebody else."""
     asked = (record.obstacle, record.helper)
-    return any((frame.obstacle, frame.helper) == asked for frame in now.stack)
+    return any((entry.obstacle, entry.helper) == asked for entry in now.stack)
 
 
 def _own(robot: str, record: Push, now: Situation) -> Objective | None:
     """What a helper that is replaced did before it was asked for this."""
     asked = (record.obstacle, record.requester, robot)
-    frames = (f for f in now.stack if (f.obstacle, f.requester, f.helper) == asked)
-    frame = next(frames, None)
-    return None if frame is None else frame.before[robot]
+    entries = (f for f in now.stack if (f.obstacle, f.requester, f.helper) == asked)
+    entry = next(entries, None)
+    return None if entry is None else entry.before[robot]
 
 
 def _both_formulas(robot: str, record: Push, now: Situation) -> bool:
@@ -93,7 +93,7 @@ def _both_formulas(robot: str, record: Push, now: Situation) -> bool:
 
 
 class PopRule(Rule):
-    """A pop drops the top frame, whose obstacle is resolved or given up, and puts back in force
+    """A pop drops the top entry, whose obstacle is resolved or given up, and puts back in force
     what was in force before its push (D 5.6)."""
 
     name = "pop"
@@ -108,25 +108,25 @@ class PopRule(Rule):
         if not now.stack:
             yield who, "nothing is on the stack to be popped"
             return
-        frame = now.frame_of(record) or now.stack[-1]
+        entry = now.entry_of(record) or now.stack[-1]
         if record.depth != len(now.stack) - 1:
             yield who, f"the stack is {len(now.stack) - 1} deep after the pop, not {record.depth}"
-        why = (frame.obstacle, frame.requester, frame.helper)
+        why = (entry.obstacle, entry.requester, entry.helper)
         if (record.obstacle, record.requester, record.helper) != why:
-            yield who, f"the top of the stack is {_told(frame.obstacle)} of line {frame.line}"
+            yield who, f"the top of the stack is {_told(entry.obstacle)} of line {entry.line}"
         if now.derived:
             return
-        if not now.is_over(frame.obstacle):
-            yield who, f"{frame.obstacle} is popped, but is neither resolved nor given up"
+        if not now.is_over(entry.obstacle):
+            yield who, f"{entry.obstacle} is popped, but is neither resolved nor given up"
         yield from _missing(record.objectives, now)
         for robot, objective in record.objectives.items():
-            if objective != frame.before[robot]:
-                was = frame.before[robot]
+            if objective != entry.before[robot]:
+                was = entry.before[robot]
                 yield robot, f"{robot} had {was} before the push, and now gets {objective}"
 
 
 class MissedPopRule(Rule):
-    """A frame whose obstacle is resolved or given up is dropped as soon as it is on top
+    """A entry whose obstacle is resolved or given up is dropped as soon as it is on top
     (D 5.6)."""
 
     name = "missed-pop"
@@ -134,9 +134,9 @@ class MissedPopRule(Rule):
     def turn(self, now: Situation) -> Iterator[Finding]:
         if now.turn.final or not now.stack:
             return
-        frame = now.stack[-1]
-        if frame.obstacle is not None and now.is_over(frame.obstacle):
-            problem = f"{frame.obstacle} is done with, but stays on top of the stack"
+        entry = now.stack[-1]
+        if entry.obstacle is not None and now.is_over(entry.obstacle):
+            problem = f"{entry.obstacle} is done with, but stays on top of the stack"
             yield self.broken(now.turn.tick, now.turn.robot, _last_line(now), problem)
 
 
@@ -149,7 +149,7 @@ def _missing(
 
 
 def _told(obstacle: str | None) -> str:
-    return obstacle or "the frame"
+    return obstacle or "the entry"
 
 
 def _last_line(now: Situation) -> int:
