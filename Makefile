@@ -84,6 +84,8 @@ bench: install slugs ## measure (never part of the tests)
 	$(BIN)/python benchmarks/explain.py
 	$(BIN)/python benchmarks/batch.py
 	$(BIN)/python benchmarks/replay.py
+	$(BIN)/python benchmarks/moves.py
+	$(BIN)/python benchmarks/motion.py
 
 docs: install ## the documentation as a site, links checked: build/site
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[docs]'

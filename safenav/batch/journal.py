@@ -10,6 +10,7 @@ from __future__ import annotations
 import fcntl
 import json
 import os
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from types import TracebackType
 from typing import IO
@@ -21,15 +22,17 @@ NAME = "state.jsonl"
 
 
 class StateFile:
-    """Opens ``directory/state.jsonl``, keeping what is there if ``resume``.
+    """Opens ``directory/state.jsonl``, keeping what is there if ``resume``; without, a batch may
+    only replace its own results: those of ``cases``, by name.
 
     ``former`` holds the results that are kept, by fingerprint; ``existed`` says whether a
     batch has used the directory before.
 
-    Raises UsageError if the directory cannot be used, or is in use by another batch.
+    Raises UsageError if the directory cannot be used, is in use by another batch, or holds the
+    results of another one.
     """
 
-    def __init__(self, directory: Path, *, resume: bool) -> None:
+    def __init__(self, directory: Path, *, resume: bool, cases: Collection[str] = ()) -> None:
         self.path = directory / NAME
         try:
             directory.mkdir(parents=True, exist_ok=True)
@@ -44,7 +47,14 @@ class StateFile:
             raise UsageError(
                 f"another batch is writing to {directory}\n    wait for it, or use another --out"
             ) from None
-        self.former = self._read() if resume else {}
+        found = self._read()
+        if not resume:
+            try:
+                self._refuse_others(directory, found, cases)
+            except UsageError:
+                self._file.close()
+                raise
+        self.former = found if resume else {}
         self._rewrite()
 
     def add(self, result: Result) -> None:
@@ -66,6 +76,18 @@ class StateFile:
                 continue
             found[result.fingerprint] = result
         return found
+
+    def _refuse_others(
+        self, directory: Path, found: Mapping[str, Result], cases: Collection[str]
+    ) -> None:
+        known = set(cases)
+        others = sorted(r.name for r in found.values() if r.name not in known)
+        if others:
+            count = f" and {len(others) - 1} more" if len(others) > 1 else ""
+            raise UsageError(
+                f"{directory} holds the results of another batch, of {others[0]}{count}\n"
+                "    use another --out, or remove that one; --resume adds to it"
+            )
 
     def _rewrite(self) -> None:
         """Begin with whole lines only. In place: the lock belongs to this very file."""

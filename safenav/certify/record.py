@@ -11,8 +11,8 @@ import yaml
 from safenav.certify.bundle import Made, make_bundle
 from safenav.certify.run import Kept, read_lines
 from safenav.errors import UsageError
-from safenav.runtime.mission import Mission
-from safenav.scenario.model import Scenario
+from safenav.runtime.mission import Mission, default_synthesizer
+from safenav.scenario.model import Controllers
 from safenav.scenario.reading.loader import load_scenario
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Synthesizer
@@ -26,13 +26,18 @@ def bundle_of_run(scenario: Path, target: Path, *, seed: int | None = None) -> M
     Raises UsageError for bad input, NotCertifiedError if the checker refuses the run.
     """
     plan = load_scenario(scenario)
+    if plan.controllers is Controllers.ON_DEMAND:
+        raise UsageError(
+            f"{scenario}: 'controllers: on_demand' lists no strategies, and a certificate is about "
+            "listed ones; certify it with 'controllers: listed'"
+        )
     if seed is not None:
         plan = replace(plan, seed=seed)
     with tempfile.TemporaryDirectory() as directory:
         cache = Cache.from_environment()
         if cache.directory is None:
             cache = Cache(Path(directory) / "cache")
-        synthesizer, kept = _synthesizer(plan, cache), Kept()
+        synthesizer, kept = default_synthesizer(plan, cache=cache), Kept()
         trace = Path(directory) / "trace.jsonl"
         with TraceWriter(trace) as writer:
             Mission(plan, synthesizer, listeners=[writer], progress=kept).run()
@@ -54,15 +59,6 @@ def bundle_of_trace(trace: Path, target: Path) -> Made:
     synthesizer = Synthesizer(cache=cache, verifier=first_failure)
     kept.complete(syntheses_of(data, trace.name), cache, synthesizer)
     return make_bundle(target, data, {}, kept, synthesizer)
-
-
-def _synthesizer(plan: Scenario, cache: Cache) -> Synthesizer:
-    return Synthesizer(
-        seconds=plan.limits.synthesis_seconds,
-        memory_mb=plan.limits.synthesis_memory,
-        cache=cache,
-        verifier=first_failure,
-    )
 
 
 def syntheses_of(trace: bytes, name: str) -> list[dict[str, object]]:

@@ -12,6 +12,7 @@ from safenav.errors import UsageError
 from safenav.spec.parsing import read_specification
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Phase, SynthesisProgress, Synthesizer
+from safenav.trace.vocabulary import Verified
 
 
 @dataclass
@@ -41,6 +42,12 @@ class Kept:
         """
         for line in lines:
             spec, strategy = line["spec"], line.get("strategy")
+            if line.get("verified") == Verified.MOVES:
+                raise UsageError(
+                    f"{line['robot']} got its moves on demand at tick {line['tick']}: they were "
+                    "checked one by one, but there is no listed strategy that a certificate could "
+                    "be about; run it with 'controllers: listed'"
+                )
             if spec not in self.texts:
                 text = cache.load_text(spec)
                 if text is None:

@@ -156,9 +156,14 @@ def command(
         stack.callback(backend.close)
         state = failures = None
         if out is not None and traces is not None:
-            state = stack.enter_context(StateFile(out, resume=resume))
+            state = stack.enter_context(
+                StateFile(out, resume=resume, cases=[c.name for c in found.cases])
+            )
             # Only what a batch has written there before is removed.
             failures = FailureFolder(out, keep=resume or not state.existed)
+            if resume:
+                done = {case.fingerprint for case in found.cases}
+                failures.keep_only([r for f, r in state.former.items() if f in done])
             _make_empty(traces, stack)
         report = run_batch(
             found.cases,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shlex
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -42,7 +43,7 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
     plan = load_scenario(scenario)
     synthesizer = default_synthesizer(plan)
     answers = first_answers(plan, synthesizer, WaitingLine())
-    verdicts = []
+    verdicts: list[dict[str, Any]] = []
     warnings: list[str] = []
     for name, answer in answers.items():
         why = (
@@ -61,6 +62,7 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
                 "objective": describe(answer.task.objective, plan.map.word),
                 "verdict": answer.result.verdict.value,
                 "assumptions": assumption_names(answer.task, plan.map),
+                "on_demand": answer.result.served is not None,
                 "explanation": why,
                 "warnings": [vacuity_data(v, strategy) for v in vacuous if strategy],
             }
@@ -72,6 +74,8 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
             good = verdict["explanation"] is None
             word = click.style(str(verdict["verdict"]), fg="green" if good else "red")
             click.echo(f"{verdict['robot']}: {word}, {verdict['objective']}")
+            if verdict["on_demand"]:
+                click.echo("    nothing is listed: its moves are given and checked on demand")
             for assumption in verdict["assumptions"] or ():
                 click.echo(f"    assumes: {assumption}")
             if not good:

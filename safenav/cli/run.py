@@ -72,11 +72,9 @@ def command(
     from safenav.report.terminal.story import Story
     from safenav.report.terminal.synthesis_progress import WaitingLine
     from safenav.runtime.expectation import Ledger, differences
-    from safenav.runtime.mission import Mission
+    from safenav.runtime.mission import Mission, default_synthesizer
     from safenav.scenario.reading.loader import load_scenario
-    from safenav.synthesis.slugs import Synthesizer
     from safenav.trace.writing import TraceWriter
-    from safenav.verify.verification import first_failure
 
     plan = load_scenario(scenario)
     if seed is not None:
@@ -86,11 +84,7 @@ def command(
     if time_limit is not None:
         plan = replace(plan, limits=replace(plan.limits, seconds=time_limit))
     _refuse_same_files(scenario, {"--trace": trace, "--html": html, "--motion": motion})
-    synthesizer = Synthesizer(
-        seconds=plan.limits.synthesis_seconds,
-        memory_mb=plan.limits.synthesis_memory,
-        verifier=first_failure if verify else None,
-    )
+    synthesizer = default_synthesizer(plan, verify=verify)
     kept = trace
     ledger = Ledger()
     listeners: list[Listener] = [ledger]
@@ -109,7 +103,7 @@ def command(
             _write_page(trace, html)
         if motion is not None and trace is not None:
             _write_motion(trace, motion)
-    wrong = differences(plan.expect, ledger)
+    wrong = differences(plan.expect, ledger, plan.map.word)
     if as_json:
         click.echo(json.dumps(_record(ledger, mission, wrong), indent=2))
     for difference in wrong:

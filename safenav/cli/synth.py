@@ -28,6 +28,7 @@ Files written for each robot R into DIR:
   R.dot              the automaton for Graphviz
   R.graphml          the automaton for networkx, Gephi, yEd
   R.svg              with --plot: the automaton, or a summary on the map if it is large
+With 'controllers: on_demand' there is no strategy to write, only the specification.
 \b
 Exit codes:
   0  all realizable   1  some robot is unrealizable (--strict: or warned)   2  bad input
@@ -55,9 +56,8 @@ def command(
     """Synthesize the controllers for the start of SCENARIO and print their size."""
     from safenav.report.terminal.synthesis_progress import WaitingLine
     from safenav.runtime.coordination.strategies import first_answers
+    from safenav.runtime.mission import default_synthesizer
     from safenav.scenario.reading.loader import load_scenario
-    from safenav.synthesis.slugs import Synthesizer
-    from safenav.verify.verification import first_failure
 
     if plot and output is None:
         raise UsageError("--plot writes files: name a directory with -o")
@@ -65,12 +65,7 @@ def command(
     names = [r.name for r in plan.robots]
     if robot is not None and robot not in names:
         raise UsageError(f"{scenario}: there is no robot '{robot}'; it has {', '.join(names)}")
-    limits = plan.limits
-    synthesizer = Synthesizer(
-        seconds=limits.synthesis_seconds,
-        memory_mb=limits.synthesis_memory,
-        verifier=first_failure if verify else None,
-    )
+    synthesizer = default_synthesizer(plan, verify=verify)
     wanted = [robot] if robot is not None else names
     answers = first_answers(plan, synthesizer, WaitingLine(), wanted)
     if output is not None:
@@ -94,6 +89,8 @@ def _print_statistics(answers: dict[str, Answer], plan: Scenario) -> None:
     for answer in answers.values():
         figures = statistics_of(compile_task(answer.task, plan.map), answer.result)
         verified = {True: "yes", None: "no"}[answer.result.verified or None]
+        if answer.result.served is not None:
+            verified = "each move"
         rows.append(
             (
                 figures.robot,
@@ -109,6 +106,8 @@ def _print_statistics(answers: dict[str, Answer], plan: Scenario) -> None:
     for line in table(headings, rows):
         click.echo(line)
     for name, answer in answers.items():
+        if answer.result.served is not None:
+            click.echo(f"{name}: nothing is listed, its moves are given on demand")
         for assumption in assumption_names(answer.task, plan.map):
             click.echo(f"{name} assumes: {assumption}")
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from safenav.scenario.event_pattern import EventKind, EventPattern
 from safenav.scenario.model import Expect
 from safenav.trace import records
+from safenav.trace.wording import Word, obstacle_words
 
 _KINDS = frozenset(kind.value for kind in EventKind)
 
@@ -43,22 +44,24 @@ class Ledger:
                 self.rounds = dict(event.rounds)
 
 
-def differences(expect: Expect, ledger: Ledger) -> list[str]:
-    """What is not as expected, one sentence each; empty if all is."""
+def differences(expect: Expect, ledger: Ledger, word: Word = str) -> list[str]:
+    """What is not as expected, one sentence each; empty if all is. ``word``: how regions are
+    called."""
     found = []
     if expect.outcome is not None and ledger.outcome != expect.outcome.value:
         found.append(f"outcome: expected {expect.outcome.value}, got {ledger.outcome}")
-    for word, wanted, got in (
+    for kind, wanted, got in (
         ("resolved", expect.resolved, ledger.resolved),
         ("blocked", expect.blocked, ledger.blocked),
     ):
         if wanted is not None and set(got) != wanted:
-            found.append(f"{word}: expected {_names(wanted)}, got {_names(got)}")
+            found.append(f"{kind}: expected {_names(wanted, word)}, got {_names(got, word)}")
     for obstacle, robot in (expect.helpers or {}).items():
         helper = ledger.helpers.get(obstacle)
         if helper != robot:
             asked = f"{helper} was" if helper else "nobody was"
-            found.append(f"helpers: expected {robot} to be asked for {obstacle}, {asked}")
+            what = obstacle_words(obstacle, word)
+            found.append(f"helpers: expected {robot} to be asked for {what}, {asked}")
     if expect.ticks is not None and ledger.ticks > expect.ticks:
         found.append(f"ticks: expected at most {expect.ticks}, got {ledger.ticks}")
     if expect.least_ticks is not None and ledger.ticks < expect.least_ticks:
@@ -109,5 +112,5 @@ def _out_of_order(order: Sequence[EventPattern], events: Sequence[records.Record
     return []
 
 
-def _names(obstacles: frozenset[str] | list[str]) -> str:
-    return "[" + ", ".join(sorted(obstacles)) + "]"
+def _names(obstacles: frozenset[str] | list[str], word: Word) -> str:
+    return "[" + ", ".join(obstacle_words(obstacle, word) for obstacle in sorted(obstacles)) + "]"

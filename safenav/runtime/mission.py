@@ -27,6 +27,8 @@ from safenav.runtime.turn import Turns
 from safenav.runtime.world import SimulatedWorld, World
 from safenav.scenario.model import Coordination as Kind
 from safenav.scenario.model import Outcome, Scenario
+from safenav.synthesis.binary import Binary
+from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Listener as SynthesisListener
 from safenav.synthesis.slugs import Synthesizer
 from safenav.trace import records, vocabulary
@@ -153,6 +155,10 @@ class Mission:
         except SafenavError as error:
             with suppress(SafenavError):  # the trace itself may be what cannot be written
                 self._tell_end("error", Verdict(Outcome.INTERRUPTED, str(error)))
+            self._strategies.close()
+            raise
+        except BaseException:
+            self._strategies.close()
             raise
 
     def _begin(self) -> None:
@@ -217,6 +223,7 @@ class Mission:
         return f"not completed after {self.state.tick} ticks: {'; '.join(left)}"
 
     def _end(self, verdict: Verdict) -> None:
+        self._strategies.close()
         ended = self._tell_end(verdict.outcome.value, verdict)
         self.result = RunResult(
             verdict.outcome,
@@ -253,9 +260,23 @@ class Mission:
         return ended
 
 
-def default_synthesizer(scenario: Scenario) -> Synthesizer:
-    """A synthesizer with the scenario's limits that verifies every strategy."""
+def default_synthesizer(
+    scenario: Scenario,
+    *,
+    verify: bool = True,
+    binary: Binary | None = None,
+    cache: Cache | None = None,
+    at_once: int | None = None,
+) -> Synthesizer:
+    """A synthesizer as the scenario has it, which verifies every strategy that it lists."""
     limits = scenario.limits
     return Synthesizer(
-        seconds=limits.synthesis_seconds, memory_mb=limits.synthesis_memory, verifier=first_failure
+        binary,
+        seconds=limits.synthesis_seconds,
+        memory_mb=limits.synthesis_memory,
+        cache=cache,
+        verifier=first_failure if verify else None,
+        at_once=at_once,
+        controllers=scenario.controllers,
+        states=limits.states,
     )

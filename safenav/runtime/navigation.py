@@ -6,14 +6,15 @@ back to the state before and offers what else could be done from there (paper, S
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 from safenav.runtime.progress import Progress
 from safenav.scenario.objective import Ltl, Patrol, Visit
 from safenav.spec.assignable import Switch
+from safenav.spec.specification import Specification
 from safenav.spec.task import Task
-from safenav.synthesis.strategy import Strategy
 from safenav.world.map import Heading
 from safenav.world.moves import Mobility, Pose
 
@@ -26,21 +27,33 @@ class Proposal:
     node: int | None
 
 
+class Controller(Protocol):
+    """A strategy that a planner can follow: nodes, and what comes after them. The listed
+    ``Strategy`` is one, and so is ``OnDemand``."""
+
+    @property
+    def specification(self) -> Specification: ...
+    def values(self, node: int) -> dict[str, int]: ...
+    def find_initial(self, values: Mapping[str, int]) -> int | None: ...
+    def find(self, values: Mapping[str, int]) -> int | None: ...
+    def successors_for(self, node: int, inputs: Mapping[str, int]) -> Sequence[int]: ...
+    def close(self) -> None: ...
+
+
 class Planner:
     """One robot's strategy and where in it the robot is: at ``node``, None when it has left it.
 
     ``switch`` steers it where goals are assignable.
     """
 
-    def __init__(self, task: Task, strategy: Strategy, node: int) -> None:
+    def __init__(self, task: Task, strategy: Controller, node: int) -> None:
         self.task = task
         self.strategy = strategy
         self.node: int | None = node
         self.switch: Switch | None = None
-        self._places: dict[tuple[int, int], list[int]] | None = None
 
     @classmethod
-    def start(cls, task: Task, strategy: Strategy) -> Planner:
+    def start(cls, task: Task, strategy: Controller) -> Planner:
         """Begin at the initial node of the pose that the task was synthesized for.
 
         Raises KeyError if the strategy has no such node (it is not for this task).
@@ -86,7 +99,7 @@ class Planner:
         if self.switch is not None:
             wanted["request"] = 0
         for memory in _memories(self.task, pose, progress):
-            node = self._find(wanted | memory)
+            node = self.strategy.find(wanted | memory)
             if node is not None:
                 self.node = node
                 if self.switch is not None:
@@ -94,20 +107,6 @@ class Planner:
                 return True
         self.node = None
         return False
-
-    def _find(self, values: Mapping[str, int]) -> int | None:
-        if self._places is None:
-            self._places = {}
-            fields = {field.variable.name: field for field in self.strategy.fields}
-            region, heading = fields["region"], fields.get("heading")
-            for node, state in enumerate(self.strategy.states):
-                key = (region.decode(state), heading.decode(state) if heading else -1)
-                self._places.setdefault(key, []).append(node)
-        for node in self._places.get((values["region"], values.get("heading", -1)), ()):
-            found = self.strategy.values(node)
-            if all(found[name] == value for name, value in values.items()):
-                return node
-        return None
 
     def _successors(self, observed: Mapping[str, int]) -> Iterator[Proposal]:
         if self.node is None:

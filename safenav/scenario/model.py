@@ -165,6 +165,15 @@ class Coordination(StrEnum):
     ASSIGNABLE = "assignable"
 
 
+class Controllers(StrEnum):
+    """How strategies are kept during a run: listed state by state, or as a running synthesizer
+    that gives their moves on demand; ``auto``: on demand where there are too many states."""
+
+    LISTED = "listed"
+    ON_DEMAND = "on_demand"
+    AUTO = "auto"
+
+
 class Outcome(StrEnum):
     """How a run can end."""
 
@@ -189,12 +198,13 @@ class Until:
 @dataclass(frozen=True)
 class Limits:
     """``ticks`` and ``seconds`` (wall, None for no limit) of a run; seconds (wall) and MiB of each
-    single synthesis."""
+    single synthesis; ``states`` of a strategy that is listed where that is left to safenav."""
 
     ticks: int = 1000
     synthesis_seconds: float = 60.0
     synthesis_memory: int = 2048
     seconds: float | None = None
+    states: int = 200_000
 
 
 @dataclass(frozen=True)
@@ -238,6 +248,7 @@ class Scenario:
     source: str = ""
     deadlock: bool = True
     partition: tuple[frozenset[Region], ...] | None = None
+    controllers: Controllers = Controllers.AUTO
 
     def robot(self, name: str) -> Robot:
         """The robot of that name. Raises KeyError."""

@@ -19,6 +19,7 @@ _RESULT = re.compile(rb"^RESULT: Specification is (realizable|unrealizable)\b", 
 _OUT_OF_MEMORY = re.compile(
     rb"bad_alloc|out of memory|memory (limit|exhausted|allocation)|cannot allocate", re.IGNORECASE
 )
+_TOO_MANY_NODES = b"slugs: node limit reached"
 _INTERRUPTED = re.compile(rb"interrupted", re.IGNORECASE)
 
 
@@ -54,6 +55,11 @@ def verdict_of(finished: Finished, binary: Binary, robot: str) -> Verdict:
         problem = f"said {verdict}, but ended with exit status {finished.status}"
         raise failure(problem, finished, binary, robot)
     return verdict
+
+
+def too_large(finished: Finished) -> bool:
+    """Whether a strategy was given up because it has more nodes than may be listed."""
+    return finished.status == AnswerStatus.RESOURCE_LIMIT and _TOO_MANY_NODES in finished.stderr
 
 
 def failure(problem: str, finished: Finished, binary: Binary, robot: str) -> SynthesizerError:

@@ -21,6 +21,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from types import FrameType
+from typing import IO
 
 from safenav.errors import SynthesizerError
 
@@ -74,7 +75,7 @@ class Crew:
         after ``dismiss``.
         """
         begun = time.monotonic()
-        process = self._start(command)
+        process = self.start(command)
         try:
             talk = _Conversation(process, given, None if seconds is None else begun + seconds)
             finished = talk.until_silence() and _exits(process, talk.deadline)
@@ -88,8 +89,7 @@ class Crew:
                     with contextlib.suppress(OSError):
                         pipe.close()
             process.wait()
-            with self._lock:
-                self._running.discard(process)
+            self.forget(process)
         if self._dismissed:
             raise DismissedError
         elapsed = time.monotonic() - begun
@@ -102,7 +102,19 @@ class Crew:
             for process in self._running:
                 kill_group(process)
 
-    def _start(self, command: Sequence[str]) -> subprocess.Popen[bytes]:
+    def forget(self, process: subprocess.Popen[bytes]) -> None:
+        """The process has ended, or belongs to somebody else from now on."""
+        with self._lock:
+            self._running.discard(process)
+
+    def start(
+        self,
+        command: Sequence[str],
+        errors: IO[bytes] | int = subprocess.PIPE,
+        shared: IO[bytes] | None = None,
+    ) -> subprocess.Popen[bytes]:
+        """Start ``command``, which ends when this thread does (on Linux). ``errors``: where its
+        standard error goes; ``shared``: an open file that it may use. Raises as ``run`` does."""
         with self._lock:
             if self._dismissed:
                 raise DismissedError
@@ -111,7 +123,9 @@ class Crew:
                     mortal(command),
                     stdin=subprocess.PIPE,
                     stdout=subprocess.PIPE,
-                    stderr=subprocess.PIPE,
+                    stderr=errors,
+                    pass_fds=() if shared is None else (shared.fileno(),),
+                    bufsize=0,
                     start_new_session=True,
                 )
             except OSError as error:

@@ -15,19 +15,25 @@ import queue
 import threading
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
+from typing import TYPE_CHECKING, Union
 
 from safenav.errors import SynthesizerError
+from safenav.scenario.model import Controllers, Limits
 from safenav.spec.specification import Section, Specification
-from safenav.synthesis.answer import failure, verdict_of
+from safenav.synthesis.answer import failure, too_large, verdict_of
 from safenav.synthesis.binary import Binary, find_binary, find_own_binary
 from safenav.synthesis.cache import Cache, Entry, key_of
 from safenav.synthesis.process import Crew, DismissedError, Finished, limited, orderly_termination
 from safenav.synthesis.strategy import Strategy
 from safenav.synthesis.verdict import SynthesisResult, Verdict
 
+if TYPE_CHECKING:
+    from safenav.synthesis.serving.served import ServedStrategy
+
+_GOOD = Verdict.REALIZABLE
 _HEARTBEAT_SECONDS = 1.0
 _OVERTIME_SECONDS = 1.0
 """Our own binary keeps its time limit itself, to say how far it got; then we end it."""
@@ -39,12 +45,13 @@ class Question(StrEnum):
     REALIZABILITY = "realizability"
     STRATEGY = "strategy"
     COUNTERSTRATEGY = "counterstrategy"
+    MOVES = "moves"
 
     @property
     def options(self) -> tuple[str, ...]:
         """Options that every slugs binary knows; without any, the verdict alone is given."""
         match self:
-            case Question.REALIZABILITY:
+            case Question.REALIZABILITY | Question.MOVES:
                 return ()
             case Question.STRATEGY:
                 return ("--explicitStrategy", "--jsonOutput")
@@ -92,7 +99,8 @@ class Synthesizer:
     each single synthesis; None for no limit. ``cache``: default as the environment says.
     ``verifier`` checks every automaton against its specification before it is returned; one
     that fails is a SynthesizerError. ``at_once``: most syntheses at a time, default one a
-    processor.
+    processor. ``controllers``: whether strategies are listed or give their moves on demand;
+    ``auto`` lists those of at most ``states`` nodes (with safenav's own binary).
     """
 
     def __init__(
@@ -104,6 +112,8 @@ class Synthesizer:
         cache: Cache | None = None,
         verifier: Verifier | None = None,
         at_once: int | None = None,
+        controllers: Controllers = Controllers.LISTED,
+        states: int = Limits().states,
     ) -> None:
         self.binary = Binary(binary) if isinstance(binary, Path) else binary or find_binary()
         self.seconds = seconds
@@ -111,6 +121,8 @@ class Synthesizer:
         self.cache = Cache.from_environment() if cache is None else cache
         self.verifier = verifier
         self.at_once = at_once or os.cpu_count() or 1
+        self.controllers = controllers
+        self.states = states
 
     def synthesize(self, spec: Specification, strategy: bool = True) -> SynthesisResult:
         """The verdict, and the strategy if there is one and it is wanted.
@@ -151,8 +163,18 @@ class Synthesizer:
         ``progress`` is called in the caller's thread. On an error, Ctrl-C or SIGTERM all
         running syntheses are killed before the exception leaves.
         """
-        question = Question.STRATEGY if strategy else Question.REALIZABILITY
-        return self._ask_all(specs, question, progress)
+        if not strategy:
+            return self._ask_all(specs, Question.REALIZABILITY, progress)
+        if self.controllers is Controllers.ON_DEMAND:
+            return self._ask_all(specs, Question.MOVES, progress)
+        results = self._ask_all(specs, Question.STRATEGY, progress)
+        if self.controllers is Controllers.LISTED:
+            return results
+        unlisted = [i for i, r in enumerate(results) if r.verdict is _GOOD and r.strategy is None]
+        served = self._ask_all([specs[i] for i in unlisted], Question.MOVES, progress)
+        for index, result in zip(unlisted, served, strict=True):
+            results[index] = result
+        return results
 
     def _ask_all(
         self, specs: Sequence[Specification], question: Question, progress: Listener | None
@@ -161,7 +183,8 @@ class Synthesizer:
         results: list[SynthesisResult | None] = [None] * len(specs)
         jobs = []
         for index, spec in enumerate(specs):
-            job = _Job(index, spec, spec.to_structuredslugs(), question)
+            most = self.states if self.controllers is Controllers.AUTO else None
+            job = _Job(index, spec, spec.to_structuredslugs(), question, most)
             self.cache.keep_text(hashlib.sha256(job.text.encode()).hexdigest(), job.text)
             begun = time.monotonic()
             remembered = self._remembered(job)
@@ -235,19 +258,38 @@ class Synthesizer:
                 return
             news.put((job, None))
             try:
-                run = self._run_native if native else self._run_foreign
-                news.put((job, run(crew, job)))
+                news.put((job, self._bring(crew, native, job)))
             except DismissedError:
                 return
             except BaseException as error:
                 news.put((job, error))
                 return
 
+    def _bring(self, crew: Crew, native: bool, job: _Job) -> _Brought:
+        if job.question is Question.MOVES:
+            # Imported here: few runs need it.
+            from safenav.synthesis.serving.starting import serve
+
+            begun = time.monotonic()
+            own = self.binary if native else find_own_binary()
+            served = serve(
+                job.spec,
+                own,
+                options=job.options,
+                seconds=self.seconds,
+                memory_mb=self.memory_mb,
+                crew=crew,
+            )
+            return served, time.monotonic() - begun
+        return (self._run_native if native else self._run_foreign)(crew, job)
+
     def _run_native(self, crew: Crew, job: _Job) -> Finished:
         """Our own program reads standard input and keeps its limits itself."""
         command = [str(self.binary.path), *job.options]
         if job.question is Question.REALIZABILITY:
             command.append("--realizability")
+        if job.question is Question.STRATEGY and job.most_nodes is not None:
+            command += ["--nodes", str(job.most_nodes)]
         deadline = None
         if self.seconds is not None:
             command += ["--timeout", f"{self.seconds:g}"]
@@ -281,19 +323,38 @@ class Synthesizer:
 
     def _remembered(self, job: _Job) -> SynthesisResult | None:
         """The cached result, if it is there and stands every check that a fresh one stands."""
-        if self.cache.directory is None:
+        if self.cache.directory is None or job.question is Question.MOVES:
             return None
+        if job.most_nodes is not None and job.question is Question.STRATEGY:
+            entry = self.cache.load(self._too_large_key(job))
+            if entry is not None:
+                return self._checked(job, entry, cached=True)
         key = self._key(job)
         entry = self.cache.load(key)
         if entry is None:
             return None
         try:
-            return self._checked(job, entry, cached=True)
+            result = self._checked(job, entry, cached=True)
         except SynthesizerError:
             self.cache.drop(key)
             return None
+        if job.most_nodes is not None and (result.states or 0) > job.most_nodes:
+            return self._checked(job, replace(entry, strategy_json=None), cached=True)
+        return result
 
-    def _result(self, job: _Job, finished: Finished) -> SynthesisResult:
+    def _result(self, job: _Job, finished: Finished | _Served) -> SynthesisResult:
+        if not isinstance(finished, Finished):
+            found, seconds = finished
+            if isinstance(found, Verdict):
+                return self._checked(job, Entry(found, seconds, None), cached=False)
+            return replace(
+                self._checked(job, Entry(Verdict.REALIZABLE, seconds, None), cached=False),
+                served=found,
+            )
+        if too_large(finished) and job.most_nodes is not None:
+            entry = Entry(Verdict.REALIZABLE, finished.seconds, None)
+            self.cache.store(self._too_large_key(job), entry)
+            return self._checked(job, entry, cached=False)
         verdict = verdict_of(finished, self.binary, job.robot)
         wanted = job.question is not Question.REALIZABILITY
         automaton = wanted and verdict is job.question.answered_by
@@ -338,6 +399,11 @@ class Synthesizer:
     def _key(self, job: _Job) -> str:
         return key_of(job.text, self.binary.digest, (job.question, *job.options))
 
+    def _too_large_key(self, job: _Job) -> str:
+        """Of the fact that a strategy has more nodes than may be listed."""
+        limit = ("more nodes than", str(job.most_nodes))
+        return key_of(job.text, self.binary.digest, (job.question, *job.options, *limit))
+
 
 @dataclass(frozen=True)
 class _Job:
@@ -347,6 +413,7 @@ class _Job:
     spec: Specification
     text: str
     question: Question
+    most_nodes: int | None = None
 
     @property
     def robot(self) -> str:
@@ -357,7 +424,8 @@ class _Job:
         """The options for the binary. A strategy that relies on fairness assumptions shall move
         on where it can by itself, and wait for the others only where it must."""
         options = self.question.options
-        if self.question is Question.STRATEGY and self.spec.section(Section.ENV_LIVENESS):
+        moves = self.question in (Question.STRATEGY, Question.MOVES)
+        if moves and self.spec.section(Section.ENV_LIVENESS):
             options += ("--biasForAction",)
         return options
 
@@ -367,5 +435,10 @@ class _Job:
         return SynthesisProgress(self.index, self.robot, phase, seconds, result)
 
 
-_News = tuple[_Job, Finished | BaseException | None]
+_Served = tuple[Union["ServedStrategy", Verdict], float]
+"""What became of a server, and the seconds until then."""
+
+_Brought = Finished | _Served
+
+_News = tuple[_Job, _Brought | BaseException | None]
 """A job and what became of it: None when it starts."""

@@ -93,6 +93,7 @@ class Strategy:
         self.ranks = ranks
         self.transitions = transitions
         self.nodes = Nodes(self)
+        self._places: dict[str, dict[int, list[int]]] = {}
         self._field = {field.variable.name: field for field in fields}
 
     @classmethod
@@ -138,6 +139,20 @@ class Strategy:
     def find_initial(self, values: Mapping[str, int]) -> int | None:
         """The first initial node with these values (of any variables), None without one."""
         return self._first(self._initial, self._wanted(values))
+
+    def find(self, values: Mapping[str, int]) -> int | None:
+        """The first node with these values (of at least one variable), None without one."""
+        name = next(iter(values))
+        if name not in self._places:
+            places: dict[int, list[int]] = {}
+            field = self._field[name]
+            for node, state in enumerate(self.states):
+                places.setdefault(field.decode(state), []).append(node)
+            self._places[name] = places
+        return self._first(self._places[name].get(values[name], ()), self._wanted(values))
+
+    def close(self) -> None:
+        """Nothing: a listed strategy holds nothing open."""
 
     def step(self, node: int, inputs: Mapping[str, int]) -> int | None:
         """The successor for these next inputs; None if there is none, which means that the

@@ -7,6 +7,7 @@ from enum import StrEnum
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from safenav.synthesis.serving.served import ServedStrategy
     from safenav.synthesis.strategy import Strategy
 
 
@@ -23,7 +24,8 @@ class SynthesisResult:
     """One answer of the synthesizer.
 
     ``strategy`` is there exactly when the verdict is realizable and a strategy was asked
-    for, or unrealizable and a counterstrategy was. ``seconds``: wall time of the subprocess
+    for, or unrealizable and a counterstrategy was; instead of it ``served`` if its moves are
+    given on demand. ``seconds``: wall time of the subprocess
     (of the original one if ``cached``). ``spec_sha256`` and ``strategy_sha256``: hex digests
     of the structured-slugs text and of the JSON that the synthesizer printed. ``detail``: its
     last words beyond the verdict, such as how far it got before a limit. ``verified``: True if
@@ -41,8 +43,9 @@ class SynthesisResult:
     strategy_sha256: str | None = None
     detail: str = ""
     verified: bool | None = None
+    served: ServedStrategy | None = None
 
     @property
     def states(self) -> int | None:
-        """Nodes of the strategy, None without one."""
+        """Nodes of the strategy, None without one that is listed."""
         return len(self.strategy.nodes) if self.strategy is not None else None

@@ -56,7 +56,8 @@ def _converter(annotation: Any) -> Converter:
     if origin is Annotated:
         return _bounded(_converter(arguments[0]), arguments[1])
     if origin in (Union, types.UnionType):
-        return _union([_converter(a) for a in arguments if a is not type(None)])
+        choices = [_converter(a) for a in arguments if a is not type(None)]
+        return _union(choices, nullable=type(None) in arguments)
     if origin is tuple and arguments[-1] is not Ellipsis:
         kind = "numbers" if set(arguments) == {float} else "entries"
         return _fixed([_converter(a) for a in arguments], kind)
@@ -118,10 +119,8 @@ def _bounded(inner: Converter, bound: Least | Pattern) -> Converter:
     return take
 
 
-def _union(choices: list[Converter]) -> Converter:
-    """Null, or what one of the choices takes; the last one says what is wrong. Every union in
-    the records with more than one choice besides null excludes null."""
-    nullable = len(choices) == 1
+def _union(choices: list[Converter], *, nullable: bool) -> Converter:
+    """What one of the choices takes, or null where that is allowed."""
 
     def take(value: object, path: str) -> Any:
         if nullable and value is None:

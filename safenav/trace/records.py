@@ -33,6 +33,7 @@ from safenav.trace.vocabulary import (
     Sha256,
     StackReason,
     Verdict,
+    Verified,
 )
 
 VERSION = 2
@@ -89,7 +90,7 @@ class Synthesis(Record):
     seconds: Seconds
     states: Count | None
     cached: bool
-    verified: bool | None
+    verified: bool | Verified | None
     spec: Sha256
     strategy: Sha256 | None
     objective: Objective

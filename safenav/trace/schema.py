@@ -86,7 +86,8 @@ def _schema(annotation: Any, definitions: dict[str, Schema]) -> Schema:
         return {**plain, "pattern": f"^({bound.regex})$"}
     if origin in (Union, types.UnionType):
         choices = [_schema(a, definitions) for a in arguments if a is not type(None)]
-        return {"anyOf": [*choices, {"type": "null"}]} if len(choices) == 1 else {"anyOf": choices}
+        null = [{"type": "null"}] if type(None) in arguments else []
+        return {"anyOf": [*choices, *null]}
     if origin is tuple and arguments[-1] is not Ellipsis:
         items = [_schema(a, definitions) for a in arguments]
         count = len(items)

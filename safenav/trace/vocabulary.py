@@ -45,6 +45,12 @@ class Verdict(StrEnum):
     OUT_OF_MEMORY = "out_of_memory"
 
 
+class Verified(StrEnum):
+    """What was checked of a strategy that nobody lists: each of its moves, when it was made."""
+
+    MOVES = "moves"
+
+
 class Reason(StrEnum):
     """Why a robot was synthesized."""
 

@@ -56,6 +56,29 @@ def test_artifacts_of_failures_are_kept_and_nothing_else(write: Write) -> None:
     assert not Path("out/failures").exists()
 
 
+def test_results_of_another_batch_are_not_wiped(write: Write) -> None:
+    write("a.yaml")
+    write("b.yaml", expect="{outcome: completed}")
+    assert safenav(".", "--out", "out").returncode == 1
+    before = {path: path.read_bytes() for path in Path("out").rglob("*") if path.is_file()}
+    done = safenav("a.yaml", "--out", "out")
+    assert done.returncode == 2
+    assert "out holds the results of another batch, of b.yaml" in done.stderr
+    assert {path: path.read_bytes() for path in Path("out").rglob("*") if path.is_file()} == before
+    write("c.yaml")
+    assert "2 passed, 1 different" in safenav(".", "--out", "out").stdout
+
+
+def test_resuming_removes_what_is_told_of_failures_that_are_none_any_more(write: Write) -> None:
+    write("mended.yaml", expect="{outcome: completed}")
+    write("wrong.yaml", expect="{outcome: completed}")
+    safenav(".", "--out", "out")
+    write("mended.yaml")
+    assert "1 passed, 1 different" in safenav(".", "--out", "out", "--resume").stdout
+    (folder,) = Path("out/failures").iterdir()
+    assert (folder / "reason.txt").read_text().startswith("wrong.yaml\n")
+
+
 def test_a_folder_of_somebody_else_is_not_emptied(write: Write) -> None:
     write("good.yaml")
     write("mine/failures/thesis.txt", text="years of work")

@@ -16,6 +16,7 @@ import xmlschema
 
 from safenav.batch.baseline import BaselineComparison, compare
 from safenav.batch.cases.case import Case, CaseVerdict, Result, without_a_run
+from safenav.batch.effect import without_effect
 from safenav.batch.results_file import read_results, to_csv, to_json
 from safenav.batch.session import Report
 from safenav.errors import UsageError
@@ -200,3 +201,29 @@ def test_the_comparison_is_told_in_the_summary() -> None:
     assert "nothing has changed" in "\n".join(
         summary(report(), compare([ran("a")], {"a": ran("a")}))
     )
+
+
+def varied(seed: int, mode: str, wrong: str = "", **measured: object) -> Result:
+    settings = {"seed": seed, "coordination": mode}
+    name = f"d.yaml [seed={seed}, coordination={mode}]"
+    return replace(ran(name, wrong=wrong, **measured), file="d.yaml", settings=settings)
+
+
+def test_failures_with_one_cause_are_one_block() -> None:
+    late = [varied(seed, "resynthesis", "ticks: expected at most 5, got 40") for seed in range(5)]
+    other = varied(9, "resynthesis", "blocked: expected [], got [door@gate]")
+    text = "\n".join(summary(report(*late, other)))
+    assert text.count("ticks: expected at most 5, got 40") == 1
+    others = ", ".join(f"[seed={n}, coordination=resynthesis]" for n in range(1, 4))
+    assert f"  so, too: {others} and [seed=4, coordination=resynthesis]\n" in text
+    assert text.count(": different") == 2
+
+
+def test_a_variation_without_effect_is_said() -> None:
+    """The mode changes the ticks for each seed, the seed changes nothing for either mode."""
+    cases = [varied(s, m, ticks=t) for s in (1, 2) for m, t in (("one", 40), ("two", 50))]
+    assert list(without_effect(cases)) == [("d.yaml", "seed", ["1", "2"])]
+    assert "d.yaml: seed was varied and changed nothing (1 and 2)" in summary(report(*cases))
+    cases[-1] = varied(2, "two", ticks=51)
+    assert list(without_effect(cases)) == []
+    assert list(without_effect([varied(1, "one"), varied(2, "two")])) == []

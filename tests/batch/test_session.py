@@ -162,7 +162,7 @@ def test_a_scenario_that_was_changed_is_run_again(tmp_path: Path) -> None:
 def test_without_resume_everything_is_run_again(tmp_path: Path) -> None:
     for _ in range(2):
         backend = Scripted(passing)
-        with StateFile(tmp_path, resume=False) as state:
+        with StateFile(tmp_path, resume=False, cases=[case.name for case in CASES]) as state:
             run_batch(CASES, backend, state=state)
         assert len(backend.asked) == 4
     assert len((tmp_path / "state.jsonl").read_text().splitlines()) == 4

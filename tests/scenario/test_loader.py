@@ -9,6 +9,7 @@ import pytest
 
 from safenav.errors import InputError
 from safenav.scenario.model import (
+    Controllers,
     Coordination,
     Limits,
     Outcome,
@@ -63,6 +64,7 @@ def test_everything_at_its_default() -> None:
     assert scenario.limits == Limits()
     assert scenario.seed == 0
     assert scenario.coordination is Coordination.RESYNTHESIS
+    assert scenario.controllers is Controllers.AUTO
     assert scenario.expect.outcome is None
 
 
@@ -79,9 +81,10 @@ obstacles:
   - {type: uncertainty, region: 23, traversable: false}
   - {type: uncertainty, region: 25, traversable: {probability: 0.25}}
 until: {rounds: 3}
-limits: {ticks: 50, synthesis_seconds: 2.5, synthesis_memory: 100}
+limits: {ticks: 50, synthesis_seconds: 2.5, synthesis_memory: 100, states: 9}
 seed: 7
 coordination: assignable
+controllers: on_demand
 expect:
   outcome: tick_limit
   resolved: [door@17, "uncertainty@[3, 1]", door@gate]
@@ -102,9 +105,10 @@ expect:
     ]
     assert [o.traversable for o in scenario.obstacles] == [None, True, False, 0.25]
     assert scenario.until == Until(3)
-    assert scenario.limits == Limits(50, 2.5, 100)
+    assert scenario.limits == Limits(50, 2.5, 100, states=9)
     assert scenario.seed == 7
     assert scenario.coordination is Coordination.ASSIGNABLE
+    assert scenario.controllers is Controllers.ON_DEMAND
     assert scenario.expect.outcome is Outcome.TICK_LIMIT
     assert scenario.expect.resolved == frozenset({"door@17", "uncertainty@22"})
     assert scenario.expect.blocked == frozenset({"uncertainty@23"})

@@ -12,7 +12,7 @@ import pytest
 from jsonschema import Draft202012Validator
 
 from safenav.formula.syntax import RESERVED_WORDS
-from safenav.scenario.model import Coordination, Outcome, ResolveAt, Tracking
+from safenav.scenario.model import Controllers, Coordination, Outcome, ResolveAt, Tracking
 from safenav.scenario.reading import catalogue, loader
 from safenav.scenario.reading import expectation as expectation_reader
 from safenav.scenario.reading import map as map_reader
@@ -153,12 +153,13 @@ def test_schema_and_loader_know_the_same_keys(
     ("words", "options"),
     [
         (SCHEMA["properties"]["coordination"]["enum"], Coordination),
+        (SCHEMA["properties"]["controllers"]["enum"], Controllers),
         (definition("expect")["properties"]["outcome"]["enum"], Outcome),
         (definition("model")["properties"]["mobility"]["enum"], Mobility),
         (definition("obstacleType")["properties"]["resolve_at"]["oneOf"][0]["enum"], ResolveAt),
         (definition("robot")["properties"]["tracking"]["enum"], Tracking),
     ],
-    ids=["coordination", "outcome", "mobility", "resolve_at", "tracking"],
+    ids=["coordination", "controllers", "outcome", "mobility", "resolve_at", "tracking"],
 )
 def test_schema_and_code_know_the_same_words(words: list[str], options: type[StrEnum]) -> None:
     assert words == [option.value for option in options]

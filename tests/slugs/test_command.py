@@ -63,6 +63,7 @@ OPTIONS = (
     "--biasForAction",
     "--timeout",
     "--memory",
+    "--nodes",
     "--help",
     "--version",
 )
@@ -207,6 +208,8 @@ def test_translation_keeps_the_order_of_declarations(own_slugs: Path, folder: Pa
         (("--timeout", "soon", "x"), "found 'soon' after --timeout, expected a positive number"),
         (("--timeout=-1", "x"), "found '-1' after --timeout"),
         (("--memory", "nan", "x"), "found 'nan' after --memory"),
+        (("--nodes", "1.5", "x"), "found '1.5' after --nodes, expected a positive whole number"),
+        (("--nodes", "9", "x"), "--nodes limits what --explicitStrategy lists"),
         (("--timeout",), "option --timeout needs a value: SECONDS"),
         (("--realizability=yes", "x"), "option --realizability takes no value"),
         (("--jsonOutput", "x"), "--jsonOutput needs --explicitStrategy or --counterStrategy"),
@@ -307,6 +310,20 @@ def test_a_limit_ends_the_run_in_order(
     assert done.stderr.splitlines()[-1].startswith(message)
     assert json.loads((folder / "stats.json").read_text())["verdict"] == "unknown"
     assert sorted(folder.iterdir()) == sorted([*before, folder / "stats.json"])
+
+
+def test_a_strategy_with_too_many_nodes_is_given_up(own_slugs: Path, folder: Path) -> None:
+    """The verdict stands, and nothing is written; as many nodes as there are may be listed."""
+    whole = run(own_slugs, folder, *STRATEGY, "follow.structuredslugs")
+    count = len(json.loads(whole.stdout)["nodes"])
+    enough = run(own_slugs, folder, "--nodes", str(count), *STRATEGY, "follow.structuredslugs")
+    assert (enough.returncode, enough.stdout) == (0, whole.stdout)
+    limit = ("--nodes", str(count - 1))
+    done = run(own_slugs, folder, *limit, *STRATEGY, "follow.structuredslugs", "out.json")
+    assert done.returncode == 3
+    assert done.stderr.splitlines()[-2].startswith("RESULT: Specification is realizable")
+    assert done.stderr.splitlines()[-1].startswith("slugs: node limit reached while ")
+    assert not (folder / "out.json").exists()
 
 
 def _long_line(pieces: int) -> str:

@@ -16,7 +16,8 @@ from safenav.errors import SynthesizerError
 from safenav.spec.specification import Specification
 from safenav.synthesis.binary import Binary
 from safenav.synthesis.cache import Cache
-from safenav.synthesis.serving import Measure, Move, Position, ServedStrategy, falls, serve
+from safenav.synthesis.serving.served import Measure, Move, Position, ServedStrategy, falls
+from safenav.synthesis.serving.starting import serve
 from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.verdict import Verdict
 from synthesis.asking import NATIVE, Script, gone, impossible
@@ -84,7 +85,7 @@ def test_the_process_ends_with_its_owner(
         "import sys, time\n"
         "from pathlib import Path\n"
         "from safenav.spec.parsing import read_specification\n"
-        "from safenav.synthesis.serving import serve\n"
+        "from safenav.synthesis.serving.starting import serve\n"
         "from safenav.synthesis.binary import Binary\n"
         "spec = read_specification(Path(sys.argv[1]).read_text(), 'patrol')\n"
         "strategy = serve(spec, Binary(Path(sys.argv[2])))\n"

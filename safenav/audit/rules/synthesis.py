@@ -21,6 +21,7 @@ from safenav.trace.vocabulary import (
     MovedBy,
     Reason,
     Verdict,
+    Verified,
 )
 
 _CAUSES: dict[Reason, tuple[type[Resolved | Blocked | Request | Assumption], ...]] = {
@@ -90,7 +91,10 @@ class SynthesisRule(Rule):
             yield f"{robot} is to {now.objectives[robot]}, but gets {record.objective}"
         if is_initial is not (record.tick == 0):
             yield f"a synthesis of tick {record.tick} for the reason {record.reason}"
-        if record.verdict is Verdict.REALIZABLE and record.strategy is None:
+        if record.verified is Verified.MOVES:
+            if record.strategy is not None or record.states is not None:
+                yield f"the moves of {robot} are checked one by one, but its strategy is listed"
+        elif record.verdict is Verdict.REALIZABLE and record.strategy is None:
             yield f"the synthesis for {robot} is realizable but gave no strategy"
         if record.verdict is not Verdict.REALIZABLE and record.strategy is not None:
             yield f"the synthesis for {robot} is {record.verdict} but gave a strategy"

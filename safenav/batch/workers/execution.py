@@ -26,13 +26,12 @@ from safenav.errors import (
     UsageError,
 )
 from safenav.runtime.expectation import Ledger, differences
-from safenav.runtime.mission import Mission
+from safenav.runtime.mission import Mission, default_synthesizer
 from safenav.scenario.model import Outcome, Scenario
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from safenav.synthesis.binary import Binary, find_binary
 from safenav.synthesis.slugs import Synthesizer
 from safenav.trace.writing import Listener, TraceWriter
-from safenav.verify.verification import first_failure
 
 
 def execute(case: Case, conditions: Conditions, trace: Path | None = None) -> Result:
@@ -76,12 +75,8 @@ def _run(case: Case, scenario: Scenario, conditions: Conditions, trace: Path | N
         if trace is not None:
             listeners.append(stack.enter_context(TraceWriter(trace)))
         # A batch runs scenarios side by side: one synthesis at a time in each.
-        synthesizer = Synthesizer(
-            _binary(),
-            seconds=scenario.limits.synthesis_seconds,
-            memory_mb=scenario.limits.synthesis_memory,
-            verifier=first_failure if conditions.verify else None,
-            at_once=1,
+        synthesizer = default_synthesizer(
+            scenario, verify=conditions.verify, binary=_binary(), at_once=1
         )
         ended = Mission(scenario, synthesizer, listeners=listeners, progress=kept).run()
         uncertified = []
@@ -90,7 +85,7 @@ def _run(case: Case, scenario: Scenario, conditions: Conditions, trace: Path | N
     expect = scenario.expect
     if expect.outcome is None:
         expect = replace(expect, outcome=Outcome.COMPLETED)
-    wrong = [*differences(expect, ledger), *uncertified]
+    wrong = [*differences(expect, ledger, scenario.map.word), *uncertified]
     measured: dict[str, Any] = {
         "scenario": scenario.name,
         "outcome": ended.outcome.value,

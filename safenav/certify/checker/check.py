@@ -722,6 +722,8 @@ class Run:
             return
         self._check_task(record, robot, task)
         digest, node = record["strategy"], record["node"]
+        if digest is None:
+            raise RefusedError("its strategy was never listed: nothing is proven about its moves")
         pair, key = (spec, digest), json.dumps([name, digest, node, repr(task)])
         files.append((f"strategies/{digest}.json", None))
         files.append((f"measures/{spec}-{digest}.json", None))

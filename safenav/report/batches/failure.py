@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shutil
+from collections.abc import Iterable
 from pathlib import Path
 
 from safenav.batch.cases.case import Result
@@ -25,11 +26,22 @@ class FailureFolder:
         if not keep:
             shutil.rmtree(self._root, ignore_errors=True)
 
-    def __call__(self, result: Result, trace: Path | None) -> list[str]:
-        """Write what is known; returns the files."""
+    def keep_only(self, results: Iterable[Result]) -> None:
+        """Remove what was written about other results than these: of failures that were mended,
+        or whose scenario has changed."""
+        kept = {self._folder(result) for result in results if not result.passed}
+        for folder in self._root.glob("*") if self._root.is_dir() else ():
+            if folder not in kept and (folder / "reason.txt").is_file():
+                shutil.rmtree(folder, ignore_errors=True)
+
+    def _folder(self, result: Result) -> Path:
         # The fingerprint keeps apart what looks the same once it is fit for a file name.
         name = _UNFIT.sub("_", result.name)[-_WIDTH:].strip("._")
-        folder = self._root / f"{name}-{result.fingerprint[:8]}"
+        return self._root / f"{name}-{result.fingerprint[:8]}"
+
+    def __call__(self, result: Result, trace: Path | None) -> list[str]:
+        """Write what is known; returns the files."""
+        folder = self._folder(result)
         try:
             folder.mkdir(parents=True, exist_ok=True)
             return self._write(folder, result, trace)

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import click
 
 from safenav.batch.baseline import BaselineComparison
 from safenav.batch.cases.case import Result
+from safenav.batch.effect import without_effect
 from safenav.batch.results_file import counts
 from safenav.batch.session import Report
 from safenav.report.terminal.table import table
+from safenav.trace.wording import listed
 
 _REASONS = 3
 _NAMES = 20
@@ -30,14 +34,18 @@ def summary(
         more = len(passed) - slowest
         if more > 0:
             lines.append(f"... and {more} more passed")
-    for result in failed:
-        lines += ["", *_why(result)]
+    for group in _by_cause(failed):
+        lines += ["", *_why(group)]
     for result in (result for result in passed if result.flaky):
         lines += ["", f"{result.name}: passed only at attempt {result.attempts}"]
         lines += [f"  {reason}" for reason in result.earlier]
     if comparison is not None:
         lines += ["", *_compared(comparison)]
-    return [*lines, "", _sum(report)]
+    idle = [
+        f"{file}: {key} was varied and changed nothing ({listed(values)})"
+        for file, key, values in without_effect(report.in_order)
+    ]
+    return [*lines, *([""] if idle else []), *idle, "", _sum(report)]
 
 
 def _row(result: Result) -> tuple[object, ...]:
@@ -52,8 +60,24 @@ def _coloured(lines: list[str], failed: int) -> list[str]:
     return [*head, *(click.style(row, fg="red") for row in rows[:failed]), *rows[failed:]]
 
 
-def _why(result: Result) -> list[str]:
+def _by_cause(failed: Sequence[Result]) -> list[list[Result]]:
+    """Failures that have the same to say, together; in the order of the first of each."""
+    groups: dict[tuple[object, ...], list[Result]] = {}
+    for result in failed:
+        cause = (result.file, result.verdict, *result.reasons, "", *result.earlier)
+        groups.setdefault((*cause, result.outcome, result.explanation), []).append(result)
+    return list(groups.values())
+
+
+def _why(group: Sequence[Result]) -> list[str]:
+    """What failed, for all cases with the same cause."""
+    result, *others = group
     lines = [click.style(f"{result.name}: {result.verdict.value}", bold=True)]
+    if others:
+        names = (other.name.removeprefix(result.file).strip() for other in others[:_NAMES])
+        lines.append(f"  so, too: {listed(names)}")
+        if len(others) > _NAMES:
+            lines.append(f"  ... and {len(others) - _NAMES} more")
     lines += [f"  {reason}" for reason in result.reasons[:_REASONS]]
     if len(result.reasons) > _REASONS:
         lines.append(f"  ... and {len(result.reasons) - _REASONS} more")

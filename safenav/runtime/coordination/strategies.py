@@ -10,11 +10,13 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
+from weakref import WeakSet
 
 from safenav.errors import ResourceLimitError
 from safenav.explain.undisturbed import play
 from safenav.runtime.coordination.objectives import alternating
 from safenav.runtime.navigation import Planner
+from safenav.runtime.on_demand import OnDemand
 from safenav.runtime.over import Stop
 from safenav.runtime.team import Assignment, RobotState, Role, TeamState
 from safenav.scenario.model import Coordination, Scenario, Tracking
@@ -24,6 +26,7 @@ from safenav.spec.compile import assumption_names, compile_task
 from safenav.spec.objective import Memory
 from safenav.spec.others.belief import models
 from safenav.spec.task import LADDERS, Fairness, Observed, Task
+from safenav.synthesis.serving.served import ServedStrategy
 from safenav.synthesis.slugs import Listener as SynthesisListener
 from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.verdict import SynthesisResult, Verdict
@@ -99,6 +102,7 @@ class Strategies:
         self._stop = stop
         self._progress = progress
         self.asking = False
+        self._served: WeakSet[ServedStrategy] = WeakSet()
         self.syntheses = 0
         self.seconds = 0.0
 
@@ -145,7 +149,7 @@ class Strategies:
                 round(result.seconds, 6),
                 result.states,
                 result.cached,
-                result.verified,
+                _verified(result),
                 result.spec_sha256,
                 result.strategy_sha256,
                 objective_in_trace(answer.told),
@@ -190,7 +194,8 @@ class Strategies:
 
     def install(self, answer: Answer, reason: vocabulary.Reason) -> None:
         """Put a strategy in force; its robot's assignment must be the one that it is for."""
-        strategy = answer.result.strategy
+        served = answer.result.served
+        strategy = answer.result.strategy if served is None else OnDemand(served)
         assert strategy is not None
         state = self._state.robots[answer.task.robot.name]
         planner = Planner.start(answer.task, strategy)
@@ -202,8 +207,15 @@ class Strategies:
             and answer.task.memory.index != state.own.memory.index
         ):
             state.own.other_way_round()
+        if state.planner is not None:
+            state.planner.strategy.close()
         state.planner = planner
         self.announce(answer, reason, planner.node)
+
+    def close(self) -> None:
+        """End the processes that give moves on demand."""
+        for served in tuple(self._served):
+            served.close()
 
     def begin(self, state: RobotState) -> None:
         """Count what a robot has met already where it stands when its objective begins (for
@@ -275,6 +287,8 @@ class Strategies:
         finally:
             self.asking = False
         for result in results:
+            if result.served is not None:
+                self._served.add(result.served)
             self.syntheses += 1
             self.seconds += 0.0 if result.cached else result.seconds
             if result.verdict not in (Verdict.REALIZABLE, Verdict.UNREALIZABLE):
@@ -405,6 +419,10 @@ def first_answers(
         if names is None or name in names
     }
     return dict(strategies.attempt(errands).answers)
+
+
+def _verified(result: SynthesisResult) -> bool | vocabulary.Verified | None:
+    return result.verified if result.served is None else vocabulary.Verified.MOVES
 
 
 def _memory(task: Task) -> dict[str, int] | None:

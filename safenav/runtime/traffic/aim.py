@@ -15,6 +15,7 @@ from safenav.formula.evaluator import evaluate
 from safenav.formula.parser import parse
 from safenav.runtime.navigation import Planner
 from safenav.scenario.objective import Ltl
+from safenav.synthesis.strategy import Strategy
 from safenav.world.map import Heading
 from safenav.world.moves import Pose
 
@@ -22,12 +23,15 @@ MOST_NODES = 20_000
 
 
 def aim_of(planner: Planner, met: Collection[int]) -> Pose | None:
-    """The pose that a robot is to come to first; None if that is where it stands, or unknown.
-    ``met``: the goals of its formulas that it has met in this round."""
+    """The pose that a robot is to come to first; None if that is where it stands, or unknown (as
+    it is where nobody lists the strategy). ``met``: the goals of its formulas that it has met in
+    this round."""
     objective = planner.task.objective
     if planner.node is None or not isinstance(objective, Ltl):
         return None
     strategy = planner.strategy
+    if not isinstance(strategy, Strategy):
+        return None
     goals = [parse(line) for i, line in enumerate(objective.liveness) if i not in met]
     before: dict[int, int | None] = {planner.node: None}
     queue = deque([planner.node])

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from safenav.scenario.catalogue import Catalogue
-from safenav.scenario.model import Coordination, Limits, Scenario, Until
+from safenav.scenario.model import Controllers, Coordination, Limits, Scenario, Until
 from safenav.scenario.reading.catalogue import built_in, extended, read_catalogue
 from safenav.scenario.reading.expectation import ExpectationReader
 from safenav.scenario.reading.map import read_map
@@ -38,12 +38,13 @@ KEYS = (
     "limits",
     "seed",
     "coordination",
+    "controllers",
     "deadlock",
     "partition",
     "expect",
     "catalogue",
 )
-LIMIT_KEYS = ("ticks", "seconds", "synthesis_seconds", "synthesis_memory")
+LIMIT_KEYS = ("ticks", "seconds", "synthesis_seconds", "synthesis_memory", "states")
 REQUIRED = {
     "safenav": "begin the file with 'safenav: 1', the version of its format",
     "map": "draw it: 'map:', below it 'grid: |', below that rows of '#' and '.'",
@@ -135,6 +136,9 @@ class _Loader:
         coordination = read.choice(
             item.get("coordination"), "'coordination'", Coordination, self._findings
         )
+        controllers = read.choice(
+            item.get("controllers"), "'controllers'", Controllers, self._findings
+        )
         deadlock = read.switch(item.get("deadlock"), "'deadlock'", self._findings)
         partition = read_partition(item.get("partition"), regions, self._findings)
         if regions.world is None:
@@ -152,6 +156,7 @@ class _Loader:
             self._file,
             deadlock is not False,
             partition,
+            controllers or Controllers.AUTO,
         )
 
     def _version(self, node: Node | None) -> None:
@@ -194,12 +199,14 @@ class _Loader:
         memory = read.integer(
             item.get("synthesis_memory"), "'synthesis_memory' of limits", self._findings, least=1
         )
+        states = read.integer(item.get("states"), "'states' of limits", self._findings, least=1)
         default = Limits()
         return Limits(
             ticks or default.ticks,
             seconds or default.synthesis_seconds,
             memory or default.synthesis_memory,
             whole,
+            states or default.states,
         )
 
 

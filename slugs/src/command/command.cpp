@@ -25,6 +25,10 @@
 #include <new>
 #include <optional>
 
+#ifdef __linux__
+#include <sys/prctl.h>
+#endif
+
 #include <fcntl.h>
 #include <unistd.h>
 
@@ -39,6 +43,15 @@ void reserve_standard_descriptors() {
   for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
     if (::fcntl(descriptor, F_GETFD) < 0)
       ::open("/dev/null", descriptor == STDIN_FILENO ? O_WRONLY : O_RDONLY);
+}
+
+// From here on the end of the requests ends the program.  Whoever started it may
+// have asked to have it killed when it dies; but what the kernel goes by is the
+// thread that started it, and that may end long before the last request.
+void outlive_parent_thread() {
+#ifdef __linux__
+  ::prctl(PR_SET_PDEATHSIG, 0);
+#endif
 }
 
 // Raised after all mistakes of the input have been printed.
@@ -125,6 +138,8 @@ ExitStatus solve(const Options &options, const Budget &budget) {
   solver_options.robotics_init = options.robotics_init;
   solver_options.bias_for_action = options.bias_for_action;
   solver_options.verdict_only = !options.explicit_strategy;
+  if (options.most_nodes)
+    solver_options.most_nodes = *options.most_nodes;
   Solver solver(specification, solver_options, budget);
   const char *word = "unknown";
   try {
@@ -177,6 +192,7 @@ ExitStatus serve_moves(const Options &options, const Budget &budget) {
   Budget serving = budget;
   serving.deadline = Budget::Clock::time_point::max();
   InputLines requests(serving);
+  outlive_parent_thread();
   serve(specification, *strategy, requests, out.stream());
   out.commit();
   return ExitStatus::Realizable;

@@ -42,6 +42,14 @@ void set_memory(Options &options, const std::string &name, const std::string &va
   options.memory_megabytes =
       static_cast<std::size_t>(std::ceil(std::min(positive_number(name, value), most)));
 }
+void set_nodes(Options &options, const std::string &name, const std::string &value) {
+  std::size_t number = 0;
+  const char *end = value.data() + value.size();
+  const auto [stop, error] = std::from_chars(value.data(), end, number);
+  if (error != std::errc() || stop != end || number == 0)
+    throw UsageError("found '" + value + "' after " + name + ", expected a positive whole number");
+  options.most_nodes = number;
+}
 
 // A row without a setter is the heading of a group.
 constexpr Row rows[] = {
@@ -80,6 +88,7 @@ constexpr Row rows[] = {
     {"Limits", nullptr, nullptr, nullptr, nullptr},
     {"--timeout", "SECONDS", "give up after this time", nullptr, set_timeout},
     {"--memory", "MB", "give up before more memory than this is needed", nullptr, set_memory},
+    {"--nodes", "COUNT", "give up a strategy that has more nodes than this", nullptr, set_nodes},
     {"About", nullptr, nullptr, nullptr, nullptr},
     {"--help", nullptr, "print this", &Options::help, nullptr},
     {"--version", nullptr, "print the version", &Options::version, nullptr},
@@ -158,6 +167,8 @@ void check_combination(const Options &options) {
     throw UsageError("--realizability and a strategy exclude each other");
   if (options.json_output && !strategy && !options.check)
     throw UsageError("--jsonOutput needs --explicitStrategy or --counterStrategy");
+  if (options.most_nodes && !options.explicit_strategy)
+    throw UsageError("--nodes limits what --explicitStrategy lists");
   if (options.check && *options.check == "-" && options.file == "-")
     throw UsageError("strategy and specification cannot both come from standard input");
   if (!options.outfile.empty() && !strategy && !options.translate)

@@ -28,8 +28,9 @@ struct Options {
   std::optional<std::string> stats_file; // "-" for standard error
   std::optional<double> timeout_seconds;
   std::optional<std::size_t> memory_megabytes;
-  std::string file;    // "-" for standard input
-  std::string outfile; // empty for standard output
+  std::optional<std::size_t> most_nodes; // of a listed strategy
+  std::string file;                      // "-" for standard input
+  std::string outfile;                   // empty for standard output
 };
 
 class UsageError : public Error {

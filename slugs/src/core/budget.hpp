@@ -14,7 +14,7 @@
 
 namespace slugs {
 
-enum class LimitKind { Time, Memory, Interrupt };
+enum class LimitKind { Time, Memory, Interrupt, Nodes };
 
 // Thrown out of the engine; `progress` says in words how far it got.
 class LimitReached : public Error {

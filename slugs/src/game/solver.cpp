@@ -122,7 +122,8 @@ void Solver::strategy(StrategySink &sink) {
     throw std::logic_error("a strategy of an unrealizable specification");
   if (it.options.verdict_only)
     throw std::logic_error("a strategy after solving for the verdict only");
-  it.timed(Phase::Strategy, [&] { extract_strategy(*it.game, *it.fixpoint, sink, it.statistics); });
+  it.timed(Phase::Strategy,
+           [&] { extract_strategy(*it.game, *it.fixpoint, it.options.most_nodes, sink, it.statistics); });
 }
 
 OnDemandStrategy &Solver::on_demand() {

@@ -11,6 +11,7 @@
 #include "core/statistics.hpp"
 #include "strategy/sink.hpp"
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -29,6 +30,8 @@ struct SolverOptions {
   // be called.  Faster, because the fixpoint need not follow the order of steps
   // that fixes a strategy.
   bool verdict_only = false;
+  // Of a listed strategy; one that has more is a LimitReached.
+  std::size_t most_nodes = static_cast<std::size_t>(-1);
   // Variables from the top, as indices into Specification::variables; empty:
   // the solver chooses.  Changes speed and nothing else; for tests.
   std::vector<std::uint32_t> start_order;

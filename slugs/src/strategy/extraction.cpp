@@ -23,8 +23,9 @@ namespace {
 
 class Extraction {
 public:
-  Extraction(Game &game, const Fixpoint &fixpoint, StrategySink &sink, Statistics &statistics)
-      : game_(game), sink_(sink), statistics_(statistics),
+  Extraction(Game &game, const Fixpoint &fixpoint, std::size_t most_nodes, StrategySink &sink,
+             Statistics &statistics)
+      : game_(game), sink_(sink), statistics_(statistics), most_nodes_(most_nodes),
         nodes_(words_for(game.store.bits()), game.store.account()), allowed_(game, fixpoint),
         cofactor_(game.store, game.guarantees), successors_(game, Successors::Answers::Least),
         ranks_(game.store, cofactor_, game.guarantees) {}
@@ -45,6 +46,8 @@ public:
       state.assign(nodes_.state(id), nodes_.state(id) + state.size());
       const std::uint32_t rank = nodes_.rank(id);
       const std::vector<std::uint64_t> &list = successors(state.data(), rank);
+      if (nodes_.size() > most_nodes_)
+        throw LimitReached(LimitKind::Nodes, "node limit reached");
       for (std::size_t k = 0; k < bits.size(); ++k)
         bits[k] = get_bit(state.data(), k);
       sink_.node(id, rank, bits, list);
@@ -121,6 +124,7 @@ private:
   Game &game_;
   StrategySink &sink_;
   Statistics &statistics_;
+  std::size_t most_nodes_;
   NodeTable nodes_;
   AllowedMoves allowed_;
   StateCofactor cofactor_;
@@ -133,8 +137,9 @@ private:
 
 } // namespace
 
-void extract_strategy(Game &game, const Fixpoint &fixpoint, StrategySink &sink, Statistics &statistics) {
-  Extraction(game, fixpoint, sink, statistics).run(fixpoint.winning());
+void extract_strategy(Game &game, const Fixpoint &fixpoint, std::size_t most_nodes, StrategySink &sink,
+                      Statistics &statistics) {
+  Extraction(game, fixpoint, most_nodes, sink, statistics).run(fixpoint.winning());
 }
 
 } // namespace slugs

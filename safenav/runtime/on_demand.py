@@ -1,0 +1,74 @@
+"""A strategy whose moves are asked for one at a time, as a planner follows it.
+
+A node is a position that the play has come to; they are numbered as they are met. Every answer
+is checked against the text of the specification before anybody sees it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from safenav.spec.specification import Owner
+from safenav.synthesis.serving.served import Position, ServedStrategy
+from safenav.verify.moves import MoveCheck
+
+
+class OnDemand:
+    """The moves of a running synthesizer. Raises SynthesizerError if it has ended, or if what it
+    answers breaks the specification."""
+
+    def __init__(self, served: ServedStrategy) -> None:
+        self.specification = served.specification
+        self._served = served
+        self._check = MoveCheck(served.specification)
+        self._inputs = {variable.name for variable in self.specification.owned(Owner.INPUT)}
+        self._positions: list[Position] = []
+        self._numbers: dict[tuple[tuple[int, ...], int], int] = {}
+
+    @property
+    def pid(self) -> int:
+        """Of the process."""
+        return self._served.pid
+
+    def values(self, node: int) -> dict[str, int]:
+        """All variables at a node."""
+        return dict(self._positions[node].values)
+
+    def find_initial(self, values: Mapping[str, int]) -> int | None:
+        """The first initial node with these values, None without one."""
+        position = self._served.start(values)
+        if position is None:
+            return None
+        self._check.start(position)
+        return self._number(position)
+
+    def find(self, values: Mapping[str, int]) -> int | None:
+        """The first node that was met with these values, None without one."""
+        for node, position in enumerate(self._positions):
+            if all(position.values[name] == value for name, value in values.items()):
+                return node
+        return None
+
+    def successors_for(self, node: int, inputs: Mapping[str, int]) -> Sequence[int]:
+        """The node after these next inputs; none if the assumptions exclude them, or if some
+        were not observed."""
+        if not self._inputs <= inputs.keys():
+            return ()
+        here = self._positions[node]
+        move = self._served.move(here, inputs)
+        if move is None:
+            self._check.refusal(here, inputs)
+            return ()
+        self._check.move(here, inputs, move)
+        return (self._number(move.to),)
+
+    def close(self) -> None:
+        """End the process."""
+        self._served.close()
+
+    def _number(self, position: Position) -> int:
+        key = (tuple(position.values.values()), position.goal)
+        found = self._numbers.setdefault(key, len(self._positions))
+        if found == len(self._positions):
+            self._positions.append(position)
+        return found

@@ -1,0 +1,171 @@
+"""A strategy that is asked move by move, and the measure by which each move can be checked.
+
+    with serve(specification) as strategy:
+        here = strategy.start({"region": 3})
+        there = strategy.move(here, {"request": 1})
+
+The moves are those of the listed strategy. Each position comes with a measure: whoever follows
+can check that on a move which does not meet the pursued goal the distance falls, or that it
+stays and the named assumption does not hold on this move. The process ends with its owner: when
+the strategy is closed or nobody holds it any more, and at the end of its input should the owner
+die.
+"""
+
+from __future__ import annotations
+
+import weakref
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Any
+
+from safenav.errors import SynthesizerError
+from safenav.spec.specification import Owner, Specification
+from safenav.synthesis.serving.talk import Talk
+from safenav.synthesis.strategy import Field, locate
+
+
+@dataclass(frozen=True)
+class Measure:
+    """How far a position is from its goal: ``assumption`` is the index of the ENV_LIVENESS line
+    that may be waited for here, None if nothing excuses waiting."""
+
+    distance: int
+    assumption: int | None
+
+
+@dataclass(frozen=True)
+class Position:
+    """A state (all variables: integers as they are, Booleans as 0 and 1) with the index of the
+    SYS_LIVENESS line that is pursued."""
+
+    values: Mapping[str, int]
+    goal: int
+    measure: Measure
+
+
+@dataclass(frozen=True)
+class Move:
+    """Where the strategy goes; ``met``: how many goals in turn this very move meets, beginning
+    with the one that was pursued."""
+
+    to: Position
+    met: int
+
+
+def falls(before: Position, move: Move, assumption_holds: bool) -> bool:
+    """Whether a move keeps the promise of the measure. ``assumption_holds``: whether the
+    assumption that ``before`` names holds on this move."""
+    old, new = before.measure, move.to.measure
+    return (
+        move.met > 0
+        or new.distance < old.distance
+        or (new == old and old.assumption is not None and not assumption_holds)
+    )
+
+
+class ServedStrategy:
+    """The running process; closing it, or leaving its ``with`` block, ends it.
+
+    Used by one thread. ``seconds`` limits each answer (wall). Every method raises
+    SynthesizerError if the process has ended, takes too long or answers nonsense.
+    """
+
+    def __init__(
+        self, talk: Talk, specification: Specification, greeting: Mapping[str, Any]
+    ) -> None:
+        self.specification = specification
+        names = greeting["variables"]
+        self._talk = talk
+        weakref.finalize(self, talk.close)
+        self._fields = locate(names, specification)
+        self._width = len(names)
+        self._inputs = [names.index(name) for name in greeting["inputs"]]
+        self._outputs = [names.index(name) for name in greeting["outputs"]]
+        self._names: Sequence[str] = names
+
+    @property
+    def pid(self) -> int:
+        """Of the process."""
+        return self._talk.pid
+
+    def start(self, values: Mapping[str, int]) -> Position | None:
+        """The first initial state with these values (of any variables); None without one."""
+        given: dict[str, int] = {}
+        for field in self._fields:
+            if field.variable.name in values:
+                bits = field.encode(values[field.variable.name])
+                if bits is None:
+                    return None
+                given |= {self._names[column]: bit for column, bit in bits}
+        answer = self._talk.ask({"start": given})
+        if answer.get("state", ()) is None:
+            return None
+        return self._position(self._bits(answer, "state", self._width), answer)
+
+    def move(self, here: Position, inputs: Mapping[str, int]) -> Move | None:
+        """What the strategy does about these next inputs (all of them); None if the environment
+        did what the assumptions exclude. Raises KeyError for a missing input."""
+        state = [0] * self._width
+        following = [0] * self._width
+        for field in self._fields:
+            name = field.variable.name
+            _put(field, here.values[name], state)
+            if field.variable.owner is Owner.INPUT and not _put(field, inputs[name], following):
+                return None
+        given = [following[column] for column in self._inputs]
+        answer = self._talk.ask({"state": state, "goal": here.goal, "inputs": given})
+        if "refused" in answer:
+            if answer["refused"] == "inputs":
+                return None
+            raise SynthesizerError(
+                f"the synthesizer refuses the {answer['refused']}: it is no state of its strategy"
+            )
+        for column, bit in zip(
+            self._outputs, self._bits(answer, "outputs", len(self._outputs)), strict=True
+        ):
+            following[column] = bit
+        met = answer.get("met")
+        if not isinstance(met, int):
+            raise self._talk.nonsense(answer)
+        return Move(self._position(following, answer), met)
+
+    def close(self) -> None:
+        """End the process."""
+        self._talk.close()
+
+    def __enter__(self) -> ServedStrategy:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def _position(self, state: Sequence[int], answer: Mapping[str, Any]) -> Position:
+        goal, distance, assumption = (answer.get(k) for k in ("goal", "distance", "assumption"))
+        if (
+            not isinstance(goal, int)
+            or not isinstance(distance, int)
+            or not isinstance(assumption, int | None)
+        ):
+            raise self._talk.nonsense(answer)
+        values = {field.variable.name: field.decode(state) for field in self._fields}
+        return Position(values, goal, Measure(distance, assumption))
+
+    def _bits(self, answer: Mapping[str, Any], key: str, count: int) -> list[int]:
+        bits = answer.get(key)
+        if not isinstance(bits, list) or len(bits) != count or not set(bits) <= {0, 1}:
+            raise self._talk.nonsense(answer)
+        return bits
+
+
+def _put(field: Field, value: int, state: list[int]) -> bool:
+    """Write a value's bits; False if the variable cannot hold it."""
+    bits = field.encode(int(value))
+    for column, bit in bits or ():
+        state[column] = bit
+    return bits is not None

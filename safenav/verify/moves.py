@@ -1,0 +1,110 @@
+"""Moves one at a time against the text of the specification, where no strategy is listed.
+
+The synthesizer says where it goes and how far that is from its goal; whether the move keeps the
+specification is found out here from its text alone. What ``verify_strategy`` proves of a listed
+strategy at once is then known of each move that was made: that the guarantees were kept, and that
+the robot came closer to its goal or waits for an assumption which did not hold.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from safenav.errors import SynthesizerError
+from safenav.formula.evaluator import evaluate
+from safenav.spec.specification import Constraint, Owner, Section, Specification
+from safenav.synthesis.serving.served import Move, Position, falls
+from safenav.verify.automaton import Clause, clauses
+
+Values = Mapping[str, int]
+
+
+@dataclass(frozen=True)
+class _Section:
+    clauses: tuple[Clause, ...]
+
+    def broken(self, before: Values, after: Values | None = None) -> Iterator[Constraint]:
+        for clause in self.clauses:
+            if not evaluate(clause.formula, before, after):
+                yield clause.constraint
+
+
+class MoveCheck:
+    """Checks what a synthesizer answers about one specification.
+
+    Raises InputError if the specification cannot be read; the methods raise SynthesizerError for
+    an answer that is wrong.
+    """
+
+    def __init__(self, spec: Specification) -> None:
+        self._spec = spec
+        self._sections = {section: _Section(tuple(clauses(spec, section))) for section in Section}
+        self._inputs = [variable.name for variable in spec.owned(Owner.INPUT)]
+
+    def start(self, position: Position) -> None:
+        """A play may begin here."""
+        self._ranges(position.values)
+        for section in (Section.ENV_INIT, Section.SYS_INIT):
+            for constraint in self._sections[section].broken(position.values):
+                raise self._wrong(f"a start that breaks {constraint.origin}", constraint)
+
+    def refusal(self, here: Position, inputs: Values) -> None:
+        """No answer to these next inputs: then an assumption excludes them."""
+        if not self._within({name: inputs[name] for name in self._inputs}):
+            return
+        following = {**here.values, **{name: inputs[name] for name in self._inputs}}
+        if not any(self._sections[Section.ENV_TRANS].broken(here.values, following)):
+            raise self._wrong("no answer, though every assumption is kept")
+
+    def move(self, here: Position, inputs: Values, move: Move) -> None:
+        """The answer to these next inputs: allowed, and closer to the goal."""
+        before, after = here.values, move.to.values
+        if any(after[name] != inputs[name] for name in self._inputs):
+            raise self._wrong("an answer to other inputs than were given")
+        self._ranges(after)
+        for constraint in self._sections[Section.ENV_TRANS].broken(before, after):
+            raise self._wrong(f"an answer although {constraint.origin} is broken", constraint)
+        for constraint in self._sections[Section.SYS_TRANS].broken(before, after):
+            raise self._wrong(f"a move that breaks {constraint.origin}", constraint)
+        self._progress(here, move)
+
+    def _progress(self, here: Position, move: Move) -> None:
+        goals = self._sections[Section.SYS_LIVENESS].clauses
+        count = max(1, len(goals))
+        before, after = here.values, move.to.values
+        if not 0 <= here.goal < count or move.to.goal != (here.goal + move.met) % count:
+            raise self._wrong(f"goal {move.to.goal} after goal {here.goal}, of {count}")
+        for number in range(min(move.met, len(goals))):
+            goal = goals[(here.goal + number) % count]
+            if not evaluate(goal.formula, before, after):
+                said = f"that it meets {goal.constraint.origin}, which it does not"
+                raise self._wrong(said, goal.constraint)
+        awaited = here.measure.assumption
+        fair = self._sections[Section.ENV_LIVENESS].clauses
+        if awaited is not None and not 0 <= awaited < len(fair):
+            raise self._wrong(f"to wait for assumption {awaited}, of {len(fair)}")
+        holds = awaited is None or evaluate(fair[awaited].formula, before, after)
+        if move.to.measure.distance < 0 or not falls(here, move, holds):
+            goal_said = str(goals[here.goal].constraint.origin) if goals else "its goal"
+            raise self._wrong(
+                f"a move that comes no closer to {goal_said}: from {here.measure.distance} to "
+                f"{move.to.measure.distance}, and nothing excuses that"
+            )
+
+    def _ranges(self, values: Values) -> None:
+        if not self._within(values):
+            raise self._wrong("a value outside its range")
+
+    def _within(self, values: Values) -> bool:
+        return all(
+            variable.bounds[0] <= values[variable.name] <= variable.bounds[1]
+            for variable in self._spec.variables
+            if variable.bounds is not None and variable.name in values
+        )
+
+    def _wrong(self, said: str, constraint: Constraint | None = None) -> SynthesizerError:
+        formula = f" [{constraint.formula}]" if constraint is not None else ""
+        return SynthesizerError(
+            f"the synthesizer gave a wrong answer about {self._spec.robot}: {said}{formula}"
+        )

@@ -1,0 +1,209 @@
+"""Runs in which nobody lists a strategy: the same moves, each checked, and no process left."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from safenav.audit.check import check_trace
+from safenav.cli import group
+from safenav.errors import SynthesizerError, UsageError
+from safenav.runtime.mission import Mission
+from safenav.runtime.on_demand import OnDemand
+from safenav.scenario.model import Controllers, Limits, Scenario
+from safenav.scenario.reading.loader import load_scenario
+from safenav.synthesis.serving.served import Measure, Move, Position, ServedStrategy
+from safenav.trace import records, vocabulary
+from safenav.trace.reading import read_trace
+from safenav.trace.writing import TraceWriter
+from synthesis.asking import gone
+
+SCENARIOS = Path(__file__).parents[2] / "scenarios"
+Played = Callable[[Scenario], list[records.Record]]
+
+
+@pytest.fixture
+def played(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Played:
+    """Run a scenario; its trace must pass the audit."""
+    monkeypatch.setenv("SAFENAV_CACHE", str(tmp_path / "cache"))
+
+    def play(scenario: Scenario) -> list[records.Record]:
+        path, found = tmp_path / "trace.jsonl", list[records.Record]()
+        with TraceWriter(path) as trace:
+            Mission(scenario, listeners=[trace, found.append]).run()
+        assert check_trace(path).findings == ()
+        return found
+
+    return play
+
+
+def moves_of(found: list[records.Record]) -> list[records.Move]:
+    return [record for record in found if isinstance(record, records.Move)]
+
+
+def syntheses_of(found: list[records.Record]) -> list[records.Synthesis]:
+    return [record for record in found if isinstance(record, records.Synthesis)]
+
+
+def mission_on_demand(name: str) -> Mission:
+    scenario = load_scenario(SCENARIOS / f"{name}.yaml")
+    return Mission(replace(scenario, controllers=Controllers.ON_DEMAND))
+
+
+def pids_of(mission: Mission) -> list[int]:
+    found = []
+    for robot in mission.state.robots.values():
+        assert robot.planner is not None and isinstance(robot.planner.strategy, OnDemand)
+        found.append(robot.planner.strategy.pid)
+    return found
+
+
+@pytest.mark.parametrize("name", ["case_study_2", "case_study_3_beliefs", "beam"])
+def test_moves_on_demand_are_those_of_the_list(played: Played, name: str) -> None:
+    scenario = load_scenario(SCENARIOS / f"{name}.yaml")
+    listed = played(replace(scenario, controllers=Controllers.LISTED))
+    found = played(replace(scenario, controllers=Controllers.ON_DEMAND))
+    assert moves_of(found) == moves_of(listed)
+    for synthesis in syntheses_of(found):
+        assert synthesis.verified is vocabulary.Verified.MOVES
+        assert (synthesis.states, synthesis.strategy) == (None, None)
+    assert {synthesis.verified for synthesis in syntheses_of(listed)} == {True}
+
+
+def test_auto_lists_what_is_small_enough(played: Played) -> None:
+    """digit's strategies have up to 29 states in this run, the quadcopter's at most 14; whether
+    the answer comes from the cache makes no difference."""
+    scenario = load_scenario(SCENARIOS / "case_study_2.yaml")
+    assert scenario.controllers is Controllers.AUTO
+    assert {s.verified for s in syntheses_of(played(scenario))} == {True}
+    for _ in range(2):
+        found = syntheses_of(played(replace(scenario, limits=Limits(states=20))))
+        sizes = {synthesis.states for synthesis in found}
+        assert None in sizes
+        assert max(size for size in sizes if size is not None) <= 20
+        assert {s.verified for s in found if s.states is None} == {vocabulary.Verified.MOVES}
+
+
+def test_the_processes_end_with_the_run() -> None:
+    mission = mission_on_demand("case_study_1")
+    mission.start()
+    pids = pids_of(mission)
+    while mission.result is None:
+        mission.step()
+    assert all(map(gone, [*pids, *pids_of(mission)]))
+
+
+def test_the_processes_end_with_a_run_that_is_given_up() -> None:
+    mission = mission_on_demand("case_study_1")
+    mission.start()
+    pids = pids_of(mission)
+    mission.give_up()
+    assert all(map(gone, pids))
+
+
+def test_a_synthesizer_that_dies_ends_the_run_and_the_trace_says_so(tmp_path: Path) -> None:
+    path = tmp_path / "trace.jsonl"
+    scenario = replace(
+        load_scenario(SCENARIOS / "case_study_1.yaml"), controllers=Controllers.ON_DEMAND
+    )
+    with TraceWriter(path) as trace:
+        mission = Mission(scenario, listeners=[trace])
+        mission.start()
+        for _ in range(3):
+            mission.step()
+        first, second = pids_of(mission)
+        os.kill(first, signal.SIGKILL)
+        with pytest.raises(SynthesizerError, match="ended while it served a strategy"):
+            mission.step()
+    last = read_trace(path).records[-1]
+    assert isinstance(last, records.Outcome)
+    assert last.outcome is vocabulary.Ending.ERROR
+    assert "ended while it served" in last.explanation
+    assert check_trace(path).findings == ()
+    assert gone(second)
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
+def test_the_processes_end_when_the_run_is_killed(tmp_path: Path, number: signal.Signals) -> None:
+    program = (
+        "import sys, time\n"
+        "sys.path[:0] = sys.argv[1:]\n"
+        "from runtime.test_on_demand import mission_on_demand, pids_of\n"
+        "mission = mission_on_demand('case_study_1')\n"
+        "mission.start()\n"
+        "print(*pids_of(mission), flush=True)\n"
+        "time.sleep(600)\n"
+    )
+    tests = str(Path(__file__).parents[1])
+    with subprocess.Popen(
+        [sys.executable, "-c", program, tests],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+        cwd=tmp_path,
+    ) as owner:
+        assert owner.stdout is not None
+        pids = [int(word) for word in owner.stdout.readline().split()]
+        owner.send_signal(number)
+    assert len(pids) == 2
+    assert all(map(gone, pids))
+
+
+def test_a_wrong_move_ends_the_run_before_it_is_made(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A synthesizer that would send the quadcopter into a wall."""
+    mission = mission_on_demand("case_study_1")
+    mission.start()
+    before = dict(mission.state.regions())
+    honest = ServedStrategy.move
+
+    def lying(self: ServedStrategy, here: Position, inputs: dict[str, int]) -> Move | None:
+        move = honest(self, here, inputs)
+        assert move is not None
+        return Move(Position({**move.to.values, "region": 1}, move.to.goal, Measure(0, None)), 0)
+
+    monkeypatch.setattr(ServedStrategy, "move", lying)
+    with pytest.raises(SynthesizerError, match="a wrong answer about quad: a move that breaks"):
+        mission.step()
+    assert mission.state.regions() == before
+
+
+def on_demand_file(folder: Path) -> Path:
+    path = folder / "door.yaml"
+    text = (SCENARIOS / "case_study_1.yaml").read_text()
+    path.write_text(text + "\ncontrollers: on_demand\n")
+    return path
+
+
+def test_commands_say_what_they_can_of_moves_on_demand(tmp_path: Path) -> None:
+    file, trace = str(on_demand_file(tmp_path)), str(tmp_path / "trace.jsonl")
+    runner = CliRunner()
+    shown = runner.invoke(group, ["synth", file, "-o", str(tmp_path / "out"), "--plot"])
+    assert (shown.exit_code, shown.output.count("each move")) == (0, 2)
+    assert "quad: nothing is listed" in shown.output
+    assert {p.suffix for p in (tmp_path / "out").iterdir()} == {".structuredslugs"}
+    checked = runner.invoke(group, ["check", file])
+    assert checked.exit_code == 0
+    assert "nothing is listed" in checked.output
+    assert runner.invoke(group, ["explain", file]).exit_code == 0
+    told = runner.invoke(group, ["run", file, "--trace", trace])
+    assert told.exit_code == 0
+    assert "each move checked" in told.output
+    refused = runner.invoke(group, ["certify", file, "-o", str(tmp_path / "bundle.zip")])
+    assert isinstance(refused.exception, UsageError)
+    assert "certify it with 'controllers: listed'" in str(refused.exception)
+    refused = runner.invoke(
+        group, ["certify", "--trace", trace, "-o", str(tmp_path / "bundle.zip")]
+    )
+    assert isinstance(refused.exception, UsageError)
+    assert "quad got its moves on demand at tick 0" in str(refused.exception)
+    assert not (tmp_path / "bundle.zip").exists()
+    assert json.loads((tmp_path / "trace.jsonl").read_text().splitlines()[1])["verified"] == "moves"
