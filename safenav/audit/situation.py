@@ -7,7 +7,7 @@ broken rule the situation follows the trace, so that one fault is not reported f
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum, auto
 from typing import TypeVar
 
@@ -23,6 +23,7 @@ from safenav.trace.records import (
     Goal,
     Gone,
     Move,
+    NewObjective,
     Outcome,
     Pop,
     Push,
@@ -30,6 +31,7 @@ from safenav.trace.records import (
     Resolved,
     Synthesis,
     Trace,
+    Truth,
     Violation,
 )
 from safenav.trace.setting import Need, ObstacleHeader
@@ -270,6 +272,17 @@ class Situation:
                 self.stage[record.obstacle] = 0
                 self.done[record.obstacle].clear()
                 self.discovered.discard(record.obstacle)
+            case Truth():
+                changed = replace(self.obstacles[record.obstacle], traversable=record.traversable)
+                self.obstacles[record.obstacle] = changed
+            case NewObjective():
+                robots = dict(self.header.robots)
+                former = robots[record.robot].objective
+                robots[record.robot] = replace(robots[record.robot], objective=record.objective)
+                self.header = replace(self.header, robots=robots)
+                if self.objectives[record.robot] == former:  # else it waits or helps
+                    self.objectives[record.robot] = record.objective
+                    self.progress[record.robot].reset(record.objective, record.line)
             case Gone():
                 self.status[record.obstacle] = Status.ABSENT
                 self.discovered.discard(record.obstacle)

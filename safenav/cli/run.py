@@ -31,6 +31,7 @@ Examples:
   safenav run scenarios/case_study_3.yaml --html chain.html
   safenav run scenarios/case_study_1.yaml --trace door.jsonl --motion door.motion.jsonl
   safenav run scenarios/hello.yaml --json
+  safenav run scenarios/case_study_1.yaml --live
 \b
 Exit codes:
   0  the run ended as the scenario expects (without 'expect': completed)
@@ -54,6 +55,7 @@ Exit codes:
     "--time-limit", type=click.FloatRange(min=0, min_open=True), help="Stop after so many seconds."
 )
 @click.option("--verify/--no-verify", default=True, help="Check each strategy before it is used.")
+@click.option("--live", is_flag=True, help="Watch it in a browser while it runs (extra: studio).")
 @click.option("--map/--no-map", "maps", default=True, help="Draw the map at moments that matter.")
 def command(
     scenario: Path,
@@ -65,10 +67,13 @@ def command(
     max_ticks: int | None,
     time_limit: float | None,
     verify: bool,
+    live: bool,
     maps: bool,
 ) -> int:
     """Run SCENARIO: synthesize a controller for each robot, then execute them in a world
     with the scenario's hidden obstacles until every robot has met its objective."""
+    if live:
+        return _watch(scenario, seed, trace)
     from safenav.report.terminal.story import Story
     from safenav.report.terminal.synthesis_progress import WaitingLine
     from safenav.runtime.expectation import Ledger, differences
@@ -113,6 +118,15 @@ def command(
         for line in _next_steps(result.outcome.value, scenario, kept, html):
             click.echo(f"    {line}", err=True)
     return status
+
+
+def _watch(scenario: Path, seed: int | None, trace: Path | None) -> int:
+    """The run in a browser, until Ctrl-C."""
+    from safenav.studio.starting import start_live
+
+    _refuse_same_files(scenario, {"--trace": trace})
+    start_live(scenario, seed=seed, trace=trace)
+    return ExitCode.OK
 
 
 def _interrupt(mission: Mission) -> None:

@@ -20,6 +20,7 @@ from safenav.runtime.coordination.algorithm import Coordination
 from safenav.runtime.coordination.by_resynthesis import ByResynthesis
 from safenav.runtime.coordination.by_signals import BySignals
 from safenav.runtime.coordination.strategies import Strategies
+from safenav.runtime.interventions import Intervention, Interventions
 from safenav.runtime.over import RunOver, Stop, Verdict
 from safenav.runtime.team import TeamState
 from safenav.runtime.traffic.planning import Traffic
@@ -83,6 +84,9 @@ class Mission:
         self._turns = Turns(
             self.state, self._world, self._strategies, self._coordination, self._traffic
         )
+        self._interventions = Interventions(
+            self.state, self._given, self._coordination, self._turns
+        )
         self._started = False
 
     def run(self) -> RunResult:
@@ -103,6 +107,11 @@ class Mission:
         self._stop.ask(why)
         if self._strategies.asking:
             self._stop.check()
+
+    def intervene(self, intervention: Intervention) -> None:
+        """Let somebody change the world at the beginning of the next tick: nobody is told before
+        they meet it. Raises UsageError, with the reason, for a change that cannot be."""
+        self._interventions.ask(intervention)
 
     @property
     def stopping(self) -> bool:
@@ -181,6 +190,7 @@ class Mission:
         state = self.state
         self._stop.check()
         state.tick += 1
+        self._interventions.apply()
         for change in self._world.changes(state.tick, state.occupied()):
             if not change.appeared and change.obstacle.name in state.knowledge.pending:
                 self._turns.leave_plan(vocabulary.PlanEndReason.CHANGED, settling=True)

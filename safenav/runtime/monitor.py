@@ -65,6 +65,10 @@ class Monitors:
             return []
         return list(_violated(watched.spec, Section.ENV_TRANS, planner.values(), observed))
 
+    def watch(self, robot: Robot, planner: Planner) -> None:
+        """Judge the beginning of a strategy now, if it is new: its robot will go on elsewhere."""
+        self._of(robot, planner)
+
     def tell(self, robot: Robot, broken: Sequence[Constraint]) -> None:
         """Put broken assumptions into the trace, each rule once."""
         for rule in dict.fromkeys(str(constraint.origin) for constraint in broken):

@@ -65,7 +65,8 @@ class Transit:
 class RobotState:
     """One robot in a run. ``pose``: where it stands; in transit, where it set out. ``own``: its
     progress with its own objective; ``progress``: with what it does now (the same, unless it
-    does something else for a while). ``planner`` is missing before the first synthesis."""
+    does something else for a while). ``planner`` is missing before the first synthesis. ``active``:
+    it is in service; else it stands still."""
 
     robot: Robot
     pose: Pose
@@ -76,6 +77,7 @@ class RobotState:
     planner: Planner | None = None
     transit: Transit | None = None
     begun: bool = False
+    active: bool = True
 
     @property
     def name(self) -> str:
@@ -146,12 +148,15 @@ class TeamState:
             robot.own.restart_count()
             robot.progress.restart_count()
 
-    def introduce(self, obstacle: Obstacle) -> None:
-        """Tell of an obstacle that was met, if the scenario does not list it."""
+    def introduce(self, obstacle: Obstacle, truth: bool | None = None) -> None:
+        """Tell of an obstacle that the scenario does not list, when it is met or, where it is
+        known what resolving it will reveal (``truth``), when it appears."""
         listed = {known.name for known in self.scenario.obstacles}
         if obstacle.name not in listed | self.introduced:
             self.introduced.add(obstacle.name)
-            self.emit(records.Discovered(self.tick, obstacle_header(obstacle, self.scenario)))
+            self.emit(
+                records.Discovered(self.tick, obstacle_header(obstacle, self.scenario, truth))
+            )
 
     def rivals(self, robot: Robot) -> list[RobotState]:
         """Those whom a robot must not run into."""

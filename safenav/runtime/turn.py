@@ -50,10 +50,27 @@ class Turns:
         """One turn. Raises RunOver if the run cannot go on after it."""
         if robot.transit is not None:
             self._travel(robot, robot.transit)
+        elif not robot.active:
+            self._stand_still(robot)
         elif self.traffic.active:
             self._follow_plan(robot)
         else:
             self._follow_strategy(robot)
+
+    def _stand_still(self, robot: RobotState) -> None:
+        """The turn of a robot that is out of service: it looks around, and stays."""
+        if robot.planner is not None:
+            self._keep_track(robot, robot.planner.task, frozenset())
+        self._move(robot, robot.pose, {}, vocabulary.MovedBy.STAY)
+
+    def back_in_service(self, robot: RobotState) -> None:
+        """The robot goes on from where it is, whatever the others have done meanwhile."""
+        if robot.planner is None or robot.transit is not None or self.traffic.active:
+            return
+        self.monitors.watch(robot.robot, robot.planner)
+        robot.planner.node = None
+        if not self.strategies.relocate(robot):
+            self.coordination.resynthesize(robot, vocabulary.Reason.SERVICE)
 
     def _follow_strategy(self, robot: RobotState) -> None:
         """The strategy's answer to what is observed, unless the world or the team is against."""
@@ -113,6 +130,7 @@ class Turns:
         else:
             assert pose.region not in self.state.taken(robot.robot), "plans keep robots apart"
             if robot.planner is not None:
+                self.monitors.watch(robot.robot, robot.planner)
                 robot.planner.node = None
             self._move(robot, pose, {}, vocabulary.MovedBy.PLAN)
         if violation is not None:

@@ -39,10 +39,13 @@ class World(Protocol):
 
 @dataclass(frozen=True)
 class Change:
-    """An obstacle has appeared, or has gone without being resolved."""
+    """An obstacle has appeared, or has gone without being resolved. ``by_user``: somebody who
+    watches the run has brought it about. ``truth``: what resolving it will reveal."""
 
     obstacle: Obstacle
     appeared: bool
+    by_user: bool = False
+    truth: bool | None = None
 
 
 @runtime_checkable
@@ -127,6 +130,8 @@ class SimulatedWorld:
             if obstacle.appears is None:
                 self._works.open[obstacle.region] = Work(obstacle)
         self.truths = draw_truths(scenario)
+        self._brought: set[Obstacle] = set()
+        self._taken_away: set[str] = set()
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
         del robot  # every robot notices what stands right before it
@@ -140,13 +145,32 @@ class SimulatedWorld:
         done = self._works.perform(robot, self._regions)
         return [(work.obstacle, self.truths[work.obstacle.name]) for work in done]
 
+    def standing(self) -> dict[Region, Obstacle]:
+        """The obstacles that are there now."""
+        return {region: work.obstacle for region, work in self._works.open.items()}
+
+    def bring(self, obstacle: Obstacle, truth: bool | None) -> None:
+        """Let an obstacle appear at its tick ``appears``, as one of the scenario would."""
+        assert obstacle.appears is not None
+        self._coming.append(obstacle)
+        self._coming.sort(key=lambda coming: coming.appears or 0)
+        self._brought.add(obstacle)
+        self.truths[obstacle.name] = truth
+
+    def take_away(self, name: str) -> None:
+        """Let an obstacle that is there, or that was to come, be gone by the next tick."""
+        self._taken_away.add(name)
+        self._coming = [o for o in self._coming if o.name != name or o not in self._brought]
+
     def changes(self, tick: int, occupied: Collection[Region]) -> list[Change]:
         """Obstacles appear at their tick, or as soon after it as nobody is there."""
         found = []
         for work in list(self._works.open.values()):
-            if work.obstacle.goes is not None and work.obstacle.goes <= tick:
+            by_user = work.obstacle.name in self._taken_away
+            if by_user or (work.obstacle.goes is not None and work.obstacle.goes <= tick):
                 del self._works.open[work.obstacle.region]
-                found.append(Change(work.obstacle, appeared=False))
+                found.append(Change(work.obstacle, appeared=False, by_user=by_user))
+        self._taken_away.clear()
         for obstacle in list(self._coming):
             assert obstacle.appears is not None
             if obstacle.appears > tick:
@@ -156,7 +180,9 @@ class SimulatedWorld:
             elif obstacle.region not in occupied and obstacle.region not in self._works.open:
                 self._coming.remove(obstacle)
                 self._works.open[obstacle.region] = Work(obstacle)
-                found.append(Change(obstacle, appeared=True))
+                truth = self.truths[obstacle.name]
+                by_user = obstacle in self._brought
+                found.append(Change(obstacle, appeared=True, by_user=by_user, truth=truth))
         return found
 
 

@@ -171,6 +171,37 @@ class Gone(Record):
 
 
 @dataclass(frozen=True)
+class Truth(Record):
+    """What resolving an obstacle will reveal is another truth from now on."""
+
+    type: ClassVar[str] = "truth"
+    obstacle: str
+    traversable: bool
+    cause: ChangeCause
+
+
+@dataclass(frozen=True)
+class NewObjective(Record):
+    """A robot has another objective of its own from now on; its rounds count anew."""
+
+    type: ClassVar[str] = "objective"
+    robot: str
+    objective: Objective
+    cause: ChangeCause
+
+
+@dataclass(frozen=True)
+class Service(Record):
+    """A robot stands still from now on (``active`` false), or is back. It ends a step that it has
+    begun, and what it can do where it stands it still does."""
+
+    type: ClassVar[str] = "service"
+    robot: str
+    active: bool
+    cause: ChangeCause
+
+
+@dataclass(frozen=True)
 class Violation(Record):
     """The robot would have entered ``proposed``; ``action`` is the capability that it lacks."""
 
@@ -346,6 +377,9 @@ KINDS: Mapping[str, type[Record]] = {
         Discovered,
         Appeared,
         Gone,
+        Truth,
+        NewObjective,
+        Service,
         Violation,
         Backtrack,
         Request,

@@ -63,6 +63,10 @@ class Reason(StrEnum):
     GONE = "gone"
     PLAN = "plan"
     """After a joint plan, from a pose that the strategy before did not know."""
+    OBJECTIVE = "objective"
+    """It was given another objective."""
+    SERVICE = "service"
+    """It is back in service."""
 
 
 class Form(StrEnum):

@@ -85,6 +85,8 @@ _WHY = {
     vocabulary.Reason.YIELD: "to make way",
     vocabulary.Reason.APPEARED: "around what has appeared",
     vocabulary.Reason.GONE: "after an obstacle went",
+    vocabulary.Reason.OBJECTIVE: "for another objective",
+    vocabulary.Reason.SERVICE: "back in service",
     vocabulary.Reason.PLAN: "after a joint plan",
 }
 
@@ -144,6 +146,15 @@ class Wording:
                 return f"{self.strong(self.obstacle(line.obstacle))} appears"
             case records.Gone():
                 return f"{self.strong(self.obstacle(line.obstacle))} goes by itself"
+            case records.Truth():
+                truth = "traversable" if line.traversable else "not traversable"
+                return f"{self.strong(self.obstacle(line.obstacle))} is {truth} from now on"
+            case records.NewObjective():
+                told = self.objective(line.objective)
+                return f"{self.robot(line.robot)} gets another objective: {told}"
+            case records.Service():
+                what = "is back in service" if line.active else "is out of service"
+                return f"{self.robot(line.robot)} {what}"
             case records.Goal():
                 done = f", round {line.round} done" if line.round else ""
                 return f"{self.robot(line.robot)} reaches {self._at(line.region)}{done}"

@@ -20,6 +20,7 @@ FRONT = PAGE / "front"
 ASSETS = ("replay.js", "replay.css")
 BUILT = [*(PAGE / "assets" / name for name in ASSETS)]
 BUILT += [REPORT / "view3d" / "assets" / name for name in ("view3d.js", "view3d.css")]
+BUILT += [REPORT.parent / "studio" / "assets" / name for name in ("studio.js", "studio.css")]
 
 
 @pytest.mark.parametrize("built", BUILT, ids=lambda path: path.name)

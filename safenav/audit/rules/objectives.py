@@ -13,6 +13,7 @@ from safenav.trace.records import (
     Blocked,
     Goal,
     Move,
+    NewObjective,
     Pop,
     Push,
     Record,
@@ -148,6 +149,9 @@ class RoundsRule(Rule):
             for robot, objective in record.objectives.items():
                 if objective != now.objectives[robot]:
                     self._last[robot] = before.get(robot, 0)
+        elif isinstance(record, NewObjective):
+            self._unsure.add(record.robot)
+            self._last[record.robot] = 0
         elif isinstance(record, Synthesis | Assumption):
             self._unsure.add(record.robot)
         elif isinstance(record, Goal):

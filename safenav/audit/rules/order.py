@@ -17,6 +17,7 @@ from safenav.trace.records import (
     Goal,
     Gone,
     Move,
+    NewObjective,
     Plan,
     PlanEnd,
     Pop,
@@ -24,7 +25,9 @@ from safenav.trace.records import (
     Record,
     Request,
     Resolved,
+    Service,
     Synthesis,
+    Truth,
     Violation,
 )
 from safenav.trace.vocabulary import Ending
@@ -48,7 +51,7 @@ a request after them. An assumption may be violated, and a belief told, at any m
 version 2 what follows a move has no order of its own: a settlement may follow on anything."""
 
 _MOVED = _PHASES[Move][0]
-_AT_ANY_MOMENT = (Discovered, Appeared, Gone, Plan, PlanEnd)
+_AT_ANY_MOMENT = (Discovered, Appeared, Gone, Truth, NewObjective, Service, Plan, PlanEnd)
 _BEFORE_THE_FIRST_MOVE = (Synthesis, Goal, Assumption)
 
 

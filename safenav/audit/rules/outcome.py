@@ -12,6 +12,7 @@ from safenav.trace.records import (
     Assumption,
     Goal,
     Move,
+    NewObjective,
     Outcome,
     Record,
     Request,
@@ -126,6 +127,9 @@ class CompletedRule(Rule):
         if isinstance(record, Resolved) and now.is_last_need(record):
             self._goals.clear()
             self._held.clear()
+        elif isinstance(record, NewObjective):
+            self._goals.pop(record.robot, None)
+            self._held.pop(record.robot, None)
         elif isinstance(record, Goal | Move):
             objective = now.objectives[record.robot]
             if objective != now.header.robots[record.robot].objective:

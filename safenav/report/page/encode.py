@@ -6,16 +6,23 @@ letter for each heading: a thousand ticks of a robot take about five kilobytes.
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, Protocol
 
 from safenav.report.page.region_sets import RegionSets
 from safenav.report.picture.glyphs import EVENT_MARKS, NOSE, STATUS_MARKS, looks
 from safenav.report.replay.perception import Sight, viewers
-from safenav.report.replay.timeline import Belief, Changes, Replay, StackEntry, Track
+from safenav.report.replay.timeline import Belief, Changes, Event, Hidden, Replay, StackEntry, Track
 from safenav.scenario.objective import Objective, targets_of
 from safenav.trace.wording import objective_words, seconds_words
-from safenav.world.map import RegionMap
+from safenav.world.map import Region, RegionMap
 from safenav.world.sight import members
+
+
+class Places(Protocol):
+    """Where sets of regions are kept: the place of one, or what stands for it."""
+
+    def index(self, regions: Sequence[Region]) -> int | str: ...
 
 
 def encoded(replay: Replay, source: str) -> dict[str, Any]:
@@ -42,30 +49,16 @@ def encoded(replay: Replay, source: str) -> dict[str, Any]:
         ],
         "obstacles": [
             {
-                "name": hidden.name,
-                "label": hidden.label(replay.map),
-                "type": hidden.type,
-                "region": hidden.region,
-                "action": hidden.action,
-                "blocks": hidden.blocks,
+                **obstacle_data(hidden, replay.map),
                 "status": _changes(replay.statuses[hidden.name], lambda status: [status.value]),
             }
             for hidden in replay.hidden
         ],
         "stack": _changes(
-            replay.stack, lambda frames: [[_frame(frame, replay.map) for frame in frames]]
+            replay.stack, lambda frames: [[frame_data(frame, replay.map) for frame in frames]]
         ),
         "sets": sets.texts,
-        "events": [
-            [
-                event.tick,
-                event.kind.value,
-                event.text,
-                index.get(event.robot or "", -1),
-                -1 if event.region is None else event.region,
-            ]
-            for event in replay.events
-        ],
+        "events": [event_data(event, index) for event in replay.events],
         "ending": ending
         and {
             "outcome": ending.outcome,
@@ -85,6 +78,30 @@ def encoded(replay: Replay, source: str) -> dict[str, Any]:
     }
 
 
+def obstacle_data(hidden: Hidden, world: RegionMap) -> dict[str, Any]:
+    """An obstacle without what becomes of it."""
+    return {
+        "name": hidden.name,
+        "label": hidden.label(world),
+        "type": hidden.type,
+        "region": hidden.region,
+        "action": hidden.action,
+        "blocks": hidden.blocks,
+        "since": hidden.since,
+    }
+
+
+def event_data(event: Event, index: dict[str, int]) -> list[Any]:
+    """An event; ``index`` numbers the robots."""
+    return [
+        event.tick,
+        event.kind.value,
+        event.text,
+        index.get(event.robot or "", -1),
+        -1 if event.region is None else event.region,
+    ]
+
+
 def _robot(replay: Replay, track: Track) -> dict[str, Any]:
     facing = [heading.name[0] for heading in track.headings if heading is not None]
     progress = replay.progress[track.name]
@@ -96,7 +113,7 @@ def _robot(replay: Replay, track: Track) -> dict[str, Any]:
         "path": track.regions,
         "steps": [[step.first, step.last, step.toward] for step in track.steps],
         "headings": "".join(facing) if len(facing) == len(track.regions) else None,
-        "tasks": _changes(replay.objectives[track.name], lambda o: _task(o, replay.map)),
+        "tasks": _changes(replay.objectives[track.name], lambda o: task_data(o, replay.map)),
         "progress": _changes(
             progress, lambda p: [p.rounds, -1 if p.reached is None else p.reached]
         ),
@@ -118,25 +135,25 @@ def _view(replay: Replay, viewer: str, index: dict[str, int], sets: RegionSets) 
         "vision": replay.track(viewer).vision,
         "sight": seen,
         "beliefs": [
-            [index[other], _changes(changes, lambda belief: _belief(belief, sets))]
+            [index[other], _changes(changes, lambda belief: belief_data(belief, sets))]
             for other, changes in told.items()
         ],
     }
 
 
-def _belief(belief: Belief | None, sets: RegionSets) -> list[Any]:
+def belief_data(belief: Belief | None, sets: Places) -> list[Any]:
     if belief is None:
         return [0, -1]
     return [int(belief.seen), sets.index(sorted(belief.regions))]
 
 
-def _frame(frame: StackEntry, world: RegionMap) -> list[Any]:
+def frame_data(frame: StackEntry, world: RegionMap) -> list[Any]:
     kind = "yield" if frame.obstacle is None else "request"
     helpers = [*frame.yielding] or [name for name in [frame.helper] if name is not None]
     return [kind, frame.about(world.word), frame.roles, frame.requester, helpers]
 
 
-def _task(objective: Objective | None, world: RegionMap) -> list[Any]:
+def task_data(objective: Objective | None, world: RegionMap) -> list[Any]:
     targets = targets_of(objective) if objective is not None else ()
     return [objective_words(objective, world.word), sorted(set().union(*targets))]
 

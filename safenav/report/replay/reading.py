@@ -48,22 +48,22 @@ def replay_of(trace: records.Trace) -> Replay:
     """The run that a trace tells. Raises InputError where it contradicts itself."""
     line = trace.header.line
     try:
-        telling = _Telling.begin(trace)
+        telling = Telling.begin(trace)
         for record in trace.records:
             line = record.line
             telling.tell(record)
-    except _ContradictionError as error:
+    except ContradictionError as error:
         raise InputError([Diagnostic(trace.source, line, 1, str(error))]) from error
     return telling.replay(trace.header.safenav)
 
 
-class _ContradictionError(Exception):
+class ContradictionError(Exception):
     """A line that does not fit the header or the lines before it."""
 
 
 @dataclass
-class _Telling:
-    """A replay in the making."""
+class Telling:
+    """A replay in the making: ``tell`` it the lines of a trace in their order."""
 
     header: setting.ScenarioHeader
     map: RegionMap
@@ -84,30 +84,23 @@ class _Telling:
     ended: int | None = None
 
     @classmethod
-    def begin(cls, trace: records.Trace) -> _Telling:
+    def begin(cls, trace: records.Trace) -> Telling:
         header = trace.header.scenario
         try:
             world = RegionMap.from_grid(header.map.grid, header.map.names)
         except ValueError as error:
-            raise _ContradictionError(f"the map cannot be used: {error}") from error
+            raise ContradictionError(f"the map cannot be used: {error}") from error
         tracks, hidden = {}, {}
         for name, robot in header.robots.items():
             start = _on_map(world, robot.start)
             heading = _HEADINGS[robot.heading] if robot.heading is not None else None
             can = tuple(sorted(robot.capabilities))
             if robot.vision is not None and robot.vision < 1:
-                raise _ContradictionError(f"{name} does not even see the next region")
+                raise ContradictionError(f"{name} does not even see the next region")
             place = ((start,), (heading,))
             tracks[name] = Track(name, robot.model, robot.layer, can, *place, robot.vision)
         for name, obstacle in trace.obstacles.items():
-            hidden[name] = Hidden(
-                name,
-                obstacle.type,
-                _on_map(world, obstacle.region),
-                obstacle.action,
-                tuple(_on_map(world, region) for region in obstacle.resolution_regions),
-                tuple(robot for robot in header.robots if robot in obstacle.blocks),
-            )
+            hidden[name] = _hidden(world, header, obstacle)
         return cls(
             header,
             world,
@@ -125,9 +118,14 @@ class _Telling:
         return Wording(self.map.word)
 
     def tell(self, line: records.Record) -> None:
+        """The next line. Raises ContradictionError if it does not fit those before."""
         match line:
             case records.Move():
                 self._move(line)
+            case records.Discovered() if line.obstacle.name not in self.hidden:
+                found = _hidden(self.map, self.header, line.obstacle)
+                self.hidden[found.name] = found
+                self.statuses[found.name] = []
             case records.Violation():
                 self.violation = line
                 self._status(line.obstacle, line.tick, Status.FOUND)
@@ -160,11 +158,21 @@ class _Telling:
             case records.Assumption():
                 self._event(line, EventKind.ASSUMPTION, line.robot)
             case records.Appeared():
-                self._status(line.obstacle, line.tick, Status.HIDDEN)
+                self._appear(line)
                 self._about(line, EventKind.APPEARED, None, line.obstacle)
             case records.Gone():
                 self._status(line.obstacle, line.tick, Status.RESOLVED)
                 self._about(line, EventKind.GONE, None, line.obstacle)
+            case records.Truth():
+                self._about(line, EventKind.TRUTH, None, line.obstacle)
+            case records.NewObjective():
+                self._known(line.robot)
+                told = objective_of(line.objective)
+                self.objectives[line.robot].append((line.tick, told))
+                self.progress[line.robot].append((line.tick, Progress()))
+                self._event(line, EventKind.OBJECTIVE, line.robot)
+            case records.Service():
+                self._event(line, EventKind.SERVICE, line.robot)
             case records.Plan():
                 self._event(line, EventKind.PLAN)
             case records.PlanEnd():
@@ -185,7 +193,7 @@ class _Telling:
         regions, headings = self.regions[line.robot], self.headings[line.robot]
         if line.tick != len(regions):
             expected = f"the next move of {line.robot} is that of tick {len(regions)}"
-            raise _ContradictionError(f"{expected}, not of tick {line.tick}")
+            raise ContradictionError(f"{expected}, not of tick {line.tick}")
         regions.append(_on_map(self.map, line.to))
         headings.append(_HEADINGS[line.heading] if line.heading is not None else None)
         toward = None if line.toward is None else _on_map(self.map, line.toward)
@@ -263,12 +271,18 @@ class _Telling:
 
     def _status(self, obstacle: str, tick: int, status: Status) -> None:
         if obstacle not in self.hidden:
-            raise _ContradictionError(f"the header has no obstacle {obstacle}")
+            raise ContradictionError(f"the header has no obstacle {obstacle}")
         self.statuses[obstacle].append((tick, status))
+
+    def _appear(self, line: records.Appeared) -> None:
+        self._status(line.obstacle, line.tick, Status.HIDDEN)
+        known = self.hidden[line.obstacle]
+        if known.since > 0 and len(self.statuses[line.obstacle]) == 1:
+            self.hidden[line.obstacle] = replace(known, since=line.tick)
 
     def _known(self, robot: str) -> None:
         if robot not in self.tracks:
-            raise _ContradictionError(f"the header has no robot {robot}")
+            raise ContradictionError(f"the header has no robot {robot}")
 
     def _about(
         self, line: records.Record, kind: EventKind, robot: str | None, obstacle: str | None
@@ -313,7 +327,7 @@ class _Telling:
                 track,
                 regions=tuple(self.regions[name][: last + 1]),
                 headings=tuple(self.headings[name][: last + 1]),
-                steps=_long_steps(self.bound.get(name, [])[: last + 1]),
+                steps=long_steps(self.bound.get(name, [])[: last + 1]),
             )
             for name, track in self.tracks.items()
         )
@@ -335,7 +349,21 @@ class _Telling:
         )
 
 
-def _long_steps(bound: Sequence[Region | None]) -> tuple[LongStep, ...]:
+def _hidden(
+    world: RegionMap, header: setting.ScenarioHeader, obstacle: setting.ObstacleHeader
+) -> Hidden:
+    return Hidden(
+        obstacle.name,
+        obstacle.type,
+        _on_map(world, obstacle.region),
+        obstacle.action,
+        tuple(_on_map(world, region) for region in obstacle.resolution_regions),
+        tuple(robot for robot in header.robots if robot in obstacle.blocks),
+        obstacle.from_ or 0,
+    )
+
+
+def long_steps(bound: Sequence[Region | None]) -> tuple[LongStep, ...]:
     """The runs of ticks in which a robot is bound for the same region."""
     steps: list[LongStep] = []
     for tick, toward in enumerate(bound):
@@ -351,5 +379,5 @@ def _long_steps(bound: Sequence[Region | None]) -> tuple[LongStep, ...]:
 
 def _on_map(world: RegionMap, region: Region) -> Region:
     if not 0 <= region < world.size:
-        raise _ContradictionError(f"{region} is no region of the map (0 to {world.size - 1})")
+        raise ContradictionError(f"{region} is no region of the map (0 to {world.size - 1})")
     return region

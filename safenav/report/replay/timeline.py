@@ -62,6 +62,9 @@ class EventKind(StrEnum):
     ASSUMPTION = "assumption"
     APPEARED = "appeared"
     GONE = "gone"
+    TRUTH = "truth"
+    OBJECTIVE = "objective"
+    SERVICE = "service"
     PLAN = "plan"
     PLAN_END = "plan_end"
     OUTCOME = "outcome"
@@ -129,7 +132,7 @@ class Belief:
 
 @dataclass(frozen=True)
 class Hidden:
-    """A hidden obstacle as the header of the trace describes it."""
+    """A hidden obstacle as the trace describes it; it stands there from tick ``since`` on."""
 
     name: str
     type: str
@@ -137,6 +140,7 @@ class Hidden:
     action: str
     resolution_regions: tuple[Region, ...]
     blocks: tuple[str, ...]
+    since: int = 0
 
     def label(self, world: RegionMap) -> str:
         """``door@47``, or ``door@dock`` if the region has a name."""
@@ -288,7 +292,8 @@ class Replay:
         is the number of past ticks whose way is kept.
         """
         robots = tuple(self._placed(track, tick, fraction, trail) for track in self.robots)
-        obstacles = tuple((o, self.statuses[o.name].at(tick)) for o in self.hidden)
+        there = (o for o in self.hidden if o.since <= tick)
+        obstacles = tuple((o, self.statuses[o.name].at(tick)) for o in there)
         moment = f"tick {tick} of {self.last}"
         if tick == self.last and self.ending is not None:
             when = ", ended within it" if self.within else ""

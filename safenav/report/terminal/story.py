@@ -91,7 +91,15 @@ class Story:
                 self._say(event)
             case records.Goal():
                 self._goal(event)
-            case records.Assumption() | records.Appeared() | records.Plan() | records.PlanEnd():
+            case (
+                records.Assumption()
+                | records.Appeared()
+                | records.Truth()
+                | records.NewObjective()
+                | records.Service()
+                | records.Plan()
+                | records.PlanEnd()
+            ):
                 self._say(event)
             case records.Outcome():
                 self._ended(event)

@@ -62,9 +62,11 @@ class Announcing:
     def changed(self, change: Change) -> None:
         """An obstacle has come or gone by itself."""
         state, name = self.state, change.obstacle.name
-        state.introduce(change.obstacle)
+        state.introduce(change.obstacle, change.truth)
         cause = vocabulary.ChangeCause.SCENARIO
-        if change.obstacle not in state.scenario.obstacles:
+        if change.by_user:
+            cause = vocabulary.ChangeCause.USER
+        elif change.obstacle not in state.scenario.obstacles:
             cause = vocabulary.ChangeCause.WORLD
         kind = records.Appeared if change.appeared else records.Gone
         state.emit(kind(state.tick, name, cause))

@@ -20,7 +20,7 @@ from safenav.scenario.reading.regions import RegionReader
 from safenav.scenario.reading.robots import read_robots
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Scalar
-from safenav.scenario.yaml.findings import Findings
+from safenav.scenario.yaml.findings import Findings, Reach
 from safenav.scenario.yaml.source import parsed, read_source
 
 VERSION = 1
@@ -78,15 +78,22 @@ def load_scenario_text(
     return _load(text, file, change, reachable)[0]
 
 
-def load_text_with_catalogue(text: str, file: str) -> tuple[Scenario, Catalogue]:
-    """The scenario in a text and the catalogue that its names refer to. Raises InputError."""
-    return _load(text, file, None)
+def load_text_with_catalogue(
+    text: str, file: str, reach: Reach | None = None, *, reachable: bool = True
+) -> tuple[Scenario, Catalogue]:
+    """The scenario in a text and the catalogue that its names refer to. ``reach``: which files
+    it may name. Raises InputError."""
+    return _load(text, file, None, reachable, reach)
 
 
 def _load(
-    text: str, file: str, change: Change | None, reachable: bool = True
+    text: str,
+    file: str,
+    change: Change | None,
+    reachable: bool = True,
+    reach: Reach | None = None,
 ) -> tuple[Scenario, Catalogue]:
-    findings = Findings(file)
+    findings = Findings(file, reach)
     document = parsed(text, findings)
     if document is None:
         findings.raise_if_any()

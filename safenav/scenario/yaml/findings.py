@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from pathlib import Path
 
 from safenav.errors import Diagnostic, InputError
 from safenav.scenario.yaml.document import Node, Place, clipped
@@ -11,18 +12,36 @@ from safenav.scenario.yaml.document import Node, Place, clipped
 MAX_REPORTED = 100
 
 
-class Findings:
-    """Diagnostics of one file; ``beside`` makes one for another file of the same input."""
+@dataclass(frozen=True)
+class Reach:
+    """Which files an input may name: those in ``folder``, or none at all."""
 
-    def __init__(self, file: str) -> None:
+    folder: Path | None
+
+    def holds(self, path: Path) -> bool:
+        """Whether a path, links followed, stays inside."""
+        if self.folder is None:
+            return False
+        try:
+            return path.resolve().is_relative_to(self.folder.resolve())
+        except (OSError, RuntimeError, ValueError):
+            return False
+
+
+class Findings:
+    """Diagnostics of one file; ``beside`` makes one for another file of the same input.
+    ``reach``: which files it may name; None for any."""
+
+    def __init__(self, file: str, reach: Reach | None = None) -> None:
         self.file = file
+        self.reach = reach
         self._found: list[Diagnostic] = []
         self._files = [file]
         self._texts: dict[str, list[str]] = {}
 
     def beside(self, file: str) -> Findings:
         """Findings of a file that this one refers to; they are raised together."""
-        other = Findings(file)
+        other = Findings(file, self.reach)
         other._found = self._found
         other._files = self._files
         other._texts = self._texts

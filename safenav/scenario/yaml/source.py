@@ -25,6 +25,7 @@ def read_source(path: Path, findings: Findings, named_at: Node | None = None) ->
     ``named_at`` is where another file (that of ``findings``) names this one.
     """
     try:
+        _refuse_outside(path, findings, named_at)
         if named_at is None and str(path) == STDIN:
             return _decoded(_within(sys.stdin.buffer.read(MAX_BYTES + 1), MAX_BYTES))
         return _decoded(_bytes(path, MAX_BYTES))
@@ -36,10 +37,22 @@ def read_source(path: Path, findings: Findings, named_at: Node | None = None) ->
 def read_bytes(path: Path, findings: Findings, named_at: Node, limit: int) -> bytes | None:
     """The content of a file that is no text, of at most ``limit`` bytes; else as above."""
     try:
+        _refuse_outside(path, findings, named_at)
         return _bytes(path, limit)
     except _UnusableError as error:
         _report(error, path, findings, named_at)
         return None
+
+
+def _refuse_outside(path: Path, findings: Findings, named_at: Node | None) -> None:
+    """Raises before a file is touched that an input from elsewhere must not name."""
+    reach = findings.reach
+    if named_at is None or reach is None or reach.holds(path):
+        return
+    if reach.folder is None:
+        raise _UnusableError("not read: this scenario names files, and may read none", "draw it")
+    where = f"put it into {reach.folder}"
+    raise _UnusableError("not read: it is outside the folder of the scenario", where)
 
 
 def _report(error: _UnusableError, path: Path, findings: Findings, named_at: Node | None) -> None:

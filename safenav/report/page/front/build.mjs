@@ -1,4 +1,5 @@
-// Builds the pages: ../assets/replay.* and ../../view3d/assets/view3d.*. They are committed, since who installs safenav has
+// Builds the pages: ../assets/replay.*, ../../view3d/assets/view3d.* and
+// ../../../studio/assets/studio.*. They are committed, since who installs safenav has
 // no Node. The first line of each names the sources it was built from, so that a test can tell
 // without Node when a build was forgotten.
 import { createHash } from "node:crypto";
@@ -25,6 +26,7 @@ const three = `Contains three.js:\n${licence("three")}`;
 const PAGES = [
   { name: "replay", entry: "src/main.tsx", assets: "../assets/", notice: `/* ${preact} */\n` },
   { name: "view3d", entry: "src/main3d.tsx", assets: "../../view3d/assets/", notice: `/* ${preact}\n${three} */\n` },
+  { name: "studio", entry: "src/studio/main.tsx", assets: "../../../studio/assets/", notice: `/* ${preact} */\n` },
 ];
 
 const check = process.argv.includes("--check");

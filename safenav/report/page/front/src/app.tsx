@@ -1,5 +1,6 @@
 /** The page as a whole. */
 
+import type { ComponentChildren } from "preact";
 import { useCallback, useEffect, useLayoutEffect, useMemo, useReducer, useRef, useState } from "preact/hooks";
 import { Button, Controls } from "./controls";
 import { Events } from "./events";
@@ -9,7 +10,7 @@ import type { Player } from "./player";
 import { eventsAfter, type EventKind, type Run } from "./run";
 import { applyTheme, EVERYONE, nextTheme, storedTheme, type Shown } from "./settings";
 import { viewersOf } from "./shading";
-import type { Choice, Stage } from "./stage";
+import type { Choice, Hand, Stage } from "./stage";
 
 const TOLD: ReadonlySet<EventKind> = new Set([
   "violation",
@@ -25,9 +26,25 @@ interface AppProps {
   run: Run;
   player: Player;
   stage: Stage;
+  extras?: Extras;
 }
 
-export function App({ run, player, stage }: AppProps) {
+/** What a page that is more than a replay puts in the place of its parts, or beside them. */
+export interface Extras {
+  /** Beside the title. */
+  title?: ComponentChildren;
+  /** At the right of the title. */
+  bar?: ComponentChildren;
+  /** Above the map. */
+  above?: ComponentChildren;
+  /** Above the panels. */
+  beside?: ComponentChildren;
+  controls?: (tick: number) => ComponentChildren;
+  hand?: Hand | undefined;
+  keys?: [keys: string, meaning: string][];
+}
+
+export function App({ run, player, stage, extras = {} }: AppProps) {
   const [, redraw] = useReducer((count: number) => count + 1, 0);
   const [theme, setTheme] = useState(storedTheme);
   const [shown, setShown] = useState<Shown>({
@@ -65,9 +82,10 @@ export function App({ run, player, stage }: AppProps) {
       <header>
         <div>
           <h1>{run.name}</h1>
-          <OutcomeBadge run={run} />
+          {extras.title ?? <OutcomeBadge run={run} />}
         </div>
         <div class="group">
+          {extras.bar}
           <Button icon={theme} label={`Theme: ${theme}`} onClick={() => setTheme(nextTheme)} />
           <button type="button" title="Help" aria-label="Help" onClick={openHelp}>
             ?
@@ -76,22 +94,32 @@ export function App({ run, player, stage }: AppProps) {
       </header>
       <main>
         <section class="stage" aria-label="Map">
-          <stage.View run={run} player={player} tick={tick} shown={shown} pointed={pointed} theme={theme} />
+          {extras.above}
+          <stage.View
+            run={run}
+            player={player}
+            tick={tick}
+            shown={shown}
+            pointed={pointed}
+            theme={theme}
+            hand={extras.hand}
+          />
           <Story run={run} tick={tick} playing={player.playing} />
           <div class="below">
             <Choices run={run} shown={shown} choices={stage.choices} onChange={setShown} />
             <Legend run={run} />
           </div>
         </section>
-        <Controls run={run} player={player} tick={tick} />
+        {extras.controls ? extras.controls(tick) : <Controls run={run} player={player} tick={tick} />}
         <aside aria-label="State of the run">
+          {extras.beside}
           <Robots run={run} tick={tick} eye={eye} />
           <Stack run={run} tick={tick} />
           <Obstacles run={run} tick={tick} />
           <Events run={run} player={player} tick={tick} point={point} />
         </aside>
       </main>
-      <Help dialog={help} run={run} />
+      <Help dialog={help} run={run} keys={[...(extras.keys ?? []), ...KEYS]} />
     </>
   );
 }
@@ -173,7 +201,13 @@ function Choices({ run, shown, choices, onChange }: ChoicesProps) {
   );
 }
 
-function Help({ dialog, run }: { dialog: { current: HTMLDialogElement | null }; run: Run }) {
+interface HelpProps {
+  dialog: { current: HTMLDialogElement | null };
+  run: Run;
+  keys: [keys: string, meaning: string][];
+}
+
+function Help({ dialog, run, keys }: HelpProps) {
   const { ending } = run;
   return (
     <dialog
@@ -184,10 +218,10 @@ function Help({ dialog, run }: { dialog: { current: HTMLDialogElement | null }; 
       <div>
         <h2 id="help-title">Keys</h2>
         <dl>
-          {KEYS.map(([keys, meaning]) => (
-            <div key={keys}>
+          {keys.map(([names, meaning]) => (
+            <div key={names}>
               <dt>
-                {keys.split(" ").map((key) => (
+                {names.split(" ").map((key) => (
                   <kbd key={key}>{key}</kbd>
                 ))}
               </dt>

@@ -170,7 +170,7 @@ function marksOf(run: Run, player: Player, width: number): TimelineMark[] {
   return marks;
 }
 
-function Timeline({ run, player, tick }: ControlsProps) {
+export function Timeline({ run, player, tick }: ControlsProps) {
   const track = useRef<HTMLDivElement>(null);
   const slider = useRef<HTMLInputElement>(null);
   const [width, setWidth] = useState(800);
@@ -186,7 +186,7 @@ function Timeline({ run, player, tick }: ControlsProps) {
     follow(player.time);
     return player.onFrame(follow);
   }, [player]);
-  const marks = useMemo(() => marksOf(run, player, width), [run, player, width]);
+  const marks = useMemo(() => marksOf(run, player, width), [run, player, player.last, width]);
   const goals = useMemo(() => {
     const ticks = new Set(run.events.filter((event) => event[1] === "goal").map((event) => event[0]));
     const part = (t: number): number => player.timeOf(t) / (player.end || 1);

@@ -31,6 +31,12 @@ export function Floor({ run, numbers, names, scale }: FloorProps) {
   );
 }
 
+/** Runs that go on, and drawings that are changed, come as new objects with the same floor. */
+function sameFloor<P extends { run: Run }>(a: P, b: P): boolean {
+  const rest = (props: P): string => JSON.stringify({ ...props, run: null });
+  return a.run.grid === b.run.grid && a.run.cols === b.run.cols && rest(a) === rest(b);
+}
+
 const Ground = memo(({ run }: { run: Run }) => {
   const width = run.cols * CELL;
   const height = run.rows * CELL;
@@ -54,7 +60,7 @@ const Ground = memo(({ run }: { run: Run }) => {
       <path class="walls" d={walls.join("")} />
     </>
   );
-});
+}, sameFloor);
 
 const Numbers = memo(({ run, size }: { run: Run; size: number }) => {
   const labels = [];
@@ -73,7 +79,7 @@ const Numbers = memo(({ run, size }: { run: Run; size: number }) => {
       {labels}
     </g>
   );
-});
+}, sameFloor);
 
 /** The names that the scenario gives regions, never wider than their region. */
 const Names = memo(({ run, least }: { run: Run; least: number }) => (

@@ -20,7 +20,7 @@ export const Knowledge = memo(({ run, tick, shown, grown }: KnowledgeProps) => (
   <>
     {run.obstacles.map((obstacle) => {
       const status = at(obstacle.status, tick)[1];
-      if (status === "hidden" && !shown.hidden) return null;
+      if (tick < obstacle.since || (status === "hidden" && !shown.hidden)) return null;
       const x = (obstacle.region % run.cols) * CELL;
       const y = Math.floor(obstacle.region / run.cols) * CELL;
       return (

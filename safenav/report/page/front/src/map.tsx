@@ -13,6 +13,7 @@ import { growth, Robots, Trails } from "./motion";
 import type { Player } from "./player";
 import { at, label, poseAt, transitAt, type Run } from "./run";
 import type { Shown } from "./settings";
+import type { Hand } from "./stage";
 import { shadesAt, Shading, viewersOf } from "./shading";
 
 interface MapProps {
@@ -23,13 +24,16 @@ interface MapProps {
   shown: Shown;
   /** A region that was just pointed out. */
   pointed: number | null;
+  hand?: Hand | undefined;
 }
 
-export function MapView({ run, player, camera, tick, shown, pointed }: MapProps) {
+export function MapView({ run, player, camera, tick, shown, pointed, hand }: MapProps) {
   const [, redraw] = useReducer((count: number) => count + 1, 0);
   const room = useRef<HTMLDivElement>(null);
   const readout = useRef<HTMLParagraphElement>(null);
   const shades = viewersOf(run).length > 0;
+  const now = useRef({ run, hand });
+  now.current = { run, hand };
   useLayoutEffect(() => {
     const element = room.current!;
     const attach = (): void =>
@@ -38,8 +42,9 @@ export function MapView({ run, player, camera, tick, shown, pointed }: MapProps)
     observer.observe(element);
     const stops = [
       camera.onChange(() => redraw(0)),
+      listenToHand(element, camera, () => now.current.hand),
       listenToPointers(element, camera, (x, y) => {
-        const robot = robotAt(run, player, x, y, growth(camera, 11, 9) * 0.3);
+        const robot = robotAt(now.current.run, player, x, y, growth(camera, 11, 9) * 0.3);
         if (robot !== null) camera.follow(robot === camera.followed ? null : robot);
       }),
     ];
@@ -48,7 +53,7 @@ export function MapView({ run, player, camera, tick, shown, pointed }: MapProps)
       observer.disconnect();
       stops.forEach((stop) => stop());
     };
-  }, [run, player, camera]);
+  }, [player, camera, shades, hand !== undefined]);
   const point = (event: PointerEvent): void => {
     const frame = room.current!.getBoundingClientRect();
     const [x, y] = camera.at(event.clientX - frame.left, event.clientY - frame.top);
@@ -64,7 +69,7 @@ export function MapView({ run, player, camera, tick, shown, pointed }: MapProps)
         class={camera.isWhole ? "map" : "map near"}
         role="img"
         aria-label={describeMap(run, tick)}
-        style={{ "--ratio": run.cols / run.rows }}
+        style={{ "--ratio": run.cols / run.rows, ...(hand && { cursor: hand.cursor }) }}
         onPointerMove={point}
         onPointerLeave={() => (readout.current!.textContent = "")}
       >
@@ -84,10 +89,47 @@ export function MapView({ run, player, camera, tick, shown, pointed }: MapProps)
         <svg class="motion">
           <Robots run={run} player={player} camera={camera} />
         </svg>
+        {hand && <svg class="over">{hand.over}</svg>}
       </div>
       <p class="readout" ref={readout} aria-hidden="true" />
     </div>
   );
+}
+
+/** Lets a hand take what begins with a press that it wants. */
+function listenToHand(room: HTMLElement, camera: Camera, hand: () => Hand | undefined): () => void {
+  let held: number | null = null;
+  const place = (event: PointerEvent): [number, number] => {
+    const box = room.getBoundingClientRect();
+    return camera.at(event.clientX - box.left, event.clientY - box.top);
+  };
+  const down = (event: PointerEvent): void => {
+    if (event.button !== 0 || held !== null || !hand()?.down(...place(event), event)) return;
+    held = event.pointerId;
+    room.setPointerCapture(event.pointerId);
+    event.preventDefault();
+    event.stopImmediatePropagation();
+  };
+  const move = (event: PointerEvent): void => {
+    if (event.pointerId === held || held === null) hand()?.move(...place(event));
+    if (event.pointerId === held) event.stopImmediatePropagation();
+  };
+  const up = (event: PointerEvent): void => {
+    if (event.pointerId !== held) return;
+    held = null;
+    hand()?.up(...place(event));
+    event.stopImmediatePropagation();
+  };
+  room.addEventListener("pointerdown", down);
+  room.addEventListener("pointermove", move);
+  room.addEventListener("pointerup", up);
+  room.addEventListener("pointercancel", up);
+  return () => {
+    room.removeEventListener("pointerdown", down);
+    room.removeEventListener("pointermove", move);
+    room.removeEventListener("pointerup", up);
+    room.removeEventListener("pointercancel", up);
+  };
 }
 
 /** Rings around a region, for a moment. */
@@ -111,7 +153,7 @@ function robotAt(run: Run, player: Player, x: number, y: number, reach: number):
 
 function describeMap(run: Run, tick: number): string {
   const robots = run.robots.map((robot) => `${robot.name} in region ${label(run, robot.path[tick]!)}`);
-  const obstacles = run.obstacles.map((o) => `${o.name} ${at(o.status, tick)[1]}`);
+  const obstacles = run.obstacles.filter((o) => tick >= o.since).map((o) => `${o.name} ${at(o.status, tick)[1]}`);
   return `Map of ${run.rows} by ${run.cols} regions at tick ${tick}. ${robots.join(", ")}. ${obstacles.join(", ")}`;
 }
 
@@ -123,7 +165,7 @@ function describeRegion(run: Run, region: number, tick: number, shown: Shown): s
     if (transitAt(robot, tick)?.[0] === region) parts.push(`${robot.name} is on its way here`);
     if (at(robot.tasks, tick)[2].includes(region)) parts.push(`target of ${robot.name}`);
   }
-  for (const o of run.obstacles) if (o.region === region) parts.push(`${o.label}, ${at(o.status, tick)[1]}`);
+  for (const o of run.obstacles) if (o.region === region && tick >= o.since) parts.push(`${o.label}, ${at(o.status, tick)[1]}`);
   parts.push(...shadesAt(run, region, tick, shown));
   return parts.join(" · ");
 }

@@ -12,12 +12,12 @@ export class Player {
   time = 0;
   playing = false;
   speed = 4;
-  private previous = 0;
+  protected previous = 0;
   private frames = new Set<(time: number) => void>();
   private ticks = new Set<() => void>();
 
   constructor(
-    readonly last: number,
+    public last: number,
     private readonly clock: readonly number[] | null = null,
   ) {
     if (clock !== null) this.speed = 1;
@@ -110,25 +110,30 @@ export class Player {
     this.tickChanged();
   }
 
-  private advance = (now: number): void => {
+  protected advance = (now: number): void => {
     if (!this.playing) return;
     const before = this.tick;
     // A page that was in the background goes on where it was, it does not leap.
     const elapsed = Math.min(0.25, Math.max(0, (now - this.previous) / 1000));
     this.previous = now;
-    this.time = Math.min(this.end, this.time + elapsed * this.speed);
+    this.time = Math.min(this.end, this.time + elapsed * this.pace());
     if (this.time >= this.end) this.playing = false;
     else requestAnimationFrame(this.advance);
     for (const listener of this.frames) listener(this.time);
     if (this.tick !== before || !this.playing) this.tickChanged();
   };
 
-  private changed(): void {
+  /** How much time passes in a second of playing. */
+  protected pace(): number {
+    return this.speed;
+  }
+
+  protected changed(): void {
     for (const listener of this.frames) listener(this.time);
     this.tickChanged();
   }
 
-  private tickChanged(): void {
+  protected tickChanged(): void {
     for (const listener of this.ticks) listener();
   }
 }

@@ -19,6 +19,9 @@ export type EventKind =
   | "assumption"
   | "appeared"
   | "gone"
+  | "truth"
+  | "objective"
+  | "service"
   | "plan"
   | "plan_end"
   | "outcome";
@@ -75,6 +78,8 @@ export interface Obstacle {
   region: number;
   action: string;
   blocks: string[];
+  /** The tick from which on it stands there. */
+  since: number;
   status: [tick: number, status: Status][];
 }
 

@@ -1,6 +1,6 @@
 /** The stage of a page: what shows the run at a moment. The flat map is one, the 3D scene another. */
 
-import type { ComponentType } from "preact";
+import type { ComponentChildren, ComponentType } from "preact";
 import { Camera, type Eye } from "./camera";
 import { MapView } from "./map";
 import type { Player } from "./player";
@@ -16,6 +16,18 @@ export interface StageProps {
   /** A region that the reader was pointed to just now, or null. */
   pointed: number | null;
   theme: Theme;
+  /** What presses on the map do instead of moving it, and what is drawn over it. */
+  hand?: Hand | undefined;
+}
+
+/** Takes what a pointer does on the map; places are in columns and rows, with fractions. */
+export interface Hand {
+  /** A press; false leaves it to the map. */
+  down(x: number, y: number, event: PointerEvent): boolean;
+  move(x: number, y: number): void;
+  up(x: number, y: number): void;
+  cursor: string;
+  over: ComponentChildren;
 }
 
 /** Something that can be shown or hidden, in words. */
@@ -36,12 +48,12 @@ const CHOICES: Choice[] = [
 ];
 
 /** The flat map with its tools. */
-export function flatStage(run: Run): Stage {
-  const camera = new Camera(run.cols, run.rows);
+export function flatStage({ cols, rows }: { cols: number; rows: number }): Stage {
+  const camera = new Camera(cols, rows);
   const View = ({ theme: _, ...props }: StageProps) => (
     <>
       <MapView {...props} camera={camera} />
-      <Tools run={run} camera={camera} tick={props.tick} />
+      <Tools run={props.run} camera={camera} tick={props.tick} />
     </>
   );
   return { View, eye: camera, choices: CHOICES };

@@ -1,0 +1,99 @@
+/** Run, pause, step, speed and seed of a run that goes on; its timeline is that of a replay. */
+
+import { useState } from "preact/hooks";
+import { Button, Timeline } from "../controls";
+import { SPEEDS } from "../player";
+import type { Run } from "../run";
+import type { LivePlayer, Say } from "./player";
+
+interface LiveControlsProps {
+  run: Run;
+  player: LivePlayer;
+  tick: number;
+  say: Say;
+}
+
+export function LiveControls({ run, player, tick, say }: LiveControlsProps) {
+  const { phase, busy } = player.state;
+  const running = phase === "running";
+  const ended = phase === "ended";
+  return (
+    <section class="controls live" aria-label="The run">
+      <Timeline run={run} player={player} tick={tick} />
+      <div class="buttons">
+        <div class="group">
+          <Button icon="first" label="First tick" onClick={() => player.seek(0)} />
+          <Button icon="back" label="One tick back" onClick={() => player.step(-1)} />
+          <Button
+            icon={running ? "pause" : "play"}
+            label={running ? "Pause the run" : "Run"}
+            primary
+            disabled={ended}
+            onClick={() => player.toggle()}
+          />
+          <Button icon="on" label="One tick on" disabled={ended && tick >= run.last} onClick={() => player.step(1)} />
+          <button
+            type="button"
+            class={`now ${player.following ? "following" : ""}`}
+            title="Follow the run"
+            disabled={player.following}
+            onClick={() => player.follow()}
+          >
+            <span class="dot" /> Live
+          </button>
+        </div>
+        <p class="clock">
+          tick <b>{tick}</b> of {run.last}
+          {busy && <span class="quiet"> · thinking</span>}
+        </p>
+        <div class="group speed">
+          <Button icon="slower" label="Slower" disabled={player.speed === SPEEDS[0]} onClick={() => player.faster(-1)} />
+          <label>
+            <span class="unseen">Speed</span>
+            <select value={String(player.speed)} onChange={(event) => player.setSpeed(Number(event.currentTarget.value))}>
+              {SPEEDS.map((speed) => (
+                <option value={String(speed)}>{speed} ticks/s</option>
+              ))}
+            </select>
+          </label>
+          <Button
+            icon="faster"
+            label="Faster"
+            disabled={player.speed === SPEEDS[SPEEDS.length - 1]}
+            onClick={() => player.faster(1)}
+          />
+        </div>
+        <Again player={player} say={say} />
+      </div>
+    </section>
+  );
+}
+
+/** Another run of the same scenario, with another seed if one is given. */
+function Again({ player, say }: { player: LivePlayer; say: Say }) {
+  const [seed, setSeed] = useState("");
+  const again = (): void => {
+    player.following = true;
+    say("restart", { play: true, ...(seed !== "" && { seed: Number(seed) }) });
+  };
+  return (
+    <div class="group again">
+      <label>
+        seed
+        <input
+          type="number"
+          min={0}
+          placeholder={String(player.state.seed ?? "as drawn")}
+          value={seed}
+          onInput={(event) => setSeed(event.currentTarget.value)}
+        />
+      </label>
+      <button type="button" title="Run from the beginning" onClick={again}>
+        Restart
+      </button>
+      <button type="button" title="End the run" disabled={player.state.phase === "ended"} onClick={() => say("end")}>
+        End
+      </button>
+    </div>
+  );
+}

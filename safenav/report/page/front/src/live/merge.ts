@@ -1,0 +1,69 @@
+/** Joins what is new of a run to what the page has: `safenav/report/page/live.py` tells it. */
+
+import type { Frame, Obstacle, Progress, Robot, Run, RunEvent, Status, Task, View } from "../run";
+
+interface RobotNews {
+  path: number[];
+  headings: string;
+  steps: Robot["steps"];
+  tasks: Task[];
+  progress: Progress[];
+  view: { sight: [number, string][]; beliefs: [of: number, tick: number, seen: number, set: string | -1][] } | null;
+}
+
+export interface News {
+  last: number;
+  robots: RobotNews[];
+  obstacles: Omit<Obstacle, "status">[];
+  status: Record<string, [number, Status][]>;
+  stack: [number, Frame[]][];
+  events: RunEvent[];
+}
+
+/** A new run that shares with the old one what has not changed. */
+export function merged(run: Run, news: News): Run {
+  const robots = run.robots.map((robot, i) => joined(run, robot, news.robots[i]!));
+  const fresh = new Map(news.obstacles.map((obstacle) => [obstacle.name, obstacle]));
+  const known = run.obstacles.map((old) => {
+    const told = fresh.get(old.name);
+    fresh.delete(old.name);
+    return told ? { ...old, ...told } : old;
+  });
+  const added = [...fresh.values()].map((told): Obstacle => ({ ...told, status: [[0, "hidden"]] }));
+  for (const obstacle of [...known, ...added]) append(obstacle.status, news.status[obstacle.name] ?? []);
+  append(run.stack, news.stack);
+  append(run.events, news.events);
+  return { ...run, last: news.last, robots, obstacles: [...known, ...added] };
+}
+
+function joined(run: Run, robot: Robot, news: RobotNews): Robot {
+  append(robot.path, news.path);
+  append(robot.tasks, news.tasks);
+  append(robot.progress, news.progress);
+  return {
+    ...robot,
+    headings: robot.headings === null ? null : robot.headings + news.headings,
+    steps: news.steps,
+    view: news.view ? seen(run, robot.view, news.view) : robot.view,
+  };
+}
+
+function seen(run: Run, view: View | null, news: NonNullable<RobotNews["view"]>): View {
+  const found: View = view ?? { vision: null, sight: [], beliefs: [] };
+  for (const [tick, text] of news.sight) found.sight.push([tick, placeOf(run, text)]);
+  for (const [of, tick, sees, text] of news.beliefs) {
+    let told = found.beliefs.find(([other]) => other === of);
+    if (!told) found.beliefs.push((told = [of, [[0, 0, -1]]]));
+    told[1].push([tick, sees, text === -1 ? -1 : placeOf(run, text)]);
+  }
+  return found;
+}
+
+function placeOf(run: Run, text: string): number {
+  const known = run.sets.indexOf(text);
+  return known >= 0 ? known : run.sets.push(text) - 1;
+}
+
+function append<T>(list: T[], more: readonly T[]): void {
+  for (const entry of more) list.push(entry);
+}

@@ -1,0 +1,99 @@
+/**
+ * The clock of a page whose run goes on: it follows the newest tick, smoothly, until the reader
+ * goes back; then it stays where it was put while the run goes on.
+ */
+
+import { Player } from "../player";
+
+export type Say = (does: string, data?: object) => void;
+
+export interface RunState {
+  phase: "starting" | "paused" | "running" | "ended";
+  speed: number;
+  seed: number | null;
+  failure: string | null;
+  outcome: string | null;
+  busy: boolean;
+}
+
+export class LivePlayer extends Player {
+  following = true;
+  state: RunState = { phase: "paused", speed: 4, seed: null, failure: null, outcome: null, busy: false };
+
+  constructor(
+    last: number,
+    private readonly say: Say,
+  ) {
+    super(last);
+    this.time = last;
+  }
+
+  /** The run has come to another tick, or begins anew (`afresh`). */
+  reach(last: number, afresh: boolean): void {
+    const before = this.last;
+    this.last = last;
+    if (afresh) {
+      this.following = true;
+      this.time = Math.min(this.time, last);
+      if (last < before) this.time = last;
+    }
+    if (this.following) this.chase();
+    else this.tickChanged();
+  }
+
+  /** The studio says how the run stands. */
+  stand(state: RunState): void {
+    this.state = state;
+    this.speed = state.speed;
+    this.tickChanged();
+  }
+
+  /** To the newest tick, and on with it. */
+  follow(): void {
+    this.following = true;
+    super.seek(this.last);
+  }
+
+  override toggle(): void {
+    const running = this.state.phase === "running";
+    if (!running) this.follow();
+    this.say(running ? "pause" : "play");
+  }
+
+  /** Looks at another tick; the run itself goes on. */
+  override seek(tick: number): void {
+    this.playing = false;
+    super.seek(tick);
+    this.following = this.tick >= this.last;
+    this.tickChanged();
+  }
+
+  override pause(): void {
+    this.following = false;
+    super.pause();
+  }
+
+  override step(by: number): void {
+    if (by > 0 && this.tick >= this.last) {
+      this.following = true;
+      this.say("step");
+    } else this.seek(this.tick + by);
+  }
+
+  override setSpeed(speed: number): void {
+    this.say("speed", { value: speed });
+  }
+
+  protected override pace(): number {
+    return this.following ? Math.max(this.speed, 2 * (this.end - this.time)) : this.speed;
+  }
+
+  private chase(): void {
+    if (this.end - this.time > 3) this.time = this.end - 1;
+    if (this.playing || this.time >= this.end) return this.changed();
+    this.playing = true;
+    this.previous = performance.now();
+    requestAnimationFrame(this.advance);
+    this.tickChanged();
+  }
+}

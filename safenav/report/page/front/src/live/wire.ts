@@ -1,0 +1,43 @@
+/** The web socket to the studio: messages both ways, and a new connection when it was lost. */
+
+export type Message = { is: string } & Record<string, any>;
+
+export class Wire {
+  connected = false;
+  private socket: WebSocket | null = null;
+  private waiting: string[] = [];
+  private delay = 250;
+
+  constructor(
+    private readonly heard: (message: Message) => void,
+    private readonly changed: (connected: boolean) => void,
+  ) {
+    this.connect();
+  }
+
+  /** Says something to the studio; while it is away, when it is back. */
+  say = (does: string, data: object = {}): void => {
+    const text = JSON.stringify({ do: does, ...data });
+    if (this.connected) this.socket!.send(text);
+    else if (this.waiting.length < 100) this.waiting.push(text);
+  };
+
+  private connect(): void {
+    const address = new URL("socket", location.href.replace(/#.*$/, ""));
+    address.protocol = "ws:";
+    const socket = (this.socket = new WebSocket(address));
+    socket.onopen = () => {
+      this.connected = true;
+      this.delay = 250;
+      for (const text of this.waiting.splice(0)) socket.send(text);
+      this.changed(true);
+    };
+    socket.onmessage = (event) => this.heard(JSON.parse(event.data as string) as Message);
+    socket.onclose = () => {
+      this.connected = false;
+      this.changed(false);
+      setTimeout(() => this.connect(), this.delay);
+      this.delay = Math.min(5000, this.delay * 2);
+    };
+  }
+}

@@ -1,0 +1,109 @@
+/** A run as it happens: the replay page, with controls of the run and of its world. */
+
+import type { ComponentChildren } from "preact";
+import { useMemo, useState } from "preact/hooks";
+import { App } from "../app";
+import { outOfService, useWorldHand, World, type ObstacleKind, type Tool } from "../live/changes";
+import { LiveControls } from "../live/controls";
+import type { LivePlayer } from "../live/player";
+import type { Wire } from "../live/wire";
+import type { Run } from "../run";
+import { flatStage } from "../stage";
+
+interface LiveViewProps {
+  run: Run | null;
+  player: LivePlayer;
+  wire: Wire;
+  types: ObstacleKind[];
+  bar?: ComponentChildren;
+}
+
+const KEYS: [string, string][] = [["Space", "run or pause; → at the newest tick makes one more"]];
+
+export function LiveView({ run, player, wire, types, bar }: LiveViewProps) {
+  const [tool, choose] = useState<Tool>({ does: "look" });
+  const { cols, rows } = run ?? { cols: 0, rows: 0 };
+  const stage = useMemo(() => flatStage({ cols, rows }), [cols, rows]);
+  const over = player.state.phase === "ended";
+  const hand = useWorldHand(run, over ? { does: "look" } : tool, choose, wire.say);
+  if (run === null) return <Begin player={player} wire={wire} bar={bar} />;
+  const tick = player.tick;
+  return (
+    <App
+      key={`${cols}x${rows}`}
+      run={run}
+      player={player}
+      stage={stage}
+      extras={{
+        title: <Badge player={player} run={run} />,
+        bar: (
+          <>
+            <Saving />
+            {bar}
+          </>
+        ),
+        beside: (
+          <World
+            run={run}
+            tick={tick}
+            types={types}
+            out={outOfService(run, run.last)}
+            tool={tool}
+            choose={choose}
+            say={wire.say}
+            over={over}
+          />
+        ),
+        controls: (now) => <LiveControls run={run} player={player} tick={now} say={wire.say} />,
+        hand,
+        keys: KEYS,
+      }}
+    />
+  );
+}
+
+function Badge({ player, run }: { player: LivePlayer; run: Run }) {
+  const { phase, outcome, failure, busy } = player.state;
+  if (failure !== null) return <p class="badge bad" title={failure}>failed: {failure.split("\n")[0]}</p>;
+  if (outcome !== null) {
+    const title = run.ending?.explanation ?? "";
+    return (
+      <p class={`badge ${outcome === "completed" ? "good" : "bad"}`} title={title}>
+        {outcome.replace(/_/g, " ")}
+      </p>
+    );
+  }
+  return <p class="badge cut">{busy ? "thinking" : phase}</p>;
+}
+
+/** What can be saved of a run. */
+function Saving() {
+  return (
+    <details class="menu">
+      <summary>Save</summary>
+      <div>
+        <a href="save/trace" download>
+          Trace (JSON Lines)
+        </a>
+        <a href="save/replay" download>
+          Replay (HTML page)
+        </a>
+      </div>
+    </details>
+  );
+}
+
+function Begin({ player, wire, bar }: Pick<LiveViewProps, "player" | "wire" | "bar">) {
+  const { phase, failure } = player.state;
+  const starting = phase === "starting";
+  return (
+    <div class="begin">
+      <div class="group">{bar}</div>
+      {failure !== null && <pre class="failure">{failure}</pre>}
+      <p>{starting ? "Synthesizing the first controllers …" : "Nothing runs yet."}</p>
+      <button type="button" class="primary" disabled={starting} onClick={() => wire.say("restart", { play: true })}>
+        {failure !== null ? "Try again" : "Run"}
+      </button>
+    </div>
+  );
+}

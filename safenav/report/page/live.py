@@ -1,0 +1,154 @@
+"""A run for the page while it happens: the whole of it so far, and what is new since.
+
+Fed with the records of a run one after the other. ``whole`` is what ``encode.encoded`` gives for
+the lines so far; ``news`` only what came after the last ``news`` or ``whole``, so that a tick costs
+the same however long the run is. What the page does with both: front/src/live/merge.ts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from safenav.report.page.encode import (
+    belief_data,
+    encoded,
+    event_data,
+    frame_data,
+    obstacle_data,
+    task_data,
+)
+from safenav.report.page.region_sets import written
+from safenav.report.replay.reading import Telling, long_steps
+from safenav.report.replay.timeline import Hidden, Status
+from safenav.trace import records
+from safenav.world.map import Region
+from safenav.world.sight import Visibility, members, visible_from
+
+_CLOSED = {Status.FOUND, Status.REQUESTED, Status.BLOCKED}
+
+
+class LiveRun:
+    """A run in the making. ``source`` names it where a page names its trace."""
+
+    def __init__(self, header: records.Header, source: str) -> None:
+        self._source = source
+        self._version = header.safenav
+        self._telling = Telling.begin(records.Trace(source, header, (), False, 0))
+        self._index = {name: i for i, name in enumerate(self._telling.tracks)}
+        self._sent: dict[tuple[str, ...], int] = {}
+        self._known: dict[str, Hidden] = {}
+        self._sight: dict[str, str] = {}
+        self._views: dict[tuple[float, frozenset[Region]], Visibility] = {}
+        self._catch_up()
+
+    @property
+    def last(self) -> int:
+        """The last tick that is complete."""
+        return min(len(regions) for regions in self._telling.regions.values()) - 1
+
+    def tell(self, record: records.Record) -> None:
+        """The next record of the run."""
+        self._telling.tell(record)
+
+    def whole(self) -> dict[str, Any]:
+        """All that a page needs to show the run so far."""
+        self._catch_up()
+        return encoded(self._telling.replay(self._version), self._source)
+
+    def news(self) -> dict[str, Any]:
+        """What came since the last call, in the shapes of the whole: entries to append, but for
+        the ``steps`` of a robot, which replace those before."""
+        telling, last = self._telling, self.last
+        return {
+            "last": last,
+            "robots": [self._robot_news(name, last) for name in telling.tracks],
+            "obstacles": self._new_obstacles(),
+            "status": {
+                name: [[max(0, tick), status.value] for tick, status in self._new(told, "s", name)]
+                for name, told in telling.statuses.items()
+            },
+            "stack": [
+                [tick, [frame_data(frame, telling.map) for frame in frames]]
+                for tick, frames in self._new(telling.stack, "stack")
+            ],
+            "events": [event_data(event, self._index) for event in self._new_events()],
+        }
+
+    def _robot_news(self, name: str, last: int) -> dict[str, Any]:
+        telling = self._telling
+        path = self._new(telling.regions[name][: last + 1], "path", name)
+        facing = self._new(telling.headings[name][: last + 1], "headings", name)
+        bound = telling.bound.get(name, [])
+        steps = long_steps(bound[: last + 1])
+        return {
+            "path": path,
+            "headings": "".join(heading.name[0] for heading in facing if heading is not None),
+            "steps": [[step.first, step.last, step.toward] for step in steps],
+            "tasks": [
+                [max(0, tick), *task_data(objective, telling.map)]
+                for tick, objective in self._new(telling.objectives[name], "tasks", name)
+            ],
+            "progress": [
+                [max(0, tick), done.rounds, -1 if done.reached is None else done.reached]
+                for tick, done in self._new(telling.progress[name], "progress", name)
+            ],
+            "view": self._view_news(name, last),
+        }
+
+    def _view_news(self, name: str, last: int) -> dict[str, Any] | None:
+        """New sight and beliefs; sets are told as texts here."""
+        beliefs = []
+        for (viewer, other), told in self._telling.beliefs.items():
+            if viewer != name:
+                continue
+            for tick, belief in self._new(told, "belief", viewer, other):
+                seen, text = belief_data(belief, _Texts())
+                beliefs.append([self._index[other], tick, seen, text])
+        sight = self._sight_now(name, last)
+        if sight is None and not beliefs:
+            return None
+        changed = sight is not None and self._sight.get(name) != sight
+        if sight is not None:
+            self._sight[name] = sight
+        return {"sight": [[last, sight]] if changed else [], "beliefs": beliefs}
+
+    def _sight_now(self, name: str, last: int) -> str | None:
+        telling = self._telling
+        vision = telling.tracks[name].vision
+        if vision is None:
+            return None
+        closed = frozenset(
+            hidden.region
+            for hidden in telling.hidden.values()
+            if telling.statuses[hidden.name] and telling.statuses[hidden.name][-1][1] in _CLOSED
+        )
+        if (vision, closed) not in self._views:
+            self._views[vision, closed] = visible_from(telling.map, vision, closed)
+        return written(members(self._views[vision, closed].mask(telling.regions[name][last])))
+
+    def _new_obstacles(self) -> list[dict[str, Any]]:
+        """Those that are new, or that have just appeared."""
+        found = [h for h in self._telling.hidden.values() if self._known.get(h.name) != h]
+        self._known.update((hidden.name, hidden) for hidden in found)
+        return [obstacle_data(hidden, self._telling.map) for hidden in found]
+
+    def _new_events(self) -> Sequence[Any]:
+        return self._new(self._telling.events, "events")
+
+    def _new(self, entries: Sequence[Any], *key: str) -> Sequence[Any]:
+        """The entries that were not sent yet; they count as sent from now on."""
+        begin = self._sent.get(key, 0)
+        self._sent[key] = max(begin, len(entries))
+        return entries[begin:]
+
+    def _catch_up(self) -> None:
+        """Count all that there is as sent."""
+        self.news()
+
+
+class _Texts:
+    """Stands for the sets of a page: a set is told as its text."""
+
+    def index(self, regions: Sequence[Region]) -> str:
+        return written(regions)

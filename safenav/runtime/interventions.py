@@ -1,0 +1,180 @@
+"""What somebody who watches a run does to its world: between two ticks, unknown to the team.
+
+The team meets a closed region, an opened one, another truth or a robot that stands still as it
+meets what the scenario holds. Only another objective is told, to the robot whose it is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+from safenav.errors import UsageError
+from safenav.runtime.coordination.algorithm import Coordination
+from safenav.runtime.knowledge import UNTRAVERSABLE
+from safenav.runtime.progress import Progress
+from safenav.runtime.team import Assignment, RobotState, Role, TeamState
+from safenav.runtime.turn import Turns
+from safenav.runtime.world import SimulatedWorld, World
+from safenav.scenario.model import Obstacle, ObstacleType
+from safenav.scenario.objective import Objective, targets_of
+from safenav.trace import records, vocabulary
+from safenav.trace.header import objective_in_trace
+from safenav.world.map import Region
+from safenav.world.moves import distances
+
+
+@dataclass(frozen=True)
+class Close:
+    """An obstacle appears in a region, as soon as nobody is there. ``truth``: what resolving it
+    reveals, for a type that has a truth."""
+
+    type: ObstacleType
+    region: Region
+    truth: bool | None = None
+
+
+@dataclass(frozen=True)
+class TakeAway:
+    """An obstacle goes, by its name."""
+
+    obstacle: str
+
+
+@dataclass(frozen=True)
+class SetTruth:
+    """What resolving an obstacle reveals is another truth."""
+
+    obstacle: str
+    traversable: bool
+
+
+@dataclass(frozen=True)
+class Give:
+    """A robot gets another objective of its own."""
+
+    robot: str
+    objective: Objective
+
+
+@dataclass(frozen=True)
+class Serve:
+    """A robot stands still, or is back in service."""
+
+    robot: str
+    active: bool
+
+
+Intervention = Close | TakeAway | SetTruth | Give | Serve
+
+_USER = vocabulary.ChangeCause.USER
+
+
+@dataclass
+class Interventions:
+    """Asked for at any time, applied at the beginning of the next tick."""
+
+    state: TeamState
+    world: World
+    coordination: Coordination
+    turns: Turns
+    _asked: list[Intervention] = field(default_factory=list)
+
+    def ask(self, wanted: Intervention) -> None:
+        """Raises UsageError for what cannot be; the message names place and reason."""
+        match wanted:
+            case Close():
+                self._may_close(wanted)
+            case TakeAway(name):
+                self._there(name)
+            case SetTruth(name):
+                if not self._there(name).type.has_truth:
+                    raise UsageError(f"{name} has no truth to reveal")
+            case Give():
+                self._may_give(wanted)
+            case Serve(name):
+                self._robot(name)
+        self._asked.append(wanted)
+
+    def apply(self) -> None:
+        """Let everything that was asked for come about. May raise RunOver."""
+        asked, self._asked = self._asked, []
+        for wanted in asked:
+            self._bring_about(wanted)
+
+    def _bring_about(self, wanted: Intervention) -> None:
+        state = self.state
+        match wanted:
+            case Close(kind, region, truth):
+                new = Obstacle(kind, region, truth, appears=state.tick)
+                self._simulation().bring(new, truth)
+            case TakeAway(name):
+                self._simulation().take_away(name)
+            case SetTruth(name, truth):
+                obstacle = self._there(name)
+                self._simulation().truths[name] = truth
+                state.introduce(obstacle, truth)
+                state.emit(records.Truth(state.tick, name, truth, _USER))
+            case Give(name, objective):
+                self._give(self._robot(name), objective)
+            case Serve(name, active):
+                robot = self._robot(name)
+                if robot.active != active:
+                    robot.active = active
+                    state.emit(records.Service(state.tick, name, active, _USER))
+                    if active:
+                        self.turns.back_in_service(robot)
+
+    def _give(self, robot: RobotState, objective: Objective) -> None:
+        state = self.state
+        told = objective_in_trace(objective)
+        state.emit(records.NewObjective(state.tick, robot.name, told, _USER))
+        self.turns.leave_plan(vocabulary.PlanEndReason.CHANGED, settling=True)
+        robot.robot = replace(robot.robot, objective=objective)
+        team = tuple(entry.robot for entry in state.robots.values())
+        state.scenario = replace(state.scenario, robots=team)
+        own = robot.assignment.role is Role.OWN
+        robot.own = Progress(objective)
+        if own:
+            robot.assignment = Assignment(Role.OWN, objective, kept=robot.assignment.kept)
+            robot.progress, robot.begun = robot.own, False
+        self.coordination.settle(vocabulary.Reason.OBJECTIVE)
+
+    def _may_close(self, wanted: Close) -> None:
+        world = self.state.scenario.map
+        if not world.is_free(wanted.region):
+            raise UsageError(f"region {wanted.region} is a wall: close a free one")
+        standing = self._simulation().standing().get(wanted.region)
+        if standing is not None:
+            raise UsageError(f"{standing.name} is there already: take it away first")
+        for known, reason in self.state.knowledge.joined.values():
+            if known.region == wanted.region and reason == UNTRAVERSABLE:
+                raise UsageError(f"{known.name} is there for good: nobody can pass")
+        if any(isinstance(o, Close) and o.region == wanted.region for o in self._asked):
+            raise UsageError(f"region {wanted.region} is closed with the next tick already")
+        if wanted.type.has_truth and wanted.truth is None:
+            raise UsageError(f"say whether {wanted.type.name} turns out traversable")
+
+    def _may_give(self, wanted: Give) -> None:
+        robot = self._robot(wanted.robot)
+        world = self.state.scenario.map
+        reach = distances(robot.robot.model.mobility, robot.next_pose, world)
+        for target in targets_of(wanted.objective):
+            if not any(region in reach for region in target):
+                where = ", ".join(map(str, sorted(target)))
+                raise UsageError(f"{wanted.robot} cannot get to {where} from where it is")
+
+    def _there(self, name: str) -> Obstacle:
+        for obstacle in self._simulation().standing().values():
+            if obstacle.name == name:
+                return obstacle
+        raise UsageError(f"{name} is not there")
+
+    def _robot(self, name: str) -> RobotState:
+        if name not in self.state.robots:
+            raise UsageError(f"there is no robot {name}")
+        return self.state.robots[name]
+
+    def _simulation(self) -> SimulatedWorld:
+        if not isinstance(self.world, SimulatedWorld):
+            raise UsageError("this world is no simulation: change it where it is")
+        return self.world

@@ -1,0 +1,61 @@
+"""Who may talk to the studio: pages that it served itself, and nobody else.
+
+The server listens on the loopback interface, which every program and every web page in a browser
+of this machine can reach. So each request must know the token of the address, come to an address
+of ours (else a name that somebody points at 127.0.0.1 would do: DNS rebinding), and, if a browser
+says which page it comes from, come from our own.
+"""
+
+from __future__ import annotations
+
+import hmac
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+UPLOAD = 8_000_000
+"""Bytes of the largest upload."""
+
+HEADERS = {
+    "Content-Security-Policy": (
+        "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; "
+        "img-src 'self' data: blob:; connect-src 'self'; base-uri 'none'; form-action 'none'; "
+        "frame-ancestors 'none'"
+    ),
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+    "Referrer-Policy": "no-referrer",
+    "Cache-Control": "no-store",
+}
+
+
+@dataclass(frozen=True)
+class Guard:
+    """Judges requests. ``token``: of the address; ``port``: that is listened on."""
+
+    token: str
+    port: int
+
+    @property
+    def address(self) -> str:
+        return f"http://127.0.0.1:{self.port}/{self.token}/"
+
+    def refusal(self, path: str, headers: Mapping[str, str]) -> tuple[int, str] | None:
+        """Why a request is refused, as a status and a sentence; None if it may pass."""
+        hosts = {f"127.0.0.1:{self.port}", f"localhost:{self.port}"}
+        host = headers.get("Host", "")
+        if host not in hosts:
+            return 421, "this address is not the studio's"
+        origin = headers.get("Origin")
+        if origin is not None and origin != f"http://{host}":
+            return 403, "pages of other origins have no business here"
+        if headers.get("Sec-Fetch-Site", "none") in ("cross-site", "same-site"):
+            return 403, "pages of other origins have no business here"
+        token = path.split("/", 2)[1] if path.startswith("/") else ""
+        if not hmac.compare_digest(token.encode(), self.token.encode()):
+            return 404, "open the address that 'safenav studio' printed: it holds a token"
+        length = headers.get("Content-Length", "0")
+        if not length.isdigit() or int(length) > UPLOAD:
+            return 413, f"that is too large: at most {UPLOAD // 1_000_000} MB"
+        return None

@@ -1,0 +1,281 @@
+"""A run that pages look at: the owner of its process, its trace, and the pace.
+
+Everything that pages are told goes through ``tell``; what they ask for comes in by the methods.
+The run is the same for all pages: who comes later gets the whole of it (``whole``).
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import signal
+import sys
+import time
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from enum import StrEnum
+from pathlib import Path
+from typing import IO, Any
+
+from safenav.errors import UsageError
+from safenav.report.page.live import LiveRun
+from safenav.studio.run.orders import DONE, FAILED, REFUSED, Order
+from safenav.trace.fields import convert
+from safenav.trace.records import KINDS, Header, Outcome, Record
+
+SPEEDS = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)
+PATIENCE = 1.0
+"""Seconds that a run has to end when it is told to; then its processes are killed."""
+
+LIMIT = 32 * 2**20
+"""Bytes of one line of a trace."""
+
+Tell = Callable[[dict[str, Any]], None]
+
+
+class Phase(StrEnum):
+    """What the run is doing."""
+
+    STARTING = "starting"
+    PAUSED = "paused"
+    RUNNING = "running"
+    ENDED = "ended"
+
+
+class Run:
+    """One run. ``lines``: its trace so far; ``changed``: somebody has changed its world."""
+
+    def __init__(self, order: Order, tell: Tell, *, speed: float = 4.0, trace: Path | None) -> None:
+        self.order = order
+        self.lines: list[bytes] = []
+        self.phase = Phase.STARTING
+        self.speed = speed
+        self.failure: str | None = None
+        self.records: list[Record] = []
+        self._tell = tell
+        self._live: LiveRun | None = None
+        self._process: asyncio.subprocess.Process | None = None
+        self._ready = asyncio.Event()
+        self._busy_since: float | None = None
+        self._tasks: list[asyncio.Task[None]] = []
+        self._playing = False
+        self._begun = False
+        self._steps = 0
+        self._wake = asyncio.Event()
+        self._file = None if trace is None else opened(trace)
+
+    @property
+    def state(self) -> dict[str, Any]:
+        """What pages show beside the run itself."""
+        outcome = next((r for r in reversed(self.records) if isinstance(r, Outcome)), None)
+        return {
+            "phase": self.phase.value,
+            "speed": self.speed,
+            "seed": self.order.seed,
+            "failure": self.failure,
+            "outcome": None if outcome is None else outcome.outcome.value,
+            "busy": self._busy_since is not None and time.monotonic() - self._busy_since > 0.3,
+        }
+
+    @property
+    def whole(self) -> dict[str, Any] | None:
+        """The run so far, None before its first line."""
+        return None if self._live is None else self._live.whole()
+
+    @property
+    def trace(self) -> bytes:
+        """The trace so far."""
+        return b"".join(self.lines)
+
+    async def start(self) -> None:
+        """Start the process; it synthesizes, and then waits."""
+        self._process = await asyncio.create_subprocess_exec(
+            sys.executable,
+            "-m",
+            "safenav.studio.run.process",
+            stdin=asyncio.subprocess.PIPE,
+            stdout=asyncio.subprocess.PIPE,
+            stderr=asyncio.subprocess.DEVNULL,
+            limit=LIMIT,
+            start_new_session=True,
+        )
+        self._busy_since = time.monotonic()
+        self._send_text(self.order.line())
+        for job in (self._listen(), self._drive(), self._tell_when_busy()):
+            self._tasks.append(asyncio.create_task(job))
+        self._tell_state()
+
+    def play(self) -> None:
+        """Go on, tick after tick."""
+        self._playing = True
+        self._set(Phase.RUNNING)
+        self._wake.set()
+
+    def pause(self) -> None:
+        """Stop after the tick that is under way."""
+        self._playing = False
+        self._set(Phase.PAUSED)
+        self._wake.set()
+
+    def set_speed(self, speed: float) -> None:
+        """Ticks a second."""
+        self.speed = min(SPEEDS, key=lambda known: abs(known - speed))
+        self._tell_state()
+
+    def step(self) -> None:
+        """One tick, then a pause."""
+        self.pause()
+        self._steps += 1
+        self._wake.set()
+
+    def change(self, data: Mapping[str, Any]) -> None:
+        """Change the world before the next tick."""
+        if self.phase is not Phase.ENDED:
+            self._send({**data, "do": "change"})
+
+    async def end(self) -> None:
+        """End the run within a second; its trace is kept."""
+        process = self._process
+        if process is None or self.phase is Phase.ENDED:
+            return
+        self._playing = False
+        if self._ready.is_set():
+            self._send({"do": "end"})
+        else:
+            with suppress(ProcessLookupError):
+                process.send_signal(signal.SIGINT)
+        try:
+            await asyncio.wait_for(process.wait(), PATIENCE)
+        except TimeoutError:
+            self._kill()
+            await process.wait()
+        await asyncio.sleep(0)
+        for task in self._tasks[1:]:
+            task.cancel()
+        with suppress(asyncio.CancelledError, TimeoutError):
+            await asyncio.wait_for(self._tasks[0], PATIENCE)
+
+    def _kill(self) -> None:
+        assert self._process is not None
+        with suppress(ProcessLookupError, PermissionError):
+            os.killpg(self._process.pid, signal.SIGKILL)
+
+    def _step(self) -> None:
+        self._ready.clear()
+        self._busy_since = time.monotonic()
+        self._send({"do": "step"})
+
+    async def _drive(self) -> None:
+        """Ask for ticks while the run is playing."""
+        due = time.monotonic()
+        while self.phase is not Phase.ENDED:
+            await self._ready.wait()
+            self._wake.clear()
+            if self._steps:
+                self._steps -= 1
+                self._step()
+            elif not self._playing:
+                await self._wake.wait()
+                due = time.monotonic()
+            elif due > time.monotonic():
+                with suppress(TimeoutError):
+                    await asyncio.wait_for(self._wake.wait(), due - time.monotonic())
+            else:
+                due = max(time.monotonic() - 0.2, due) + 1 / self.speed
+                self._step()
+
+    async def _tell_when_busy(self) -> None:
+        """Let pages know of a tick that takes long."""
+        told = False
+        while self.phase is not Phase.ENDED:
+            await asyncio.sleep(0.2)
+            if self.state["busy"] != told:
+                told = not told
+                self._tell_state()
+
+    async def _listen(self) -> None:
+        """Take what the process writes, to its end."""
+        assert self._process is not None and self._process.stdout is not None
+        try:
+            async for line in self._process.stdout:
+                self._take(line)
+        except ValueError:
+            self.failure = "a line of the trace is too long"
+            self._kill()
+        self._over()
+
+    def _take(self, line: bytes) -> None:
+        data = json.loads(line)
+        kind = data["type"]
+        if kind == DONE:
+            self._done()
+        elif kind == REFUSED:
+            self._tell({"is": "refused", "message": data["message"]})
+        elif kind == FAILED:
+            self.failure = data["message"]
+        else:
+            self._record(KINDS.get(kind, Header), data, line)
+
+    def _record(self, kind: type[Record], data: dict[str, Any], line: bytes) -> None:
+        self.lines.append(line)
+        if self._file is not None:
+            self._file.write(line)
+            self._file.flush()
+        if kind is Header:
+            header: Header = convert(Header, {"tick": 0, **data})
+            self._live = LiveRun(header, Path(self.order.file).name)
+            self.records.append(header)
+            self._tell({"is": "run", "run": self.whole, "state": self.state})
+            return
+        record: Record = convert(kind, data)
+        self.records.append(record)
+        assert self._live is not None
+        self._live.tell(record)
+
+    def _done(self) -> None:
+        """A tick is over."""
+        assert self._live is not None
+        self._busy_since = None
+        if not self._begun:
+            self._begun = True
+            self._set(Phase.RUNNING if self._playing else Phase.PAUSED)
+        self._tell({"is": "news", "news": self._live.news()})
+        self._ready.set()
+
+    def _over(self) -> None:
+        """The process has ended."""
+        self.phase = Phase.ENDED
+        self._busy_since = None
+        self._ready.set()
+        self._wake.set()
+        if self._file is not None:
+            self._file.close()
+        if self._live is not None:
+            self._tell({"is": "run", "run": self.whole, "state": self.state})
+        else:
+            self._tell_state()
+
+    def _set(self, phase: Phase) -> None:
+        if self._begun and self.phase is not Phase.ENDED:
+            self.phase = phase
+        self._tell_state()
+
+    def _tell_state(self) -> None:
+        self._tell({"is": "state", "state": self.state})
+
+    def _send(self, data: Mapping[str, Any]) -> None:
+        self._send_text(json.dumps(data) + "\n")
+
+    def _send_text(self, text: str) -> None:
+        assert self._process is not None and self._process.stdin is not None
+        with suppress(ConnectionError, RuntimeError):
+            self._process.stdin.write(text.encode())
+
+
+def opened(path: Path) -> IO[bytes]:
+    """A file to write a trace into as it happens. Raises UsageError."""
+    try:
+        return path.open("wb")
+    except OSError as error:
+        raise UsageError(f"cannot write the trace {path}: {error.strerror}") from error

@@ -1,0 +1,80 @@
+"""The process of a live run: it steps a mission when it is told to, and writes down what happens.
+
+A process of its own, so that a synthesis blocks nobody and the run can be stopped at any moment:
+SIGINT ends it at the next opportunity, as in ``safenav run``.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import sys
+from dataclasses import replace
+from typing import IO, Any
+
+from safenav.errors import SafenavError, UsageError
+from safenav.runtime.mission import Mission
+from safenav.scenario.reading.loader import load_text_with_catalogue
+from safenav.studio.run.orders import DONE, FAILED, REFUSED, Order, intervention
+from safenav.trace.records import Record
+from safenav.trace.writing import as_data
+
+
+def main() -> None:
+    """Serve one run over standard input and output."""
+    out = os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8")
+    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # whatever prints: not into the protocol
+
+    def say(data: dict[str, Any]) -> None:
+        out.write(json.dumps(data, separators=(",", ":")) + "\n")
+        out.flush()
+
+    try:
+        _serve(sys.stdin, say)
+    except SafenavError as error:
+        say({"type": FAILED, "message": str(error)})
+    except BrokenPipeError:
+        os._exit(1)  # nobody listens any more
+
+
+def _serve(orders: IO[str], say: Any) -> None:
+    order = Order.read(orders.readline())
+    scenario, catalogue = load_text_with_catalogue(order.text, order.file, order.reach)
+    if order.seed is not None:
+        scenario = replace(scenario, seed=order.seed)
+
+    def tell(record: Record) -> None:
+        say(as_data(record))
+
+    mission = Mission(scenario, listeners=[tell])
+    names = frozenset(robot.name for robot in scenario.robots)
+
+    def interrupt(*_: object) -> None:
+        if mission.stopping:
+            raise KeyboardInterrupt
+        mission.stop("ended by the user")
+
+    signal.signal(signal.SIGINT, interrupt)
+    mission.start()
+    say({"type": DONE, "tick": 0})
+    while mission.result is None:
+        line = orders.readline()
+        if not line:
+            break
+        data = json.loads(line)
+        if data["do"] == "step":
+            mission.step()
+            say({"type": DONE, "tick": mission.state.tick})
+        elif data["do"] == "change":
+            try:
+                mission.intervene(intervention(data, catalogue, scenario.map, names))
+            except UsageError as error:
+                say({"type": REFUSED, "message": str(error)})
+        else:
+            mission.give_up("ended by the user")
+            say({"type": DONE, "tick": mission.state.tick})
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,214 @@
+"""The web server of the studio: files of the page, one web socket for each page, downloads.
+
+It listens on the loopback interface only; ``guard`` judges every request. What pages say goes to
+the ``Studio``, which answers all of them.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import resource
+import secrets
+import socket
+import webbrowser
+from collections.abc import Awaitable, Callable
+from contextlib import suppress
+from pathlib import PurePath
+from typing import Any
+
+from aiohttp import WSMsgType, web
+
+from safenav.errors import SafenavError, UsageError
+from safenav.studio.guard import HEADERS, UPLOAD, Guard
+from safenav.studio.page import FILES, asset, page
+from safenav.studio.session import Studio
+
+PORT = 7246
+PORTS = 20
+"""Ports that are tried, from the first on."""
+
+PAGES = 64
+"""Pages that may be open at once."""
+
+ABANDONED = 60.0
+"""Seconds after the last page was closed until the studio ends."""
+
+BEHIND = 2000
+"""Messages that a page may be behind before it is dropped (it will come back)."""
+
+Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
+
+
+class Server:
+    """Serves one studio. ``keep``: go on without any page."""
+
+    def __init__(
+        self, studio: Studio, *, port: int | None, keep: bool, abandoned: float = ABANDONED
+    ) -> None:
+        self.studio = studio
+        self._keep = keep
+        self._abandoned = abandoned
+        self._socket = _listening(port)
+        self.guard = Guard(secrets.token_urlsafe(24), self._socket.getsockname()[1])
+        self._over = asyncio.Event()
+        self._had_pages = False
+
+    async def serve(self, *, browser: bool, ready: Callable[[str], None]) -> None:
+        """Serve until ``stop``, or until the last page has been closed for a while."""
+        _allow_many_connections()
+        app = web.Application(middlewares=[self._guarded], client_max_size=UPLOAD)
+        base = f"/{self.guard.token}"
+        app.router.add_get(f"{base}/", self._page)
+        app.router.add_get(f"{base}/socket", self._socket_of)
+        app.router.add_get(f"{base}/save/{{name}}", self._download)
+        app.router.add_post(f"{base}/upload", self._upload)
+        app.router.add_get(f"{base}/{{name}}", self._file)
+        runner = web.AppRunner(app, access_log=None, handle_signals=False, shutdown_timeout=1.0)
+        await runner.setup()
+        await web.SockSite(runner, self._socket, backlog=2048).start()
+        ready(self.guard.address)
+        if browser:
+            with suppress(Exception):
+                await asyncio.to_thread(webbrowser.open, self.guard.address)
+        watch = asyncio.create_task(self._watch())
+        try:
+            await self._over.wait()
+        finally:
+            watch.cancel()
+            await self.studio.close()
+            await runner.cleanup()
+
+    def stop(self) -> None:
+        """End the server."""
+        self._over.set()
+
+    async def _watch(self) -> None:
+        """End when nobody has looked for a while."""
+        since = None
+        loop = asyncio.get_running_loop()
+        while not self._keep:
+            await asyncio.sleep(min(1.0, self._abandoned / 4))
+            if self.studio.pages or not self._had_pages:
+                since = None
+                continue
+            since = since or loop.time()
+            if loop.time() - since >= self._abandoned:
+                self.stop()
+                return
+
+    @web.middleware
+    async def _guarded(self, request: web.Request, handler: Handler) -> web.StreamResponse:
+        refusal = self.guard.refusal(request.path, request.headers)
+        if refusal is not None:
+            status, why = refusal
+            response = web.Response(status=status, text=why + "\n", headers=HEADERS)
+            response.force_close()
+            return response
+        try:
+            response_ = await handler(request)
+        except web.HTTPException as error:
+            error.headers.update(HEADERS)
+            raise
+        except SafenavError as error:
+            return web.Response(status=400, text=str(error), headers=HEADERS)
+        if not response_.prepared:
+            response_.headers.update(HEADERS)
+        return response_
+
+    async def _page(self, request: web.Request) -> web.StreamResponse:
+        del request
+        return web.Response(text=page(self.studio.title), content_type="text/html")
+
+    async def _file(self, request: web.Request) -> web.StreamResponse:
+        name = request.match_info["name"]
+        if name not in FILES:
+            raise web.HTTPNotFound(text="there is no such file\n")
+        return web.Response(text=asset(name), content_type=FILES[name])
+
+    async def _download(self, request: web.Request) -> web.StreamResponse:
+        name = request.match_info["name"]
+        made = await self.studio.made(name)
+        if made is None:
+            raise web.HTTPNotFound(text="there is nothing to save yet\n")
+        file, content, kind = made
+        disposition = f'attachment; filename="{PurePath(file).name}"'
+        headers = {"Content-Disposition": disposition}
+        return web.Response(body=content, content_type=kind, headers=headers)
+
+    async def _upload(self, request: web.Request) -> web.StreamResponse:
+        name = PurePath(request.query.get("name", "upload")).name
+        content = await request.read()
+        await self.studio.uploaded(name, content, dict(request.query))
+        return web.Response(text="taken\n")
+
+    async def _socket_of(self, request: web.Request) -> web.StreamResponse:
+        if len(self.studio.pages) >= PAGES:
+            raise web.HTTPServiceUnavailable(text=f"{PAGES} pages are open already\n")
+        page_ = web.WebSocketResponse(max_msg_size=UPLOAD, heartbeat=20.0, compress=False)
+        await page_.prepare(request)
+        queue: asyncio.Queue[str | None] = asyncio.Queue(BEHIND)
+        self._had_pages = True
+        self.studio.join(queue)
+        writer = asyncio.create_task(_write(page_, queue))
+        try:
+            async for message in page_:
+                if message.type is not WSMsgType.TEXT:
+                    break
+                await self._take(message.data, queue)
+        finally:
+            self.studio.leave(queue)
+            writer.cancel()
+        return page_
+
+    async def _take(self, text: str, queue: asyncio.Queue[str | None]) -> None:
+        """A message of a page; what is wrong with it is told to that page alone."""
+        try:
+            data = json.loads(text)
+            if not isinstance(data, dict):
+                raise UsageError("a message is an object")
+            await self.studio.take(data)
+        except (SafenavError, ValueError, RecursionError) as error:
+            _put(queue, {"is": "refused", "message": str(error)})
+
+
+async def _write(page_: web.WebSocketResponse, queue: asyncio.Queue[str | None]) -> None:
+    """Send what there is to say, until the page falls too far behind."""
+    with suppress(ConnectionError):
+        while (text := await queue.get()) is not None:
+            await page_.send_str(text)
+        await page_.close()
+
+
+def _put(queue: asyncio.Queue[str | None], data: dict[str, Any]) -> None:
+    with suppress(asyncio.QueueFull):
+        queue.put_nowait(json.dumps(data))
+
+
+def _listening(port: int | None) -> socket.socket:
+    """A socket on the loopback interface; on another port if one that nobody insists on is
+    taken. Raises UsageError."""
+    wanted = [port] if port is not None else [*range(PORT, PORT + PORTS), 0]
+    for number in wanted:
+        listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            listener.bind(("127.0.0.1", number))
+        except OSError as error:
+            listener.close()
+            failure = error
+        else:
+            return listener
+    raise UsageError(
+        f"port {port} cannot be listened on: {failure.strerror}\n"
+        "    leave --port out to get another"
+    )
+
+
+def _allow_many_connections() -> None:
+    """As many open files as the system lets us have, within reason."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    wanted = 8192 if hard == resource.RLIM_INFINITY else min(8192, hard)
+    if soft != resource.RLIM_INFINITY and soft < wanted:
+        with suppress(ValueError, OSError):
+            resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))

@@ -1,0 +1,200 @@
+"""The studio itself: one scenario, one run, and the pages that look at them.
+
+Pages hold nothing of their own: all that they show comes from here, so that two pages agree and a
+reload loses nothing. ``take`` is the only way in, ``tell`` the only way out.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import Awaitable, Callable, Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from safenav.errors import UsageError
+from safenav.scenario.catalogue import Catalogue
+from safenav.scenario.reading.loader import load_with_catalogue
+from safenav.studio.run.live import Run
+from safenav.studio.run.orders import Order
+
+Message = Mapping[str, Any]
+Made = tuple[str, bytes, str]
+"""Something to download: its file name, its bytes, its media type."""
+
+
+class Studio:
+    """``editor``: the drawing side, None where only a run is shown. ``pages``: what is to be
+    sent to each of them."""
+
+    def __init__(self, order: Order, catalogue: Catalogue, *, trace: Path | None = None) -> None:
+        self.pages: set[asyncio.Queue[str | None]] = set()
+        self.run: Run | None = None
+        self._order = order
+        self._catalogue = catalogue
+        self._trace = trace
+        self._speed = 4.0
+        self._starting = asyncio.Lock()
+        self._does: dict[str, Callable[[Message], Awaitable[None]]] = {
+            "play": self._play,
+            "pause": self._pause,
+            "step": self._step,
+            "speed": self._set_speed,
+            "restart": self._restart,
+            "end": self._end,
+            "change": self._change,
+        }
+
+    @classmethod
+    def of_run(cls, scenario: Path, seed: int | None, trace: Path | None) -> Studio:
+        """The run of a scenario, without an editor. Raises InputError for a wrong one."""
+        _, catalogue = load_with_catalogue(scenario)
+        text = scenario.read_text(encoding="utf-8-sig")
+        order = Order(text, str(scenario), trusted=True, seed=seed)
+        return cls(order, catalogue, trace=trace)
+
+    @property
+    def title(self) -> str:
+        """What the page is called before it knows more."""
+        return f"{Path(self._order.file).stem}: safenav studio"
+
+    def join(self, page: asyncio.Queue[str | None]) -> None:
+        """A page was opened: it is told everything."""
+        self.pages.add(page)
+        for data in self._everything():
+            page.put_nowait(json.dumps(data))
+
+    def leave(self, page: asyncio.Queue[str | None]) -> None:
+        """A page was closed."""
+        self.pages.discard(page)
+
+    def tell(self, data: Mapping[str, Any]) -> None:
+        """Tell all pages."""
+        if not self.pages:
+            return
+        text = json.dumps(data, separators=(",", ":"))
+        for page in list(self.pages):
+            try:
+                page.put_nowait(text)
+            except asyncio.QueueFull:  # it has not read for long: it may come back
+                self.pages.discard(page)
+                with suppress(asyncio.QueueEmpty):
+                    page.get_nowait()
+                    page.put_nowait(None)
+
+    async def take(self, data: Message) -> None:
+        """Do what a page asks for. Raises SafenavError for what cannot be."""
+        wanted = self._does.get(str(data.get("do")))
+        if wanted is None:
+            raise UsageError(f"the studio cannot '{str(data.get('do'))[:40]}'")
+        await wanted(data)
+
+    async def made(self, name: str) -> Made | None:
+        """What a page saves: the trace, or the replay as one page."""
+        if self.run is None or not self.run.lines:
+            return None
+        stem = Path(self._order.file).stem or "scenario"
+        if name == "trace":
+            return f"{stem}.jsonl", self.run.trace, "application/jsonl"
+        if name == "replay":
+            content = await asyncio.to_thread(_replay, self.run.trace, f"{stem}.jsonl")
+            return f"{stem}.html", content, "text/html"
+        return None
+
+    async def uploaded(self, name: str, content: bytes, about: Mapping[str, str]) -> None:
+        """Take a file that a page sends. Raises UsageError where there is no editor."""
+        del name, content, about
+        raise UsageError("this studio shows a run and takes no files")
+
+    async def close(self) -> None:
+        """End the run."""
+        if self.run is not None:
+            await self.run.end()
+        for page in list(self.pages):
+            with suppress(asyncio.QueueFull):
+                page.put_nowait(None)
+
+    def _everything(self) -> list[dict[str, Any]]:
+        """What a page that has just been opened needs."""
+        told: list[dict[str, Any]] = [
+            {"is": "hello", "editor": False, "types": obstacle_kinds(self._catalogue)}
+        ]
+        if self.run is not None:
+            told.append({"is": "run", "run": self.run.whole, "state": self.run.state})
+        return told
+
+    def _ordered(self) -> Order:
+        """What is to be run now."""
+        return self._order
+
+    async def _begin(self, seed: int | None) -> Run:
+        """Start a run, in the place of the one before."""
+        async with self._starting:
+            if self.run is not None:
+                await self.run.end()
+            order = self._ordered()
+            if seed is not None:
+                order = Order(order.text, order.file, order.folder, order.trusted, seed)
+            self.run = Run(order, self.tell, speed=self._speed, trace=self._trace)
+            await self.run.start()
+            return self.run
+
+    async def _play(self, data: Message) -> None:
+        run = self.run or await self._begin(_seed(data))
+        run.play()
+
+    async def _pause(self, data: Message) -> None:
+        del data
+        if self.run is not None:
+            self.run.pause()
+
+    async def _step(self, data: Message) -> None:
+        run = self.run or await self._begin(_seed(data))
+        run.step()
+
+    async def _set_speed(self, data: Message) -> None:
+        value = data.get("value")
+        if not isinstance(value, int | float) or not 0 < value <= 1000:
+            raise UsageError("a speed is a number of ticks a second")
+        self._speed = float(value)
+        if self.run is not None:
+            self.run.set_speed(self._speed)
+
+    async def _restart(self, data: Message) -> None:
+        run = await self._begin(_seed(data))
+        if data.get("play"):
+            run.play()
+
+    async def _end(self, data: Message) -> None:
+        del data
+        if self.run is not None:
+            await self.run.end()
+
+    async def _change(self, data: Message) -> None:
+        if self.run is None:
+            raise UsageError("there is no run whose world could be changed")
+        self.run.change({key: value for key, value in data.items() if key != "do"})
+
+
+def obstacle_kinds(catalogue: Catalogue) -> list[dict[str, Any]]:
+    """The types of obstacles that a region can be closed with."""
+    return [
+        {"name": kind.name, "action": kind.action, "truth": kind.has_truth}
+        for kind in catalogue.obstacles.values()
+    ]
+
+
+def _seed(data: Message) -> int | None:
+    seed = data.get("seed")
+    if seed is not None and (not isinstance(seed, int) or not 0 <= seed < 2**63):
+        raise UsageError("a seed is a number from 0 on")
+    return seed
+
+
+def _replay(trace: bytes, name: str) -> bytes:
+    from safenav.report.page.html import page_of
+    from safenav.report.replay.reading import replay_of
+    from safenav.trace.reading import read_bytes
+
+    return page_of(replay_of(read_bytes(trace, name)), name).encode()

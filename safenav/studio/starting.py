@@ -1,0 +1,59 @@
+"""Starts a studio, and says what is missing for one."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+from contextlib import suppress
+from importlib.util import find_spec
+from pathlib import Path
+
+import click
+
+from safenav.errors import UsageError
+
+NEEDED = ("aiohttp", "ruamel.yaml")
+
+
+def start_live(
+    scenario: Path, *, seed: int | None = None, trace: Path | None = None, browser: bool = True
+) -> None:
+    """Serve the run of a scenario, without the editor, until Ctrl-C. Raises UsageError."""
+    require_extra()
+    from safenav.studio.session import Studio
+
+    _serve(lambda: Studio.of_run(scenario, seed, trace), None, browser, False)
+
+
+def require_extra() -> None:
+    """Raises UsageError if the libraries of the extra are not there."""
+    for name in NEEDED:
+        try:
+            found = find_spec(name)
+        except (ImportError, ValueError):
+            found = None
+        if found is None:
+            raise UsageError(
+                f"the studio needs {name}, which is not installed\n"
+                "    install it with: pip install 'safenav[studio]'"
+            )
+
+
+def _serve(make: object, port: int | None, browser: bool, keep: bool) -> None:
+    from safenav.studio.server import Server
+
+    async def main() -> None:
+        assert callable(make)
+        server = Server(make(), port=port, keep=keep)
+        loop = asyncio.get_running_loop()
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            with suppress(NotImplementedError):
+                loop.add_signal_handler(number, server.stop)
+        await server.serve(browser=browser, ready=_ready)
+
+    asyncio.run(main())
+
+
+def _ready(address: str) -> None:
+    click.echo(f"studio: {address}")
+    click.echo("    Ctrl-C ends it", err=True)

@@ -1,0 +1,125 @@
+"""A studio as a process, and pages that talk to it without a browser."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import re
+import signal
+import subprocess
+import sys
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import asynccontextmanager
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import aiohttp
+
+ROOT = Path(__file__).parents[2]
+SCENARIOS = ROOT / "scenarios"
+MINUTES = 60.0
+"""What guards against a hang; no test waits so long."""
+
+
+class Served:
+    """``safenav ARGUMENTS`` until the block is left; ``address`` is what it printed."""
+
+    def __init__(self, *arguments: str | Path, cwd: Path | None = None) -> None:
+        self.process = subprocess.Popen(
+            [str(Path(sys.executable).with_name("safenav")), *map(str, arguments)],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            cwd=cwd,
+            env={**os.environ, "BROWSER": "/bin/true"},
+        )
+        assert self.process.stdout is not None
+        said = []
+        for line in self.process.stdout:
+            said.append(line)
+            found = re.search(r"http://\S+/", line)
+            if found is not None:
+                self.address = found[0]
+                return
+        raise AssertionError("".join(said))
+
+    @property
+    def port(self) -> int:
+        return int(self.address.split(":")[2].split("/")[0])
+
+    def __enter__(self) -> Served:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGINT)
+            self.process.wait(MINUTES)
+        assert self.process.stdout is not None
+        self.process.stdout.close()
+
+
+class Page:
+    """What a page knows: the messages that it heard, in order."""
+
+    def __init__(self, socket: aiohttp.ClientWebSocketResponse, address: str) -> None:
+        self._socket = socket
+        self.address = address
+        self.heard: list[dict[str, Any]] = []
+
+    async def say(self, does: str, **data: object) -> None:
+        await self._socket.send_json({"do": does, **data})
+
+    async def hear(self, wanted: Callable[[dict[str, Any]], object]) -> dict[str, Any]:
+        """The next message that is wanted; all before it are kept in ``heard``."""
+        while True:
+            message = await self._socket.receive_json(timeout=MINUTES)
+            self.heard.append(message)
+            if wanted(message):
+                return message
+
+    async def state(self, **wanted: object) -> dict[str, Any]:
+        """Wait until the run stands so."""
+
+        def stands(message: dict[str, Any]) -> bool:
+            state = message.get("state") or {}
+            return bool(state) and all(state[key] == value for key, value in wanted.items())
+
+        return await self.hear(stands)
+
+    async def tick(self, number: int) -> None:
+        """Wait until a tick was told."""
+        await self.hear(lambda m: m["is"] == "news" and m["news"]["last"] >= number)
+
+    async def get(self, path: str) -> bytes:
+        async with (
+            aiohttp.ClientSession() as session,
+            session.get(self.address + path) as response,
+        ):
+            assert response.status == 200, await response.text()
+            return await response.read()
+
+
+@asynccontextmanager
+async def opened(address: str) -> AsyncIterator[Page]:
+    """A page of the studio at an address."""
+    async with (
+        aiohttp.ClientSession() as session,
+        session.ws_connect(address + "socket", max_msg_size=0) as socket,
+    ):
+        yield Page(socket, address)
+
+
+def visit(address: str, story: Callable[[Page], Awaitable[None]]) -> None:
+    """Let one page live through a story."""
+
+    async def main() -> None:
+        async with opened(address) as page:
+            await story(page)
+
+    asyncio.run(main())

@@ -1,0 +1,218 @@
+"""A run as pages see it: the same for all, whole after a reload, changed while it goes on."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from safenav.audit.check import audit
+from safenav.report.page.encode import encoded
+from safenav.report.page.live import LiveRun
+from safenav.report.replay.reading import replay_of
+from safenav.trace.reading import read_bytes
+from safenav.trace.records import Appeared, Move, Resolved
+from safenav.trace.vocabulary import ChangeCause
+from studio.serving import SCENARIOS, Page, Served, opened, visit
+
+DOOR = SCENARIOS / "case_study_1.yaml"
+
+
+@pytest.fixture(scope="module")
+def served() -> Iterator[Served]:
+    with Served("run", DOOR, "--live") as found:
+        yield found
+
+
+async def begin(page: Page) -> None:
+    """Another run, paused after its first tick."""
+    await page.say("speed", value=64)
+    await page.say("restart")
+    await page.state(phase="starting")
+    await page.say("step")
+    await page.tick(1)
+
+
+def test_a_run_goes_to_its_end_and_its_trace_is_sound(served: Served) -> None:
+    async def story(page: Page) -> None:
+        await begin(page)
+        await page.say("play")
+        ended = await page.state(phase="ended")
+        assert ended["state"]["outcome"] == "completed"
+        trace = read_bytes(await page.get("save/trace"))
+        assert audit(trace).findings == ()
+        assert b"</html>" in await page.get("save/replay")
+
+    visit(served.address, story)
+
+
+def test_a_closed_region_is_met_resolved_and_told_of(served: Served) -> None:
+    """A door closes at tick 6 where the quadcopter is about to go; nobody knows of it."""
+
+    async def story(page: Page) -> None:
+        await begin(page)
+        for tick in range(2, 6):
+            await page.say("step")
+            await page.tick(tick)
+        await page.say("change", kind="close", type="door", region=44)
+        await page.say("speed", value=64)
+        await page.say("play")
+        ended = await page.state(phase="ended")
+        assert ended["state"]["outcome"] == "completed"
+        trace = read_bytes(await page.get("save/trace"))
+        assert audit(trace).findings == ()
+        appeared = [record for record in trace.records if isinstance(record, Appeared)]
+        assert [(a.obstacle, a.tick, a.cause) for a in appeared] == [
+            ("door@44", 6, ChangeCause.USER)
+        ]
+
+    visit(served.address, story)
+
+
+def test_a_region_is_not_closed_on_a_robot_that_stands_in_it(served: Served) -> None:
+    async def story(page: Page) -> None:
+        await begin(page)
+        run = next(m["run"] for m in page.heard if m["is"] == "run" and m["run"])
+        here = run["robots"][1]["path"][-1]
+        trace = read_bytes(await page.get("save/trace"))
+        here = [r for r in trace.records if isinstance(r, Move) and r.robot == "digit"][-1].to
+        await page.say("change", kind="service", robot="digit", active=False)
+        await page.say("change", kind="close", type="door", region=here)
+        for tick in range(2, 5):
+            await page.say("step")
+            await page.tick(tick)
+        await page.say("change", kind="service", robot="digit", active=True)
+        for tick in range(5, 9):
+            await page.say("step")
+            await page.tick(tick)
+        trace = read_bytes(await page.get("save/trace"))
+        (appeared,) = (record for record in trace.records if isinstance(record, Appeared))
+        left = next(
+            r.tick
+            for r in trace.records
+            if isinstance(r, Move) and r.robot == "digit" and r.tick > 4 and r.to != here
+        )
+        assert appeared.tick == left + 1
+        assert audit(trace).findings == ()
+
+    visit(served.address, story)
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"kind": "close", "type": "door", "region": 0}, "wall"),
+        ({"kind": "close", "type": "dragon", "region": 44}, "no obstacle type"),
+        ({"kind": "close", "type": "door", "region": 47}, "door@47 is there already"),
+        ({"kind": "open", "obstacle": "door@99"}, "not there"),
+        ({"kind": "truth", "obstacle": "door@47", "traversable": True}, "no truth"),
+        ({"kind": "objective", "robot": "digit", "objective": {"hold": 5000}}, "no region"),
+        ({"kind": "objective", "robot": "digit", "objective": {"patrol": [58, 58]}}, "two differ"),
+        ({"kind": "service", "robot": "nobody", "active": False}, "no robot"),
+        ({"kind": "magic"}, "no robot"),
+    ],
+)
+def test_a_change_that_cannot_be_is_refused_with_the_reason(
+    change: dict[str, Any], told: str, served: Served
+) -> None:
+    async def story(page: Page) -> None:
+        whole = await page.hear(lambda m: m["is"] in ("run", "hello") and m["is"] == "run")
+        if whole["state"]["phase"] != "paused":
+            await begin(page)
+        await page.say("change", **change)
+        refused = await page.hear(lambda m: m["is"] == "refused")
+        assert told in refused["message"]
+
+    visit(served.address, story)
+
+
+def test_two_pages_agree_and_a_reload_in_mid_run_loses_nothing(served: Served) -> None:
+    async def main() -> None:
+        async with opened(served.address) as page:
+            await begin(page)
+        async with opened(served.address) as one, opened(served.address) as other:
+            first = await one.hear(lambda m: m["is"] == "run")
+            assert first == await other.hear(lambda m: m["is"] == "run")
+            await one.say("step")
+            at = first["run"]["last"] + 1
+            await one.tick(at)
+            await other.tick(at)
+            news = [m["news"] for m in one.heard if m["is"] == "news"]
+            assert news == [m["news"] for m in other.heard if m["is"] == "news"]
+        async with opened(served.address) as again:
+            whole = await again.hear(lambda m: m["is"] == "run")
+            assert whole["run"]["last"] == at
+            assert len(whole["run"]["robots"][0]["path"]) == at + 1
+
+    asyncio.run(main())
+
+
+def test_a_run_that_is_ended_leaves_a_sound_trace_and_can_begin_anew(served: Served) -> None:
+    async def story(page: Page) -> None:
+        await begin(page)
+        await page.say("end")
+        ended = await page.state(phase="ended")
+        assert ended["state"]["outcome"] == "interrupted"
+        assert audit(read_bytes(await page.get("save/trace"))).findings == ()
+        await page.say("restart", seed=7)
+        await page.state(phase="paused", seed=7)
+        await page.tick(0)
+        header = json.loads((await page.get("save/trace")).splitlines()[0])
+        assert header["scenario"]["seed"] == 7
+
+    visit(served.address, story)
+
+
+@pytest.mark.parametrize("name", ["case_study_1", "case_study_3_beliefs", "team_of_six"])
+def test_the_news_of_all_ticks_are_the_whole(name: str, tmp_path: Path) -> None:
+    """What a page that was there from the beginning has, and one that was opened later."""
+    from safenav import Mission, TraceWriter, load_scenario
+
+    file = tmp_path / "run.jsonl"
+    with TraceWriter(file) as writer:
+        Mission(load_scenario(SCENARIOS / f"{name}.yaml"), listeners=[writer]).run()
+    trace = read_bytes(file.read_bytes())
+    live = LiveRun(trace.header, "run.jsonl")
+    page = live.whole()
+    tick = 0
+    for record in (*trace.records, None):
+        if record is None or record.tick != tick:
+            tick = tick if record is None else record.tick
+            _join(page, live.news())
+        if record is not None:
+            live.tell(record)
+    whole = encoded(replay_of(trace), "run.jsonl")
+    for key in ("events", "stack"):
+        assert _settled(page[key]) == _settled(json.loads(json.dumps(whole[key]))), key
+    for mine, theirs in zip(page["robots"], whole["robots"], strict=True):
+        for key in ("path", "headings", "tasks", "progress"):
+            told = json.loads(json.dumps(theirs[key]))
+            if key in ("tasks", "progress"):
+                assert _settled(mine[key]) == _settled(told), key
+            else:
+                assert list(mine[key] or []) == list(told or []), key
+    assert live.whole() == whole
+    assert any(isinstance(record, Resolved) for record in trace.records) or name == "team_of_six"
+
+
+def _join(page: dict[str, Any], news: dict[str, Any]) -> None:
+    """As front/src/live/merge.ts does."""
+    for robot, more in zip(page["robots"], news["robots"], strict=True):
+        for key in ("path", "tasks", "progress"):
+            robot[key] = [*robot[key], *more[key]]
+        if robot["headings"] is not None:
+            robot["headings"] += more["headings"]
+    for key in ("events", "stack"):
+        page[key] = [*page[key], *news[key]]
+
+
+def _settled(changes: list[list[Any]]) -> list[Any]:
+    """Of several entries of one tick the last counts; events all count."""
+    told = json.loads(json.dumps(changes))
+    if told and isinstance(told[0][1], str) and len(told[0]) == 5:
+        return list(told)
+    return list({entry[0]: entry for entry in told}.values())

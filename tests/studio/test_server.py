@@ -1,0 +1,162 @@
+"""The studio as other programs and pages of this machine meet it."""
+
+from __future__ import annotations
+
+import asyncio
+import http.client
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import aiohttp
+import pytest
+
+from safenav.studio.server import Server
+from safenav.studio.session import Studio
+from studio.serving import MINUTES, ROOT, SCENARIOS, Page, Served, opened, visit
+
+HELLO = SCENARIOS / "hello.yaml"
+
+
+@pytest.fixture(scope="module")
+def served() -> Iterator[Served]:
+    with Served("run", HELLO, "--live") as found:
+        yield found
+
+
+def answer(served: Served, path: str, method: str = "GET", **headers: str) -> tuple[int, str]:
+    connection = http.client.HTTPConnection("127.0.0.1", served.port, timeout=MINUTES)
+    try:
+        connection.request(method, path, headers=headers)
+        response = connection.getresponse()
+        return response.status, response.read().decode()
+    finally:
+        connection.close()
+
+
+def test_the_page_comes_with_its_files_and_forbids_everything_else(served: Served) -> None:
+    async def main() -> None:
+        async with aiohttp.ClientSession() as session:
+            for name in ("", "studio.js", "studio.css"):
+                async with session.get(served.address + name) as response:
+                    assert response.status == 200
+                    assert response.headers["Cross-Origin-Resource-Policy"] == "same-origin"
+                    assert "frame-ancestors 'none'" in response.headers["Content-Security-Policy"]
+                    assert "Access-Control-Allow-Origin" not in response.headers
+
+    asyncio.run(main())
+
+
+def test_it_listens_on_the_loopback_interface_only(served: Served) -> None:
+    listening = Path("/proc/net/tcp")
+    if not listening.exists():
+        pytest.skip("asks Linux who listens where")
+    port = f":{served.port:04X}"
+    local = [line.split()[1] for line in listening.read_text().splitlines()[1:]]
+    assert {entry.split(":")[0] for entry in local if entry.endswith(port)} == {"0100007F"}
+
+
+def test_a_wrong_token_host_or_origin_is_refused(served: Served) -> None:
+    path = served.address[served.address.index("/", 8) :]
+    assert answer(served, "/")[0] == 404
+    assert answer(served, "/guess/studio.js")[0] == 404
+    assert answer(served, path, Host="rebound.example")[0] == 421
+    assert answer(served, path, Origin="http://evil.example")[0] == 403
+    assert answer(served, path)[0] == 200
+
+
+def test_a_socket_from_another_origin_is_refused(served: Served) -> None:
+    async def main() -> None:
+        async with aiohttp.ClientSession() as session:
+            with pytest.raises(aiohttp.WSServerHandshakeError) as refused:
+                await session.ws_connect(served.address + "socket", origin="http://evil.example")
+            assert refused.value.status == 403
+
+    asyncio.run(main())
+
+
+@pytest.mark.parametrize("path", ["../../etc/passwd", "%2e%2e/page.py", "..%2f..%2fpyproject.toml"])
+def test_a_path_outside_is_no_file_of_the_page(served: Served, path: str) -> None:
+    base = served.address[served.address.index("/", 8) :]
+    assert answer(served, base + path)[0] in (400, 404)
+    assert answer(served, base + "save/" + path)[0] in (400, 404)
+
+
+def test_a_large_upload_is_refused_before_it_is_read(served: Served) -> None:
+    path = served.address[served.address.index("/", 8) :] + "upload"
+    with socket.create_connection(("127.0.0.1", served.port), MINUTES) as connection:
+        head = f"POST {path} HTTP/1.1\r\nHost: 127.0.0.1:{served.port}\r\n"
+        connection.sendall(f"{head}Content-Length: 50000000\r\n\r\n".encode())
+        assert b" 413 " in connection.recv(4096)
+    # Of unknown length: it is cut off when it becomes too long.
+    chunk = b"100000\r\n" + b"x" * 0x100000 + b"\r\n"
+    with socket.create_connection(("127.0.0.1", served.port), MINUTES) as connection:
+        connection.sendall(f"{head}Transfer-Encoding: chunked\r\n\r\n".encode())
+        try:
+            for _ in range(50):
+                connection.sendall(chunk)
+        except OSError:
+            return
+        assert b" 413 " in connection.recv(4096)
+
+
+def test_a_thousand_connections_are_survived(served: Served) -> None:
+    held = []
+    try:
+        for _ in range(1000):
+            held.append(socket.create_connection(("127.0.0.1", served.port), MINUTES))
+        path = served.address[served.address.index("/", 8) :]
+        assert answer(served, path)[0] == 200
+    finally:
+        for connection in held:
+            connection.close()
+    assert answer(served, path)[0] == 200
+
+
+def test_nonsense_is_answered_and_the_next_message_is_taken(served: Served) -> None:
+    async def story(page: Page) -> None:
+        for nonsense in ({"do": "fly"}, {"do": "speed", "value": "fast"}, {"do": "change"}):
+            await page.say(str(nonsense.pop("do")), **nonsense)
+            await page.hear(lambda m: m["is"] == "refused")
+        await page._socket.send_str("[" * 100_000)
+        await page.hear(lambda m: m["is"] == "refused")
+        await page.say("speed", value=64)
+
+    visit(served.address, story)
+
+
+def test_a_second_studio_takes_another_port(served: Served) -> None:
+    with Served("run", HELLO, "--live") as other:
+        assert other.port != served.port
+
+
+def test_it_ends_when_the_last_page_has_been_closed_for_a_while() -> None:
+    async def main() -> None:
+        server = Server(Studio.of_run(HELLO, None, None), port=None, keep=False, abandoned=0.2)
+        ready = asyncio.Event()
+        serving = asyncio.create_task(server.serve(browser=False, ready=lambda _: ready.set()))
+        await ready.wait()
+        await asyncio.sleep(0.6)
+        assert not serving.done(), "nobody has looked yet"
+        async with opened(server.guard.address):
+            await asyncio.sleep(0.6)
+            assert not serving.done(), "a page is open"
+        await asyncio.wait_for(serving, MINUTES)
+
+    asyncio.run(main())
+
+
+def test_without_the_extra_it_says_how_to_get_it() -> None:
+    program = (
+        "import sys; sys.modules['aiohttp'] = None\n"
+        f"sys.argv = ['safenav', 'run', {str(HELLO)!r}, '--live']\n"
+        "from safenav.cli import main; main()"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, cwd=ROOT, check=False
+    )
+    assert done.returncode == 2
+    assert "pip install 'safenav[studio]'" in done.stderr
+    assert "Traceback" not in done.stderr
