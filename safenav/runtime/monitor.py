@@ -16,10 +16,11 @@ from functools import lru_cache
 from safenav.errors import ExitCode, SafenavError
 from safenav.formula.evaluator import evaluate
 from safenav.formula.parser import parse
-from safenav.runtime.formulas import formulas_of
 from safenav.runtime.navigation import Planner, Proposal
 from safenav.runtime.team import RobotState, TeamState
+from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.model import Robot
+from safenav.scenario.objective import Ltl
 from safenav.spec.specification import Constraint, Owner, Section, Specification
 from safenav.trace import records
 from safenav.world.moves import Pose
@@ -102,13 +103,13 @@ class Monitors:
 
         Raises GuaranteeError.
         """
-        formulas = formulas_of(robot.robot, self._state.scenario.map)
-        if (
-            formulas is None
-            or formulas.remembered(robot.memory.values, robot.pose, pose) is not None
-        ):
+        objective = robot.robot.objective
+        if not isinstance(objective, Ltl):
             return True
-        if formulas.remember_something:
+        guarantees = guarantees_of(objective)
+        if guarantees.remembered(robot.memory.values, robot.pose, pose) is not None:
+            return True
+        if guarantees.remember_something:
             return False
         raise GuaranteeError(
             f"{robot.name} was about to break its formulas at tick {self._state.tick}, by a step "

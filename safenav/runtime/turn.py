@@ -12,13 +12,14 @@ from safenav.runtime.characterization import Characterization, Violation
 from safenav.runtime.checked_world import CheckedWorld
 from safenav.runtime.coordination.algorithm import Coordination
 from safenav.runtime.coordination.strategies import Strategies
-from safenav.runtime.formulas import formulas_of, graph_of, values_of
+from safenav.runtime.formulas import graph_of
 from safenav.runtime.monitor import Monitors
 from safenav.runtime.navigation import Proposal
 from safenav.runtime.over import RunOver, Verdict
 from safenav.runtime.sightings_told import SightingsTold
 from safenav.runtime.team import RobotState, TeamState, Transit
 from safenav.runtime.traffic.planning import Traffic
+from safenav.scenario.guarantees import guarantees_of, values_of
 from safenav.scenario.model import Outcome, Tracking
 from safenav.scenario.objective import Ltl
 from safenav.spec.others.tracking import Sightings, observe
@@ -387,11 +388,10 @@ class Turns:
     def _step_off(self, robot: RobotState, start: Pose) -> tuple[dict[str, int], dict[str, int]]:
         """The variables of formulas around a step that was not their strategy's: poses, and what
         is remembered, which changes as the formulas have it if they allow the step."""
-        formulas = formulas_of(robot.robot, self.state.scenario.map)
-        memory = robot.memory.values
+        objective, memory = robot.robot.objective, robot.memory.values
         later = memory
-        if formulas is not None and robot.pose != start:
-            later = formulas.remembered(memory, start, robot.pose) or memory
+        if isinstance(objective, Ltl) and robot.pose != start:
+            later = guarantees_of(objective).remembered(memory, start, robot.pose) or memory
         return {**values_of(start), **memory}, {**values_of(robot.pose), **later}
 
     def _report_no_answer(self, robot: RobotState, observed: Mapping[str, int]) -> None:

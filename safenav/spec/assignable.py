@@ -11,7 +11,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from safenav.scenario.objective import Objective, Patrol, Visit
+from safenav.scenario.guarantees import guarantees_of
+from safenav.scenario.objective import Ltl, Objective, Patrol, Visit
 from safenav.spec.movement import one_of
 from safenav.spec.specification import Constraint, Origin, Owner, Section, Variable
 from safenav.spec.task import Task
@@ -72,13 +73,17 @@ def places(task: Task, world: RegionMap) -> frozenset[Region]:
     pose that lies on a way from its start to itself and back to where it has been."""
     blocked = {known.region for known in task.blocked}
     mobility = task.robot.model.mobility
+    formulas = guarantees_of(task.objective) if isinstance(task.objective, Ltl) else None
     after: dict[Pose, tuple[Pose, ...]] = {}
     queue = [task.pose]
     while queue:
         pose = queue.pop()
         if pose not in after:
-            after[pose] = moves(mobility, pose, world, blocked)
-            queue += after[pose]
+            steps = moves(mobility, pose, world, blocked)
+            if formulas is not None:
+                steps = tuple(to for to in steps if to == pose or formulas.allows(pose, to))
+            after[pose] = steps
+            queue += steps
     before: dict[Pose, list[Pose]] = {pose: [] for pose in after}
     for pose, following in after.items():
         for nxt in following:
@@ -92,6 +97,10 @@ def _returning(
 ) -> set[Pose]:
     """The poses between which the robot can go back and forth, the objective's among them."""
     wanted = [region for target in task.targets for region in target]
+    if isinstance(task.objective, Ltl):
+        formulas = guarantees_of(task.objective)
+        goals = range(formulas.goals)
+        wanted = [p.region for p in after if any(formulas.meets(g, p, p) for g in goals)]
     best: set[Pose] = set()
     for pose in after:
         if pose in best or (wanted and pose.region not in wanted):

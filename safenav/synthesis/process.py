@@ -28,6 +28,7 @@ from safenav.errors import SynthesizerError
 _ROUTINE = re.compile(r"RESULT: |SLUGS: |slugs \d+\.\d+")
 _CHUNK = 1 << 16
 _MOST_OUTPUT = 2 << 30
+"""Bytes that a command may print where no memory limit is given."""
 _GRACE_SECONDS = 2.0
 """For draining the pipes of a killed group, should a stray grandchild still hold them."""
 
@@ -68,16 +69,25 @@ class Crew:
         self._running: set[subprocess.Popen[bytes]] = set()
         self._dismissed = False
 
-    def run(self, command: Sequence[str], given: bytes, seconds: float | None) -> Finished:
-        """Run ``command`` with ``given`` on its standard input, at most ``seconds``.
+    def run(
+        self,
+        command: Sequence[str],
+        given: bytes,
+        seconds: float | None,
+        memory_mb: int | None = None,
+    ) -> Finished:
+        """Run ``command`` with ``given`` on its standard input, at most ``seconds``. What it prints
+        is kept in memory, so ``memory_mb`` limits that, too.
 
-        Raises SynthesizerError if it cannot be started or prints without end, and DismissedError
+        Raises SynthesizerError if it cannot be started or prints more, and DismissedError
         after ``dismiss``.
         """
         begun = time.monotonic()
         process = self.start(command)
         try:
-            talk = _Conversation(process, given, None if seconds is None else begun + seconds)
+            deadline = None if seconds is None else begun + seconds
+            most = _MOST_OUTPUT if memory_mb is None else memory_mb << 20
+            talk = _Conversation(process, given, deadline, most)
             finished = talk.until_silence() and _exits(process, talk.deadline)
             if not finished:
                 kill_group(process)
@@ -192,10 +202,11 @@ class _Conversation:
     """
 
     def __init__(
-        self, process: subprocess.Popen[bytes], given: bytes, deadline: float | None
+        self, process: subprocess.Popen[bytes], given: bytes, deadline: float | None, most: int
     ) -> None:
         assert process.stdin and process.stdout and process.stderr
         self.deadline = deadline
+        self._most = most
         self._command = str(process.args[0] if isinstance(process.args, list) else process.args)
         self._given = memoryview(given)
         self._heard: dict[int, list[bytes]] = {1: [], 2: []}
@@ -254,10 +265,10 @@ class _Conversation:
             return
         self._heard[key.data].append(data)
         self._size += len(data)
-        if self._size > _MOST_OUTPUT:
+        if self._size > self._most:
             raise SynthesizerError(
-                f"the synthesizer {self._command} printed more than {_MOST_OUTPUT >> 20} MiB; "
-                "it was stopped"
+                f"the synthesizer {self._command} printed more than {self._most >> 20} MiB, the "
+                "limit of its memory (limits.synthesis_memory in the scenario); it was stopped"
             )
 
 

@@ -296,7 +296,7 @@ class Synthesizer:
             deadline = self.seconds + _OVERTIME_SECONDS
         if self.memory_mb is not None:
             command += ["--memory", str(self.memory_mb)]
-        return crew.run([*command, "-"], job.text.encode(), deadline)
+        return crew.run([*command, "-"], job.text.encode(), deadline, self.memory_mb)
 
     def _run_foreign(self, crew: Crew, job: _Job) -> Finished:
         """Upstream's program reads slugsin files only and knows no limits."""
@@ -308,7 +308,7 @@ class Synthesizer:
             file = Path(directory) / f"specification{suffix}"
             file.write_bytes(text)
             command = [str(self.binary.path), *job.options, str(file)]
-            return crew.run(limited(command, self.memory_mb), b"", self.seconds)
+            return crew.run(limited(command, self.memory_mb), b"", self.seconds, self.memory_mb)
 
     def _translated(self, crew: Crew, job: _Job) -> tuple[bytes, str]:
         """The specification as slugsin if our own binary is there to translate it."""

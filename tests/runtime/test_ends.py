@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from itertools import combinations
 from pathlib import Path
 
 import pytest
@@ -16,16 +17,25 @@ from safenav.errors import UsageError
 from safenav.runtime.mission import Mission
 from safenav.scenario.model import Outcome
 from safenav.scenario.reading.loader import load_scenario
+from synthesis.asking import gone
 
 ROOT = Path(__file__).parents[2]
 HELLO = ROOT / "scenarios" / "hello.yaml"
 WAREHOUSE = ROOT / "scenarios" / "warehouse.yaml"
 
 
-def safenav(*arguments: object) -> subprocess.Popen[str]:
-    command = [sys.executable, "-c", "from safenav.cli import main; main()"]
-    command += map(str, arguments)
-    environment = {**os.environ, "SAFENAV_CACHE": "off"}
+MAIN = "from safenav.cli import main; main()"
+STUCK = """
+import pathlib, time
+from safenav.runtime.world import SimulatedWorld
+SimulatedWorld.move = lambda *_: pathlib.Path({!r}).touch() or time.sleep(900)
+"""
+"""A world in which the first move never ends; it leaves a file."""
+
+
+def safenav(*arguments: object, before: str = "", **variables: str) -> subprocess.Popen[str]:
+    command = [sys.executable, "-c", before + MAIN, *map(str, arguments)]
+    environment = {**os.environ, "SAFENAV_CACHE": "off", **variables}
     return subprocess.Popen(
         command,
         env=environment,
@@ -73,7 +83,49 @@ def test_the_outcome_does_not_depend_on_who_reads_the_story(tmp_path: Path) -> N
     assert outcome(trace) == "completed"
 
 
-@pytest.mark.parametrize("option", ["--trace", "--html"])
+def test_a_second_signal_ends_a_run_at_once(tmp_path: Path) -> None:
+    trace, moving = tmp_path / "t.jsonl", tmp_path / "moving"
+    before = STUCK.format(str(moving))
+    with safenav("run", HELLO, "--no-map", "--trace", trace, before=before) as run:
+        while not moving.exists():
+            assert run.poll() is None
+            time.sleep(0.05)
+        run.send_signal(signal.SIGINT)
+        with pytest.raises(subprocess.TimeoutExpired):
+            run.wait(timeout=1)  # the world does not answer
+        run.send_signal(signal.SIGINT)
+        _, error = run.communicate(timeout=60)
+    assert run.returncode == 130
+    assert "Traceback" not in error
+    assert outcome(trace) == "interrupted"
+
+
+def test_no_synthesizer_outlives_a_killed_run(tmp_path: Path) -> None:
+    slugs, pids = tmp_path / "slugs", tmp_path / "pids"
+    slugs.write_text(
+        '#!/bin/sh\n[ "$1" = --version ] && { echo "slugs 9.9.9 (safenav)"; exit; }\n'
+        f'echo $$ >> "{pids}"; exec sleep 900\n'
+    )
+    slugs.chmod(0o755)
+    run = safenav("run", HELLO, "--no-map", SAFENAV_SLUGS=str(slugs))
+    while not pids.exists() or not pids.read_text().strip():
+        assert run.poll() is None, run.communicate()
+        time.sleep(0.05)
+    run.kill()
+    run.communicate(timeout=60)
+    assert all(gone(int(pid)) for pid in pids.read_text().split())
+
+
+@pytest.mark.parametrize(("one", "other"), [*combinations(["--trace", "--html", "--motion"], 2)])
+def test_outputs_never_overwrite_each_other(one: str, other: str, tmp_path: Path) -> None:
+    run = safenav("run", HELLO, one, tmp_path / "out", other, tmp_path / "." / "out")
+    _, error = run.communicate(timeout=60)
+    assert run.returncode == 2
+    assert f"would overwrite {one}" in error
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("option", ["--trace", "--html", "--motion"])
 def test_outputs_never_overwrite_the_scenario(option: str, tmp_path: Path) -> None:
     file = tmp_path / "s.yaml"
     file.write_text(HELLO.read_text())

@@ -85,10 +85,10 @@ def test_what_is_remembered_after_a_step(
     memory: dict[str, int], step: tuple[int, int], after: dict[str, int] | None
 ) -> None:
     formulas = read(safety=("seen' <-> seen | region = 8", "seen -> !(region' = 8)"), memory=BOOL)
-    assert formulas.remembered(memory, Pose(step[0]), Pose(step[1])) == after
+    assert formulas.guarantees.remembered(memory, Pose(step[0]), Pose(step[1])) == after
 
 
 def test_headings_count() -> None:
     formulas = read(Mobility.HEADING, safety=("heading = 1 -> heading' = 1",))
-    assert formulas.remembered({}, Pose(8, Heading.EAST), Pose(9, Heading.EAST)) == {}
-    assert formulas.remembered({}, Pose(8, Heading.EAST), Pose(8, Heading.NORTH)) is None
+    assert formulas.guarantees.remembered({}, Pose(8, Heading.EAST), Pose(9, Heading.EAST)) == {}
+    assert formulas.guarantees.remembered({}, Pose(8, Heading.EAST), Pose(8, Heading.NORTH)) is None

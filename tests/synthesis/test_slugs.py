@@ -203,12 +203,14 @@ def test_a_rejected_specification_shows_the_complaint(
         ask(binary, patrol)
 
 
-def test_a_binary_that_never_stops_printing_is_stopped(
-    script: Script, patrol: Specification, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("stream", ["1", "2"])
+@pytest.mark.parametrize(("kind", "limit"), [(NATIVE, 1), (UPSTREAM, 64)], ids=["own", "foreign"])
+def test_a_binary_that_floods_its_output_is_stopped_at_the_memory_limit(
+    kind: str, limit: int, stream: str, script: Script, patrol: Specification
 ) -> None:
-    monkeypatch.setattr("safenav.synthesis.process._MOST_OUTPUT", 1 << 20)
-    with pytest.raises(SynthesizerError, match="more than 1 MiB"):
-        ask(script(UPSTREAM + "exec yes"), patrol)
+    binary = script(kind + f"exec yes >&{stream}")
+    with pytest.raises(SynthesizerError, match=f"more than {limit} MiB"):
+        Synthesizer(binary, memory_mb=limit, cache=Cache.off()).synthesize(patrol)
 
 
 def test_a_file_that_is_no_program_is_an_error(tmp_path: Path, patrol: Specification) -> None:

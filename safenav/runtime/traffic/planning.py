@@ -26,7 +26,9 @@ from safenav.runtime.traffic.execution import Execution, Schedule, dues_of, sche
 from safenav.runtime.traffic.joint import Count, Course, Joint, has_met
 from safenav.runtime.traffic.joint_plan import Answer, Exhausted, Found, Search, Spent
 from safenav.runtime.traffic.watch import Watch
+from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.model import Outcome
+from safenav.scenario.objective import Ltl
 from safenav.trace import records, vocabulary
 from safenav.trace.header import heading_in_trace
 from safenav.world.moves import Pose
@@ -182,8 +184,10 @@ class Traffic:
         members = list(floor.problem.members)
         changed = False
         for index, robot in enumerate(self.state.robots.values()):
-            formulas = formulas_of(robot.robot, self.state.scenario.map)
-            if formulas is None or not formulas.remember_something or robot.planner is None:
+            objective = robot.robot.objective
+            if not isinstance(objective, Ltl) or robot.planner is None:
+                continue
+            if not guarantees_of(objective).remember_something:
                 continue
             if robot.assignment.role is not Role.OWN or self._has_done_all(robot):
                 continue

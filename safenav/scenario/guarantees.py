@@ -1,0 +1,134 @@
+"""What raw formulas (``ltl``) say about the steps of one robot, and what it remembers.
+
+A step is a move from one pose to another; a robot that stands still takes none. Formulas speak of
+the pose and of the objective's memory before and after a step. Searches for ways are over poses
+alone: a step is open to them if the formulas allow it with some memory, and a goal may be met if
+it is with some memory. So what they find impossible is; and whether a move is allowed with the
+memory that the robot really has is asked before it is made (``remembered``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property, lru_cache
+from itertools import product
+
+from safenav.formula.evaluator import evaluate
+from safenav.formula.parser import parse
+from safenav.formula.syntax import Formula, variables
+from safenav.scenario.objective import Ltl
+from safenav.world.moves import Pose
+
+MOST_VALUATIONS = 64
+"""Of the memory; with more, formulas that speak of it exclude nothing in searches."""
+
+Values = Mapping[str, int]
+
+
+@dataclass(eq=False)
+class Rule:
+    """One formula. Its truth on a step depends on the variables that it names only."""
+
+    formula: Formula
+    _known: dict[tuple[int | None, ...], bool] = field(default_factory=dict)
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        return tuple(sorted(variables(self.formula)))
+
+    def holds(self, before: Values, after: Values) -> bool:
+        key = tuple(values.get(name) for values in (before, after) for name in self.names)
+        found = self._known.get(key)
+        if found is None:
+            found = self._known[key] = evaluate(self.formula, before, after)
+        return found
+
+
+class Guarantees:
+    """The formulas of one robot, to be asked about single steps."""
+
+    def __init__(self, objective: Ltl) -> None:
+        self.goals = len(objective.liveness)
+        self._liveness = tuple(Rule(parse(text)) for text in objective.liveness)
+        self._ranges = {
+            name: range(2) if bounds is None else range(bounds[0], bounds[1] + 1)
+            for name, bounds in objective.memory.items()
+        }
+        safety = [Rule(parse(text)) for text in objective.safety]
+        self._plain = [rule for rule in safety if not self._speaks_of_memory(rule)]
+        self._rest = [rule for rule in safety if self._speaks_of_memory(rule)]
+
+    @property
+    def remember_something(self) -> bool:
+        """Whether there is a memory, so that what a step means is not seen from its poses."""
+        return bool(self._ranges)
+
+    def allows(self, before: Pose, after: Pose) -> bool:
+        """Whether a step is allowed with some memory."""
+        one, other = values_of(before), values_of(after)
+        if not all(rule.holds(one, other) for rule in self._plain):
+            return False
+        return not (self._rest and self._memories) or any(
+            all(rule.holds(one | old, other | new) for rule in self._rest)
+            for old, new in product(self._memories, repeat=2)
+        )
+
+    def meets(self, goal: int, before: Pose, after: Pose) -> bool:
+        """Whether a goal is met on a step, or by staying, with some memory."""
+        one, other, rule = values_of(before), values_of(after), self._liveness[goal]
+        if not self._speaks_of_memory(rule):
+            return rule.holds(one, other)
+        return not self._memories or any(
+            rule.holds(one | old, other | new) for old, new in product(self._memories, repeat=2)
+        )
+
+    def remembered(self, memory: Values, before: Pose, after: Pose) -> Values | None:
+        """What the robot may remember after a step, the least change first; None if its
+        guarantees forbid the step with the memory that it has."""
+        one, other = values_of(before), values_of(after)
+        known = {name: value for name, value in memory.items() if name in self._ranges}
+        free = {n: r for n, r in self._ranges.items() if n not in known}
+        for fresh in _valuations(free):
+            old = known | fresh
+            for new in self._nearest(old):
+                if all(rule.holds(one | old, other | new) for rule in (*self._plain, *self._rest)):
+                    return new
+        return None
+
+    def _nearest(self, memory: Mapping[str, int]) -> Iterator[dict[str, int]]:
+        """All values of the memory; those that are there already first."""
+        orders = {
+            name: sorted(values, key=lambda value: value != memory[name])
+            for name, values in self._ranges.items()
+        }
+        return _valuations(orders)
+
+    def _speaks_of_memory(self, rule: Rule) -> bool:
+        return any(name in self._ranges for name in rule.names)
+
+    @cached_property
+    def _memories(self) -> tuple[dict[str, int], ...]:
+        """All values of the memory; none if there are too many to look at."""
+        count = 1
+        for values in self._ranges.values():
+            count *= len(values)
+        return tuple(_valuations(self._ranges)) if count <= MOST_VALUATIONS else ()
+
+
+@lru_cache(maxsize=256)
+def guarantees_of(objective: Ltl) -> Guarantees:
+    """The formulas of an objective, read once."""
+    return Guarantees(objective)
+
+
+def values_of(pose: Pose) -> dict[str, int]:
+    """The variables of a specification that say where a robot is."""
+    if pose.heading is None:
+        return {"region": pose.region}
+    return {"region": pose.region, "heading": int(pose.heading)}
+
+
+def _valuations(ranges: Mapping[str, Iterable[int]]) -> Iterator[dict[str, int]]:
+    for values in product(*ranges.values()):
+        yield dict(zip(ranges, values, strict=True))
