@@ -28,14 +28,16 @@ Exit codes:
 @click.option("--json", "as_json", is_flag=True, help="Print the verdicts as JSON.")
 def command(scenario: Path, strict: bool, as_json: bool) -> int:
     """Validate SCENARIO, compile each robot's specification and ask whether it is realizable.
-    Nothing is run. A robot that can win by breaking what it assumes of the others is told as a
-    warning."""
+    Nothing is run. Warnings tell what is valid and hardly meant: an obstacle with an action that
+    nobody has, a capability that no obstacle needs, a seed without effect, a robot that can win by
+    breaking what it assumes of the others."""
     from safenav.explain.vacuity import vacuous_wins
     from safenav.report.terminal.synthesis_progress import WaitingLine
     from safenav.report.terminal.vacuity_warning import vacuity_data, vacuity_lines
     from safenav.runtime.coordination.strategies import first_answers
     from safenav.runtime.explanation import explain_unrealizable
     from safenav.runtime.mission import default_synthesizer
+    from safenav.scenario.doubts import doubts
     from safenav.scenario.objective import describe
     from safenav.scenario.reading.loader import load_scenario
     from safenav.spec.compile import assumption_names
@@ -44,7 +46,8 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
     synthesizer = default_synthesizer(plan)
     answers = first_answers(plan, synthesizer, WaitingLine())
     verdicts: list[dict[str, Any]] = []
-    warnings: list[str] = []
+    doubtful = doubts(plan)
+    warnings: list[str] = [*doubtful]
     for name, answer in answers.items():
         why = (
             None
@@ -68,7 +71,9 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
             }
         )
     if as_json:
-        click.echo(json.dumps({"scenario": plan.name, "robots": verdicts}, indent=2))
+        click.echo(
+            json.dumps({"scenario": plan.name, "robots": verdicts, "warnings": doubtful}, indent=2)
+        )
     else:
         for verdict in verdicts:
             good = verdict["explanation"] is None

@@ -116,3 +116,19 @@ def test_binary_that_exits_0_on_both_verdicts_is_understood(
         assert done.returncode == code, done.stderr
     done = safenav("run", CASE_1, SAFENAV_SLUGS=str(upstream), SAFENAV_CACHE="off")
     assert done.returncode == 0, done.stderr
+
+
+def test_check_warns_of_what_is_hardly_meant(safenav: Command, tmp_path: Path) -> None:
+    scenario = tmp_path / "s.yaml"
+    scenario.write_text(
+        'safenav: 1\nmap: {grid: ["#####", "#...#", "#####"]}\n'
+        "robots: {q: {model: quadcopter, start: 6, objective: {visit: [8, 6]}}}\n"
+        "obstacles: [{type: door, region: 7}]\nseed: 3\n"
+    )
+    done = safenav("check", scenario)
+    assert done.returncode == 0
+    assert "warning: nobody can resolve door@7: no robot can 'push'" in done.stderr
+    assert "warning: seed 3 has no effect" in done.stderr
+    assert safenav("check", scenario, "--strict").returncode == 1
+    told = json.loads(safenav("check", scenario, "--json").stdout)
+    assert len(told["warnings"]) == 2

@@ -13,6 +13,8 @@ from safenav.errors import SynthesizerError
 from safenav.synthesis.process import Crew, Finished, kill_group
 
 _CHUNK = 1 << 16
+_MOST_LINE = 64 << 20
+"""Bytes of an answer; a line that is longer is none."""
 
 
 class Talk:
@@ -84,6 +86,8 @@ class Talk:
             if not data:
                 return None
             self._heard += data
+            if len(self._heard) > _MOST_LINE:
+                raise self.nonsense(self._heard[:200])
         line, _, self._heard = self._heard.partition(b"\n")
         return line
 

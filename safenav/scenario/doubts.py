@@ -1,0 +1,73 @@
+"""What is valid in a scenario and yet hardly meant: warnings of ``safenav check``.
+
+An obstacle with an action that nobody has, or too few; a capability that nothing needs; a seed
+that nothing depends on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from safenav.scenario.model import Obstacle, Scenario
+from safenav.scenario.reading.catalogue import built_in
+from safenav.scenario.yaml.findings import closest
+
+
+def doubts(scenario: Scenario) -> tuple[str, ...]:
+    """One sentence each, in the scenario's terms."""
+    found = [*_needless(scenario)]
+    for obstacle in scenario.obstacles:
+        found += _unable(obstacle, scenario)
+    if scenario.seed and not _draws(scenario):
+        found.append(
+            f"seed {scenario.seed} has no effect: nothing is drawn (no probability, no timing with "
+            "a least and a most) and no robots share a floor"
+        )
+    return tuple(dict.fromkeys(found))
+
+
+def _unable(obstacle: Obstacle, scenario: Scenario) -> Iterator[str]:
+    """Needs of an obstacle for which the team has too few robots."""
+    known = {action for robot in scenario.robots for action in robot.capabilities}
+    for need in obstacle.needs:
+        able = [robot.name for robot in scenario.robots if need.action in robot.capabilities]
+        if len(able) >= need.robots:
+            continue
+        if not able:
+            close = closest(need.action, known)
+            meant = f"; did you mean '{close[0]}'?" if close else ""
+            has = ", ".join(f"'{action}'" for action in sorted(known)) or "nothing"
+            yield (
+                f"nobody can resolve {obstacle.name}: no robot can '{need.action}', the team can "
+                f"{has}{meant}"
+            )
+        else:
+            yield (
+                f"nobody can resolve {obstacle.name}: '{need.action}' takes {need.robots} robots, "
+                f"and only {' and '.join(able)} can do it"
+            )
+
+
+def _needless(scenario: Scenario) -> Iterator[str]:
+    """Capabilities of the scenario's own models that no obstacle of it needs."""
+    needed = {need.action for obstacle in scenario.obstacles for need in obstacle.needs}
+    for robot in scenario.robots:
+        model = robot.model
+        usual = built_in().robots.get(model.name)
+        own = model.capabilities - (usual.capabilities if usual is not None else frozenset())
+        for action in sorted(own - needed):
+            close = closest(action, needed)
+            meant = f"; did you mean '{close[0]}'?" if close else ""
+            yield f"{model.name} can '{action}', which no obstacle needs{meant}"
+
+
+def _draws(scenario: Scenario) -> bool:
+    """Whether anything in a run depends on the seed."""
+    robots = scenario.robots
+    return (
+        any(isinstance(obstacle.traversable, float) for obstacle in scenario.obstacles)
+        or any(robot.model.timing.least < robot.model.timing.most for robot in robots)
+        or any(
+            scenario.conflict(one, other) for one in robots for other in robots if one is not other
+        )
+    )

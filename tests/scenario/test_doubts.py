@@ -1,0 +1,90 @@
+"""What is valid in a scenario and hardly meant."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from safenav.scenario.doubts import doubts
+from safenav.scenario.reading.loader import load_scenario
+
+ROOT = Path(__file__).parents[2]
+
+SCENARIO = """
+safenav: 1
+map: {{grid: ["########", "#......#", "#......#", "########"]}}
+catalogue:
+  robots:
+    porter: {{mobility: free, layer: ground, capabilities: [{can}]{timing}}}
+  obstacles:
+    beam: {{needs: [{{action: lift, robots: {robots}, at: neighbours}}]}}
+robots:
+  a: {{model: porter, start: 9, objective: {{visit: [14, 9]}}}}
+  b: {{model: {other}, start: 17, objective: {{visit: [22, 17]}}, avoids: {avoids}}}
+obstacles: {obstacles}
+seed: {seed}
+"""
+PLAIN = {
+    "can": "lift",
+    "timing": "",
+    "robots": "1",
+    "other": "quadcopter",
+    "avoids": "[]",
+    "obstacles": "[{type: beam, region: 11}]",
+    "seed": "0",
+}
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        pytest.param({}, [], id="nothing"),
+        pytest.param(
+            {"can": "lfit"},
+            [
+                "porter can 'lfit', which no obstacle needs; did you mean 'lift'?",
+                "nobody can resolve beam@11: no robot can 'lift', the team can 'lfit', 'sense'; "
+                "did you mean 'lfit'?",
+            ],
+            id="a slip of the pen",
+        ),
+        pytest.param(
+            {"robots": "2"},
+            ["nobody can resolve beam@11: 'lift' takes 2 robots, and only a can do it"],
+            id="too few",
+        ),
+        pytest.param({"robots": "2", "other": "porter"}, [], id="enough"),
+        pytest.param(
+            {"can": "lift, push"}, ["porter can 'push', which no obstacle needs"], id="needless"
+        ),
+        pytest.param(
+            {"seed": "7"},
+            [
+                "seed 7 has no effect: nothing is drawn (no probability, no timing with a least "
+                "and a most) and no robots share a floor"
+            ],
+            id="a seed for nothing",
+        ),
+        pytest.param({"seed": "7", "timing": ", timing: {least: 1, most: 2}"}, [], id="timing"),
+        pytest.param({"seed": "7", "avoids": "[a]"}, [], id="a shared floor"),
+        pytest.param(
+            {
+                "seed": "7",
+                "obstacles": "[{type: beam, region: 11},"
+                " {type: uncertainty, region: 13, traversable: {probability: 0.5}}]",
+            },
+            [],
+            id="a truth that is drawn",
+        ),
+    ],
+)
+def test_warnings(changes: dict[str, str], said: list[str], tmp_path: Path) -> None:
+    file = tmp_path / "s.yaml"
+    file.write_text(SCENARIO.format(**PLAIN | changes))
+    assert list(doubts(load_scenario(file))) == said
+
+
+@pytest.mark.parametrize("name", ["hello", "case_study_1", "case_study_2_beliefs", "team_of_six"])
+def test_shipped_scenarios_mean_what_they_say(name: str) -> None:
+    assert doubts(load_scenario(ROOT / "scenarios" / f"{name}.yaml")) == ()
