@@ -9,8 +9,18 @@ import click
 
 from safenav.errors import ExitCode
 
+EPILOG = """\b
+Examples:
+  safenav certify scenario.yaml -o bundle && safenav check-bundle bundle
+  safenav check-bundle bundle.zip --json
+\b
+Exit codes:
+  0  accepted   1  refused: the first reason is printed   2  this is no bundle
+  3  larger than the checker takes on
+"""
 
-@click.command(name="check-bundle")
+
+@click.command(name="check-bundle", epilog=EPILOG)
 @click.argument("bundle", type=click.Path(path_type=Path, exists=True))
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def command(bundle: Path, as_json: bool) -> int:
@@ -18,11 +28,6 @@ def command(bundle: Path, as_json: bool) -> int:
 
     The program is the one that is installed, not the copy in the bundle. A reviewer without
     safenav runs `python3 -I -S check.py BUNDLE`.
-
-    \b
-    Exit codes:
-      0  accepted   1  refused: the first reason is printed   2  this is no bundle
-      3  larger than the checker takes on
     """
     from safenav.certify.check import Result, check_bundle
     from safenav.report.terminal.table import table

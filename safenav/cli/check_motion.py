@@ -31,6 +31,7 @@ def command(motion: Path, trace: Path, show_all: bool, as_json: bool) -> int:
     from safenav.motion.check.verdict import check_motion
     from safenav.motion.file.reading import read_motion
     from safenav.motion.source import read_source
+    from safenav.trace.wording import counted
 
     source = read_source(trace)
     moved = read_motion(motion)
@@ -44,7 +45,7 @@ def command(motion: Path, trace: Path, show_all: bool, as_json: bool) -> int:
     if len(found) > 1 and not show_all:
         click.echo(f"and {len(found) - 1} more (--all shows them)")
     if not found:
-        robots = len(moved.header.robots)
+        robots = counted(len(moved.header.robots), "robot")
         seconds = moved.outcome.makespan
-        click.echo(f"{motion}: no rule broken in {seconds:.1f} s of {robots} robots")
+        click.echo(f"{motion}: no rule broken in {seconds:.1f} s of {robots}")
     return ExitCode.NEGATIVE if found else ExitCode.OK

@@ -11,6 +11,7 @@ import click
 from safenav.audit.check import Audit, audit
 from safenav.errors import ExitCode, InputError
 from safenav.trace.reading import read_bytes, read_trace
+from safenav.trace.wording import counted
 
 
 @click.command(name="check-trace")
@@ -31,7 +32,7 @@ def command(trace: str, show_all: bool, partial: bool, as_json: bool) -> None:
       safenav check-trace --partial running.jsonl
 
     \b
-    Exit status:
+    Exit codes:
       0  no rule is broken
       1  a rule is broken, or the trace ends before its outcome and --partial is not given
       2  this is no trace, or it cannot be read
@@ -70,7 +71,8 @@ def _tell(found: Audit, show_all: bool, partial: bool) -> None:
     if found.ok:
         numbers = found.statistics
         click.echo(
-            f"{found.source}: no rule broken in {numbers.ticks} ticks of {numbers.robots} robots "
-            f"({numbers.moves} moves, {numbers.goals} goals, {numbers.resolved} resolved, "
+            f"{found.source}: no rule broken in {counted(numbers.ticks, 'tick')} of "
+            f"{counted(numbers.robots, 'robot')} ({counted(numbers.moves, 'move')}, "
+            f"{counted(numbers.goals, 'goal')}, {numbers.resolved} resolved, "
             f"outcome {found.outcome or 'unknown'})."
         )

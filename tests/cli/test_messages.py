@@ -11,8 +11,10 @@ import pytest
 
 import warm
 from cli.conftest import MAIN, Command
+from safenav.cli import COMMANDS
 
 MAPS = Path(__file__).parents[1] / "maps"
+ROOT = Path(__file__).parents[2]
 GOOD = """\
 safenav: 1
 map:
@@ -127,3 +129,14 @@ def test_batches_take_the_option_for_output_of_all_commands(
     (tmp_path / "s.yaml").write_text(GOOD)
     assert safenav("batch", "s.yaml", "-o", "kept").returncode == 0
     assert (tmp_path / "kept").is_dir()
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_is_in_the_readme_and_tells_its_exit_codes(
+    command: str, safenav: Command
+) -> None:
+    table = (ROOT / "README.md").read_text(encoding="utf-8").split("## Commands")[1]
+    assert f"`safenav {command}" in table or f"`{command}`" in table
+    help_text = safenav(command, "--help").stdout
+    assert "Exit codes:" in help_text
+    assert "Example" in help_text
