@@ -76,7 +76,7 @@ def to_csv(report: Report) -> str:
 
 
 def read_results(path: Path) -> dict[str, Result]:
-    """The results of a former ``--json``, by name. Raises UsageError if the file is none."""
+    """The results of a former ``--results``, by name. Raises UsageError if the file is none."""
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
@@ -94,5 +94,5 @@ def read_results(path: Path) -> dict[str, Result]:
 
 def _no_results(path: Path, why: str) -> UsageError:
     return UsageError(
-        f"{path} is no result of a batch ({why})\n    a baseline is written by --json"
+        f"{path} is no result of a batch ({why})\n    a baseline is written by --results"
     )

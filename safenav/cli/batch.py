@@ -25,7 +25,7 @@ Examples:
   safenav batch scenarios --jobs 2 --junit report.xml --out out
   safenav batch 'suites/**/door*.yaml' nightly.yaml --fail-fast
   safenav batch scenarios --out out --resume
-  safenav batch scenarios --json now.json --baseline before.json
+  safenav batch scenarios --results now.json --baseline before.json
 \b
 A PATH is a scenario, a folder (searched for *.yaml, but not in folders named
 'invalid'), a quoted pattern, or a matrix file ('batch: 1'; see docs/batch.md).
@@ -41,7 +41,20 @@ Exit codes:
 _FILE = click.Path(path_type=Path, dir_okay=False, allow_dash=True)
 
 
-@click.command(epilog=EPILOG)
+class _Batch(click.Command):
+    """``--json`` with a file, as it was in former versions, is ``--results``."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        following = [*args[1:], ""]
+        names_file = [after == "-" or after.endswith(".json") for after in following]
+        read = [
+            "--results" if word == "--json" and named else word
+            for word, named in zip(args, names_file, strict=True)
+        ]
+        return super().parse_args(ctx, read)
+
+
+@click.command(cls=_Batch, epilog=EPILOG)
 @click.argument("paths", metavar="PATH...", nargs=-1, required=True)
 @click.option(
     "-j",
@@ -71,7 +84,8 @@ _FILE = click.Path(path_type=Path, dir_okay=False, allow_dash=True)
     help="Write the bundle of each run into this folder (docs/certificates.md).",
 )
 @click.option("--junit", type=_FILE, help="Write a JUnit report (XML).")
-@click.option("--json", "as_json", type=_FILE, help="Write all results as JSON.")
+@click.option("--json", "as_json", is_flag=True, help="Print all results as JSON, no table.")
+@click.option("--results", type=_FILE, help="Write all results as JSON, for --baseline.")
 @click.option("--csv", "as_csv", type=_FILE, help="Write the figures as CSV.")
 @click.option(
     "-o",
@@ -85,7 +99,7 @@ _FILE = click.Path(path_type=Path, dir_okay=False, allow_dash=True)
 @click.option(
     "--baseline",
     type=click.Path(path_type=Path, dir_okay=False),
-    help="A former --json: name what has changed or is slower.",
+    help="Former --results: name what has changed or is slower.",
 )
 @click.option(
     "--slower",
@@ -111,7 +125,8 @@ def command(
     verify: bool,
     certify: Path | None,
     junit: Path | None,
-    as_json: Path | None,
+    as_json: bool,
+    results: Path | None,
     as_csv: Path | None,
     out: Path | None,
     resume: bool,
@@ -126,7 +141,9 @@ def command(
         raise UsageError("--resume needs --out: the folder that holds the results so far")
     if dask is not None and jobs is not None:
         raise UsageError("--jobs is for this machine; a Dask cluster has its own workers")
-    files = [path for path in (junit, as_json, as_csv) if path is not None]
+    if as_json and results is None:
+        results = Path("-")
+    files = [path for path in (junit, results, as_csv) if path is not None]
     _check_writable(files)
     signal.signal(signal.SIGTERM, _as_interrupt)
     with ExitStack() as stack:
@@ -181,8 +198,8 @@ def command(
         comparison = compare(report.in_order, former, slower, not_run)
     if junit is not None:
         _write(junit, to_junit(report))
-    if as_json is not None:
-        _write(as_json, to_json(report, comparison))
+    if results is not None:
+        _write(results, to_json(report, comparison))
     if as_csv is not None:
         _write(as_csv, to_csv(report))
     for line in summary(report, comparison, slowest):

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 EPILOG = """\b
 Examples:
-  safenav export run.jsonl --waypoints run.csv
+  safenav export run.jsonl -o run.csv
   safenav export run.jsonl --motion run.motion.jsonl --waypoints run.csv
   safenav export run.jsonl --motion run.motion.jsonl --columns run.npz --rate 1000
   safenav export run.jsonl --mcap run.mcap --resolution 0.5
@@ -32,6 +32,12 @@ Exit codes:
 
 @click.command(epilog=EPILOG)
 @click.argument("trace", type=click.Path(path_type=Path))
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    help="File to write, by its ending: .csv or .json are waypoints, .mcap a bag, .npz columns.",
+)
 @click.option(
     "--waypoints",
     type=click.Path(path_type=Path),
@@ -86,6 +92,7 @@ Exit codes:
 )
 def command(
     trace: Path,
+    output: Path | None,
     waypoints: Path | None,
     form: str | None,
     mcap: Path | None,
@@ -100,9 +107,24 @@ def command(
     """Write TRACE for other programs: waypoints (where each robot is at the end of each tick, in
     metres in the frame of the map, as in ROS; with --motion at the end of each move, with times
     and speeds), a ROS 2 bag, tables, columns of samples."""
+    if output is not None:
+        match output.suffix:
+            case ".csv" | ".json" if waypoints is None:
+                waypoints = output
+            case ".mcap" if mcap is None:
+                mcap = output
+            case ".npz" if columns is None:
+                columns = output
+            case ".csv" | ".json" | ".mcap" | ".npz":
+                raise UsageError(f"--output {output} says a second time where that goes")
+            case _:
+                raise UsageError(
+                    f"--output {output}: its ending says what to write: .csv, .json, .mcap or .npz"
+                )
     if waypoints is None and mcap is None and stem is None and columns is None:
         raise UsageError(
-            "say what to write: --waypoints FILE, --mcap FILE, --csv STEM or --columns FILE"
+            "say what to write: -o FILE (.csv, .json, .mcap or .npz), --waypoints FILE, "
+            "--mcap FILE, --csv STEM or --columns FILE"
         )
     from safenav.motion.waypoints import as_csv, as_json, frame_of
     from safenav.motion.waypoints import waypoints as waypoints_of

@@ -27,6 +27,7 @@ LIMITS = ("tick_limit", "time_limit", "search_limit")
 EPILOG = """\b
 Examples:
   safenav run scenarios/case_study_1.yaml
+  safenav run scenarios/case_study_1.yaml -o out
   safenav run scenarios/case_study_3.yaml --trace chain.jsonl
   safenav run scenarios/case_study_3.yaml --html chain.html
   safenav run scenarios/case_study_1.yaml --trace door.jsonl --motion door.motion.jsonl
@@ -43,6 +44,12 @@ Exit codes:
 
 @click.command(epilog=EPILOG)
 @click.argument("scenario", type=click.Path(path_type=Path))
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    help="Write what happens: FILE.jsonl is the trace, FILE.html the page; else a folder for both.",
+)
 @click.option("--trace", type=click.Path(path_type=Path), help="Write what happens (JSON Lines).")
 @click.option("--html", type=click.Path(path_type=Path), help="Write the replay as one HTML page.")
 @click.option(
@@ -59,6 +66,7 @@ Exit codes:
 @click.option("--map/--no-map", "maps", default=True, help="Draw the map at moments that matter.")
 def command(
     scenario: Path,
+    output: Path | None,
     trace: Path | None,
     html: Path | None,
     motion: Path | None,
@@ -88,6 +96,8 @@ def command(
         plan = replace(plan, limits=replace(plan.limits, ticks=max_ticks))
     if time_limit is not None:
         plan = replace(plan, limits=replace(plan.limits, seconds=time_limit))
+    if output is not None:
+        trace, html = _by_its_ending(output, scenario.stem, trace, html)
     _refuse_same_files(scenario, {"--trace": trace, "--html": html, "--motion": motion})
     synthesizer = default_synthesizer(plan, verify=verify)
     kept = trace
@@ -134,6 +144,26 @@ def _interrupt(mission: Mission) -> None:
     if mission.stopping:
         raise KeyboardInterrupt
     mission.stop()
+
+
+def _by_its_ending(
+    output: Path, stem: str, trace: Path | None, html: Path | None
+) -> tuple[Path | None, Path | None]:
+    """Where trace and page go if ``--output`` says it. Raises UsageError if that is said twice."""
+    writes_trace, writes_page = output.suffix != ".html", output.suffix != ".jsonl"
+    for option, given in (("--trace", writes_trace and trace), ("--html", writes_page and html)):
+        if given:
+            raise UsageError(f"--output {output} and {option} {given} are the same; give one")
+    if not writes_page:
+        return output, html
+    if not writes_trace:
+        return trace, output
+    try:
+        output.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UsageError(f"cannot write to {output}: {error.strerror}") from error
+    name = stem if stem != "-" else "scenario"
+    return output / f"{name}.jsonl", output / f"{name}.html"
 
 
 def _refuse_same_files(scenario: Path, outputs: dict[str, Path | None]) -> None:

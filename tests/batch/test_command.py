@@ -116,7 +116,7 @@ def test_a_broken_scenario_a_crash_and_a_hang_do_not_take_the_batch_down(
         (["a.yaml", "--resume"], "--resume needs --out"),
         (["a.yaml", "--dask", "tcp://127.0.0.1:1", "--jobs", "2"], "--jobs is for this machine"),
         (["a.yaml", "--baseline", "none.json"], "cannot read the baseline"),
-        (["a.yaml", "--json", "none/out.json"], "cannot write none/out.json"),
+        (["a.yaml", "--results", "none/out.json"], "cannot write none/out.json"),
         (["a.yaml", "--jobs", "0"], "Invalid value"),
         ([], "Missing argument"),
         (["m.yaml"], "m.yaml:3:10: 'sed' is no path"),
@@ -161,9 +161,9 @@ def test_fail_fast_and_retries(write: Write, slugs: SlugsLog) -> None:
 def test_a_baseline_tells_what_is_different(write: Write) -> None:
     write("a.yaml", expect="{outcome: completed}")
     write("b.yaml")
-    safenav("a.yaml", "b.yaml", "--json", "before.json")
+    safenav("a.yaml", "b.yaml", "--json", "before.json")  # as in former versions
     write("a.yaml")
-    done = safenav("a.yaml", "--baseline", "before.json", "--json", "now.json")
+    done = safenav("a.yaml", "--baseline", "before.json", "--results", "now.json")
     assert done.returncode == 0
     assert "changed: a.yaml\n  different before, passed now\n" in done.stdout
     assert "gone: b.yaml" in done.stdout

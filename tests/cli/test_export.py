@@ -147,3 +147,12 @@ def test_a_trace_that_makes_no_sense_is_refused(
     assert refused.returncode == 2, refused.stdout
     assert words in refused.stderr
     assert "Traceback" not in refused.stderr
+
+
+def test_the_ending_of_the_output_says_what_is_written(safenav: Command, tmp_path: Path) -> None:
+    run(safenav, tmp_path, WALK % f"{OPEN}, resolution: 0.5")
+    safenav("export", "s.jsonl", "--waypoints", "way.csv")
+    assert safenav("export", "s.jsonl", "-o", "same.csv").returncode == 0
+    assert (tmp_path / "same.csv").read_text() == (tmp_path / "way.csv").read_text()
+    done = safenav("export", "s.jsonl", "-o", "way.txt")
+    assert (done.returncode, "its ending says what to write" in done.stderr) == (2, True)

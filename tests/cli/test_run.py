@@ -146,3 +146,18 @@ def test_full_disk_stops_the_run_with_a_message(safenav: Command) -> None:
     assert done.returncode == 2
     assert "No space left" in done.stderr
     assert "Traceback" not in done.stderr
+
+
+def test_output_goes_where_its_ending_says(safenav: Command, tmp_path: Path) -> None:
+    file = tmp_path / "no_way.yaml"
+    file.write_text(NO_WAY)
+    safenav("run", file, "-o", "out")
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {"no_way.jsonl", "no_way.html"}
+    safenav("run", file, "--output", "here.jsonl", "--html", "there.html")
+    assert check_trace(tmp_path / "here.jsonl").findings == ()
+    assert "<html" in (tmp_path / "there.html").read_text()
+    done = safenav("run", file, "-o", "a.html", "--html", "b.html")
+    assert (done.returncode, "--output a.html and --html b.html are the same" in done.stderr) == (
+        2,
+        True,
+    )
