@@ -16,6 +16,7 @@ from safenav.report.picture.scene import Options, svg_of
 from safenav.report.picture.text import FONTS, text_width, wrapped
 from safenav.report.replay.reading import read_replay
 from safenav.report.replay.timeline import Replay, Status
+from safenav.scenario.objective import targets_of
 from safenav.scenario.reading.loader import load_scenario
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -162,3 +163,34 @@ def test_a_narrow_terminal_gets_a_narrow_map() -> None:
     lines = scenario_text(scenario, width=40)
     grid = [line for line in lines if line.startswith("██")]
     assert len(grid) == 7 and all(len(line) == 26 for line in grid)
+
+
+@pytest.mark.parametrize("name", ["case_study_1", "warehouse", "team_of_six"])
+def test_figures_can_be_read_and_targets_are_framed(name: str) -> None:
+    scenario = load_scenario(SCENARIOS / f"{name}.yaml")
+    root = ElementTree.fromstring(svg_of(scene_of(scenario)))
+    sizes = [
+        float(element.attrib["font-size"])
+        for element in root.iter()
+        if "font-size" in element.attrib
+    ]
+    assert min(sizes) >= 8
+    floor = next(group for group in root.findall(f"{SVG}g"))
+    frames = {
+        (
+            element.get("stroke"),
+            int((float(element.attrib["y"]) + 5) // _cell(root, scenario.map.cols)),
+            int((float(element.attrib["x"]) + 5) // _cell(root, scenario.map.cols)),
+        )
+        for element in floor.findall(f"{SVG}rect")
+        if element.get("fill") == "none"
+    }
+    for robot, look in zip(scenario.robots, looks([r.name for r in scenario.robots]), strict=True):
+        for region in sorted(set().union(*targets_of(robot.objective))):
+            assert (look.colour, *scenario.map.position(region)) in frames
+
+
+def _cell(root: ElementTree.Element, cols: int) -> float:
+    """Side of a region: the floor is the first rectangle of the map."""
+    floor = next(group for group in root.findall(f"{SVG}g"))
+    return float(next(iter(floor.findall(f"{SVG}rect"))).attrib["width"]) / cols

@@ -43,7 +43,7 @@ def exact(blocked: list[list[bool]], layout: Layout, share: float) -> frozenset[
                 if not blocked[y][x]
             )
             part = 1 - free / (layout.height * layout.width)
-            if part > 0 and part >= Fraction(share):
+            if part > 0 and part >= Fraction(str(share)):  # the number as it is written
                 found.add(row * layout.cols + col)
     return frozenset(found)
 

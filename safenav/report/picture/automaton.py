@@ -46,7 +46,8 @@ def svg_of_automaton(strategy: Strategy, task: Task, world: RegionMap) -> str:
     width = max(box.width for box in boxes)
     height = max(box.height for box in boxes)
     layout = laid_out(initial, strategy.transitions, (width, height))
-    title = strategy.specification.title
+    what = describe(task.objective, world.word)
+    title = f"{task.robot.name} ({task.robot.model.name}): {what}"
     inner = max(layout.width, 420.0)
     heading = wrapped(title, 17, inner - _MARGIN, bold=True)
     top = _MARGIN + 21 * len(heading) + 26

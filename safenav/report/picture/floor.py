@@ -10,6 +10,10 @@ MUTED = "#5C6470"
 WALL = "#3B4048"
 LINES = "#D5D9DF"
 
+_LEGIBLE = 8.0
+"""Height of the smallest figures, in pixels of a picture at its own size."""
+_LEAST_CELL = 26.0
+
 
 def cell_size(world: RegionMap) -> float:
     """Side of one region: 48 for the maps of a paper, less for large ones."""
@@ -40,11 +44,17 @@ def draw_floor(page: SvgWriter, world: RegionMap, cell: float) -> None:
     page.path("".join(walls), fill=WALL, stroke=WALL, stroke_width=0.5)
 
 
+def number_size(cell: float) -> float | None:
+    """Height of a region's number; None where there is no room for one that can be read."""
+    return max(_LEGIBLE, cell * 0.17) if cell >= _LEAST_CELL else None
+
+
 def draw_numbers(page: SvgWriter, world: RegionMap, cell: float, fill: str = "#8A919C") -> None:
     """The number of each free region in its corner."""
-    page.open_group(font_size=number(cell * 0.17), fill=fill)
+    size = number_size(cell) or _LEGIBLE
+    page.open_group(font_size=number(size), fill=fill)
     for region in world.free:
         row, col = world.position(region)
-        place = {"x": (col + 0.07) * cell, "y": (row + 0.2) * cell}
+        place = {"x": (col + 0.07) * cell, "y": row * cell + 0.03 * cell + size}
         page.element("text", str(region), **place)
     page.close_group()

@@ -220,8 +220,8 @@ def _marks(scene: Scene, style: tuple[Look, ...], more: Sequence[Row]) -> Block:
         page.rect(x - 8, y - 8, 16, 16, fill="#3B4048")
 
     def target(page: SvgWriter, x: float, y: float) -> None:
-        page.rect(x - 9, y - 9, 18, 18, fill="none", stroke="#B9C0CA", stroke_width=1)
         look = style[0]
+        page.rect(x - 9, y - 9, 18, 18, fill="none", stroke=look.colour, stroke_width=2)
         page.glyph(look.path, x + 4, y + 4, 3.4, fill=look.colour, stroke=INK, stroke_width=0.22)
 
     def trail(page: SvgWriter, x: float, y: float) -> None:

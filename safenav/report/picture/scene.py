@@ -8,7 +8,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from safenav.report.picture.floor import INK, MUTED, cell_size, draw_floor, draw_numbers
+from safenav.report.picture.floor import (
+    INK,
+    MUTED,
+    cell_size,
+    draw_floor,
+    draw_numbers,
+    number_size,
+)
 from safenav.report.picture.glyphs import (
     NOSE,
     STATUS_MARKS,
@@ -121,7 +128,7 @@ class _Drawing:
             by_name = dict(zip(names, style, strict=True))
             draw_shading(self.page, self.options.shading, self.scene.map, self.cell, by_name)
         numbers = self.options.numbers
-        if self.cell >= 26 if numbers is None else numbers:
+        if number_size(self.cell) is not None if numbers is None else numbers:
             draw_numbers(self.page, self.scene.map, self.cell)
         for i, robot in enumerate(self.scene.robots):
             self._trail(robot, style[i], i - (len(style) - 1) / 2)
@@ -183,8 +190,9 @@ class _Drawing:
                 )
 
     def _targets(self, style: tuple[Look, ...]) -> None:
-        """A small copy of the robot's shape in a corner of each region it is to reach."""
-        corners = ((0.86, 0.86), (0.14, 0.86), (0.86, 0.14))
+        """A frame in the robot's colour around each region that it is to reach, and its shape in a
+        corner; frames of several robots lie within each other."""
+        corners = ((0.8, 0.8), (0.2, 0.8), (0.8, 0.2))
         taken: dict[Region, int] = {}
         for robot, look in zip(self.scene.robots, style, strict=True):
             targets = targets_of(robot.objective) if robot.objective is not None else ()
@@ -193,12 +201,17 @@ class _Drawing:
                 taken[region] = slot + 1
                 if slot < len(corners):
                     x, y = self._corner(region)
+                    wide = max(1.5, self.cell * 0.05)
+                    inset = wide * (0.5 + 1.4 * slot) + 0.5
+                    side = self.cell - 2 * inset
+                    frame = {"stroke": look.colour, "stroke_width": wide}
+                    self.page.rect(x + inset, y + inset, side, side, fill="none", **frame)
                     right, down = corners[slot]
                     self.page.glyph(
                         look.path,
                         x + right * self.cell,
                         y + down * self.cell,
-                        self.cell * 0.09,
+                        self.cell * 0.11,
                         fill=look.colour,
                         stroke=INK,
                         stroke_width=0.22,

@@ -11,7 +11,7 @@ import math
 from collections import Counter
 from collections.abc import Mapping
 
-from safenav.report.picture.floor import INK, cell_size, draw_floor, draw_numbers
+from safenav.report.picture.floor import INK, cell_size, draw_floor, number_size
 from safenav.report.picture.glyphs import BLUE, EVENT_MARKS, VERMILLION
 from safenav.report.picture.legend import WIDTH, Block, Legend, Row, lines_of
 from safenav.report.picture.svg import SvgWriter, number
@@ -24,6 +24,8 @@ from safenav.synthesis.strategy import Strategy
 from safenav.world.map import Region, RegionMap
 
 _MARGIN = 16.0
+_THINNEST, _WIDEST = 0.015, 0.11
+"""Of an arrow, in sides of a region; in between in proportion to its transitions."""
 _TARGET = EVENT_MARKS[EventKind.GOAL].path
 
 
@@ -36,13 +38,12 @@ def svg_of_summary(strategy: Strategy, task: Task, world: RegionMap) -> str:
         for node, successors in enumerate(strategy.transitions)
         for successor in successors
     )
-    stays = sum(count for (a, b), count in moves.items() if a == b)
     cell = cell_size(world)
     width, height = world.cols * cell, world.rows * cell
-    legend = _legend(strategy, task, world, stays)
+    legend = _legend(strategy, task, world, moves)
     across, beside = legend.arranged(width, height)
     inner = width + across if beside else max(width, across, WIDTH)
-    title = wrapped(strategy.specification.title, 17, inner, bold=True)
+    title = wrapped(_title(task, world), 17, inner, bold=True)
     top = _MARGIN + 21 * len(title) + 8
     below = top + (max(height, legend.height) if beside else height + 20 + legend.height)
     page = SvgWriter()
@@ -52,8 +53,6 @@ def svg_of_summary(strategy: Strategy, task: Task, world: RegionMap) -> str:
     page.open_group(transform=f"translate({number(_MARGIN)} {number(top)})")
     draw_floor(page, world, cell)
     _draw_states(page, Counter(regions), world, cell)
-    if cell >= 26:
-        draw_numbers(page, world, cell, fill="#4A515C")
     _draw_moves(page, moves, world, cell)
     _draw_places(page, task, world, cell)
     page.close_group()
@@ -71,18 +70,24 @@ def _draw_states(
         row, col = world.position(region)
         tint = 0.08 + 0.42 * math.log1p(count) / most
         page.rect(col * cell, row * cell, cell, cell, fill=BLUE, fill_opacity=round(tint, 3))
+    # In the middle, clear of the arrows: the count, and below it the region's number.
+    small = number_size(cell)
     for region, count in sorted(states.items()):
         row, col = world.position(region)
         size = min(cell * 0.27, cell * 0.62 / len(str(count)) / 0.64)
-        place = ((col + 0.5) * cell, (row + 0.5) * cell + size * 0.36)
-        page.text(*place, str(count), size, bold=True, text_anchor="middle", fill=INK)
+        middle, drop = (col + 0.5) * cell, size * 0.36 if small is None else -size * 0.05
+        baseline = (row + 0.5) * cell + drop
+        page.text(middle, baseline, str(count), size, bold=True, text_anchor="middle", fill=INK)
+        if small is not None:
+            below = baseline + 1.05 * small
+            page.text(middle, below, str(region), small, text_anchor="middle", fill="#4A515C")
 
 
 def _draw_moves(
     page: SvgWriter, moves: Mapping[tuple[Region, Region], int], world: RegionMap, cell: float
 ) -> None:
     """An arrow over each border that is crossed; ways there and back run beside each other."""
-    most = math.log1p(max((n for (a, b), n in moves.items() if a != b), default=1))
+    most = _busiest(moves)
     for (origin, target), count in sorted(moves.items()):
         if origin == target:
             continue
@@ -91,7 +96,7 @@ def _draw_moves(
         side = 0.2 if (target, origin) in moves else 0.0
         middle_x = ((col + to_col + 1) / 2 - dy * side) * cell
         middle_y = ((row + to_row + 1) / 2 + dx * side) * cell
-        wide = (0.025 + 0.06 * math.log1p(count) / most) * cell
+        wide = (_THINNEST + (_WIDEST - _THINNEST) * count / most) * cell
         head, reach = 1.25 * wide + 0.03 * cell, 0.16 * cell
         tip = (middle_x + dx * reach, middle_y + dy * reach)
         neck = (tip[0] - dx * 1.7 * head, tip[1] - dy * 1.7 * head)
@@ -109,12 +114,24 @@ def _draw_moves(
         )
 
 
+def _busiest(moves: Mapping[tuple[Region, Region], int]) -> int:
+    """The most transitions over one border."""
+    return max((count for (a, b), count in moves.items() if a != b), default=1)
+
+
+def _title(task: Task, world: RegionMap) -> str:
+    kind = task.robot.model.name
+    return f"{task.robot.name} ({kind}): {describe(task.objective, world.word)}"
+
+
 def _draw_places(page: SvgWriter, task: Task, world: RegionMap, cell: float) -> None:
-    """A flag on each target, a ring on the start, a cross on what is known to be blocked."""
+    """A frame and a flag on each target, a round frame on the start."""
     for region in sorted(frozenset[Region]().union(*targets_of(task.objective))):
         row, col = world.position(region)
-        place = ((col + 0.86) * cell, (row + 0.16) * cell)
-        page.glyph(_TARGET, *place, cell * 0.12, fill=VERMILLION)
+        edge = {"fill": "none", "stroke": INK, "stroke_width": max(1.5, 0.06 * cell)}
+        page.rect(col * cell, row * cell, cell, cell, **edge)
+        place = ((col + 0.84) * cell, (row + 0.17) * cell)
+        page.glyph(_TARGET, *place, max(5.0, cell * 0.15), fill=VERMILLION)
     row, col = world.position(task.pose.region)
     page.rect(
         (col + 0.04) * cell,
@@ -128,7 +145,13 @@ def _draw_places(page: SvgWriter, task: Task, world: RegionMap, cell: float) -> 
     )
 
 
-def _legend(strategy: Strategy, task: Task, world: RegionMap, stays: int) -> Legend:
+def _legend(
+    strategy: Strategy,
+    task: Task,
+    world: RegionMap,
+    moves: Mapping[tuple[Region, Region], int],
+) -> Legend:
+    stays = sum(count for (a, b), count in moves.items() if a == b)
     crossings = strategy.edges - stays
     figures = [
         f"{len(strategy.states)} states, {strategy.edges} transitions",
@@ -148,15 +171,17 @@ def _legend(strategy: Strategy, task: Task, world: RegionMap, stays: int) -> Leg
         page.path(f"M{number(x + 9)},{number(y)}l-9,-5v10z", fill=INK)
 
     def target(page: SvgWriter, x: float, y: float) -> None:
-        page.glyph(_TARGET, x, y, 8, fill=VERMILLION)
+        page.rect(x - 9, y - 9, 18, 18, fill="none", stroke=INK, stroke_width=2)
+        page.glyph(_TARGET, x, y, 6, fill=VERMILLION)
 
     def start(page: SvgWriter, x: float, y: float) -> None:
         box = {"fill": "none", "stroke": VERMILLION, "stroke_width": 2}
         page.rect(x - 8, y - 8, 16, 16, rx=2, **box)
 
+    wide = f"moves; width tells how many transitions, the widest {_busiest(moves)}"
     marks = (
-        Row(states, lines_of("states of the automaton in that region", 12)),
-        Row(move, lines_of("moves, wider where more transitions make them", 12)),
+        Row(states, lines_of("states of the automaton in that region, above its number", 12)),
+        Row(move, lines_of(wide, 12)),
         Row(target, lines_of("target", 12)),
         Row(start, lines_of("start", 12)),
     )
