@@ -6,10 +6,14 @@ The names below are the library's face (docs/library.md). They are loaded when t
 
 from __future__ import annotations
 
+import sys
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from safenav.audit.check import check_trace as check_trace
+    from safenav.report.notebook import ProgressBar as ProgressBar
     from safenav.report.replay.reading import read_replay as read_replay
     from safenav.runtime.mission import Mission as Mission
     from safenav.runtime.world import World as World
@@ -33,6 +37,7 @@ _HOMES = {
     "Mission": "safenav.runtime.mission",
     "Obstacle": "safenav.scenario.model",
     "Pose": "safenav.world.moves",
+    "ProgressBar": "safenav.report.notebook",
     "Robot": "safenav.scenario.model",
     "Scenario": "safenav.scenario.model",
     "Synthesizer": "safenav.synthesis.slugs",
@@ -52,6 +57,7 @@ __all__ = [
     "Mission",
     "Obstacle",
     "Pose",
+    "ProgressBar",
     "Robot",
     "Scenario",
     "Synthesizer",
@@ -68,11 +74,36 @@ __all__ = [
 ]
 
 
-def load_ipython_extension(shell: object) -> None:
-    """``%load_ext safenav``: scenarios and replays draw themselves in a notebook."""
-    from safenav.report.notebook import register
+_DRAWINGS = {
+    "safenav.scenario.model": ("Scenario", "_repr_svg_", "svg_of_scenario"),
+    "safenav.report.replay.timeline": ("Replay", "_repr_html_", "frame_of_replay"),
+    "safenav.runtime.mission": ("RunResult", "_repr_html_", "table_of_result"),
+}
+"""By module: a class that a notebook draws, the method that it asks for, and who draws it."""
 
-    register(shell)
+
+def load_ipython_extension(shell: object) -> None:
+    """``%load_ext safenav``: nothing is left to do, what draws itself does so without it."""
+    del shell
+
+
+def _let_draw() -> None:
+    """Give those classes that are loaded their drawings. Done here, since nothing below may know
+    of what people look at; a drawing's code is loaded when a notebook asks for one."""
+    for module, (kind, method, draws) in _DRAWINGS.items():
+        home = sys.modules.get(module)
+        if home is not None and not hasattr(getattr(home, kind), method):
+            setattr(getattr(home, kind), method, _drawing(draws))
+
+
+def _drawing(draws: str) -> Callable[[object], str]:
+    def draw(self: object) -> str:
+        from safenav.report import notebook
+
+        text: str = getattr(notebook, draws)(self)
+        return text
+
+    return draw
 
 
 def __getattr__(name: str) -> object:
@@ -82,6 +113,7 @@ def __getattr__(name: str) -> object:
 
     found: object = getattr(import_module(_HOMES[name]), name)
     globals()[name] = found
+    _let_draw()
     return found
 
 

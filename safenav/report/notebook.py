@@ -1,31 +1,29 @@
-"""Scenarios and runs that draw themselves in a notebook: ``%load_ext safenav``.
+"""Scenarios, results and runs as a notebook draws them, and a progress bar for it.
 
-IPython asks formatters for what it does not know; these are registered for scenarios (a drawing)
-and replays (the page, in a frame).
+The library's public face attaches the drawings to what is drawn (``safenav/__init__.py``).
 """
 
 from __future__ import annotations
 
+import time
 from html import escape
 from typing import Any
 
 from safenav.report.page.html import page_of
 from safenav.report.picture.scenario import scene_of
-from safenav.report.picture.scene import Options, svg_of
+from safenav.report.picture.scene import svg_of
 from safenav.report.replay.timeline import Replay
+from safenav.runtime.mission import RunResult
 from safenav.scenario.model import Scenario
+from safenav.trace import records
+from safenav.trace.wording import seconds_words
 
-
-def register(shell: Any) -> None:
-    """Teach an IPython shell to draw scenarios and replays."""
-    formatters = shell.display_formatter.formatters
-    formatters["image/svg+xml"].for_type(Scenario, svg_of_scenario)
-    formatters["text/html"].for_type(Replay, frame_of_replay)
+_UPDATE_SECONDS = 0.1
 
 
 def svg_of_scenario(scenario: Scenario) -> str:
-    """The scenario before any run, with the numbers of its regions."""
-    return svg_of(scene_of(scenario), Options(numbers=True))
+    """The scenario before any run."""
+    return svg_of(scene_of(scenario))
 
 
 def frame_of_replay(replay: Replay, height: int = 640) -> str:
@@ -35,3 +33,79 @@ def frame_of_replay(replay: Replay, height: int = 640) -> str:
         f'<iframe srcdoc="{page}" width="100%" height="{height}" style="border: 0" '
         'sandbox="allow-scripts allow-downloads"></iframe>'
     )
+
+
+def table_of_result(result: RunResult) -> str:
+    """How a run ended, as a small table."""
+    rounds = ", ".join(f"{robot} {count}" for robot, count in result.rounds.items())
+    work = seconds_words(result.synthesis_seconds)
+    rows = (
+        ("outcome", result.outcome.value.replace("_", " ")),
+        ("", result.explanation),
+        ("ticks", str(result.ticks)),
+        ("rounds", rounds),
+        ("syntheses", f"{result.syntheses} ({work} of work)"),
+        ("time", seconds_words(result.seconds)),
+    )
+    cells = "".join(f"<tr><th>{escape(k)}</th><td>{escape(v)}</td></tr>" for k, v in rows)
+    return f'<table style="text-align: left">{cells}</table>'
+
+
+class ProgressBar:
+    """A listener that shows in a notebook how far a run is: ``Mission(scenario,
+    listeners=[ProgressBar(scenario)])``. Outside of a notebook it shows nothing.
+
+    ``display``: what shows HTML and can update it (default: IPython's, if it is there).
+    """
+
+    def __init__(self, scenario: Scenario, display: Any = None) -> None:
+        self._wanted = scenario.until.rounds * len(scenario.robots)
+        self._each = scenario.until.rounds
+        self._rounds = {robot.name: 0 for robot in scenario.robots}
+        self._syntheses = 0
+        self._shown_at = 0.0
+        self._display = _display() if display is None else display
+
+    def __call__(self, record: records.Record) -> None:
+        match record:
+            case records.Goal():
+                self._rounds[record.robot] = record.round
+            case records.Synthesis():
+                self._syntheses += 1
+            case _:
+                pass
+        ended = record.outcome.value if isinstance(record, records.Outcome) else ""
+        now = time.monotonic()
+        if self._display is not None and (ended or now - self._shown_at >= _UPDATE_SECONDS):
+            self._shown_at = now
+            self._display.update(_Html(self.html(record.tick, ended)))
+
+    def html(self, tick: int, ended: str = "") -> str:
+        """The bar: rounds done of those wanted."""
+        done = sum(min(count, self._each) for count in self._rounds.values())
+        said = ended.replace("_", " ") or "running"
+        return (
+            f'<progress value="{done}" max="{self._wanted}"></progress> '
+            f"{done} of {self._wanted} rounds, tick {tick}, "
+            f"{self._syntheses} syntheses: {escape(said)}"
+        )
+
+
+class _Html:
+    def __init__(self, text: str) -> None:
+        self._text = text
+
+    def _repr_html_(self) -> str:
+        return self._text
+
+
+def _display() -> Any:
+    """A place in the output of a notebook's cell; None elsewhere."""
+    try:
+        from IPython import get_ipython  # type: ignore[attr-defined,unused-ignore]
+        from IPython.display import display
+    except ImportError:
+        return None
+    if get_ipython() is None:
+        return None
+    return display(_Html(""), display_id=True)  # type: ignore[no-untyped-call,unused-ignore]

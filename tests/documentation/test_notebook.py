@@ -37,9 +37,10 @@ def outputs(tmp_path_factory: pytest.TempPathFactory) -> list[dict[str, Any]]:
 def test_a_scenario_and_a_run_draw_themselves(outputs: list[dict[str, Any]]) -> None:
     (drawing,) = [data["image/svg+xml"] for data in outputs if "image/svg+xml" in data]
     assert ElementTree.fromstring(drawing).tag.endswith("svg")
-    (page,) = [data["text/html"] for data in outputs if "text/html" in data]
+    bar, result, page = [data["text/html"] for data in outputs if "text/html" in data]
+    assert '<progress value="4" max="4">' in bar and "completed" in bar
+    assert "<th>outcome</th><td>completed</td>" in result
     assert page.startswith("<iframe srcdoc=")
-    assert "completed" in outputs[1]["text/plain"]
     assert "asks for help with door@47" in outputs[-1]["text/plain"]
 
 

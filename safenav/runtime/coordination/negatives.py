@@ -14,6 +14,7 @@ from safenav.runtime.team import TeamState
 from safenav.scenario.model import Outcome
 from safenav.scenario.objective import Ltl
 from safenav.spec.task import Task
+from safenav.trace.wording import obstacle_words
 
 if TYPE_CHECKING:
     from safenav.runtime.coordination.telling import Telling
@@ -95,13 +96,14 @@ def nobody_goes_on(
     sealed = {name: state.knowledge.joined[name][0] for name in state.knowledge.given_up()}
     for obstacle, item in sealed.items():
         actions = " and ".join(f"'{need.action}'" for need in item.needs)
+        what = obstacle_words(obstacle, world.word)
         able = [n for n, r in state.robots.items() if item.needs[0].action in r.robot.capabilities]
         if not able:
-            said.append(f"no robot has the capability {actions} that removes {obstacle}")
+            said.append(f"no robot has the capability {actions} that removes {what}")
         else:
-            said.append(f"{' and '.join(able)} cannot get to where {obstacle} can be resolved")
+            said.append(f"{' and '.join(able)} cannot get to where {what} can be resolved")
     for name, obstacle in refused:
-        said.append(f"{name} has no strategy for going to {obstacle}")
+        said.append(f"{name} has no strategy for going to {obstacle_words(obstacle, world.word)}")
     never = bool(sealed) or (isinstance(closure, Closure) and bool(closure.never))
     cause = "never_resolvable" if never and isinstance(proof, Closure) else "unrealizable"
     return RunOver(
