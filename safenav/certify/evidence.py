@@ -41,9 +41,9 @@ def strategy_measures(text: str, strategy_json: bytes) -> list[dict[str, Any]]:
     spec = read_specification(text)
     strategy = Strategy(json.loads(strategy_json), spec)
     cases = strategy.edge_cases()
-    fair = [cases.digits(cases.where(c.formula)) for c in spec.sections["ENV_LIVENESS"]]
+    fair = [cases.digits(c.formula) for c in spec.sections["ENV_LIVENESS"]]
     return [
-        measure(strategy.next, cases.digits(cases.where(goal.formula)), fair).to_data()
+        measure(strategy.next, cases.digits(goal.formula), fair).to_data()
         for goal in spec.sections["SYS_LIVENESS"]
     ]
 
@@ -56,8 +56,8 @@ def counter_evidence(text: str, strategy_json: bytes) -> CounterEvidence:
     spec = read_specification(text)
     strategy = Strategy(json.loads(strategy_json), spec)
     cases = strategy.edge_cases()
-    fair = [cases.digits(cases.where(c.formula)) for c in spec.sections["ENV_LIVENESS"]]
-    goals = [cases.digits(cases.where(c.formula)) for c in spec.sections["SYS_LIVENESS"]]
+    fair = [cases.digits(c.formula) for c in spec.sections["ENV_LIVENESS"]]
+    goals = [cases.digits(c.formula) for c in spec.sections["SYS_LIVENESS"]]
     measures = [measure(strategy.next, met, ()).to_data() for met in fair]
     measures.append(measure(strategy.next, None, goals).to_data())
     chosen = [
@@ -70,24 +70,21 @@ def counter_evidence(text: str, strategy_json: bytes) -> CounterEvidence:
 
 def _killing(spec: Specification, strategy: Strategy, node: int) -> list[int]:
     """A next input to which the robot has no answer."""
-    keys = [(v.name, False) for v in (*spec.inputs, *spec.outputs)]
-    wanted = [(v.name, True) for v in spec.inputs]
+    keys = [*spec.keys("inputs"), *spec.keys("outputs")]
+    wanted = spec.keys("inputs'")
     row = (*strategy.inputs[node], *strategy.outputs[node])
-    found = complete(spec.variables, wanted, spec.sections["ENV_TRANS"], keys, [row])
+    found = complete(spec, wanted, spec.sections["ENV_TRANS"], keys, [row])
     rows = [(*row, *values) for _, values in found]
-    after = [(v.name, True) for v in spec.outputs]
-    counts = count_completions(
-        spec.variables, after, spec.sections["SYS_TRANS"], [*keys, *wanted], rows
-    )
+    after, limits = spec.keys("outputs'"), spec.sections["SYS_TRANS"]
+    counts = count_completions(spec, after, limits, [*keys, *wanted], rows)
     return _without_answer(rows, counts, len(keys))
 
 
 def _opening(spec: Specification) -> list[int]:
     """An initial input to which the robot has no answer."""
-    inputs = [(v.name, False) for v in spec.inputs]
-    outputs = [(v.name, False) for v in spec.outputs]
-    rows = [v for _, v in complete(spec.variables, inputs, spec.sections["ENV_INIT"], (), [()])]
-    counts = count_completions(spec.variables, outputs, spec.sections["SYS_INIT"], inputs, rows)
+    inputs, outputs = spec.keys("inputs"), spec.keys("outputs")
+    rows = [v for _, v in complete(spec, inputs, spec.sections["ENV_INIT"], (), [()])]
+    counts = count_completions(spec, outputs, spec.sections["SYS_INIT"], inputs, rows)
     return _without_answer(rows, counts, 0)
 
 

@@ -134,11 +134,11 @@ def verdict_of(
     if about.closed:  # met before
         lines += [
             {
-                "type": "blocked",
+                "type": "violation",
                 "tick": 0,
+                "robot": task.robot.name,
                 "obstacle": o.name,
-                "robots": [task.robot.name],
-                "reason": "no_helper",
+                "proposed": o.region,
             }
             for o in scenario.obstacles
         ]

@@ -67,9 +67,7 @@ def counter_refused(text: str, strategy: str) -> str:
     try:
         evidence = counter_evidence(text, strategy.encode())
         graph = checker.Strategy(json.loads(strategy), spec)
-        checker.check_counterstrategy(
-            spec, graph, evidence.start, evidence.chosen, evidence.measures
-        )
+        checker.check_counterstrategy(spec, graph, evidence.to_data())
     except (checker.RefusedError, NoMeasureError, LookupError) as reason:
         return str(reason) or "refused"
     return ""
@@ -168,5 +166,5 @@ def test_a_line_that_is_not_understood_is_refused(line: str, reason: str) -> Non
 
 
 def test_a_guarantee_may_not_be_an_assumption() -> None:
-    with pytest.raises(checker.RefusedError, match="x must not stand here"):
+    with pytest.raises(checker.RefusedError, match="x' must not stand here"):
         checker.read_specification("[INPUT]\ni\n[OUTPUT]\nx\n[ENV_TRANS]\nx'\n")
