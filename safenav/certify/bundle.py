@@ -50,7 +50,7 @@ def make_bundle(
     """Write the bundle of a run to ``target``, a folder or a name that ends in .zip.
 
     ``sources``: the scenario's YAML, map and catalogue files by name. ``kept``: texts and
-    strategies of all ``synthesis`` lines (see ``Kept.complete``).
+    strategies of all ``synthesis`` lines (see ``Kept.complete``). ``motion``: the run in metres.
 
     Raises UsageError if the target exists, NotCertifiedError if the checker refuses the bundle.
     """
@@ -60,7 +60,7 @@ def make_bundle(
         folder = Path(directory) / "bundle"
         files = _files(trace, sources, kept, synthesizer)
         if motion is not None:
-            files["motion.json"] = motion
+            files["motion.jsonl"] = motion
         for name, data in files.items():
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
             (folder / name).write_bytes(data)

@@ -4,24 +4,32 @@ from __future__ import annotations
 
 import tempfile
 from dataclasses import replace
+from hashlib import sha256
 from pathlib import Path
 
 import yaml
 
 from safenav.certify.bundle import Made, make_bundle
 from safenav.certify.run import Kept, read_lines
-from safenav.errors import UsageError
+from safenav.errors import NotCertifiedError, UsageError
+from safenav.motion.check.verdict import check_motion
+from safenav.motion.file.reading import read_motion
+from safenav.motion.file.writing import text_of
+from safenav.motion.making import motion_of
 from safenav.runtime.mission import Mission, default_synthesizer
 from safenav.scenario.model import Controllers
 from safenav.scenario.reading.loader import load_scenario
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Synthesizer
+from safenav.trace.reading import read_bytes
 from safenav.trace.writing import TraceWriter
 from safenav.verify.verification import first_failure
 
 
-def bundle_of_run(scenario: Path, target: Path, *, seed: int | None = None) -> Made:
-    """Run a scenario and write the bundle of that run.
+def bundle_of_run(
+    scenario: Path, target: Path, *, seed: int | None = None, motion: bool = False
+) -> Made:
+    """Run a scenario and write the bundle of that run, with its ``motion`` in metres if wanted.
 
     Raises UsageError for bad input, NotCertifiedError if the checker refuses the run.
     """
@@ -43,13 +51,15 @@ def bundle_of_run(scenario: Path, target: Path, *, seed: int | None = None) -> M
             Mission(plan, synthesizer, listeners=[writer], progress=kept).run()
         data = trace.read_bytes()
         kept.complete(syntheses_of(data, scenario.name), cache, synthesizer)
-        return make_bundle(target, data, sources_of(scenario), kept, synthesizer)
+        moved = motion_made(data) if motion else None
+        return make_bundle(target, data, sources_of(scenario), kept, synthesizer, moved)
 
 
-def bundle_of_trace(trace: Path, target: Path) -> Made:
-    """Write the bundle of an earlier run, from its trace and what the cache has kept.
+def bundle_of_trace(trace: Path, target: Path, motion: Path | None = None) -> Made:
+    """Write the bundle of an earlier run, from its trace, what the cache has kept, and the file
+    of its motion if there is one.
 
-    Raises UsageError if a part is gone, NotCertifiedError if the checker refuses the run.
+    Raises UsageError if a part is gone, NotCertifiedError if the run or its motion is refused.
     """
     try:
         data = trace.read_bytes()
@@ -58,7 +68,21 @@ def bundle_of_trace(trace: Path, target: Path) -> Made:
     cache, kept = Cache.from_environment(), Kept()
     synthesizer = Synthesizer(cache=cache, verifier=first_failure)
     kept.complete(syntheses_of(data, trace.name), cache, synthesizer)
-    return make_bundle(target, data, {}, kept, synthesizer)
+    moved = None if motion is None else motion_checked(motion, data, trace.name)
+    return make_bundle(target, data, {}, kept, synthesizer, moved)
+
+
+def motion_made(trace: bytes) -> bytes:
+    """The motion file of a run that moves as its models say."""
+    return text_of(motion_of(read_bytes(trace), sha256(trace).hexdigest())).encode()
+
+
+def motion_checked(motion: Path, trace: bytes, name: str) -> bytes:
+    """A motion file, if no rule of motion is broken. Raises NotCertifiedError if one is."""
+    found = check_motion(read_motion(motion), read_bytes(trace, name), sha256(trace).hexdigest())
+    if found:
+        raise NotCertifiedError(f"{motion} is not a motion of this run: {found[0]}")
+    return motion.read_bytes()
 
 
 def syntheses_of(trace: bytes, name: str) -> list[dict[str, object]]:

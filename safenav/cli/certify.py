@@ -16,7 +16,7 @@ EPILOG = """\b
 Examples:
   safenav certify scenarios/case_study_3.yaml -o chain
   safenav certify scenarios/case_study_3.yaml -o chain.zip
-  safenav certify --trace chain.jsonl -o chain
+  safenav certify --trace chain.jsonl --motion chain.motion.jsonl -o chain
   python3 -I -S chain/check.py chain
 \b
 Exit codes:
@@ -32,8 +32,21 @@ Exit codes:
 @click.option(
     "-o", "--output", type=click.Path(path_type=Path), required=True, help="A folder, or a .zip."
 )
+@click.option(
+    "--motion",
+    type=click.Path(path_type=Path),
+    help="With --trace: the motion of that run (safenav motion); it goes into the bundle.",
+)
+@click.option("--with-motion", is_flag=True, help="Make the motion of SCENARIO's run, too.")
 @click.option("--seed", type=click.IntRange(min=0), help="Use this seed, not the scenario's.")
-def command(scenario: Path | None, trace: Path | None, output: Path, seed: int | None) -> int:
+def command(
+    scenario: Path | None,
+    trace: Path | None,
+    output: Path,
+    motion: Path | None,
+    with_motion: bool,
+    seed: int | None,
+) -> int:
     """Run SCENARIO and write a bundle: the run, every strategy with the reason why it keeps what
     it promises, and a small program that checks all that with nothing but Python.
 
@@ -42,12 +55,14 @@ def command(scenario: Path | None, trace: Path | None, output: Path, seed: int |
 
     if (scenario is None) == (trace is None):
         raise UsageError("name a scenario to run, or the --trace of an earlier run")
+    if (motion is not None and trace is None) or (with_motion and scenario is None):
+        raise UsageError("--motion goes with --trace, --with-motion with a scenario")
     try:
         if scenario is not None:
-            made = bundle_of_run(scenario, output, seed=seed)
+            made = bundle_of_run(scenario, output, seed=seed, motion=with_motion)
         else:
             assert trace is not None
-            made = bundle_of_trace(trace, output)
+            made = bundle_of_trace(trace, output, motion)
     except NotCertifiedError as error:
         click.echo(str(error), err=True)
         return ExitCode.NEGATIVE

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from safenav.scenario.model import Outcome
+from safenav.trace.proofs import Proof
 
 
 @dataclass(frozen=True)
@@ -20,7 +21,7 @@ class Verdict:
     outcome: Outcome
     explanation: str
     cause: str | None = None
-    proof: Mapping[str, object] | None = None
+    proof: Proof | None = None
     unrealizable: Mapping[str, str] | None = None
 
 

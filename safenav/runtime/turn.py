@@ -127,6 +127,8 @@ class Turns:
             self.coordination.met(violation)
         if pose is None or violation is not None:
             by = vocabulary.MovedBy.STAY if violation is None else vocabulary.MovedBy.BACKTRACK
+            if robot.planner is not None and robot.planner.task.tracking is not Tracking.NEARBY:
+                robot.planner.node = None  # it remembers where others were, and they move on
             self._move(robot, robot.pose, {}, by)
         else:
             assert pose.region not in self.state.taken(robot.robot), "plans keep robots apart"

@@ -56,7 +56,7 @@ def _converter(annotation: Any) -> Converter:
     if origin is Annotated:
         return _bounded(_converter(arguments[0]), arguments[1])
     if origin in (Union, types.UnionType):
-        choices = [_converter(a) for a in arguments if a is not type(None)]
+        choices = [a for a in arguments if a is not type(None)]
         return _union(choices, nullable=type(None) in arguments)
     if origin is tuple and arguments[-1] is not Ellipsis:
         kind = "numbers" if set(arguments) == {float} else "entries"
@@ -119,8 +119,13 @@ def _bounded(inner: Converter, bound: Least | Pattern) -> Converter:
     return take
 
 
-def _union(choices: list[Converter], *, nullable: bool) -> Converter:
-    """What one of the choices takes, or null where that is allowed."""
+def _union(annotations: list[Any], *, nullable: bool) -> Converter:
+    """What one of the choices takes, or null where that is allowed. Objects are told apart by
+    their ``kind``."""
+    if len(annotations) > 1 and all(is_dataclass(a) for a in annotations):
+        kinds = {e.default: a for a in annotations for e in fields(a) if e.name == "kind"}
+        return _by_kind(kinds, nullable=nullable)
+    choices = [_converter(annotation) for annotation in annotations]
 
     def take(value: object, path: str) -> Any:
         if nullable and value is None:
@@ -135,6 +140,18 @@ def _union(choices: list[Converter], *, nullable: bool) -> Converter:
             raise WrongError(*(wrong for wrong in wrongs if wrong[0] != path))
         expected = [expected for _, expected, _ in wrongs] + ["null"] * nullable
         raise WrongError((path, " or ".join(expected), value))
+
+    return take
+
+
+def _by_kind(kinds: Mapping[Any, Any], *, nullable: bool) -> Converter:
+    def take(value: object, path: str) -> Any:
+        kind = value.get("kind") if isinstance(value, dict) else None
+        if nullable and value is None:
+            return None
+        if not isinstance(kind, str) or kind not in kinds:
+            raise WrongError((path, "an object whose kind is one of " + ", ".join(kinds), value))
+        return _converter(kinds[kind])(value, path)
 
     return take
 
@@ -221,6 +238,21 @@ def _data(kind: Any) -> Converter:
         return kind(**taken)
 
     return take
+
+
+def plain(value: Any) -> Any:
+    """A part of a record as JSON has it."""
+    if isinstance(value, str | int | float | None):
+        return value
+    if isinstance(value, Objective):
+        return value.data
+    if is_dataclass(value):
+        kind: Any = type(value)
+        said = [(entry, getattr(value, entry.name)) for entry in entries(kind)]
+        return {e.key: plain(item) for e, item in said if item is not None or not e.nothing}
+    if isinstance(value, Mapping):
+        return {key: plain(item) for key, item in value.items()}
+    return [plain(item) for item in (sorted(value) if isinstance(value, frozenset) else value)]
 
 
 def _shown(value: object) -> str:

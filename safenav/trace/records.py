@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 from safenav.trace.objective import Objective
+from safenav.trace.proofs import Proof
 from safenav.trace.setting import ObstacleHeader, ScenarioHeader
 from safenav.trace.vocabulary import (
     BlockReason,
@@ -22,7 +23,6 @@ from safenav.trace.vocabulary import (
     Ending,
     Form,
     Heading,
-    Json,
     MovedBy,
     OperatorCause,
     Place,
@@ -294,7 +294,7 @@ class Blocked(Record):
     obstacle: str
     robots: frozenset[str]
     reason: BlockReason
-    proof: Json | None = None
+    proof: Proof | None = None
 
 
 @dataclass(frozen=True)
@@ -364,7 +364,7 @@ class Outcome(Record):
     syntheses: Count
     synthesis_seconds: Seconds
     cause: OperatorCause | None = None
-    proof: Json | None = None
+    proof: Proof | None = None
     unrealizable: Mapping[str, Sha256] | None = None
 
 

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
-from dataclasses import is_dataclass
+from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
 from typing import IO, Any
 
 from safenav.errors import UsageError
-from safenav.trace.fields import entries
-from safenav.trace.objective import Objective
+from safenav.trace.fields import plain
 from safenav.trace.records import Header, Record
 
 Listener = Callable[[Record], None]
@@ -20,24 +18,10 @@ Listener = Callable[[Record], None]
 
 def as_data(record: Record) -> dict[str, Any]:
     """The record as one JSON object of the trace."""
-    data = {"type": record.type, **_plain(record)}
+    data = {"type": record.type, **plain(record)}
     if isinstance(record, Header):
         del data["tick"]
     return data
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, str | int | float | None):
-        return value
-    if isinstance(value, Objective):
-        return value.data
-    if is_dataclass(value):
-        kind: Any = type(value)
-        said = [(entry, getattr(value, entry.name)) for entry in entries(kind)]
-        return {e.key: _plain(item) for e, item in said if item is not None or not e.nothing}
-    if isinstance(value, Mapping):
-        return {key: _plain(item) for key, item in value.items()}
-    return [_plain(item) for item in (sorted(value) if isinstance(value, frozenset) else value)]
 
 
 class TraceWriter:

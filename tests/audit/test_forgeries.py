@@ -13,6 +13,7 @@ from audit.trace_script import Line, text
 from safenav.audit.check import check_trace
 from safenav.audit.rules.proofs import moment_of
 from safenav.audit.situation import Situation
+from safenav.errors import InputError
 from safenav.trace.reading import read_lines
 
 
@@ -69,10 +70,14 @@ def test_a_completed_run_that_is_relabelled_is_refused(name: str, tick: int) -> 
         {"proof": here},
         {"proof": here | {"states": 10**6}},
         {"proof": {"kind": "tree", "choices": []}},
-        {"proof": {}},
     ):
         findings = check_trace(text(cut(lines, tick, **claim))).findings
         assert "proof" in {finding.rule for finding in findings}, claim
+
+
+def test_what_is_no_proof_is_no_trace() -> None:
+    with pytest.raises(InputError, match="kind is one of closure, tree, joint"):
+        check_trace(text(cut(GOOD["planned"](), 1, proof={})))
 
 
 def test_an_obstacle_that_can_be_resolved_is_not_given_up() -> None:

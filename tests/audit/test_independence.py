@@ -53,7 +53,7 @@ def test_the_format_leans_on_nothing_but_the_standard_library() -> None:
             else:
                 top = name.split(".")[0]
                 assert name == "safenav.errors" or top in sys.stdlib_module_names, name
-    assert seen == {"records", "setting", "vocabulary", "objective", "reading", "fields"}
+    assert seen == {"records", "setting", "vocabulary", "objective", "reading", "fields", "proofs"}
 
 
 def test_every_rule_is_documented() -> None:

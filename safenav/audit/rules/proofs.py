@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 from collections.abc import Collection, Iterator
-from dataclasses import replace
+from dataclasses import asdict, replace
 from itertools import product
+from typing import Any
 
 from safenav.audit.proofs.formulas import UnreadError, read_formulas
 from safenav.audit.proofs.judging import never_resolved_problems, problems_of
@@ -13,6 +14,7 @@ from safenav.audit.proofs.moment import Gate, Moment, Need, Pose, Robot
 from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.situation import Situation, Status
 from safenav.trace.objective import Objective
+from safenav.trace.proofs import Proof
 from safenav.trace.records import (
     Appeared,
     Blocked,
@@ -54,7 +56,9 @@ class ProofRule(Rule):
                         record, None, "an operator is needed, but that is not proven"
                     )
                 return
-            for problem in problems_of(record.proof, moment_of(now, self._goals, self._never)):
+            for problem in problems_of(
+                _as_json(record.proof), moment_of(now, self._goals, self._never)
+            ):
                 yield self.broken_by(record, None, problem)
 
     def _unrealizable(self, record: Outcome, now: Situation) -> bool:
@@ -72,7 +76,7 @@ class ProofRule(Rule):
         """An obstacle that can never be resolved is closed for good to those whom it blocks."""
         moment = moment_of(now, self._goals, self._never)
         if record.proof is not None:
-            for problem in never_resolved_problems(record.proof, moment, record.obstacle):
+            for problem in never_resolved_problems(_as_json(record.proof), moment, record.obstacle):
                 yield self.broken_by(record, None, problem)
         elif record.reason is BlockReason.UNRESOLVABLE:
             yield self.broken_by(record, None, f"{record.obstacle} is given up without proof")
@@ -174,3 +178,9 @@ def _pose(name: str, now: Situation) -> Pose:
         return now.region[name], now.heading[name] if now.has_heading(name) else None
     way = now.grid.direction(now.region[name], toward)
     return toward, way if now.has_heading(name) else None
+
+
+def _as_json(proof: Proof) -> dict[str, Any]:
+    """A proof as the file has it."""
+    found: dict[str, Any] = json.loads(json.dumps(asdict(proof)))
+    return found

@@ -315,7 +315,7 @@ class Validation:
     def legal(self, here: Pose, awaited: int, seen: Mapping[str, int]) -> set[Pose]:
         """The poses that the rules leave after an observation, while a target is awaited."""
         moves = self.world.moves(self.robot["mobility"], here)
-        if self.kind == "hold" and here[0] in self.targets[0]:
+        if self.kind == "hold" and here[0] in self.targets[0] and not seen.get("request"):
             moves = {here}
         if self.places is not None and seen["wait"]:
             moves &= {here}
@@ -343,12 +343,12 @@ class Validation:
         return awaited, met
 
     def _assumptions(self) -> list[Assumption]:
-        """What is assumed to happen again and again: kind, about whom or which side, and where."""
+        """What is assumed to happen again and again: what, of whom, and where."""
         found: list[Assumption] = []
         if self.places is not None:
             found.append(("no wait", "", frozenset()))
         if self.fairness == "out_of_my_way":
-            found += [("free", side, frozenset()) for side in self.world.sides]
+            found.append(("nobody near", "", frozenset()))
         for name in self.moving:
             if self.fairness == "out_of_my_sight" and self.beliefs[name]:
                 found.append(("unseen", name, frozenset()))
@@ -365,8 +365,8 @@ class Validation:
         kind, about, aim = assumption
         if kind == "no wait":
             return not seen["wait"]
-        if kind == "free":
-            return self.world.step(region, about) not in self.taken(region, seen)
+        if kind == "nobody near":
+            return not self.world.around([region]) & self.taken(region, seen)
         value = seen[f"at_{about}"]
         if kind == "unseen":
             return value >= self.world.size
@@ -459,13 +459,16 @@ class Validation:
         row = tuple(values[name] for name in known)
         return {after for _, after in complete(self.graph.spec, wanted, clauses, known, [row])}
 
-    def follows(self, before: Pose, after: Pose) -> bool:
-        """Whether the objective's own safety lines allow a step, for some values of its memory."""
-        values = self.coordinates(before) | {
-            f"{name}'": value for name, value in self.coordinates(after).items()
-        }
+    def follows(self, objective: Json, before: Pose, after: Pose) -> bool:
+        """Whether an objective's own safety lines allow a step, for some values of the memory
+        (lines about a memory that this strategy does not have are left out)."""
+        after_ = {f"{name}'": value for name, value in self.coordinates(after).items()}
+        values = self.coordinates(before) | after_
         wanted = [*self.own, *(f"{name}'" for name in self.own)]
-        return bool(self.completed("safety", wanted, values))
+        lines = [read_clause(t, rename=named) for t in formulas_of(objective, "safety")]
+        clauses = [clause for clause in lines if clause.reads <= {*values, *wanted}]
+        row = tuple(values.values())
+        return any(complete(self.graph.spec, wanted, clauses, list(values), [row]))
 
     def check_counterstrategy(self, start: Row, chosen: Sequence[Sequence[int]]) -> None:
         """Refuse unless no way to keep the scenario's rules can be kept against it: each chosen
@@ -897,6 +900,8 @@ class Run:
         self.taken: dict[str, int] = {}
         self.orders: list[Any] = []
         self.refuted: Any = None
+        self.told: Any = None
+        """The tick and turn of the last line about the stack."""
         self.claims: list[Claim] = []
         self.moves = self.answers = self.tick = self.turn = self.line = self.strayed = 0
         self.outcome: Json | None = None
@@ -932,6 +937,7 @@ class Run:
             if judge is not None:
                 judge(record)
         self.line = 0
+        self._motion()
         lost = f" {self.strayed} of them went elsewhere than they were told." * bool(self.strayed)
         self.claim(
             "moves",
@@ -944,6 +950,16 @@ class Run:
     def claim(self, kind: str, text: str, evidence: Any = None) -> None:
         found = evidence or [("trace.jsonl", self.line)]
         self.claims.append(Claim(f"{kind}-{len(self.claims) + 1}", kind, text, found))
+
+    def _motion(self) -> None:
+        """The run in metres, if it is there, names this trace. It is not checked any further."""
+        if self.bundle.has("motion.jsonl"):
+            header = json.loads(self.bundle.text("motion.jsonl").splitlines()[0])
+            if header["trace"] != self.bundle.files["trace.jsonl"]["sha256"]:
+                raise RefusedError("motion.jsonl is the motion of another trace")
+            what = "motion.jsonl says that it is the motion of this trace (by its sha256)"
+            note = "`safenav check-motion` checks what is in it, this program does not"
+            self.claim("motion", f"{what}; {note}.", [("motion.jsonl", None)])
 
     # synthesis
 
@@ -1033,7 +1049,9 @@ class Run:
             raise RefusedError(f"{name} is at {robot.pose}, but synthesized for {task.pose}")
         tried = record["verdict"] == "unrealizable" and self.tick  # for an objective not in force
         if not tried and not same_objective(task.objective, robot.objective):
-            raise RefusedError(f"{name} is synthesized for another objective than the one in force")
+            if not self._serves(name, task.objective):
+                raise RefusedError(f"{name} is synthesized for another objective than is in force")
+            robot.objective = task.objective
         for target, places in zip(task.targets, record.get("goal_places") or (), strict=False):
             if not {region for region, _ in places} <= target:
                 raise RefusedError(f"{name} counts places as goals that are none")
@@ -1057,6 +1075,17 @@ class Run:
             where = self.world.around(task.whereabouts(other, value))
             if not where & self.robots[other].places:
                 raise RefusedError(f"{name} believes {other} to be where it is not")
+
+    def _serves(self, name: str, objective: Json) -> bool:
+        """Whether a robot may do this while requests are open: its own objective, go where a need
+        of an obstacle is met, wait, keep formulas. What a line of this turn says holds."""
+        needs = chain(*(self.needs(obstacle) for obstacle in self.known & self.present))
+        wanted = [frozenset(need["regions"]) for need in needs]
+        own = same_objective(objective, self.data[name]["objective"])
+        fits = (
+            own or "visit" not in objective or any(aim in wanted for aim in targets_of(objective))
+        )
+        return bool(self.stack) and self.told != (self.tick, self.turn) and fits
 
     # obstacles
 
@@ -1088,7 +1117,7 @@ class Run:
         if any(data["region"] in robot.places for robot in self.robots.values()):
             raise RefusedError(f"{data['name']} appears where a robot is")
         self.present.add(data["name"])
-        self.done.pop(data["name"], None)
+        self.done[data["name"]], self.part[data["name"]] = 0, set()
 
     def _gone(self, record: Json) -> None:
         for kept in (self.present, self.known):
@@ -1103,33 +1132,45 @@ class Run:
         self.robots[name].refused = at
         self.known.add(obstacle)
 
+    def _perform(self, name: str) -> None:
+        """A robot does what it can where it stands, whether or not it was asked."""
+        for obstacle in self.present:
+            needs = self.needs(obstacle)
+            while (stage := self.done.get(obstacle, 0)) < len(needs):
+                need, alone = needs[stage], not needs[stage].get("together")
+                there = {
+                    other
+                    for other, robot in self.robots.items()
+                    if need["action"] in self.data[other]["capabilities"]
+                    if robot.pose[0] in need["regions"]
+                }
+                group = self.part.get(obstacle, set()) | {name} if alone else there
+                if name not in there:
+                    break
+                if len(group) < need.get("robots", 1):
+                    self.part[obstacle] = group if alone else set()
+                    break
+                self.done[obstacle], self.part[obstacle] = stage + 1, set()
+
+    def _finished(self) -> set[str]:
+        """The obstacles that stand as far as lines say, but are resolved by what robots did."""
+        return {o for o in self.present if self.done.get(o, 0) == len(self.needs(o))}
+
     def _resolved(self, record: Json) -> None:
-        obstacle, robots = record["obstacle"], record.get("robots") or [record["robot"]]
-        stage, part = self.stage(obstacle)
-        need = self.needs(obstacle)[stage]
-        if obstacle not in self.present or len(set(robots)) < need.get("robots", 1):
-            raise RefusedError(f"{obstacle} does not stand, or too few robots resolve it")
-        for name in robots:
-            here = bool(self.robots[name].places & set(need["regions"]))
-            if need["action"] not in self.data[name]["capabilities"]:
-                raise RefusedError(f"{name} cannot {need['action']}")
-            if not here and (need.get("together") or name not in part):
-                raise RefusedError(f"{name} is not where {obstacle} can be resolved")
-        truth = self.obstacles[obstacle]["traversable"]
-        if (
-            not self.external
-            and record["traversable"] != truth
-            and stage + 1 == len(self.needs(obstacle))
-        ):
+        obstacle, data = record["obstacle"], self.obstacles[record["obstacle"]]
+        if obstacle not in self.present or (not self.external and obstacle not in self._finished()):
+            raise RefusedError(f"{obstacle} does not stand, or not all that it needs was done")
+        for name in record.get("robots") or [record["robot"]]:
+            actions = {need["action"] for need in self.needs(obstacle)}
+            if not actions & set(self.data[name]["capabilities"]):
+                raise RefusedError(f"{name} can do nothing about {obstacle}")
+        if not self.external and record["traversable"] != data["traversable"]:
             raise RefusedError(f"{obstacle} turns out to be something else than it is")
-        self.done[obstacle] = stage + 1
-        self.part.pop(obstacle, None)
-        if stage + 1 == len(self.needs(obstacle)):
-            self.present.discard(obstacle)
-            self.known.discard(obstacle)
-            self.untraversable |= {obstacle} if record["traversable"] is False else set()
-            for robot in self.robots.values():
-                robot.goals = []
+        self.present.discard(obstacle)
+        self.known.discard(obstacle)
+        self.untraversable |= {obstacle} if record["traversable"] is False else set()
+        for robot in self.robots.values():
+            robot.goals = []
 
     def _blocked(self, record: Json) -> None:
         """An obstacle stays for good: it is untraversable, or the team can never resolve it."""
@@ -1199,6 +1240,8 @@ class Run:
         robot, per_tick = self.robots[name], len(self.robots)
         if record["robot"] != name or self.turn // per_tick != self.tick - 1:
             raise RefusedError(f"it is {name}'s turn, or not yet this tick's")
+        if missed := self._finished():
+            raise RefusedError(f"no line tells that {min(missed)} was resolved")
         self.turn, self.moves = self.turn + 1, self.moves + 1
         toward, heading = record.get("toward"), record.get("heading")
         after = (record["to"] if toward is None else toward, heading)
@@ -1219,12 +1262,8 @@ class Run:
         if toward is None and self.plan and name in self.plan:
             way, taken = self.plan[name], self.taken[name]
             self.taken[name] += taken + 1 < len(way) and way[taken + 1] == robot.pose
-        for obstacle in self.known & self.present:
-            stage = min(self.done.get(obstacle, 0), len(self.needs(obstacle)) - 1)
-            need = self.needs(obstacle)[stage]
-            able = need["action"] in self.data[name]["capabilities"]
-            if able and robot.places & set(need["regions"]) and not need.get("together"):
-                self.part.setdefault(obstacle, set()).add(name)
+        if not self.external:
+            self._perform(name)
 
     def _check_motion(self, name: str, robot: Robot, record: Json, after: Pose) -> None:
         """The rules of the world for one move."""
@@ -1325,8 +1364,8 @@ class Run:
         for first, i, then, j in self.orders:
             if then == name and j == k and self.taken[first] < i:
                 raise RefusedError(f"{name} does not wait for {first}")
-        known = robot.validation
-        if known is not None and known.kind == "ltl" and not known.follows(robot.pose, way[k]):
+        own, known = self.data[name]["objective"], robot.validation
+        if known is not None and not known.follows(own, robot.pose, way[k]):
             raise RefusedError(f"the plan leads {name} where its objective forbids")
         robot.nodes = robot.after = None
 
@@ -1336,8 +1375,9 @@ class Run:
             raise RefusedError("the plan is not at its end")
         for name, node in (record.get("nodes") or {}).items():
             robot = self.robots[name]
-            if node is not None and robot.nodes is None and robot.toward is None:
-                if node not in self._nodes(robot):
+            if node is not None and robot.toward is None:
+                known = robot.validation
+                if known is None or node not in known.of_pose.get(robot.pose, ()):
                     raise RefusedError(f"{name} goes on in node {node}, but is not in it")
                 robot.nodes = {node}
         self.plan, self.taken, self.orders = {}, {}, []
@@ -1367,6 +1407,7 @@ class Run:
     def _in_force(self, record: Json) -> None:
         if record["depth"] != len(self.stack):
             raise RefusedError(f"the stack has {len(self.stack)} entries, not {record['depth']}")
+        self.told = (self.tick, self.turn)
         for name, objective in record["objectives"].items():
             own = same_objective(objective, self.data[name]["objective"])
             if not self.stack and not own:

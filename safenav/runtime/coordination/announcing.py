@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from safenav.runtime.coordination.floor import Floor
-from safenav.runtime.coordination.negatives import closure_data
+from safenav.runtime.coordination.negatives import closure_told
 from safenav.runtime.coordination.proofs import Closure
 from safenav.runtime.coordination.requests import Request, Requests
 from safenav.runtime.coordination.strategies import Answer, Errand
@@ -17,6 +17,7 @@ from safenav.scenario.model import Obstacle, Robot
 from safenav.trace import records, vocabulary
 from safenav.trace.header import objective_in_trace
 from safenav.trace.objective import Objective
+from safenav.trace.proofs import Proof
 
 
 @dataclass
@@ -78,7 +79,7 @@ class Announcing:
         self,
         obstacle: Obstacle,
         reason: vocabulary.BlockReason,
-        proof: Mapping[str, object] | None = None,
+        proof: Proof | None = None,
     ) -> None:
         """An obstacle stays for good."""
         state = self.state
@@ -109,7 +110,7 @@ class Announcing:
         reason = vocabulary.BlockReason.UNRESOLVABLE
         if not able:
             reason = vocabulary.BlockReason.NO_CAPABLE_ROBOT
-        self.joined(request.obstacle, reason, closure_data(floor, closure))
+        self.joined(request.obstacle, reason, closure_told(floor, closure))
         self._over.append(request)
 
     def stack(

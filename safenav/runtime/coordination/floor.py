@@ -16,6 +16,8 @@ from safenav.runtime.traffic.joint import Count
 from safenav.scenario.model import Robot, Scenario
 from safenav.scenario.objective import Hold, Ltl, targets_of
 from safenav.scenario.pursuit import Pursuit
+from safenav.trace.header import heading_in_trace
+from safenav.trace.vocabulary import Place
 
 
 @dataclass(frozen=True)
@@ -144,11 +146,10 @@ def _conflicts(scenario: Scenario) -> tuple[frozenset[int], ...]:
     )
 
 
-def poses_in(graph: PoseGraph, poses: Mask) -> list[list[object]]:
-    """Poses as a proof writes them: region and heading, ascending."""
+def poses_in(graph: PoseGraph, poses: Mask) -> tuple[Place, ...]:
+    """Poses as a proof tells them: region and heading, ascending."""
     found = []
     for number in bits(poses):
         pose = graph.pose(number)
-        heading = pose.heading.label if pose.heading is not None else None
-        found.append((pose.region, heading))
-    return [list(entry) for entry in sorted(found, key=lambda e: (e[0], e[1] or ""))]
+        found.append((pose.region, heading_in_trace(pose)))
+    return tuple(sorted(found, key=lambda e: (e[0], e[1] or "")))

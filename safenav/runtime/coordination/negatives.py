@@ -14,52 +14,44 @@ from safenav.runtime.team import TeamState
 from safenav.scenario.model import Outcome
 from safenav.scenario.objective import Ltl
 from safenav.spec.task import Task
+from safenav.trace import proofs
 from safenav.trace.wording import obstacle_words
 
 if TYPE_CHECKING:
     from safenav.runtime.coordination.telling import Telling
 
 
-def proof_data(floor: Floor, proof: Proof) -> dict[str, object]:
+def told(floor: Floor, proof: Proof) -> proofs.Proof:
     """A proof as it stands in a trace (docs/trace.md)."""
     if isinstance(proof, Closure):
-        return closure_data(floor, proof)
-    return tree_data(floor, proof)
+        return closure_told(floor, proof)
+    return proofs.Tree(
+        tuple(
+            proofs.Choice(
+                proofs.Option(
+                    floor.gates[choice.gate],
+                    choice.need,
+                    tuple(floor.names[i] for i in choice.group),
+                    choice.lossless,
+                ),
+                told(floor, choice.proof),
+            )
+            for choice in proof.choices
+        )
+    )
 
 
-def closure_data(floor: Floor, closure: Closure) -> dict[str, object]:
+def closure_told(floor: Floor, closure: Closure) -> proofs.Closure:
     """A closure table as it stands in a trace."""
-    return {
-        "kind": "closure",
-        "resolved": [floor.gates[gate] for gate in closure.resolved],
-        "never": [*(floor.gates[gate] for gate in closure.never), *floor.given_up],
-        "robots": {
-            name: {
-                "poses": poses_in(floor.problem.members[i].graph, reach.poses),
-                "live": reach.live,
-            }
+    members = floor.problem.members
+    return proofs.Closure(
+        tuple(floor.gates[gate] for gate in closure.resolved),
+        (*(floor.gates[gate] for gate in closure.never), *floor.given_up),
+        {
+            name: proofs.Reach(poses_in(members[i].graph, reach.poses), reach.live)
             for i, (name, reach) in enumerate(zip(floor.names, closure.robots, strict=True))
         },
-    }
-
-
-def tree_data(floor: Floor, tree: Tree) -> dict[str, object]:
-    """All choices, each refuted."""
-    return {
-        "kind": "tree",
-        "choices": [
-            {
-                "option": {
-                    "obstacle": floor.gates[choice.gate],
-                    "need": choice.need,
-                    "robots": [floor.names[i] for i in choice.group],
-                    "lossless": choice.lossless,
-                },
-                "proof": proof_data(floor, choice.proof),
-            }
-            for choice in tree.choices
-        ],
-    }
+    )
 
 
 def nobody_goes_on(
@@ -111,7 +103,7 @@ def nobody_goes_on(
             Outcome.OPERATOR_NEEDED,
             "; ".join(dict.fromkeys(said)),
             cause,
-            proof_data(floor, proof),
+            told(floor, proof),
         )
     )
 

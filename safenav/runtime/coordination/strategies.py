@@ -21,6 +21,7 @@ from safenav.runtime.over import Stop
 from safenav.runtime.team import Assignment, RobotState, Role, TeamState
 from safenav.scenario.model import Coordination, Scenario, Tracking
 from safenav.scenario.objective import Hold, Ltl, Objective, Patrol, Target, Visit, targets_of
+from safenav.scenario.pursuit import Pursuit
 from safenav.spec.assignable import Switch, places
 from safenav.spec.compile import assumption_names, compile_task
 from safenav.spec.objective import Memory
@@ -429,7 +430,7 @@ def _memory(task: Task) -> dict[str, int] | None:
     """The variables that remember, and their values at the start."""
     match task.objective:
         case Patrol():
-            return {"scout": task.memory.index}
+            return {"scout": Pursuit(task.objective).begin(task.pose.region, task.memory.index)}
         case Visit(targets) if len(targets) > 1:
             return {"goal": task.memory.index}
         case Ltl():

@@ -29,7 +29,7 @@ from safenav.runtime.traffic.watch import Watch
 from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.model import Outcome
 from safenav.scenario.objective import Ltl
-from safenav.trace import records, vocabulary
+from safenav.trace import proofs, records, vocabulary
 from safenav.trace.header import heading_in_trace
 from safenav.world.moves import Pose
 
@@ -357,21 +357,21 @@ class Traffic:
             f"{len(answer.states)} joint states that can be reached were looked at"
         )
         places = course.places(answer.states)
-        proof: dict[str, object] = {
-            "kind": "joint",
-            "robots": list(floor.names),
-            "start": {
-                name: [robot.next_pose.region, heading_in_trace(robot.next_pose)]
+        text = "".join(f"{line}\n" for line in places)
+        proof = proofs.Joint(
+            floor.names,
+            {
+                name: (robot.next_pose.region, heading_in_trace(robot.next_pose))
                 for name, robot in self.state.robots.items()
             },
-            "stages": {
+            {
                 **{g: stage.need for g, stage in zip(floor.gates, start.stages, strict=True)},
                 **self.state.knowledge.given_up(),
             },
-            "goal": {"rounds": course.rounds},
-            "states": len(places),
-            "sha256": hashlib.sha256("".join(f"{line}\n" for line in places).encode()).hexdigest(),
-        }
+            proofs.JointGoal(course.rounds),
+            len(places),
+            hashlib.sha256(text.encode()).hexdigest(),
+        )
         return RunOver(Verdict(Outcome.OPERATOR_NEEDED, said, "deadlock", proof))
 
 

@@ -247,7 +247,7 @@ def joint_proof(about: Moment, poses: list[list[Pose]]) -> dict[str, Any]:
         "robots": list(about.robots),
         "start": {name: list(one.pose) for name, one in about.robots.items()},
         "stages": {name: one.stage for name, one in about.gates.items()},
-        "goal": {name: one.rounds_left for name, one in about.robots.items()},
+        "goal": {"rounds": 1},
         "states": len(poses),
         "sha256": hashlib.sha256("".join(lines).encode()).hexdigest(),
     }

@@ -1,0 +1,84 @@
+"""Proofs of negatives as a trace tells them (docs/trace.md, "Proofs"): typed data, no logic.
+
+Obstacles and robots are named; poses are places, a region and a heading (null without).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated
+
+from safenav.trace.vocabulary import Count, Pattern, Place, Sha256
+
+
+@dataclass(frozen=True)
+class Reach:
+    """``poses``: all that a robot can get to, ascending. ``live``: whether from some of them it
+    can meet every target of its objective again and again."""
+
+    poses: tuple[Place, ...]
+    live: bool
+
+
+@dataclass(frozen=True)
+class Closure:
+    """What the team can do at most: ``resolved`` are the open obstacles that can be, ``never``
+    those that cannot, ``robots`` where each gets with the former out of the way."""
+
+    resolved: tuple[str, ...]
+    never: tuple[str, ...]
+    robots: Mapping[str, Reach]
+    kind: Annotated[str, Pattern("closure", "closure")] = "closure"
+
+
+@dataclass(frozen=True)
+class Option:
+    """``robots`` meet need number ``need`` of ``obstacle``. ``lossless``: each of them can come
+    back to all that it could get to before, so that no other option need be looked at."""
+
+    obstacle: str
+    need: Count
+    robots: tuple[str, ...]
+    lossless: bool
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What could be done next, and the proof that it does not help."""
+
+    option: Option
+    proof: Proof
+
+
+@dataclass(frozen=True)
+class Tree:
+    """All options that there are (or one that is lossless), each refuted."""
+
+    choices: tuple[Choice, ...]
+    kind: Annotated[str, Pattern("tree", "tree")] = "tree"
+
+
+@dataclass(frozen=True)
+class JointGoal:
+    """How often each robot would have to meet its objective."""
+
+    rounds: Count
+
+
+@dataclass(frozen=True)
+class Joint:
+    """No order of moves completes the mission: ``states`` joint places can be reached, whose
+    sorted lines have this ``sha256``. ``start``: where everybody is; ``stages``: which need of
+    each open obstacle is next."""
+
+    robots: tuple[str, ...]
+    start: Mapping[str, Place]
+    stages: Mapping[str, Count]
+    goal: JointGoal
+    states: Count
+    sha256: Sha256
+    kind: Annotated[str, Pattern("joint", "joint")] = "joint"
+
+
+Proof = Closure | Tree | Joint

@@ -1,0 +1,29 @@
+"""The runs of random missions are certified, whatever their outcome.
+
+Among the tests the campaign is short; SAFENAV_FUZZ=1000 tries as many others.
+"""
+
+import os
+from pathlib import Path
+from random import Random
+
+import pytest
+import yaml
+
+from certify.missions import random_mission
+from safenav.certify.record import bundle_of_run
+from safenav.errors import InputError
+
+COUNT = int(os.environ.get("SAFENAV_FUZZ", "12"))
+FIRST = int(os.environ.get("SAFENAV_FUZZ_FIRST", "5000")) if "SAFENAV_FUZZ" in os.environ else 0
+
+
+@pytest.mark.parametrize("seed", range(FIRST, FIRST + COUNT))
+def test_the_run_of_a_random_mission_is_certified(seed: int, tmp_path: Path) -> None:
+    scenario = tmp_path / "mission.yaml"
+    scenario.write_text(yaml.safe_dump(random_mission(Random(seed)), sort_keys=False))
+    try:
+        made = bundle_of_run(scenario, tmp_path / "bundle")
+    except InputError:  # a target that nobody can reach: refused before anything runs
+        return
+    assert made.verdict.accepted
