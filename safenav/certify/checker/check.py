@@ -32,6 +32,7 @@ import zipfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from itertools import chain, combinations, pairwise, product, repeat
+from math import prod
 from pathlib import Path
 from typing import Any
 
@@ -45,15 +46,16 @@ from check_strategies import (  # noqa: E402
     Specification,
     Strategy,
     TooLargeError,
-    Variable,
     check_counterstrategy,
     check_strategy,
     complete,
     read_clause,
     read_specification,
+    read_variable,
 )
 
 MOST_STATES = 200_000
+MOST_MEMORY = 64
 Json = Mapping[str, Any]
 
 # ---------------------------------------------------------------- the world
@@ -147,6 +149,15 @@ def targets_of(objective: Json) -> list[frozenset[int]]:
     ((kind, value),) = objective.items()
     listed = [value] if kind == "hold" else value if kind != "ltl" else []
     return [frozenset([t] if isinstance(t, int) else t) for t in listed]
+
+
+def coordinates(pose: Pose) -> Row:
+    """The pose as variables have it: region, and heading if any."""
+    return (pose[0],) if pose[1] is None else (pose[0], HEADINGS.index(pose[1]))
+
+
+def named_coordinates(pose: Pose) -> dict[str, int]:
+    return dict(zip(("region", "heading"), coordinates(pose), strict=False))
 
 
 def formulas_of(objective: Json, part: str) -> list[str]:
@@ -462,8 +473,8 @@ class Validation:
     def follows(self, objective: Json, before: Pose, after: Pose) -> bool:
         """Whether an objective's own safety lines allow a step, for some values of the memory
         (lines about a memory that this strategy does not have are left out)."""
-        after_ = {f"{name}'": value for name, value in self.coordinates(after).items()}
-        values = self.coordinates(before) | after_
+        after_ = {f"{name}'": value for name, value in named_coordinates(after).items()}
+        values = named_coordinates(before) | after_
         wanted = [*self.own, *(f"{name}'" for name in self.own)]
         lines = [read_clause(t, rename=named) for t in formulas_of(objective, "safety")]
         clauses = [clause for clause in lines if clause.reads <= {*values, *wanted}]
@@ -478,21 +489,21 @@ class Validation:
             raise RefusedError("the initial input is not what the robot knows at the start")
         nodes = [n for n in self.graph.initial() if self.graph.inputs[n] == start]
         begin = [n for n in nodes if self.poses[n] == self.pose]
-        values = self.first() | self.coordinates(self.pose)
+        values = self.first() | named_coordinates(self.pose)
         ways = self.completed("init", [] if self.memory else self.own, values | self.memory)
         begun = {tuple(self.values[n][name] for name in self.own) for n in begin}
         if not begin and not ways:
             return
         if not begin or (self.own and not self.memory and not ways <= begun):
             raise RefusedError("not all ways to begin have a node")
-        names = list(self.coordinates(self.pose)) + self.own
+        names = list(named_coordinates(self.pose)) + self.own
 
         def visit(node: int, awaited: int) -> None:
             if (row := tuple(chosen[node])) not in self.expected(node):
                 raise RefusedError(f"the input chosen in node {node} cannot occur")
             seen = dict(zip(self.inputs, row, strict=True))
             poses = self.legal(self.poses[node], awaited, seen)
-            answers = {tuple(self.coordinates(pose).values()) for pose in poses}
+            answers = {coordinates(pose) for pose in poses}
             if self.kind == "ltl":
                 own = {name: self.values[node][name] for name in names}
                 allowed = self.completed("safety", [f"{name}'" for name in names], own)
@@ -509,11 +520,6 @@ class Validation:
                 raise RefusedError("a run misses an assumption for ever")
         if has_cycle(steps, (1 << len(self.wishes)) - 1):
             raise RefusedError("the robot can meet all its wishes")
-
-    def coordinates(self, pose: Pose) -> dict[str, int]:
-        """The pose as variables have it."""
-        turned = {} if pose[1] is None else {"heading": HEADINGS.index(pose[1])}
-        return {"region": pose[0], **turned}
 
 
 def has_cycle(steps: Sequence[tuple[int, int, int]], needed: int) -> bool:
@@ -568,34 +574,54 @@ class Team:
         self.given_up = {o for o, why in run.why_sealed.items() if why != "untraversable"}
         self.stages: Stages = tuple(run.stage(obstacle) for obstacle in self.open)
         self.shut: dict[str, set[int]] = {}
-        self.aims: dict[str, list[frozenset[int]]] = {}
+        self.aims: dict[str, list[frozenset[Pose]]] = {}
+        self.allowed: dict[str, set[tuple[Pose, Pose]]] = {}
+        """The steps that the formulas of an objective allow."""
         for name, data in run.data.items():
-            zones, goals = self._formulas(data["objective"])
-            sealed = {run.obstacles[o]["region"] for o, who in run.sealed.items() if name in who}
-            self.shut[name] = zones | sealed
-            self.aims[name] = goals or targets_of(data["objective"])
+            sealed = run.sealed.items()
+            self.shut[name] = {run.obstacles[o]["region"] for o, who in sealed if name in who}
+            if "ltl" in data["objective"]:
+                self.aims[name] = self._formulas(name)
+            else:
+                places = [[(r, None) for r in aim] for aim in targets_of(data["objective"])]
+                self.aims[name] = [poses_of(aim, data["mobility"]) for aim in places]
         self._steps: dict[Any, list[Pose]] = {}
 
-    def _formulas(self, objective: Json) -> tuple[set[int], list[frozenset[int]]]:
-        """Of an objective in formulas: regions that a safety line forbids to enter, and for each
-        goal the regions at either end of a step that meets it. Lines about more than regions
-        forbid nothing here, and are met anywhere."""
-        bits = tuple(str(bit) for bit in range(self.world.size.bit_length()))
-        region = Variable("region", 0, self.world.size, bits, truth=False)
-        spec, free = Specification((), (region,), {}), self.world.free
-        steps = [(a, b) for a in free for b in self.world.around([a])]
+    def _formulas(self, name: str) -> list[frozenset[Pose]]:
+        """Of an objective in formulas: the poses in which each goal may be met, by staying or else
+        by a step into them. Also keeps the steps that the safety lines allow. Both with some
+        memory; lines about more than MOST_MEMORY values of it say nothing here."""
+        own, mobility = self.data[name]["objective"], self.data[name]["mobility"]
+        memory = own.get("ltl", {}).get("memory", {})
+        shown = {m: "" if b == "bool" else f":{b[0]}...{b[1]}" for m, b in memory.items()}
+        place = ["region", "heading"][: 1 + (mobility == "heading")]
+        lines = [f"region:0...{self.world.size - 1}", "heading:0...3"][: len(place)]
+        lines += [f"{variable}{bounds}" for variable, bounds in shown.items()]
+        variables = [read_variable(line) for line in lines]
+        few = prod(v.most - v.least + 1 for v in variables[len(place) :]) <= MOST_MEMORY
+        spec, keys = Specification((), tuple(variables), {}), [*place, *(f"{p}'" for p in place)]
+        poses = poses_of(((region, None) for region in self.world.free), mobility)
+        stays = {(*row, *row): (pose, pose) for pose in poses for row in [coordinates(pose)]}
+        steps = {
+            (*coordinates(pose), *coordinates(after)): (pose, after)
+            for pose in poses
+            for after in self.world.moves(mobility, pose) - {pose}
+        }
 
-        def met(text: str) -> list[Row] | None:
-            clause = read_clause(text)
-            if not clause.reads <= {"region", "region'"}:
-                return None
-            return [row for row, _ in complete(spec, (), [clause], ("region", "region'"), steps)]
+        def met(texts: Iterable[str], rows: Mapping[Row, Any]) -> set[tuple[Pose, Pose]]:
+            clauses = [read_clause(text, rename=named) for text in texts]
+            clauses = [clause for clause in clauses if few or clause.reads <= {*keys}]
+            wanted = sorted(set().union(*(clause.reads for clause in clauses)) - {*keys})
+            return {rows[row] for row, _ in complete(spec, wanted, clauses, keys, list(rows))}
 
-        safety = [met(text) for text in formulas_of(objective, "safety")]
-        zones = [free - {to for _, to in rows} for rows in safety if rows is not None]
-        goals = [met(text) for text in formulas_of(objective, "liveness")]
-        aims = [free if rows is None else frozenset(chain(*rows)) for rows in goals]
-        return set().union(*zones), aims
+        self.allowed[name] = met(formulas_of(own, "safety"), steps)
+        open_ = {row: pair for row, pair in steps.items() if pair in self.allowed[name]}
+        aims = []
+        for text in formulas_of(own, "liveness"):
+            staying = {pose for pose, _ in met([text], stays)}
+            entered = met([text], open_)
+            aims.append(frozenset(staying | {b for a, b in entered if not {a, b} & staying}))
+        return aims
 
     def need(self, k: int, stages: Stages) -> Json | None:
         """The need of an obstacle that is next; None if it is resolved."""
@@ -617,7 +643,13 @@ class Team:
             }
             moves = self.world.moves(self.data[name]["mobility"], pose)
             shut = blocked | self.shut[name]
-            self._steps[key] = [after for after in moves if after[0] not in shut]
+            open_ = self.allowed.get(name)
+            self._steps[key] = [
+                after
+                for after in moves
+                if after[0] not in shut
+                if open_ is None or after == pose or (pose, after) in open_
+            ]
         return self._steps[key]
 
     def reach(self, name: str, poses: Iterable[Pose], stages: Stages) -> set[Pose]:
@@ -636,7 +668,7 @@ class Team:
         while alive != before:
             before = set(alive)
             for aim in self.aims[name]:
-                found = {pose for pose in alive if pose[0] in aim}
+                found = alive & aim
                 fresh = found
                 while fresh:
                     near = {p for p in alive - found if fresh & {*self.steps(name, p, stages)}}
@@ -812,7 +844,7 @@ class Team:
         aims, (index, seen, met) = self.aims[name], count
         cyclic = {"patrol", "visit"} & set(self.data[name]["objective"])
         while not self._is_done(name, (index, seen, met), rounds):
-            fresh = {k for k, aim in enumerate(aims) if pose[0] in aim} - seen
+            fresh = {k for k, aim in enumerate(aims) if pose in aim} - seen
             if cyclic and index in fresh:
                 index, met = (index + 1) % len(aims), met + 1
             elif fresh and not cyclic:
@@ -879,7 +911,7 @@ class Run:
         self.scenario = bundle.header["scenario"]  # its robots are in the order of their turns
         self.external = self.scenario.get("world") == "external"
         self.world = World(self.scenario["map"])
-        self.data: dict[str, Json] = self.scenario["robots"]
+        self.data: dict[str, Json] = dict(self.scenario["robots"])
         self.robots = {
             name: Robot(pose := (data["start"], data.get("heading")), data["objective"], pose)
             for name, data in self.data.items()
@@ -984,6 +1016,8 @@ class Run:
                     self.barred.add((name, obstacle))
         if verdict != "realizable" or record.get("node") is None:
             return
+        if record.get("strategy") is None:
+            raise RefusedError("its strategy was never listed: nothing is proven about its moves")
         measures = f"measures/{spec}-{digest}.json"
         files += [(f"strategies/{digest}.json", None), (measures, None)]
         if (spec, digest) not in self._realized:
@@ -1118,6 +1152,20 @@ class Run:
             raise RefusedError(f"{data['name']} appears where a robot is")
         self.present.add(data["name"])
         self.done[data["name"]], self.part[data["name"]] = 0, set()
+
+    def _truth(self, record: Json) -> None:
+        told = {**self.obstacles[record["obstacle"]], "traversable": record["traversable"]}
+        self.obstacles[record["obstacle"]] = told
+
+    def _objective(self, record: Json) -> None:
+        """A robot is given another objective of its own while the run goes on."""
+        name, objective = record["robot"], record["objective"]
+        robot, said = self.robots[name], f"{name} is given another objective"
+        if same_objective(robot.objective, self.data[name]["objective"]):
+            robot.objective = objective
+        self.data[name] = {**self.data[name], "objective": objective}
+        robot.goals, robot.awaited = [], 0
+        self.claim("changed", f"Tick {self.tick}: {said}, '{in_words(objective)}'.")
 
     def _gone(self, record: Json) -> None:
         for kept in (self.present, self.known):

@@ -103,8 +103,8 @@ def read_specification(text: str) -> Specification:
             if section not in sections:
                 raise RefusedError(f"line {number} stands in no section that there is")
             sections[section].append((number, line))
-    inputs = tuple(_variable(line, number) for number, line in sections["INPUT"])
-    outputs = tuple(_variable(line, number) for number, line in sections["OUTPUT"])
+    inputs = tuple(read_variable(line, number) for number, line in sections["INPUT"])
+    outputs = tuple(read_variable(line, number) for number, line in sections["OUTPUT"])
     spec = Specification(inputs, outputs, {name: [] for name in SECTIONS})
     if len(spec.variables) != len(inputs) + len(outputs):
         raise RefusedError("a variable is declared twice")
@@ -133,7 +133,7 @@ def read_clause(
     return Clause(line, text, formula, frozenset(reads(formula)))
 
 
-def _variable(line: str, number: int) -> Variable:
+def read_variable(line: str, number: int = 0) -> Variable:
     match = re.fullmatch(r"(\w+)(?::(\d+)\.\.\.(\d+))?", line)
     if match is None or int(match[2] or 0) > int(match[3] or 0):
         raise RefusedError(f"line {number}: '{line}' declares no variable")
