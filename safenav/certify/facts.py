@@ -15,7 +15,9 @@ NOT_COVERED = (
     "The step from the scenario's YAML file to scenario.json; of a map that is drawn in the file "
     "the grid is compared.",
     "The checker (check.py, check_strategies.py) and Python itself.",
-    "Motion in metres, unless the bundle holds a motion file that `safenav check-motion` accepts.",
+    "Motion in metres: of a motion file check.py only sees that it names this trace; `safenav "
+    "check-motion` checks the rest.",
+    "Who was asked for help, and why: `safenav check-trace` audits the bids.",
     "Time: no claim says when a goal is met, only that it is met again and again.",
 )
 """What a bundle does not prove."""
@@ -26,7 +28,19 @@ _ASSUMED = {
     "out_of_my_sight": "the others are out of its sight again and again",
     "at_its_targets": "the others are at their own targets again and again",
 }
-_TOLD = ("violation", "request", "resolved", "blocked", "appeared", "gone", "assumption", "plan")
+_TOLD = (
+    "violation",
+    "request",
+    "resolved",
+    "blocked",
+    "appeared",
+    "gone",
+    "truth",
+    "objective",
+    "service",
+    "assumption",
+    "plan",
+)
 
 
 def facts_of(
@@ -143,6 +157,12 @@ def _event(line: Mapping[str, Any]) -> str:
             return f"{line['obstacle']} stays for {', '.join(line['robots'])}: {line['reason']}"
         case "assumption":
             return f"an assumption of {line['robot']} failed: {line['name']}"
+        case "truth":
+            return f"{line['obstacle']} is changed: it may hide another truth from now on"
+        case "objective":
+            return f"{line['robot']} is given another objective: {in_words(line['objective'])}"
+        case "service":
+            return f"{line['robot']} is {'back' if line['active'] else 'taken out of service'}"
         case "plan":
             return f"a joint plan for {', '.join(line['robots'])}"
         case kind:

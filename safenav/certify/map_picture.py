@@ -35,7 +35,7 @@ def map_svg(scenario: Mapping[str, Any]) -> str:
             size = SIDE - 2 * inset
             parts.append(
                 f'<rect x="{x + inset}" y="{y + inset}" width="{size}" height="{size}" rx="3" '
-                f'fill="none" stroke="{colour}" stroke-width="1.6"/>'
+                f'fill="none" stroke="{colour}" stroke-width="1.6"/>{_number(region, cols, SIDE / 2 + 2)}'
             )
         x, y = _corner(robot["start"], cols)
         centre = f"{x + SIDE / 2},{y + SIDE / 2}"
@@ -51,8 +51,16 @@ def map_svg(scenario: Mapping[str, Any]) -> str:
         parts.append(
             f'<path d="M{x + a} {y + a}L{x + b} {y + b}M{x + b} {y + a}L{x + a} {y + b}" '
             f'stroke="#c62828" stroke-width="2.4"><title>{escape(obstacle["name"])}</title></path>'
+            f"{_number(obstacle['region'], cols, SIDE - 1.4)}"
         )
     return "".join([*parts, "</svg>"])
+
+
+def _number(region: int, cols: int, down: float) -> str:
+    """A region's number, so far down in its square."""
+    x, y = _corner(region, cols)
+    where = f'x="{x + SIDE / 2}" y="{y + down}"'
+    return f'<text {where} font-size="6" fill="#1c2024" text-anchor="middle">{region}</text>'
 
 
 def regions_of(objective: Mapping[str, Any]) -> set[int]:

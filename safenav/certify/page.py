@@ -15,6 +15,11 @@ _KINDS = {
     "realizes": "Specification to strategy: proven",
     "keeps": "Scenario to strategy: validated",
     "unrealizable": "No strategy exists: proven",
+    "weakest": "Nothing less was enough: proven",
+    "broken": "An assumption failed",
+    "changed": "The mission was changed while it ran",
+    "never": "What can never be resolved: worked out again",
+    "motion": "Moves to metres: named, not checked here",
     "moves": "Strategy to moves: replayed",
     "outcome": "Moves to outcome: audited",
 }
@@ -34,7 +39,9 @@ table { border-collapse: collapse; width: 100%; font-size: .92rem; }
 th, td { text-align: left; vertical-align: top; padding: .3rem .6rem .3rem 0;
   border-bottom: 1px solid var(--line); overflow-wrap: anywhere; }
 code { font: .82rem/1.4 ui-monospace, monospace; overflow-wrap: anywhere; }
-.words th, .words td { overflow-wrap: normal; }
+.words th, .words td { overflow-wrap: normal; } .words td:first-child { white-space: nowrap; }
+.files { table-layout: fixed; } .files th:first-child { width: 47%; }
+.files th:last-child { width: 11%; } .files td:last-child { overflow-wrap: normal; }
 li { margin: .35rem 0; } .evidence { font-size: .85rem; }
 pre { white-space: pre-wrap; overflow-wrap: anywhere; font-size: .78rem; background: #f4f5f6;
   padding: .5rem; margin: .3rem 0; } .dot { display: inline-block; width: .7rem; height: .7rem;
@@ -108,8 +115,8 @@ def _asked(facts: Mapping[str, Any], scenario: Mapping[str, Any]) -> str:
     return (
         "<h2>What the team was asked to do</h2>"
         f"{map_svg(scenario)}"
-        '<p class="soft">Discs: where robots start. Squares: their targets. Regions are numbered '
-        "from the north-west, row by row.</p>"
+        '<p class="soft">Discs: where robots start. Squares: their targets, with the '
+        "region's number. Regions are numbered from the north-west, row by row.</p>"
         '<table class="words"><tr><th>robot</th><th>kind</th><th>start</th><th>shall</th>'
         "<th>can</th></tr>"
         f"{''.join(rows)}</table>{hidden}"
@@ -118,7 +125,8 @@ def _asked(facts: Mapping[str, Any], scenario: Mapping[str, Any]) -> str:
 
 def _guaranteed(facts: Mapping[str, Any]) -> str:
     parts = ["<h2>What is guaranteed</h2>"]
-    for kind in dict.fromkeys(claim["kind"] for claim in facts["claims"]):
+    made = dict.fromkeys(claim["kind"] for claim in facts["claims"])
+    for kind in (*(k for k in _KINDS if k in made), *(k for k in made if k not in _KINDS)):
         parts.append(f"<h3>{escape(_KINDS.get(kind, kind))}</h3><ul>")
         for claim in facts["claims"]:
             if claim["kind"] != kind:
@@ -196,6 +204,6 @@ def _evidence(facts: Mapping[str, Any], lines: Sequence[Mapping[str, Any]]) -> s
         for path, about in facts["files"].items()
     ]
     return (
-        "<h2>Evidence</h2><table><tr><th>file</th><th>sha256</th><th>bytes</th></tr>"
+        '<h2>Evidence</h2><table class="files"><tr><th>file</th><th>sha256</th><th>bytes</th></tr>'
         f"{''.join(rows)}</table><h2>Lines of the trace</h2>{''.join(shown)}"
     )
