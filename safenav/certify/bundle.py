@@ -16,12 +16,13 @@ from pathlib import Path
 from typing import Any
 
 import safenav
-from safenav.certify.check import Verdict, check_bundle
+from safenav.certify.check import Result, Verdict, check_bundle
+from safenav.certify.checker.check_strategies import TooLargeError
 from safenav.certify.evidence import counter_evidence, strategy_measures
 from safenav.certify.measures import NoMeasureError
 from safenav.certify.page import page_of
 from safenav.certify.run import Kept, read_lines
-from safenav.errors import NotCertifiedError, UsageError
+from safenav.errors import NotCertifiedError, ResourceLimitError, UsageError
 from safenav.spec.parsing import read_specification
 from safenav.synthesis.slugs import Synthesizer
 
@@ -52,13 +53,17 @@ def make_bundle(
     ``sources``: the scenario's YAML, map and catalogue files by name. ``kept``: texts and
     strategies of all ``synthesis`` lines (see ``Kept.complete``). ``motion``: the run in metres.
 
-    Raises UsageError if the target exists, NotCertifiedError if the checker refuses the bundle.
+    Raises UsageError if the target exists, NotCertifiedError if the checker refuses the bundle,
+    ResourceLimitError if a strategy is larger than the checker takes on.
     """
     if target.exists():
         raise UsageError(f"{target} exists; name a bundle that does not")
     with tempfile.TemporaryDirectory(dir=_parent(target), prefix=".bundle-") as directory:
         folder = Path(directory) / "bundle"
-        files = _files(trace, sources, kept, synthesizer)
+        try:
+            files = _files(trace, sources, kept, synthesizer)
+        except TooLargeError as error:
+            raise ResourceLimitError(f"no bundle: a strategy has {error}") from error
         if motion is not None:
             files["motion.jsonl"] = motion
         for name, data in files.items():
@@ -67,6 +72,8 @@ def make_bundle(
         manifest = _manifest(files, [])
         _write_manifest(folder, manifest)
         verdict = check_bundle(folder, compare=False)
+        if verdict.result is Result.TOO_LARGE:
+            raise ResourceLimitError(f"no bundle: {verdict.reason}")
         if not verdict.accepted:
             raise NotCertifiedError(f"the checker refuses this run: {verdict.reason}")
         page, facts = page_of(read_lines(trace, "trace.jsonl"), verdict.claims, files)
@@ -112,10 +119,15 @@ def _files(
             name = f"measures/{spec}-{strategy}.json"
             if name not in files:
                 files[name] = _json(strategy_measures(text, kept.strategies[strategy]))
-        name = f"counterstrategies/{spec}.json"
-        if line["verdict"] == "unrealizable" and name not in files:
-            proof = _counterstrategy(text, line["robot"], synthesizer)
+        failed = [tried["spec"] for tried in line.get("tried") or ()]
+        failed += [spec] if line["verdict"] == "unrealizable" else []
+        for spec in failed:
+            name = f"counterstrategies/{spec}.json"
+            if name in files or spec not in kept.texts:
+                continue
+            proof = _counterstrategy(kept.texts[spec], line["robot"], synthesizer)
             if proof is not None:
+                files[f"specs/{spec}.structuredslugs"] = kept.texts[spec].encode()
                 files[name] = proof
     return files
 
@@ -127,7 +139,7 @@ def _counterstrategy(text: str, robot: str, synthesizer: Synthesizer) -> bytes |
         return None
     try:
         evidence = counter_evidence(text, answer.strategy_json)
-    except (NoMeasureError, LookupError):
+    except (NoMeasureError, LookupError, TooLargeError):
         return None
     return _json({"automaton": json.loads(answer.strategy_json), **evidence.to_data()})
 

@@ -35,7 +35,8 @@ def map_svg(scenario: Mapping[str, Any]) -> str:
             size = SIDE - 2 * inset
             parts.append(
                 f'<rect x="{x + inset}" y="{y + inset}" width="{size}" height="{size}" rx="3" '
-                f'fill="none" stroke="{colour}" stroke-width="1.6"/>{_number(region, cols, SIDE / 2 + 2)}'
+                f'fill="none" stroke="{colour}" stroke-width="1.6"/>'
+                f"{_number(region, cols, SIDE / 2 + 2)}"
             )
         x, y = _corner(robot["start"], cols)
         centre = f"{x + SIDE / 2},{y + SIDE / 2}"

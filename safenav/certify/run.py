@@ -57,6 +57,10 @@ class Kept:
                         "with `safenav certify`"
                     )
                 self.texts[spec] = text
+            for tried in line.get("tried") or ():
+                weaker = cache.load_text(tried["spec"])
+                if weaker is not None:  # else nothing is claimed of it
+                    self.texts.setdefault(tried["spec"], weaker)
             if strategy is not None and strategy not in self.strategies:
                 self.strategies[strategy] = self._again(line, synthesizer)
 

@@ -13,7 +13,8 @@ from safenav.audit.check import NAMES_RULE, RULES
 
 AUDIT = Path(safenav.audit.__file__).parent
 FORMAT = tuple(
-    f"safenav.trace.{name}" for name in ("records", "setting", "vocabulary", "objective", "reading")
+    f"safenav.trace.{name}"
+    for name in ("records", "setting", "vocabulary", "objective", "proofs", "reading")
 )
 """The format of traces, as data: all that the checker shares with what it judges."""
 
