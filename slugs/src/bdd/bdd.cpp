@@ -178,7 +178,8 @@ void BddStore::collect() {
       continue;
     const std::uint32_t op = entry.f_and_operation >> operation_shift;
     const Edge f = entry.f_and_operation & ((1u << operation_shift) - 1);
-    if (dead(f) || dead(entry.result) || (op != Exists && dead(entry.g)) || (op == Choice && dead(entry.h)))
+    if (dead(f) || dead(entry.result) || (op != Exists && dead(entry.g)) ||
+        ((op == Choice || op == MinusExistsBoth) && dead(entry.h)))
       entry = {};
   }
   buckets_.clear_to_zero();

@@ -108,6 +108,9 @@ public:
   Bdd exists(const Bdd &f, VarSet set);
   Bdd forall(const Bdd &f, VarSet set);
   Bdd exists_both(const Bdd &f, const Bdd &g, VarSet set); // exists set. f & g
+  // f & !exists set. g & h, where f depends on no variable of the set.  Nothing is
+  // computed outside f, which often makes all the difference.
+  Bdd minus_exists_both(const Bdd &f, const Bdd &g, const Bdd &h, VarSet set);
   // Relabels current to next variables; f must depend on no next variable.
   Bdd to_next(const Bdd &f);
   // Relabels next to current variables; f must depend on no current variable.
@@ -133,6 +136,7 @@ public:
 
   bool evaluate(Edge f, const std::vector<bool> &value_of_var) const;
   double count(const Bdd &f, const std::vector<Var> &over); // satisfying valuations of `over` ⊇ support
+  std::vector<bool> some_valuation(const Bdd &f) const;     // by variable; f is not false
   std::vector<Var> support(const Bdd &f);                   // ascending
   std::size_t size(const Bdd &f);                           // nodes, without the constant
 
@@ -187,7 +191,18 @@ private:
     std::uint32_t last_level = 0;       // of its members
     bool empty = true;
   };
-  enum Operation : std::uint32_t { And = 1, Xor, Choice, Exists, ExistsBoth, ToNext, ToCurrent, Simplify };
+  enum Operation : std::uint32_t {
+    And = 1,
+    Xor,
+    Choice,
+    Exists,
+    ExistsBoth,
+    MinusExistsBoth,
+    Shift,
+    Simplify
+  };
+
+  enum Direction : Edge { ToCurrent = 0, ToNext = 1 };
 
   static constexpr Var free_var = 0xFFFFFFFF;
   static constexpr std::uint32_t max_nodes = 1u << 28;
@@ -256,7 +271,8 @@ private:
   Edge choice_(Edge f, Edge g, Edge h);
   Edge exists_(Edge f, VarSet set);
   Edge exists_both_(Edge f, Edge g, VarSet set);
-  Edge shift_(Edge f, Operation op);
+  Edge minus_exists_both_(Edge f, Edge g, Edge h, VarSet set);
+  Edge shift_(Edge f, Direction direction);
   Edge simplify_(Edge f, Edge care);
 
   void mark(Edge f);
@@ -287,6 +303,7 @@ private:
   std::vector<std::uint32_t> level_of_var_; // the constant's pseudo-variable is last, below all
   std::vector<Var> var_at_level_;
   std::vector<QuantifiedSet> sets_;
+  VarSet minus_set_ = 0; // of the results of MinusExistsBoth that are known
   Bdd *handles_ = nullptr;
 };
 

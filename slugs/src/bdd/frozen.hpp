@@ -16,6 +16,7 @@ class FrozenBdd {
 public:
   FrozenBdd(BddStore &store, const Bdd &f);
   Bdd thaw(BddStore &store) const;
+  std::size_t size() const { return nodes_.size(); }
   // Its value where value_of(variable) says that of each variable.
   template <typename Values> bool evaluate(const Values &value_of) const {
     Edge e = root_;

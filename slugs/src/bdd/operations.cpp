@@ -210,23 +210,62 @@ Edge BddStore::exists_both_(Edge f, Edge g, VarSet set) {
   return result;
 }
 
-Edge BddStore::shift_(Edge f, Operation op) {
+// Where g and h have a quantified variable on top, what their first halves leave of
+// f is all that their second halves have to look at.
+Edge BddStore::minus_exists_both_(Edge f, Edge g, Edge h, VarSet set) {
+  if (f == bdd_false)
+    return bdd_false;
+  if (g == bdd_false || h == bdd_false || (g ^ h) == 1)
+    return f;
+  if (f == bdd_true)
+    return exists_both_(g, h, set) ^ 1;
+  if (g == h || h == bdd_true)
+    return and_(f, exists_(g, set) ^ 1);
+  if (g == bdd_true)
+    return and_(f, exists_(h, set) ^ 1);
+  const std::uint32_t fl = level(f), gl = level(g), hl = level(h);
+  if (std::min(gl, hl) > sets_[set].last_level)
+    return and_(f, and_(g, h) ^ 1);
+  if (g > h)
+    return minus_exists_both_(f, h, g, set);
+  Edge result;
+  if (known_or_step(MinusExistsBoth, f, g, h, result))
+    return result;
+  const std::uint32_t l = std::min({fl, gl, hl});
+  const Edge g0 = gl == l ? low_of(g) : g, g1 = gl == l ? high_of(g) : g;
+  const Edge h0 = hl == l ? low_of(h) : h, h1 = hl == l ? high_of(h) : h;
+  const Var v = var_at_level_[l];
+  if (sets_[set].contains[v]) {
+    assert(fl > l);
+    const Edge left = minus_exists_both_(f, g0, h0, set);
+    result = minus_exists_both_(left, g1, h1, set);
+  } else {
+    const Edge f0 = fl == l ? low_of(f) : f, f1 = fl == l ? high_of(f) : f;
+    const Edge r0 = minus_exists_both_(f0, g0, h0, set);
+    const Edge r1 = minus_exists_both_(f1, g1, h1, set);
+    result = make(v, r0, r1);
+  }
+  remember(MinusExistsBoth, f, g, h, result);
+  return result;
+}
+
+Edge BddStore::shift_(Edge f, Direction direction) {
   if (f <= 1)
     return f;
   const Edge complement = f & 1;
   f ^= complement;
   Edge result;
-  if (known_or_step(op, f, 0, 0, result))
+  if (known_or_step(Shift, f, direction, 0, result))
     return result ^ complement;
   const Node &n = nodes_[f >> 1];
   const Var v = n.var;
   // A function of both copies would fold them into one.
-  assert(v % 2 == (op == ToNext ? 0 : 1));
+  assert(v % 2 == (direction == ToNext ? 0 : 1));
   const Edge f0 = n.low, f1 = n.high;
-  const Edge r0 = shift_(f0, op);
-  const Edge r1 = shift_(f1, op);
+  const Edge r0 = shift_(f0, direction);
+  const Edge r1 = shift_(f1, direction);
   result = make(v ^ 1, r0, r1);
-  remember(op, f, 0, 0, result);
+  remember(Shift, f, direction, 0, result);
   return result ^ complement;
 }
 
@@ -306,6 +345,17 @@ Bdd BddStore::exists_both(const Bdd &f, const Bdd &g, VarSet set) {
   return sets_[set].empty ? conjunction(f, g) : run([&] { return exists_both_(f.edge(), g.edge(), set); });
 }
 
+Bdd BddStore::minus_exists_both(const Bdd &f, const Bdd &g, const Bdd &h, VarSet set) {
+  assert(set < sets_.size());
+  if (sets_[set].empty)
+    return conjunction(f, !conjunction(g, h));
+  if (minus_set_ != set) { // three operands leave no room for the set in the key of a result
+    clear_cache();
+    minus_set_ = set;
+  }
+  return run([&] { return minus_exists_both_(f.edge(), g.edge(), h.edge(), set); });
+}
+
 Bdd BddStore::to_next(const Bdd &f) {
   return run([&] { return shift_(f.edge(), ToNext); });
 }
@@ -323,6 +373,17 @@ bool BddStore::evaluate(Edge f, const std::vector<bool> &value_of_var) const {
   while (f > 1)
     f = value_of_var[var_of(f)] ? high_of(f) : low_of(f);
   return f == bdd_true;
+}
+
+std::vector<bool> BddStore::some_valuation(const Bdd &f) const {
+  assert(!f.is_false());
+  std::vector<bool> result(level_of_var_.size() - 1, false);
+  for (Edge e = f.edge(); e > 1;) {
+    const bool value = low_of(e) == bdd_false;
+    result[var_of(e)] = value;
+    e = value ? high_of(e) : low_of(e);
+  }
+  return result;
 }
 
 double BddStore::count(const Bdd &f, const std::vector<Var> &over) {

@@ -13,7 +13,6 @@ namespace {
 constexpr std::size_t first_sift = 1u << 14;
 constexpr std::size_t first_allowance = 1u << 18;
 constexpr double growth = 1.2;
-constexpr std::uint64_t gamble = 1u << 22; // nodes to look at for an operation that was given up
 constexpr std::uint64_t least_work = 1u << 21;
 constexpr std::uint64_t unlimited = std::numeric_limits<std::uint64_t>::max();
 
@@ -60,7 +59,7 @@ void Reordering::before_operation() {
   if (before < sift_at_)
     return;
   SiftingLog log;
-  store_.sift(log, growth, gamble);
+  store_.sift(log, growth, gamble());
   // Where sifting gains little, more sifting gains nothing.
   plan(much_less(store_.live_nodes(), before) ? 2 : 16);
 }
@@ -70,11 +69,11 @@ void Reordering::after_giving_up(unsigned times) {
   const Off quiet(active_);
   SiftingLog log;
   if (times == 1) {
-    store_.sift(log, growth, gamble);
+    store_.sift(log, growth, gamble());
     return;
   }
   const std::size_t before = store_.live_nodes();
-  store_.sift_all(log, growth, gamble);
+  store_.sift_all(log, growth, gamble());
   const bool gained = much_less(store_.live_nodes(), before);
   allowance_ *= gained ? 2 : 8;
   indulgence_ *= gained ? 2 : 8;
@@ -86,7 +85,7 @@ SiftingLog Reordering::sift() {
   constexpr int most_passes = 6;
   // A pass is quadratic in the pairs: where they are very many, it is a gamble, too.
   constexpr std::uint32_t many = 1000;
-  const std::uint64_t budget = store_.bits() > many ? gamble : unlimited;
+  const std::uint64_t budget = store_.bits() > many ? gamble() : unlimited;
   SiftingLog log;
   for (int pass = 0; pass < most_passes; ++pass) {
     store_.collect();
@@ -125,12 +124,11 @@ std::uint64_t Reordering::cost(const Work &step, std::uint64_t limit) {
   return store_.work() - before;
 }
 
-void Reordering::between_steps(const Work &step, const Work &drop) {
+void Reordering::between_steps(const Work &step) {
   const std::uint64_t work = store_.work() - worked_;
   const auto dear = [&](std::size_t nodes) { return work >= patience_ && work >= effort(nodes); };
   if (store_.collected_nodes() < sift_at_ && !dear(store_.collected_nodes()))
     return;
-  drop();
   store_.collect();
   const bool grown = store_.live_nodes() >= sift_at_;
   if (!grown && !dear(store_.live_nodes()))
@@ -161,5 +159,13 @@ void Reordering::between_steps(const Work &step, const Work &drop) {
 // About the work of sifting so many nodes, twice over: what must have been
 // worked before that is worth a try.
 std::uint64_t Reordering::effort(std::size_t nodes) const { return std::uint64_t{4} * store_.bits() * nodes; }
+
+// Nodes to look at in vain before sifting is given up where it may gain nothing.
+// All pairs of a diagram of the first size must have their turn (genbuf_100 ends
+// with 25,000 nodes instead of 600 otherwise), but not if they are tens of thousands.
+std::uint64_t Reordering::gamble() const {
+  constexpr std::uint64_t least = 1u << 22, most = 1u << 24;
+  return std::clamp(effort(first_sift), least, most);
+}
 
 } // namespace slugs

@@ -39,11 +39,9 @@ public:
   // The relations are as they will stay: one thorough sift, then only at steps.
   void settle();
 
-  // In a fixpoint, between steps: `step` is one such as those to come, and `drop`
-  // drops large diagrams that can be done without; they would be dragged along,
-  // and the order would be made for them.
+  // In a fixpoint, between steps: `step` is one such as those to come.
   using Work = std::function<void()>;
-  void between_steps(const Work &step, const Work &drop);
+  void between_steps(const Work &step);
 
 private:
   friend class BddStore;
@@ -59,6 +57,7 @@ private:
   SiftingLog sift();
   void plan(std::size_t times);
   std::uint64_t effort(std::size_t nodes) const;
+  std::uint64_t gamble() const;
   std::uint64_t cost(const Work &step, std::uint64_t limit);
 
   BddStore &store_;

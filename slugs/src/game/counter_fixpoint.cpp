@@ -46,7 +46,7 @@ Bdd CounterFixpoint::initial() {
 }
 
 Bdd CounterFixpoint::forcing(const Bdd &targets) {
-  return game_.env_trans & !game_.store.exists_both(game_.sys_trans, !targets, game_.next_outputs);
+  return game_.store.minus_exists_both(game_.env_trans, game_.sys_trans, !targets, game_.next_outputs);
 }
 
 void CounterFixpoint::attract() {

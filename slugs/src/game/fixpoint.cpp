@@ -13,12 +13,11 @@
 // - X of a goal's k-th round starts from Z and from what the same round gave
 //   the last time: everything is monotone in Z (Piterman, Pnueli and Sa'ar,
 //   VMCAI 2006).
-// - Within a round only X changes.  So the environment's moves that the system
-//   can answer by coming closer are taken away once, and each step of X asks
-//   only whether the others can be answered by staying in X.
-// - Of these, a step looks only at the moves that could still be answered in the
-//   step before: the states of all others are out of X already.  They are few,
-//   so the dearer of the two products is one with a small diagram.
+// - The environment's moves that the system can answer by coming closer are taken
+//   away once: a step of Y answers those that are left by what the step before has
+//   added to Y, and a step of X asks only whether those of X that are left can be
+//   answered by staying in X.  Each is one operation, which looks at nothing but
+//   these moves.
 
 #include "game/fixpoint.hpp"
 
@@ -29,7 +28,7 @@ namespace slugs {
 
 Fixpoint::Fixpoint(Game &game, bool robotics_init, Steps order, Statistics &statistics)
     : game_(game), robotics_init_(robotics_init), order_(order), statistics_(statistics), z_(game.states),
-      progress_(game.guarantees.size()), settled_(game.guarantees.size()) {
+      progress_(game.guarantees.size()), settled_(game.guarantees.size()), reached_(game) {
   for (const Bdd &assumption : game.assumptions) {
     const std::vector<Var> support = game.store.support(assumption);
     decided_by_input_.push_back(std::none_of(support.begin(), support.end(), [&](Var v) {
@@ -45,22 +44,20 @@ Fixpoint::Fixpoint(Game &game, bool robotics_init, Steps order, Statistics &stat
 Bdd Fixpoint::stay(const Bdd &start, const Bdd &moves, const Bdd &allowed, std::uint64_t &iterations) {
   BddStore &store = game_.store;
   Bdd x = start;
-  Bdd answered = store.constant(true); // before the last step
+  Bdd open = moves & x;
   const auto step = [&] {
-    const Bdd kept = store.exists_both(game_.sys_trans, allowed & store.to_next(x), game_.next_outputs);
-    const Bdd lost = x & store.exists_both(moves, answered & !kept, game_.next_inputs);
-    return std::pair(kept, lost);
+    const Bdd unanswered =
+        store.minus_exists_both(open, game_.sys_trans, allowed & store.to_next(x), game_.next_outputs);
+    return store.exists(unanswered, game_.next_inputs);
   };
   for (;;) {
     ++iterations;
-    {
-      const auto [kept, lost] = step();
-      if (lost.is_false())
-        return x;
-      answered = kept;
-      x &= !lost;
-    }
-    game_.reordering.between_steps(step, [&] { answered = store.constant(true); });
+    const Bdd lost = step();
+    if (lost.is_false())
+      return x;
+    x &= !lost;
+    open &= !lost;
+    game_.reordering.between_steps(step);
   }
 }
 
@@ -82,6 +79,7 @@ bool Fixpoint::solve() {
     ++agreeing;
     if (y != z_) {
       agreeing = 0;
+      reached_.clear();
       z_ = y;
       close_under_safety();
     }
@@ -115,14 +113,32 @@ Bdd Fixpoint::reach_goal(std::size_t j) {
   // What the environment may do that the system cannot answer by coming closer.
   Bdd open = game_.env_trans & z_;
   const auto answer = [&](const Bdd &targets) {
-    const auto step = [&] { return open & !store.exists_both(game_.sys_trans, targets, game_.next_outputs); };
+    const auto step = [&] {
+      return store.minus_exists_both(open, game_.sys_trans, targets, game_.next_outputs);
+    };
     open = step();
-    game_.reordering.between_steps(step, [] {});
+    game_.reordering.between_steps(step);
   };
   answer(game_.guarantees[j] & store.to_next(z_));
+  const bool verdict_only = order_ == Steps::Fewest;
+  const Bdd last = verdict_only ? game_.env_trans & z_ & !open : Bdd();
+  const auto finish = [&](const Bdd &y) {
+    if (verdict_only && y == z_)
+      reached_.add(last);
+    return y;
+  };
+  const auto covered = [&] {
+    if (!verdict_only || !reached_.covered(open))
+      return false;
+    settled_[j] = false;
+    progress_[j].clear();
+    return true;
+  };
   Bdd y = store.constant(false);
   for (std::size_t k = 0;; ++k) {
     ++statistics_.y_iterations[j];
+    if (covered())
+      return finish(z_);
     Round round;
     Bdd larger = y;
     // Upstream waits with the targets with which the round began, so with a bias
@@ -136,17 +152,20 @@ Bdd Fixpoint::reach_goal(std::size_t j) {
         const Bdd next = larger | (z_ & !store.exists(open, game_.next_inputs));
         if (next == larger)
           break;
-        answer(store.to_next(next));
+        answer(store.to_next(next & !larger));
         larger = next;
+        if (covered())
+          return finish(z_);
       }
-      if (order_ == Steps::Fewest && larger == z_) {
+      if (verdict_only && larger == z_) {
         // Waiting can add nothing.  What it would have found is at most Z.
         for (std::size_t i = 0; i < game_.assumptions.size(); ++i)
           round.waiting.emplace_back(store, z_);
         progress_[j].push_back(std::move(round));
-        return larger;
+        return finish(larger);
       }
     }
+    const Bdd answered = larger; // what leads there is not open any more
     const Bdd &unanswered = order_ == Steps::BiasForAction ? open_before : open;
     for (std::size_t i = 0; i < game_.assumptions.size(); ++i) {
       Bdd start = z_;
@@ -161,9 +180,9 @@ Bdd Fixpoint::reach_goal(std::size_t j) {
     progress_[j].push_back(std::move(round));
     if (done) {
       settled_[j] = larger == y;
-      return larger;
+      return finish(larger);
     }
-    answer(store.to_next(larger));
+    answer(store.to_next(larger & !answered));
     y = larger;
   }
 }

@@ -5,6 +5,7 @@
 #include "bdd/frozen.hpp"
 #include "core/statistics.hpp"
 #include "game/game.hpp"
+#include "game/reached_goals.hpp"
 
 #include <vector>
 
@@ -59,6 +60,7 @@ private:
   Bdd z_;
   std::vector<GoalProgress> progress_; // by guarantee
   std::vector<char> settled_;          // by guarantee: did Y stop growing in its last round?
+  ReachedGoals reached_;
 };
 
 } // namespace slugs
