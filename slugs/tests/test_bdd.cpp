@@ -2,9 +2,11 @@
 // are bit sets of 256 valuations, on which every operation is one line.
 
 #include "bdd/bdd.hpp"
+#include "bdd/reordering.hpp"
 #include "expect.hpp"
 
 #include <bitset>
+#include <cmath>
 #include <random>
 #include <utility>
 #include <vector>
@@ -87,7 +89,7 @@ public:
     const Pair &f = pick(), &g = pick(), &h = pick();
     const auto &[set, members] = sets_[random_() % sets_.size()];
     Pair made;
-    switch (random_() % 12) {
+    switch (random_() % 13) {
     case 0:
       made = {f.bdd & g.bdd, f.table & g.table};
       break;
@@ -123,6 +125,16 @@ public:
       break;
     }
     case 10: {
+      const Bdd outer = store_.exists(f.bdd, set);
+      const Table table = exists_table(f.table, members) & ~exists_table(g.table & h.table, members);
+      made = {store_.minus_exists_both(outer, g.bdd, h.bdd, set), table};
+      if (!made.bdd.is_false()) {
+        const std::vector<bool> some = store_.some_valuation(made.bdd);
+        EXPECT(store_.evaluate(made.bdd.edge(), some));
+      }
+      break;
+    }
+    case 11: {
       const Var v = random_() % vars;
       const bool value = random_() % 2;
       made = {Bdd(store_, store_.cofactor_edge(f.bdd.edge(), v, value)), cofactor_table(f.table, v, value)};
@@ -311,6 +323,79 @@ void an_interrupt_stops_an_operation() {
   store.assert_consistent();
 }
 
+// Equality of two numbers: with all bits of one before those of the other it is
+// exponential, with partners as neighbours linear.
+Bdd equal_numbers(BddStore &store, std::uint32_t n, std::uint32_t first = 0, std::uint32_t every = 1) {
+  Bdd all = store.constant(true);
+  for (std::uint32_t i = first; i < n; i += every)
+    all &= !(store.variable(current_var(i)) ^ store.variable(current_var(n + i)));
+  return all;
+}
+
+void an_operation_that_outgrows_its_bound_starts_again_in_a_better_order() {
+  constexpr std::uint32_t n = 22;
+  std::vector<std::uint32_t> order(2 * n);
+  for (std::uint32_t i = 0; i < 2 * n; ++i)
+    order[i] = i;
+  BddStore store(2 * n, order, Budget{});
+  Reordering reordering(store);
+  reordering.settle(); // from now on nothing is sifted before an operation, only in one
+  const std::uint64_t reorderings = store.reorderings();
+  const Bdd before = store.variable(current_var(0)) ^ store.variable(next_var(2 * n - 1));
+  const Bdd even = equal_numbers(store, n, 0, 2), odd = equal_numbers(store, n, 1, 2);
+  EXPECT_EQ(store.reorderings(), reorderings);
+  const Bdd all = even & odd;
+  store.assert_consistent();
+  EXPECT(store.reorderings() > reorderings);
+  EXPECT(store.peak_nodes() < (1u << 20)); // more than 2^22 in the start order
+  EXPECT(store.size(all) < (1u << 16));
+  EXPECT_EQ(store.count(all, std::vector<Var>(2 * n)), std::ldexp(1.0, n));
+  // What was there before is still what it was.
+  EXPECT((all & !even).is_false());
+  EXPECT(before == (store.variable(current_var(0)) ^ store.variable(next_var(2 * n - 1))));
+}
+
+void an_operation_does_not_give_up_while_edges_without_handles_are_held() {
+  constexpr std::uint32_t n = 17;
+  std::vector<std::uint32_t> order(2 * n);
+  for (std::uint32_t i = 0; i < 2 * n; ++i)
+    order[i] = i;
+  BddStore store(2 * n, order, Budget{});
+  Reordering reordering(store);
+  const CollectionPause pause(store);
+  const Edge held = store.branch_edge(current_var(3), bdd_false, bdd_true);
+  const Bdd all = equal_numbers(store, n);
+  EXPECT_EQ(store.reorderings(), std::uint64_t{0});
+  EXPECT_EQ(store.collections(), std::uint64_t{0});
+  EXPECT(store.size(all) > (1u << n));
+  EXPECT(held == store.variable(current_var(3)).edge());
+  store.assert_consistent();
+}
+
+// A limit that is met while an operation is given up leaves through it, not as the
+// signal to start again.
+void a_limit_ends_an_operation_that_starts_again() {
+  constexpr std::uint32_t n = 22;
+  std::vector<std::uint32_t> order(2 * n);
+  for (std::uint32_t i = 0; i < 2 * n; ++i)
+    order[i] = i;
+  std::atomic<bool> interrupted{false};
+  Budget budget;
+  budget.interrupted = &interrupted;
+  BddStore store(2 * n, order, budget);
+  Reordering reordering(store);
+  reordering.settle();
+  const Bdd even = equal_numbers(store, n, 0, 2), odd = equal_numbers(store, n, 1, 2);
+  interrupted = true;
+  bool stopped = false;
+  try {
+    const Bdd all = even & odd;
+  } catch (const LimitReached &limit) {
+    stopped = limit.kind == LimitKind::Interrupt;
+  }
+  EXPECT(stopped);
+}
+
 } // namespace
 
 int main() {
@@ -321,5 +406,8 @@ int main() {
     large_diagrams_stay_consistent();
     memory_limit_is_an_exception_and_leaves_the_store_whole();
     an_interrupt_stops_an_operation();
+    an_operation_that_outgrows_its_bound_starts_again_in_a_better_order();
+    an_operation_does_not_give_up_while_edges_without_handles_are_held();
+    a_limit_ends_an_operation_that_starts_again();
   });
 }
