@@ -37,6 +37,9 @@ COMMANDS = {
     "doctor": "Say what is installed and whether it works.",
 }
 
+EXTRAS = {"numpy": "motion", "daqp": "motion", "PIL": "pictures", "aiohttp": "studio"}
+"""The extra that installs a package which some commands need, by the name that is imported."""
+
 EPILOG = """\b
 Exit codes:
   0  as expected: completed, realizable
@@ -129,6 +132,10 @@ def main() -> None:
     except Exception as error:
         if os.environ.get("SAFENAV_DEBUG"):
             raise
+        missing = (getattr(error, "name", None) or "").partition(".")[0]
+        if isinstance(error, ImportError) and missing in EXTRAS:
+            told = f"this needs {missing}, which is not installed"
+            _fail(f"{told}\n    pip install 'safenav[{EXTRAS[missing]}]'", ExitCode.BAD_INPUT)
         _fail(
             f"internal error: {type(error).__name__}: {error}\n"
             "    this is a defect of safenav; set SAFENAV_DEBUG=1 to see where it happened",

@@ -101,6 +101,20 @@ def test_a_new_environment_without_compiler_plays_a_scenario_elsewhere(
     assert "completed" in say(program, "run", "x.yaml", "--html", "x.html")
     assert "safenav" in (elsewhere / "x.html").read_text(encoding="utf-8")
     assert "came with safenav" in say(program, "doctor")
+    assert "1 passed" in say(program, "batch", "x.yaml")
+    say(program, "run", "x.yaml", "--trace", "x.jsonl")
+    say(program, "check-trace", "x.jsonl")
+    done = subprocess.run(
+        [program, "motion", "x.jsonl", "--report"],
+        cwd=elsewhere,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 2
+    assert "this needs numpy, which is not installed" in done.stderr
+    assert "pip install 'safenav[motion]'" in done.stderr
     hidden = "import importlib.util as util; print(util.find_spec('numpy'))"
     assert say(str(fresh / "bin" / "python"), "-c", hidden) == "None\n", "numpy is an extra"
 

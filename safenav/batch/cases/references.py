@@ -11,7 +11,7 @@ from safenav.scenario.reading.references import referenced_files
 from safenav.scenario.yaml.document import DocumentError, Node, read_document
 from safenav.scenario.yaml.findings import Findings
 from safenav.scenario.yaml.source import read_bytes
-from safenav.world.files.image import MAX_BYTES
+from safenav.world.files.flaws import MAX_BYTES
 
 _NAMING = ("map", "catalogue")
 

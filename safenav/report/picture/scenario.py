@@ -7,6 +7,7 @@ from safenav.report.replay.timeline import Hidden, Placed, Scene, Status
 from safenav.report.terminal.map import MapPicture, Marker, draw, letters
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import Objective, describe, targets_of
+from safenav.trace.wording import obstacle_words
 from safenav.world.map import Region, RegionMap
 from safenav.world.sight import members, visible_from
 
@@ -118,10 +119,12 @@ def _robots(scenario: Scenario, sign: dict[str, str]) -> list[str]:
 def _obstacles(scenario: Scenario) -> list[str]:
     lines = []
     for obstacle in scenario.obstacles:
-        where = ", ".join(map(str, obstacle.resolution_regions(scenario.map))) or "nowhere"
+        word = scenario.map.word
+        where = ", ".join(map(word, obstacle.resolution_regions(scenario.map))) or "nowhere"
         blocked = [robot.name for robot in scenario.robots if obstacle.blocks(robot)]
         lines.append(
-            f"  ?  {obstacle.name}: hidden at {scenario.map.label(obstacle.region)}, needs "
-            f"{obstacle.type.action} at {where}, blocks {', '.join(blocked) or 'nobody'}"
+            f"  ?  {obstacle_words(obstacle.name, word)}: hidden at "
+            f"{scenario.map.label(obstacle.region)}, needs {obstacle.type.action} at {where}, "
+            f"blocks {', '.join(blocked) or 'nobody'}"
         )
     return lines

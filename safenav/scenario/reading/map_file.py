@@ -15,8 +15,8 @@ from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Place
 from safenav.scenario.yaml.findings import Findings
 from safenav.scenario.yaml.source import read_bytes, read_source
-from safenav.world.files.flaws import MapFileError
-from safenav.world.files.image import MAX_BYTES, Image, dark, read_image
+from safenav.world.files.flaws import MAX_BYTES, MapFileError
+from safenav.world.files.image import Image, dark, read_image
 from safenav.world.files.movingai import read_movingai as parse_movingai
 from safenav.world.files.pixels import Blocked, Layout, walls
 from safenav.world.map import MAX_REGIONS, RegionMap

@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
+MAX_BYTES = 150_000_000
+"""Of a file that is read for a map."""
+
 
 class Flaw(NamedTuple):
     """One thing wrong; line and column count from 1, 0 if there is no place to point at."""

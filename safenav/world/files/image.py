@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from PIL.Image import Image as Picture
 
 MAX_PIXELS = 2**25
-MAX_BYTES = 150_000_000
 
 _PNG = b"\x89PNG\r\n\x1a\n"
 _GAP = rb"(?:[ \t\r\n\v\f]|#[^\r\n]*[\r\n])+"
