@@ -63,7 +63,7 @@ def main() -> None:
 
 
 def study(number: int, folder: Path, repeat: int) -> Times:
-    """Run a case study so many times; its figures are those of the last run."""
+    """Run a case study this many times; its figures are those of the last run."""
     trace = folder / f"case_study_{number}.jsonl"
     walls, outcomes, longest = [], [], []
     for _ in range(max(1, repeat)):

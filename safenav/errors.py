@@ -1,7 +1,7 @@
 """Every error that safenav raises on purpose, and the exit code that goes with it.
 
 A proven negative (unrealizable, operator needed) is not an error: it is an outcome, and
-travels as data. What is here is bad input, spent resources, and broken tools.
+travels as data. This module has bad input, spent resources, and broken tools.
 """
 
 from __future__ import annotations

@@ -60,14 +60,14 @@ class _Batch(click.Command):
     "-j",
     "--jobs",
     type=click.IntRange(min=1),
-    help="So many scenarios at once; default: one for each processor.",
+    help="Run this many scenarios at once; default: one for each processor.",
 )
 @click.option(
     "--time-limit",
     type=click.FloatRange(min=0, min_open=True),
     default=600.0,
     show_default=True,
-    help="Seconds of wall clock for one scenario; then it counts as hung.",
+    help="End a scenario after this many seconds; it then counts as hung.",
 )
 @click.option("--fail-fast", is_flag=True, help="Stop at the first failure.")
 @click.option(
@@ -75,7 +75,7 @@ class _Batch(click.Command):
     type=click.IntRange(min=0),
     default=0,
     show_default=True,
-    help="Run a failed scenario again, so many times.",
+    help="Run a failed scenario again, up to this many times.",
 )
 @click.option("--verify/--no-verify", default=True, help="Check each strategy before it is used.")
 @click.option(
@@ -95,11 +95,11 @@ class _Batch(click.Command):
     type=click.Path(path_type=Path, file_okay=False),
     help="Keep results as they come, and trace and replay of failures, in this folder.",
 )
-@click.option("--resume", is_flag=True, help="Run only what --out has no result of.")
+@click.option("--resume", is_flag=True, help="Run only the cases that have no result in --out.")
 @click.option(
     "--baseline",
     type=click.Path(path_type=Path, dir_okay=False),
-    help="Former --results: name what has changed or is slower.",
+    help="Compare with the --results of an earlier batch.",
 )
 @click.option(
     "--slower",
@@ -113,9 +113,9 @@ class _Batch(click.Command):
     type=click.IntRange(min=0),
     default=10,
     show_default=True,
-    help="How many of the passed scenarios the table shows.",
+    help="Show this many of the passed scenarios in the table.",
 )
-@click.option("--dask", metavar="ADDRESS", help="Run on the Dask cluster there.")
+@click.option("--dask", metavar="ADDRESS", help="Run on the Dask cluster at this address.")
 def command(
     paths: tuple[str, ...],
     jobs: int | None,

@@ -50,7 +50,7 @@ def command(
     """Run SCENARIO and write a bundle: the run, every strategy with the reason why it keeps what
     it promises, and a small program that checks all that with nothing but Python.
 
-    The run's outcome does not matter: also that a mission cannot be done is certified."""
+    Any outcome can be certified, also that the mission is impossible."""
     from safenav.certify.record import bundle_of_run, bundle_of_trace
 
     if (scenario is None) == (trace is None):

@@ -28,9 +28,9 @@ Exit codes:
 @click.option("--json", "as_json", is_flag=True, help="Print the verdicts as JSON.")
 def command(scenario: Path, strict: bool, as_json: bool) -> int:
     """Validate SCENARIO, compile each robot's specification and ask whether it is realizable.
-    Nothing is run. Warnings tell what is valid and hardly meant: an obstacle with an action that
-    nobody has, a capability that no obstacle needs, a seed without effect, a robot that can win by
-    breaking what it assumes of the others."""
+    Runs nothing. Warns of what is valid but probably not intended: an obstacle with an action that
+    no robot has, a capability that no obstacle needs, a seed without effect, a robot that can win
+    by breaking its assumptions about the others."""
     from safenav.explain.vacuity import vacuous_wins
     from safenav.report.terminal.synthesis_progress import WaitingLine
     from safenav.report.terminal.vacuity_warning import vacuity_data, vacuity_lines

@@ -33,15 +33,15 @@ Exit codes:
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Picture: .svg or .png.")
 @click.option("--width", type=click.IntRange(100, 8000), help="Width of the PNG in pixels.")
 @click.option("--sight", metavar="ROBOT", help="Shade what this robot sees from its start.")
-@click.option("--rows", type=click.IntRange(min=1), help="Divide a map file into so many rows.")
-@click.option("--cols", type=click.IntRange(min=1), help="... and so many columns.")
+@click.option("--rows", type=click.IntRange(min=1), help="Divide a map file into this many rows.")
+@click.option("--cols", type=click.IntRange(min=1), help="... and this many columns.")
 @click.option(
     "--side", type=click.FloatRange(min=0, min_open=True), metavar="M", help="... or into squares."
 )
 @click.option(
     "--share",
     type=click.FloatRange(0, 1),
-    help="How much of a region has to be blocked for it to be a wall; default: any of it.",
+    help="Share of a region that must be blocked to make it a wall; default: any.",
 )
 @click.option("--legend/--no-legend", default=True, help="Explain the marks (pictures).")
 def command(

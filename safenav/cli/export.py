@@ -41,7 +41,7 @@ Exit codes:
 @click.option(
     "--waypoints",
     type=click.Path(path_type=Path),
-    help="Where everybody is, in metres; - is standard output.",
+    help="Write where each robot is, in metres; - is standard output.",
 )
 @click.option(
     "--format",
@@ -62,7 +62,7 @@ Exit codes:
 @click.option(
     "--motion",
     type=click.Path(path_type=Path),
-    help="Take times and speeds from this motion file; else a tick is a second of a bag.",
+    help="Take times and speeds from this motion file; without it a tick lasts a second.",
 )
 @click.option(
     "--columns",
@@ -74,21 +74,21 @@ Exit codes:
     type=click.FloatRange(min=0.1, max=1e4),
     default=100.0,
     metavar="HZ",
-    help="Samples a second of the columns.  [100]",
+    help="Samples per second of the columns.  [100]",
 )
-@click.option("--robot", help="The robot of a table of columns.")
+@click.option("--robot", help="The robot whose columns to write.")
 @click.option(
     "--resolution",
     type=click.FloatRange(min=0, min_open=True, max=1e6),
     metavar="M",
-    help="Metres that a region measures, if not as the trace says.",
+    help="Side of a region in metres, if the trace does not say it.",
 )
 @click.option(
     "--origin",
     type=click.FloatRange(-1e9, 1e9),
     nargs=2,
     metavar="X Y",
-    help="The south-western corner of the map in metres, if not as the trace says.",
+    help="South-western corner of the map in metres, if the trace does not say it.",
 )
 def command(
     trace: Path,

@@ -29,7 +29,7 @@ Exit codes:
     "--side",
     type=click.FloatRange(min=0, min_open=True, max=1e6),
     metavar="M",
-    help="Metres of a region, if not as the trace says (2.7 if it does not).",
+    help="Side of a region in metres; default: as in the trace, else 2.7.",
 )
 @click.option("--seed", type=click.IntRange(min=0), default=0, help="Seed of the disturbances.")
 @click.option(

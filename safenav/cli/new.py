@@ -40,20 +40,24 @@ EPILOG = "\n".join(
     type=click.Choice(list(TEMPLATES)),
     default=DEFAULT,
     show_default=True,
-    help="What to begin with.",
+    help="The template to begin with.",
 )
 @click.option(
     "--map",
     "map_file",
     type=click.Path(path_type=Path),
-    help="Begin on this map (image, ROS, MovingAI) instead.",
+    help="Begin with this map (image, ROS, MovingAI) instead.",
 )
-@click.option("--rows", type=click.IntRange(min=1), help="Divide the map into so many rows.")
-@click.option("--cols", type=click.IntRange(min=1), help="... and so many columns.")
+@click.option("--rows", type=click.IntRange(min=1), help="Divide the map into this many rows.")
+@click.option("--cols", type=click.IntRange(min=1), help="... and this many columns.")
 @click.option(
     "--side", type=click.FloatRange(min=0, min_open=True), metavar="M", help="... or into squares."
 )
-@click.option("--share", type=click.FloatRange(0, 1), help="How much of a wall is blocked.")
+@click.option(
+    "--share",
+    type=click.FloatRange(0, 1),
+    help="Share of a region that makes it a wall.",
+)
 @click.option("--force", is_flag=True, help="Replace FILE if it exists.")
 def command(
     file: Path,

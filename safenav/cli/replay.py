@@ -36,7 +36,9 @@ Exit codes:
 
 @click.command(epilog=EPILOG)
 @click.argument("trace", type=click.Path(path_type=Path))
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="File to write; - is stdout.")
+@click.option(
+    "-o", "--output", type=click.Path(path_type=Path), help="File to write; - is standard output."
+)
 @click.option("--svg", metavar="TICK", help="Draw one moment as SVG.")
 @click.option("--png", metavar="TICK", help="Draw one moment as PNG.")
 @click.option("--gif", is_flag=True, help="Draw the run as an animated GIF.")

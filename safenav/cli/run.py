@@ -57,13 +57,22 @@ Exit codes:
 )
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON, no story.")
 @click.option("--seed", type=click.IntRange(min=0), help="Use this seed, not the scenario's.")
-@click.option("--max-ticks", type=click.IntRange(min=1), help="Stop after so many ticks.")
+@click.option("--max-ticks", type=click.IntRange(min=1), help="Stop after this many ticks.")
 @click.option(
-    "--time-limit", type=click.FloatRange(min=0, min_open=True), help="Stop after so many seconds."
+    "--time-limit",
+    type=click.FloatRange(min=0, min_open=True),
+    help="Stop after this many seconds.",
 )
 @click.option("--verify/--no-verify", default=True, help="Check each strategy before it is used.")
-@click.option("--live", is_flag=True, help="Watch it in a browser while it runs (extra: studio).")
-@click.option("--map/--no-map", "maps", default=True, help="Draw the map at moments that matter.")
+@click.option(
+    "--live", is_flag=True, help="Watch the run in a browser as it happens (extra: studio)."
+)
+@click.option(
+    "--map/--no-map",
+    "maps",
+    default=True,
+    help="Draw the map at the start, requests, resolutions, end.",
+)
 def command(
     scenario: Path,
     output: Path | None,

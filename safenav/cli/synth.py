@@ -42,7 +42,7 @@ Exit codes:
 @click.option(
     "-o", "--output", type=click.Path(path_type=Path), help="Directory to write files into."
 )
-@click.option("--plot", is_flag=True, help="Draw each strategy into DIR, too (R.svg).")
+@click.option("--plot", is_flag=True, help="Also draw each strategy into DIR (R.svg).")
 @click.option("--verify/--no-verify", default=True, help="Check each strategy independently.")
 @click.option("--strict", is_flag=True, help="Warnings count as unrealizable.")
 def command(

@@ -1,4 +1,4 @@
-"""Realizability questions about variants of one specification: asked once, never in vain."""
+"""Realizability questions about variants of one specification; no question is asked twice."""
 
 from __future__ import annotations
 

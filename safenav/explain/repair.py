@@ -1,7 +1,7 @@
 """Repairs: changes of the scenario under which the robot has a strategy.
 
 Candidates come from what is wrong, likeliest first; graph search drops the hopeless ones, and
-each that is offered was put to the synthesizer. Nothing is offered unasked.
+each that is offered was put to the synthesizer.
 """
 
 from __future__ import annotations

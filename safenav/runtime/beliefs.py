@@ -1,7 +1,7 @@
 """What robots know of each other during a run: where they see them, or what they believe.
 
 Kept up to date with the same function from which the specifications were written
-(``safenav.spec.others.knowledge``), one look a turn: what a strategy is told is what it was
+(``safenav.spec.others.knowledge``), one look a turn: what a strategy observes is what it was
 made for.
 """
 

@@ -1,4 +1,4 @@
-"""A world by somebody else, each of its answers checked before anything believes it."""
+"""Somebody else's world; each answer is checked before anything relies on it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is valid in a scenario and yet hardly meant: warnings of ``safenav check``.
+"""What a valid scenario probably does not intend: warnings of ``safenav check``.
 
 An obstacle with an action that nobody has, or too few; a capability that nothing needs; a seed
 that nothing depends on.

@@ -89,7 +89,7 @@ class MapHeader:
 
 @dataclass(frozen=True)
 class Until:
-    """The run is completed when every objective was met so many times after the last
+    """The run is completed when every objective was met this many times after the last
     resolution."""
 
     rounds: Count | None = None

@@ -1,4 +1,4 @@
-"""How the lines of a trace are told to people, in scenario terms: one sentence a line.
+"""The wording of trace lines for people, in scenario terms: one sentence for each line.
 
 The story of a run on the terminal, the page, the pictures and the terminal replay use these same
 sentences; they only differ in how they show robots and regions.

@@ -18,7 +18,7 @@ class Frame:
     yaw: float = 0.0
 
     def centre(self, row: int, col: int, rows: int) -> tuple[float, float]:
-        """x and y of the middle of a region of a map with so many rows."""
+        """x and y of the middle of a region of a map with this many rows."""
         east = (col + 0.5) * self.resolution[0]
         north = (rows - row - 0.5) * self.resolution[1]
         x = self.origin[0] + east * cos(self.yaw) - north * sin(self.yaw)

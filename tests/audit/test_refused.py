@@ -71,7 +71,7 @@ def test_no_syntheses_where_some_are_told_from_the_cache(tmp_path: Path) -> None
 
     code, said = refused("case_study_2", change, tmp_path)
     assert code == 1
-    assert "it says 0 syntheses, but 10 are told" in said
+    assert "it says 0 syntheses, but the trace has 10" in said
 
 
 @pytest.mark.parametrize("name", ["case_study_2", "case_study_3", "corridor_swap", "two_digits"])

@@ -1,4 +1,4 @@
-"""The monitors of a run: broken assumptions are told and survived, wrong strategies stopped."""
+"""The monitors report and survive broken assumptions, and stop wrong strategies."""
 
 from __future__ import annotations
 

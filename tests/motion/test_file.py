@@ -1,4 +1,4 @@
-"""The motion file: what is written is read again; what is broken is told with its place."""
+"""The motion file reads back as written; a broken one gets a message with its place."""
 
 from __future__ import annotations
 

@@ -93,7 +93,7 @@ class Browser:
     def wait(self, condition: Callable[[], object], seconds: float = 10.0) -> None:
         limit = time.monotonic() + seconds
         while not condition():
-            assert time.monotonic() < limit, "waited in vain"
+            assert time.monotonic() < limit, "waited for something that did not happen"
             time.sleep(0.02)
 
     @property

@@ -1,4 +1,4 @@
-"""What is valid in a scenario and hardly meant."""
+"""What a valid scenario probably does not intend."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`--check` accepts what is sound and rejects what is not, with the reason.
+"""`--check` accepts sound certificates and rejects unsound ones with the reason.
 
 Certificates damaged by hand, one for each condition; test_broken_certificates.py does it by chance.
 """

@@ -327,7 +327,7 @@ def test_a_strategy_with_too_many_nodes_is_given_up(own_slugs: Path, folder: Pat
 
 
 def _long_line(pieces: int) -> str:
-    """A specification whose one constraint has so many operators."""
+    """A specification whose one constraint has this many operators."""
     return "[OUTPUT]\na\nb\n[SYS_TRANS]\n" + "| a & b " * pieces + "a\n"
 
 

@@ -1,4 +1,4 @@
-"""Beliefs: what is believed is always possible, and the specification says just that."""
+"""Beliefs contain the true position, and the specification says exactly how they develop."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which slugs binary is used, and what is said when there is none."""
+"""Which slugs binary safenav uses, and its message when there is none."""
 
 from __future__ import annotations
 

@@ -67,7 +67,7 @@ class OutcomeRule(Rule):
         if outcome.tick not in ((last,) if complete else (last, last + 1)):
             yield f"it is of tick {outcome.tick}; the last move is of tick {last}"
         if outcome.syntheses < len(self._syntheses):
-            yield f"it says {outcome.syntheses} syntheses, but {len(self._syntheses)} are told"
+            yield f"it says {outcome.syntheses} syntheses, but the trace has {len(self._syntheses)}"
         limit = now.header.limits.ticks
         if outcome.outcome is Ending.TICK_LIMIT and limit is not None and outcome.ticks != limit:
             yield f"the tick limit is said to be met after {outcome.ticks} ticks, but is {limit}"

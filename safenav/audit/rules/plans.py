@@ -70,7 +70,7 @@ class FollowsPlanRule(Rule):
                 if problem:
                     yield self.broken_by(record, record.robot, problem)
             case Move() if record.by is MovedBy.PLAN and now.toward[record.robot] is None:
-                problem = f"{record.robot} is said to move by a plan, and has no part in one"
+                problem = f"{record.robot} is said to move by a plan, but takes part in none"
                 yield self.broken_by(record, record.robot, problem)
             case _:
                 pass
@@ -86,7 +86,7 @@ class FollowsPlanRule(Rule):
                     problem = f"the plan is reached, but {robot} has {left} steps to make"
                     yield self.broken_by(record, robot, problem)
         elif record.reason is PlanEndReason.VIOLATION and now.turn.first(Violation) is None:
-            yield self.broken_by(record, None, "the plan ends by a violation that is not told")
+            yield self.broken_by(record, None, "the plan ends by a violation that no line reports")
 
 
 @dataclass

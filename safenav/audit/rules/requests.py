@@ -164,7 +164,7 @@ class HelperRule(Rule):
                     yield self.broken_by(request, robot, problem)
             need = now.need(request.obstacle)
             if request.helpers and len(request.helpers) > need.robots:
-                problem = f"{request.obstacle} takes {need.robots} robots, not so many"
+                problem = f"{request.obstacle} takes {need.robots} robots, but others are asked"
                 yield self.broken_by(request, None, problem)
 
 

@@ -1,6 +1,6 @@
 """What a rule is, and what it finds."""
 
-# ruff: noqa: ARG002 (a rule answers the questions it cares about; the others are asked in vain)
+# ruff: noqa: ARG002 (a rule answers the questions that concern it and ignores the others)
 
 from __future__ import annotations
 

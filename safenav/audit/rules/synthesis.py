@@ -62,7 +62,7 @@ class SynthesisRule(Rule):
         for record in () if now.derived else turn.all(Synthesis):
             causes = _CAUSES.get(record.reason)
             if causes and not any(map(turn.first, causes)) and not turn.torn:
-                problem = f"a synthesis for the reason {record.reason}, of which nothing is told"
+                problem = f"a synthesis for the reason {record.reason}, which no line gives"
                 yield self.broken_by(record, record.robot, problem)
         if turn.final or turn.robot is None or now.header.coordination != RESYNTHESIS:
             return

@@ -2,7 +2,7 @@
 
 A search, in a folder or by a pattern, takes the scenarios that it finds and leaves alone what
 is not meant: YAML files that are no scenarios (maps, catalogues), matrix files, and folders
-named ``invalid``, whose scenarios are broken on purpose. What is named is always taken.
+named ``invalid``, whose scenarios are broken on purpose. A file that is named is always taken.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from safenav.scenario.yaml.findings import Findings
 from safenav.scenario.yaml.source import read_source
 
 LEFT_OUT = ("invalid", "unrealizable")
-"""Folders of these names are not searched: what is in there is broken on purpose."""
+"""Folders of these names are not searched: their scenarios are broken on purpose."""
 
 _SUFFIXES = (".yaml", ".yml")
 _SCENARIO = re.compile(r"^safenav\s*:", re.MULTILINE)

@@ -1,4 +1,4 @@
-"""What is kept of a failed case: why, the trace, and the replay of it as a page."""
+"""What a batch keeps of a failed case: the reason, the trace, and its replay as a page."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Say on standard error that a synthesis takes long (progress on anything over a second)."""
+"""Report on standard error a synthesis that takes more than a second."""
 
 from __future__ import annotations
 

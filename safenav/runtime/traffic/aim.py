@@ -1,4 +1,4 @@
-"""Where a robot is going whose goals cannot be told from places alone.
+"""Where a robot is going whose goals do not follow from places alone.
 
 Formulas may remember: "be at the dock again after having seen the shelf". Joint plans know poses
 only, so they would take the robot to the dock. Its strategy knows better: the shortest of its own

@@ -144,7 +144,7 @@ public:
   // Moves each pair to its best position, largest first (Rudell 1993).  Stops
   // moving a pair when the diagrams exceed `growth` times their best size.
   // Appends to the log.  Moves no more pairs after it has looked at `budget` nodes
-  // in vain; each time that the diagrams have been halved it starts to count anew.
+  // without effect; each time that the diagrams have been halved it starts to count anew.
   // After a LimitReached out of here or undo() nothing but destruction is safe.
   void sift(SiftingLog &log, double growth = 1.2, std::uint64_t budget = unlimited_sifting);
   // The same for all nodes, also those that no handle can reach.  They are gone afterwards.

@@ -156,7 +156,7 @@ void Reordering::between_steps(const Work &step) {
   worked_ = store_.work();
 }
 
-// About the work of sifting so many nodes, twice over: what must have been
+// About the work of sifting this many nodes, twice over: what must have been
 // worked before that is worth a try.
 std::uint64_t Reordering::effort(std::size_t nodes) const { return std::uint64_t{4} * store_.bits() * nodes; }
 

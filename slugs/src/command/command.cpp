@@ -88,7 +88,7 @@ Specification read(const std::string &file, const Budget &budget) try {
   throw LimitReached(LimitKind::Memory, "memory limit reached while reading the specification");
 }
 
-// A verdict that nobody can be told is none.
+// A verdict that cannot be written is no verdict.
 void tell(const std::string &text) {
   std::cerr << text;
   if (!std::cerr)

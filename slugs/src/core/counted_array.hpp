@@ -63,7 +63,7 @@ public:
   CountedArray(const CountedArray &) = delete;
   CountedArray &operator=(const CountedArray &) = delete;
 
-  // Keeps the common prefix; what is new is zero.
+  // Keeps the common prefix; new entries are zero.
   void resize(std::size_t size) {
     const std::size_t old_bytes = size_ * sizeof(T), bytes = size * sizeof(T);
     if (size == 0)

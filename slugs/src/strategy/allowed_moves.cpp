@@ -6,7 +6,7 @@
 //
 // and serves those pairs of state and input that no earlier step has served.
 // What `closer` had before and what `waiting_i` had a round ago has been served,
-// so only what is new in them is looked at.
+// so only their new part is examined.
 //
 // The union of all steps is a relation over both copies of all variables, and
 // can be far larger than its factors: who is served, what SYS_TRANS allows,
