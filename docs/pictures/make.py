@@ -16,6 +16,7 @@ import time
 from pathlib import Path
 
 from PIL import Image
+from selenium.webdriver.remote.webelement import WebElement
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
@@ -28,6 +29,7 @@ from safenav.report.picture.scene import Options, svg_of  # noqa: E402
 from safenav.report.replay.perception import shading_of  # noqa: E402
 from safenav.report.replay.reading import read_replay  # noqa: E402
 from safenav.report.replay.timeline import EventKind, Replay  # noqa: E402
+from studio.serving import Served  # noqa: E402
 
 
 def main() -> None:
@@ -40,6 +42,7 @@ def main() -> None:
             _solid(Path(folder))
             _team(browser, Path(folder))
             _strategies(Path(folder))
+        _studio(browser)
     finally:
         browser.driver.quit()
 
@@ -101,6 +104,42 @@ def _strategies(folder: Path) -> None:
         path = str(ROOT / "scenarios" / f"{scenario}.yaml")
         _safenav("synth", path, "--robot", robot, "--plot", "-o", str(folder / scenario))
         (HERE / name).write_bytes((folder / scenario / f"{robot}.svg").read_bytes())
+
+
+def _studio(browser: Browser) -> None:
+    """The drawing board, and a run in which a second door was closed."""
+    scenario = ROOT / "scenarios" / "case_study_1.yaml"
+    metrics = {"width": 1400, "height": 900, "deviceScaleFactor": 1, "mobile": False}
+    with Served("studio", scenario, "--no-browser") as served:
+        browser.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
+        light = [{"name": "prefers-color-scheme", "value": "light"}]
+        browser.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": light})
+        browser.driver.get(served.address)
+        browser.wait(lambda: len(browser.all(".verdict")) == 2, 60)
+        _click(browser, '[data-robot="digit"] .body')
+        time.sleep(0.5)
+        _keep(browser, HERE / "studio_draw.png")
+        browser.one("button.run").click()
+        browser.wait(lambda: browser.all(".controls.live") and browser.tick >= 3, 60)
+        _named(browser, "Close: door").click()
+        _click(browser, "svg.floor .numbers text:nth-child(24)")
+        browser.wait(lambda: browser.all('[data-obstacle="door@44"]') and browser.tick >= 10, 60)
+        browser.button("Pause the run").click()
+        time.sleep(0.6)
+        _keep(browser, HERE / "studio_run.png")
+
+
+def _named(browser: Browser, words: str) -> WebElement:
+    return next(button for button in browser.all("button") if button.text == words)
+
+
+def _click(browser: Browser, selector: str) -> None:
+    """Press the mouse in the middle of something drawn."""
+    box = browser.one(selector).rect
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    for kind in ("mousePressed", "mouseReleased"):
+        event = {"type": kind, "x": x, "y": y, "button": "left", "clickCount": 1}
+        browser.driver.execute_cdp_cmd("Input.dispatchMouseEvent", event)
 
 
 def _run(name: str, folder: Path) -> tuple[Replay, Path]:

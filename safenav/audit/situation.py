@@ -123,9 +123,14 @@ class Situation:
         self.toward: dict[str, Region | None] = dict.fromkeys(robots)
         self.beliefs: dict[tuple[str, str], Belief] = {}
         self.stack: list[StackEntry] = []
-        self.status = {
-            name: Status.ABSENT if obstacle.from_ else Status.UNRESOLVED
+        self.listed = {
+            name: [o for o in self.header.obstacles if o.name == name] or [obstacle]
             for name, obstacle in self.obstacles.items()
+        }
+        """All of one name: an obstacle may come back."""
+        self.status = {
+            name: Status.ABSENT if all(o.from_ for o in listed) else Status.UNRESOLVED
+            for name, listed in self.listed.items()
         }
         self.stage = dict.fromkeys(self.obstacles, 0)
         self._tells_needs = any(

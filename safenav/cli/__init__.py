@@ -18,6 +18,7 @@ from safenav.errors import ExitCode, SafenavError, UsageError
 
 COMMANDS = {
     "run": "Run a scenario and tell its story.",
+    "studio": "Draw a scenario in a browser, run it, change its world.",
     "synth": "Synthesize the controllers and write them to files.",
     "check": "Validate a scenario and say whether each robot is realizable.",
     "explain": "Say why a robot is unrealizable, and what would help.",

@@ -125,15 +125,15 @@ class Studio:
         return told
 
     def _ordered(self) -> Order:
-        """What is to be run now."""
+        """What is to be run now. Raises InputError for a scenario that cannot be."""
         return self._order
 
     async def _begin(self, seed: int | None) -> Run:
         """Start a run, in the place of the one before."""
         async with self._starting:
+            order = self._ordered()
             if self.run is not None:
                 await self.run.end()
-            order = self._ordered()
             if seed is not None:
                 order = Order(order.text, order.file, order.folder, order.trusted, seed)
             self.run = Run(order, self.tell, speed=self._speed, trace=self._trace)

@@ -15,6 +15,22 @@ from safenav.errors import UsageError
 NEEDED = ("aiohttp", "ruamel.yaml")
 
 
+def start_studio(
+    file: Path | None,
+    *,
+    folder: Path | None = None,
+    port: int | None = None,
+    browser: bool = True,
+    keep: bool = False,
+) -> None:
+    """Serve the editor until Ctrl-C. Raises UsageError without the extra, or if ``file`` or
+    the port cannot be had."""
+    require_extra()
+    from safenav.studio.editor import Editor
+
+    _serve(lambda: Editor.of_file(file, folder), port, browser, keep)
+
+
 def start_live(
     scenario: Path, *, seed: int | None = None, trace: Path | None = None, browser: bool = True
 ) -> None:

@@ -125,6 +125,8 @@ class _Reader:
         if isinstance(header, Header):
             self._header = header
             for obstacle in header.scenario.obstacles:
+                if obstacle.from_ is not None and obstacle.name in self._obstacles:
+                    continue  # it comes back
                 self._announce(number, obstacle.name, "is the name of two obstacles")
 
     def _convert(self, number: int, kind: type[Record], data: dict[str, Any]) -> Record | None:

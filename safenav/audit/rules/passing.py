@@ -29,7 +29,7 @@ class AppearedRule(Rule):
                     record, robot, f"{obstacle.name} appears at {place}, where {robot} is"
                 )
         if record.cause is ChangeCause.SCENARIO:
-            since = obstacle.from_
+            since = min((o.from_ for o in now.listed[obstacle.name] if o.from_), default=None)
             if since is None:
                 yield self.broken_by(record, None, f"the scenario lets {obstacle.name} not appear")
             elif record.tick < since:
@@ -50,8 +50,9 @@ class GoneRule(Rule):
         if now.status[obstacle.name] in (Status.ABSENT, Status.RESOLVED):
             yield self.broken_by(record, None, f"{obstacle.name} goes, but it is not there")
         if record.cause is ChangeCause.SCENARIO:
-            if obstacle.until is None:
+            until = min((o.until for o in now.listed[obstacle.name] if o.until), default=None)
+            if until is None:
                 yield self.broken_by(record, None, f"the scenario lets {obstacle.name} not go")
-            elif record.tick < obstacle.until:
-                problem = f"{obstacle.name} goes in tick {record.tick}, before {obstacle.until}"
+            elif record.tick < until:
+                problem = f"{obstacle.name} goes in tick {record.tick}, before {until}"
                 yield self.broken_by(record, None, problem)

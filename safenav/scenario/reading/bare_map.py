@@ -9,7 +9,7 @@ from pathlib import Path
 
 from safenav.errors import Diagnostic, InputError
 from safenav.scenario.reading.map import read_map
-from safenav.scenario.yaml.findings import Findings
+from safenav.scenario.yaml.findings import Findings, Reach
 from safenav.scenario.yaml.source import parsed, read_source
 from safenav.world.map import RegionMap
 
@@ -68,12 +68,13 @@ def map_lines(path: Path, division: Division, folder: Path) -> list[str]:
     return [f"{form}: {quoted}", *division.keys]
 
 
-def load_map(path: Path, division: Division) -> RegionMap:
-    """The regions of a map file. Raises InputError with everything that is wrong."""
+def load_map(path: Path, division: Division, reach: Reach | None = None) -> RegionMap:
+    """The regions of a map file. ``reach``: which further files it may name. Raises InputError
+    with everything that is wrong."""
     if not path.is_file():
         raise InputError([Diagnostic(str(path), 0, 0, "no such file", "check the path")])
     folder = Path.cwd()
-    findings = Findings(str(path))
+    findings = Findings(str(path), reach)
     text = "{" + ", ".join(map_lines(path, division, folder)) + "}"
     document = parsed(text, findings)
     assert document is not None, "the lines are YAML"

@@ -7,8 +7,10 @@ each know one item of the format; docs/scenario.md is its reference.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
+from safenav.errors import Diagnostic, InputError
 from safenav.scenario.catalogue import Catalogue
 from safenav.scenario.model import Controllers, Coordination, Limits, Scenario, Until
 from safenav.scenario.reading.catalogue import built_in, extended, read_catalogue
@@ -22,6 +24,7 @@ from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Scalar
 from safenav.scenario.yaml.findings import Findings, Reach
 from safenav.scenario.yaml.source import parsed, read_source
+from safenav.world.map import RegionMap
 
 VERSION = 1
 
@@ -86,6 +89,32 @@ def load_text_with_catalogue(
     return _load(text, file, None, reachable, reach)
 
 
+@dataclass(frozen=True)
+class Draft:
+    """What could be read of a text: the scenario if nothing is wrong with it, the catalogue that
+    its names refer to, its map as far as that is usable, and all diagnostics."""
+
+    scenario: Scenario | None
+    catalogue: Catalogue
+    world: RegionMap | None
+    diagnostics: tuple[Diagnostic, ...]
+
+
+def load_draft(
+    text: str, file: str, reach: Reach | None = None, *, reachable: bool = True
+) -> Draft:
+    """The scenario in a text that somebody is still working on. Raises nothing."""
+    findings = Findings(file, reach)
+    document = parsed(text, findings)
+    loader = _Loader(text, file, findings, reachable)
+    scenario = None if document is None else loader.read(document.root)
+    try:
+        findings.raise_if_any()
+    except InputError as error:
+        return Draft(None, loader.catalogue, loader.world, error.diagnostics)
+    return Draft(scenario, loader.catalogue, loader.world, ())
+
+
 def _load(
     text: str,
     file: str,
@@ -113,6 +142,7 @@ class _Loader:
         self._reachable = reachable
         self._findings = findings
         self.catalogue = built_in()
+        self.world: RegionMap | None = None
 
     def read(self, root: Node) -> Scenario | None:
         """The scenario; only to be used if nothing was reported."""
@@ -121,6 +151,7 @@ class _Loader:
             return None
         self._version(item.get("safenav"))
         regions = read_map(item.get("map"), self._lines, Path(self._file).parent, self._findings)
+        self.world = regions.world
         before = len(self._findings)
         catalogue = self.catalogue = self._catalogue(item.get("catalogue"), regions)
         types_known = len(self._findings) == before

@@ -1,4 +1,4 @@
-/* sources dce8bfc28b0f97947def6b8708d25265137e427e14ef73aad690cff39bc460fb */
+/* sources d0d1b66451c69b9f913125cdc176bca7c682cff56cb027b1fbbf5293b7318016 */
 /* Contains Preact:
 The MIT License (MIT)
 

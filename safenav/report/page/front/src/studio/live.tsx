@@ -16,11 +16,12 @@ interface LiveViewProps {
   wire: Wire;
   types: ObstacleKind[];
   bar?: ComponentChildren;
+  saving?: ComponentChildren;
 }
 
 const KEYS: [string, string][] = [["Space", "run or pause; → at the newest tick makes one more"]];
 
-export function LiveView({ run, player, wire, types, bar }: LiveViewProps) {
+export function LiveView({ run, player, wire, types, bar, saving }: LiveViewProps) {
   const [tool, choose] = useState<Tool>({ does: "look" });
   const { cols, rows } = run ?? { cols: 0, rows: 0 };
   const stage = useMemo(() => flatStage({ cols, rows }), [cols, rows]);
@@ -38,8 +39,8 @@ export function LiveView({ run, player, wire, types, bar }: LiveViewProps) {
         title: <Badge player={player} run={run} />,
         bar: (
           <>
-            <Saving />
             {bar}
+            {saving || <Saving />}
           </>
         ),
         beside: (

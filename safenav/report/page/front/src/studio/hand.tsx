@@ -1,0 +1,215 @@
+/** The hand that draws: walls, floor, robots, obstacles, headings, objectives. */
+
+import { useRef, useState } from "preact/hooks";
+import { CELL } from "../camera";
+import type { Say } from "../live/player";
+import type { Hand } from "../stage";
+import type { Chosen, Drawing, Pen, Problem, Verdict } from "./model";
+
+interface HandArgs {
+  drawing: Drawing;
+  pen: Pen;
+  setPen(pen: Pen): void;
+  chosen: Chosen;
+  choose(chosen: Chosen): void;
+  say: Say;
+  problems: Problem[];
+  verdict: Verdict | null;
+}
+
+const HEADINGS: Record<string, [dx: number, dy: number]> = {
+  north: [0, -1],
+  east: [1, 0],
+  south: [0, 1],
+  west: [-1, 0],
+};
+
+/** What is held between a press and its release. */
+type Held =
+  | { what: "paint"; wall: boolean; regions: Set<number>; last: [number, number] }
+  | { what: "robot"; name: string; from: number }
+  | { what: "obstacle"; index: number; from: number }
+  | { what: "target"; robot: string; place: number }
+  | { what: "heading"; robot: string; at: number; to: string };
+
+export function useDrawingHand(args: HandArgs): Hand {
+  const { drawing, pen, setPen, chosen, choose, say, problems, verdict } = args;
+  const held = useRef<Held | null>(null);
+  const [hovered, hover] = useState(-1);
+  const [, redraw] = useState(0);
+  const { rows, cols } = drawing.run;
+  const regionAt = (x: number, y: number): number =>
+    x >= 0 && y >= 0 && x < cols && y < rows ? Math.floor(y) * cols + Math.floor(x) : -1;
+  const edit = (op: string, data: object): void => say("edit", { op, ...data });
+  const robotAt = (region: number) => drawing.robots.find((robot) => robot.start === region);
+  const obstacleAt = (region: number) => drawing.obstacles.find((obstacle) => obstacle.region === region);
+  const picked = chosen && "robot" in chosen ? drawing.robots.find((r) => r.name === chosen.robot) : undefined;
+
+  const select = (x: number, y: number, region: number): boolean => {
+    if (picked && picked.heading !== null) {
+      const [dx, dy] = HEADINGS[picked.heading]!;
+      const hx = (picked.start % cols) + 0.5 + dx * 0.62;
+      const hy = Math.floor(picked.start / cols) + 0.5 + dy * 0.62;
+      if (Math.hypot(x - hx, y - hy) < 0.2) {
+        held.current = { what: "heading", robot: picked.name, at: picked.start, to: picked.heading };
+        return true;
+      }
+    }
+    const robot = robotAt(region);
+    if (robot) {
+      choose({ robot: robot.name });
+      held.current = { what: "robot", name: robot.name, from: region };
+      return true;
+    }
+    const obstacle = obstacleAt(region);
+    if (obstacle) {
+      choose({ obstacle: obstacle.index });
+      held.current = { what: "obstacle", index: obstacle.index, from: region };
+      return true;
+    }
+    const place = picked ? picked.targets.findIndex((target) => target.includes(region)) : -1;
+    if (picked && place >= 0) {
+      held.current = { what: "target", robot: picked.name, place };
+      return true;
+    }
+    choose(region >= 0 ? { region } : null);
+    return region >= 0;
+  };
+
+  const down = (x: number, y: number): boolean => {
+    const region = regionAt(x, y);
+    if (pen.does === "select") return select(x, y, region);
+    if (region < 0) return false;
+    if (pen.does === "wall" || pen.does === "floor") {
+      held.current = { what: "paint", wall: pen.does === "wall", regions: new Set([region]), last: [x, y] };
+      redraw((n) => n + 1);
+    } else if (pen.does === "robot") {
+      edit("add_robot", { model: pen.model, region, ...(pen.turns && { heading: "east" }) });
+    } else if (pen.does === "obstacle") edit("add_obstacle", { type: pen.type, region });
+    else if (pen.does === "name") choose({ region });
+    else {
+      const regions = [...pen.regions, region];
+      const most = pen.kind === "hold" ? 1 : pen.kind === "patrol" ? 2 : Infinity;
+      edit("set_objective", { robot: pen.robot, kind: pen.kind, regions: regions.slice(-most) });
+      if (regions.length >= most) setPen({ does: "select" });
+      else setPen({ ...pen, regions });
+    }
+    return true;
+  };
+
+  const move = (x: number, y: number): void => {
+    const region = regionAt(x, y);
+    if (region !== hovered) hover(region);
+    const now = held.current;
+    if (now?.what === "paint") {
+      for (const passed of line(now.last, [x, y], regionAt)) now.regions.add(passed);
+      now.last = [x, y];
+      redraw((n) => n + 1);
+    } else if (now?.what === "heading") {
+      const dx = x - ((now.at % cols) + 0.5);
+      const dy = y - (Math.floor(now.at / cols) + 0.5);
+      now.to = Math.abs(dx) > Math.abs(dy) ? (dx > 0 ? "east" : "west") : dy > 0 ? "south" : "north";
+      redraw((n) => n + 1);
+    }
+  };
+
+  const up = (x: number, y: number): void => {
+    const now = held.current;
+    held.current = null;
+    redraw((n) => n + 1);
+    const region = regionAt(x, y);
+    if (now === null) return;
+    if (now.what === "paint") edit("paint", { regions: [...now.regions], wall: now.wall });
+    else if (now.what === "heading") edit("set_heading", { robot: now.robot, heading: now.to });
+    else if (region < 0) return;
+    else if (now.what === "robot" && region !== now.from) edit("move_robot", { robot: now.name, region });
+    else if (now.what === "obstacle" && region !== now.from) edit("move_obstacle", { index: now.index, region });
+    else if (now.what === "target" && picked && picked.kind) {
+      const regions = picked.targets.map((target, i) => (i === now.place ? region : target[0]!));
+      edit("set_objective", { robot: picked.name, kind: picked.kind, regions });
+    }
+  };
+
+  const at = (region: number): { x: number; y: number } => ({
+    x: (region % cols) * CELL,
+    y: Math.floor(region / cols) * CELL,
+  });
+  const square = (region: number, kind: string, key: string) => (
+    <rect key={key} class={`mark-${kind}`} {...shifted(at(region), 1.5)} width={CELL - 3} height={CELL - 3} rx={4} />
+  );
+  const painting = held.current?.what === "paint" ? held.current : null;
+  const order = pen.does === "objective" ? pen.regions : (picked?.targets.map((target) => target[0]!) ?? []);
+  const turning = held.current?.what === "heading" ? held.current : null;
+  const faced = turning ? turning.to : picked?.heading;
+  const dragged = held.current !== null && held.current.what !== "paint" && held.current.what !== "heading";
+  return {
+    cursor: pen.does === "select" ? "default" : "crosshair",
+    down,
+    move,
+    up,
+    over: (
+      <>
+        {verdict?.confined?.map((region) => square(region, "confined", `c${region}`))}
+        {verdict?.lost?.map((region) => square(region, "lost", `l${region}`))}
+        {painting &&
+          [...painting.regions].map((region) => square(region, painting.wall ? "wall" : "floor", `p${region}`))}
+        {picked && square(picked.start, "picked", "picked")}
+        {chosen && "obstacle" in chosen && drawing.obstacles[chosen.obstacle] && (
+          square(drawing.obstacles[chosen.obstacle]!.region, "picked", "picked")
+        )}
+        {chosen && "region" in chosen && chosen.region < rows * cols && square(chosen.region, "picked", "picked")}
+        {order.length > 1 &&
+          order.map((region, i) => {
+            const { x, y } = at(region);
+            return (
+              <text key={`o${i}`} class="order" x={x + CELL / 2} y={y + CELL * 0.64}>
+                {i + 1}
+              </text>
+            );
+          })}
+        {faced && picked && HEADINGS[faced] && (
+          <g transform={`translate(${at(picked.start).x + CELL / 2} ${at(picked.start).y + CELL / 2})`}>
+            <line class="handle" x2={HEADINGS[faced]![0] * CELL * 0.62} y2={HEADINGS[faced]![1] * CELL * 0.62} />
+            <circle
+              class="handle"
+              data-handle={picked.name}
+              cx={HEADINGS[faced]![0] * CELL * 0.62}
+              cy={HEADINGS[faced]![1] * CELL * 0.62}
+              r={5}
+            />
+          </g>
+        )}
+        {wrongPlaces(drawing, problems).map((region) => (
+          <g key={`w${region}`} class="wrong" transform={`translate(${at(region).x + CELL - 9} ${at(region).y + 9})`}>
+            <circle r={7} />
+            <text y={4}>!</text>
+          </g>
+        ))}
+        {hovered >= 0 && hovered < rows * cols && (pen.does !== "select" || dragged) && square(hovered, "hover", "hover")}
+      </>
+    ),
+  };
+}
+
+/** The regions of the items on whose lines something is wrong. */
+function wrongPlaces(drawing: Drawing, problems: Problem[]): number[] {
+  const lines = new Set(problems.map((problem) => problem.line));
+  const items = [...drawing.robots, ...drawing.obstacles].filter((item) => lines.has(item.line));
+  return [...new Set(items.map((item) => ("start" in item ? item.start : item.region)))];
+}
+
+/** The regions between two places of a stroke. */
+function line(from: [number, number], to: [number, number], regionAt: (x: number, y: number) => number): number[] {
+  const steps = Math.ceil(Math.max(Math.abs(to[0] - from[0]), Math.abs(to[1] - from[1])) * 3) || 1;
+  const found: number[] = [];
+  for (let i = 0; i <= steps; i++) {
+    const part = i / steps;
+    const region = regionAt(from[0] + (to[0] - from[0]) * part, from[1] + (to[1] - from[1]) * part);
+    if (region >= 0) found.push(region);
+  }
+  return found;
+}
+
+function shifted({ x, y }: { x: number; y: number }, by: number): { x: number; y: number } {
+  return { x: x + by, y: y + by };
+}

@@ -1,0 +1,83 @@
+/** What the studio tells of a scenario that is being drawn. */
+
+import type { Run } from "../run";
+
+export interface DrawnRobot {
+  name: string;
+  model: string;
+  start: number;
+  heading: string | null;
+  kind: string | null;
+  targets: number[][];
+  line: number;
+}
+
+export interface DrawnObstacle {
+  index: number;
+  type: string;
+  region: number;
+  from: number | null;
+  until: number | null;
+  traversable: boolean | null;
+  line: number;
+}
+
+export interface Drawing {
+  run: Run;
+  robots: DrawnRobot[];
+  obstacles: DrawnObstacle[];
+  names: Record<string, number>;
+  /** Whether the map is drawn in the scenario itself. */
+  grid: boolean;
+  settings: { name: string; rounds: number; ticks: number; seed: number };
+}
+
+export interface Problem {
+  line: number;
+  column: number;
+  found: string;
+  hint: string;
+}
+
+export interface Palette {
+  robots: { name: string; turns: boolean; layer: string; can: string[] }[];
+  obstacles: { name: string; action: string; truth: boolean }[];
+}
+
+export interface Repair {
+  kind: string;
+  change: [item: string, value: string][];
+}
+
+export interface Verdict {
+  robot: string;
+  verdict: "realizable" | "unrealizable" | "limit";
+  because?: string;
+  confined?: number[];
+  lost?: number[];
+  repairs?: Repair[];
+}
+
+export interface Doc {
+  text: string;
+  revision: number;
+  undoable: boolean;
+  redoable: boolean;
+  dirty: boolean;
+  file: string | null;
+  drawing: Drawing | null;
+  palette: Palette;
+  problems: Problem[];
+}
+
+/** What the next press on the drawing does. */
+export type Pen =
+  | { does: "select" }
+  | { does: "wall" }
+  | { does: "floor" }
+  | { does: "robot"; model: string; turns: boolean }
+  | { does: "obstacle"; type: string }
+  | { does: "name" }
+  | { does: "objective"; robot: string; kind: string; regions: number[] };
+
+export type Chosen = { robot: string } | { obstacle: number } | { region: number } | null;

@@ -1,0 +1,337 @@
+/** The sides of the drawing board: what to draw with, what was chosen, what is wrong. */
+
+import { useEffect, useState } from "preact/hooks";
+import type { Say } from "../live/player";
+import { label } from "../run";
+import type { Chosen, Doc, Drawing, Pen, Problem, Verdict } from "./model";
+
+interface Drawn {
+  doc: Doc;
+  drawing: Drawing;
+  pen: Pen;
+  setPen(pen: Pen): void;
+  chosen: Chosen;
+  choose(chosen: Chosen): void;
+  say: Say;
+}
+
+export function Tools({ doc, drawing, pen, setPen, say }: Drawn) {
+  const tool = (key: string, pressed: boolean, words: string, next: Pen, hint: string) => (
+    <button type="button" key={key} class={`pen ${key.split(" ")[0]}`} aria-pressed={pressed} title={hint} onClick={() => setPen(next)}>
+      {words}
+    </button>
+  );
+  return (
+    <>
+      <section class="panel" aria-label="Tools">
+        <h2>Draw</h2>
+        <div class="pens">
+          {tool("select", pen.does === "select", "Select", { does: "select" }, "Choose and drag what is there (V)")}
+          {tool("wall", pen.does === "wall", "Wall", { does: "wall" }, "Paint walls (1)")}
+          {tool("floor", pen.does === "floor", "Floor", { does: "floor" }, "Paint floor (2)")}
+          {tool("name", pen.does === "name", "Name", { does: "name" }, "Click a region to name it (3)")}
+        </div>
+        <h3>Robots</h3>
+        <div class="pens">
+          {doc.palette.robots.map(({ name, turns, layer, can }) =>
+            tool(
+              `robot ${name}`,
+              pen.does === "robot" && pen.model === name,
+              name,
+              { does: "robot", model: name, turns },
+              `${layer}; can ${can.join(", ") || "nothing special"}${turns ? "; has a heading" : ""}`,
+            ),
+          )}
+        </div>
+        <h3>Hidden obstacles</h3>
+        <div class="pens">
+          {doc.palette.obstacles.map(({ name, action }) =>
+            tool(
+              `obstacle ${name}`,
+              pen.does === "obstacle" && pen.type === name,
+              name,
+              { does: "obstacle", type: name },
+              `nobody knows of it; '${action}' resolves it`,
+            ),
+          )}
+        </div>
+      </section>
+      <Size drawing={drawing} say={say} />
+    </>
+  );
+}
+
+function Size({ drawing, say }: { drawing: Drawing; say: Say }) {
+  const { rows, cols } = drawing.run;
+  const grow = (side: string, by: number): void => say("edit", { op: "resize", [side]: by });
+  const sides: [string, string][] = [
+    ["top", "↑"],
+    ["bottom", "↓"],
+    ["left", "←"],
+    ["right", "→"],
+  ];
+  return (
+    <section class="panel size" aria-label="Size of the map">
+      <h2>
+        Map <span class="quiet">{rows} x {cols}</span>
+      </h2>
+      {drawing.grid ? (
+        <ul>
+          {sides.map(([side, arrow]) => (
+            <li key={side}>
+              {arrow}
+              <button type="button" aria-label={`One row or column less: ${side}`} onClick={() => grow(side, -1)}>
+                −
+              </button>
+              <button type="button" aria-label={`One row or column more: ${side}`} onClick={() => grow(side, 1)}>
+                +
+              </button>
+            </li>
+          ))}
+        </ul>
+      ) : (
+        <p class="quiet">It comes from a file, and is not painted on.</p>
+      )}
+    </section>
+  );
+}
+
+const KINDS: [kind: string, words: string][] = [
+  ["patrol", "Patrol: to and fro"],
+  ["visit", "Visit in order"],
+  ["cover", "Cover, any order"],
+  ["hold", "Go there and stay"],
+];
+
+export function Selection({ doc, drawing, pen, setPen, chosen, choose, say, verdict }: Drawn & { verdict: Verdict | null }) {
+  const edit = (op: string, data: object): void => say("edit", { op, ...data });
+  if (chosen && "robot" in chosen) {
+    const robot = drawing.robots.find((r) => r.name === chosen.robot);
+    if (!robot) return null;
+    const drawingObjective = pen.does === "objective" && pen.robot === robot.name;
+    return (
+      <section class="panel chosen" aria-label="The chosen robot">
+        <h2>Robot</h2>
+        <Field
+          name="name"
+          value={robot.name}
+          onChange={(name) => {
+            edit("rename_robot", { robot: robot.name, name });
+            choose({ robot: name });
+          }}
+        />
+        <label>
+          model
+          <select
+            value={robot.model}
+            onChange={(event) => {
+              const model = event.currentTarget.value;
+              const turns = doc.palette.robots.find((m) => m.name === model)?.turns ?? false;
+              edit("set_model", { robot: robot.name, model, turns });
+            }}
+          >
+            {doc.palette.robots.map(({ name }) => (
+              <option value={name}>{name}</option>
+            ))}
+          </select>
+        </label>
+        {robot.heading !== null && (
+          <label>
+            heading
+            <select value={robot.heading} onChange={(event) => edit("set_heading", { robot: robot.name, heading: event.currentTarget.value })}>
+              {["north", "east", "south", "west"].map((heading) => (
+                <option value={heading}>{heading}</option>
+              ))}
+            </select>
+          </label>
+        )}
+        <h3>Objective</h3>
+        <p>
+          {robot.kind ?? "none"} {robot.targets.map((target) => target.join(" or ")).join(", ")}
+        </p>
+        <div class="pens">
+          {KINDS.map(([kind, words]) => (
+            <button
+              type="button"
+              key={kind}
+              aria-pressed={drawingObjective && pen.kind === kind}
+              onClick={() => setPen({ does: "objective", robot: robot.name, kind, regions: [] })}
+            >
+              {words}
+            </button>
+          ))}
+        </div>
+        {drawingObjective && (
+          <p class="hint">
+            Click {pen.kind === "hold" ? "the region" : pen.kind === "patrol" ? "two regions" : "regions, one after the other"}.{" "}
+            {pen.regions.length > 0 && (
+              <button type="button" onClick={() => setPen({ does: "select" })}>
+                Done
+              </button>
+            )}
+          </p>
+        )}
+        {verdict && <Judged verdict={verdict} say={say} />}
+        <button
+          type="button"
+          onClick={() => {
+            edit("remove_robot", { robot: robot.name });
+            choose(null);
+          }}
+        >
+          Remove {robot.name}
+        </button>
+      </section>
+    );
+  }
+  if (chosen && "obstacle" in chosen) {
+    const obstacle = drawing.obstacles.find((o) => o.index === chosen.obstacle);
+    if (!obstacle) return null;
+    const kind = doc.palette.obstacles.find((type) => type.name === obstacle.type);
+    const set = (key: string, value: unknown): void => edit("set_obstacle", { index: obstacle.index, key, value });
+    const tick = (key: "from" | "until", words: string) => (
+      <Field
+        name={words}
+        number
+        value={obstacle[key] === null ? "" : String(obstacle[key])}
+        onChange={(value) => set(key, value === "" ? null : Number(value))}
+      />
+    );
+    return (
+      <section class="panel chosen" aria-label="The chosen obstacle">
+        <h2>
+          Hidden {obstacle.type} <span class="quiet">{label(drawing.run, obstacle.region)}</span>
+        </h2>
+        <p class="quiet">{kind ? `'${kind.action}' resolves it` : "unknown type"}</p>
+        {kind?.truth && (
+          <label>
+            turns out
+            <select
+              value={String(obstacle.traversable ?? true)}
+              onChange={(event) => set("traversable", event.currentTarget.value === "true")}
+            >
+              <option value="true">passable</option>
+              <option value="false">impassable</option>
+            </select>
+          </label>
+        )}
+        {tick("from", "appears at tick")}
+        {tick("until", "goes at tick")}
+        <button
+          type="button"
+          onClick={() => {
+            edit("remove_obstacle", { index: obstacle.index });
+            choose(null);
+          }}
+        >
+          Remove it
+        </button>
+      </section>
+    );
+  }
+  if (chosen && "region" in chosen) {
+    const name = Object.entries(drawing.names).find(([, region]) => region === chosen.region)?.[0] ?? "";
+    return (
+      <section class="panel chosen" aria-label="The chosen region">
+        <h2>
+          Region <span class="quiet">{label(drawing.run, chosen.region)}</span>
+        </h2>
+        <Field name="name" value={name} onChange={(value) => edit("name_region", { region: chosen.region, name: value })} />
+      </section>
+    );
+  }
+  return null;
+}
+
+/** A field that tells its value when it is left, or with Enter. */
+function Field({ name, value, number, onChange }: { name: string; value: string; number?: boolean; onChange(value: string): void }) {
+  const [own, setOwn] = useState(value);
+  useEffect(() => setOwn(value), [value]);
+  const tell = (): void => {
+    if (own !== value) onChange(own);
+  };
+  return (
+    <label>
+      {name}
+      <input
+        inputMode={number ? "numeric" : "text"}
+        aria-label={name}
+        value={own}
+        onInput={(event) => setOwn(event.currentTarget.value)}
+        onBlur={tell}
+        onKeyDown={(event) => event.key === "Enter" && tell()}
+      />
+    </label>
+  );
+}
+
+/** Why a robot has no strategy, and what would give it one. */
+export function Judged({ verdict, say }: { verdict: Verdict; say: Say }) {
+  if (verdict.verdict === "realizable") return <p class="judged good">It can do that, whatever happens.</p>;
+  return (
+    <div class="judged bad">
+      <p>
+        <b>{verdict.verdict === "limit" ? "Not judged: " : "It cannot do that: "}</b>
+        {verdict.because}
+      </p>
+      {(verdict.repairs ?? []).slice(0, 5).map((repair) => (
+        <button type="button" onClick={() => say("edit", { op: "repair", change: repair.change })}>
+          {repair.change.map(([item, value]) => wordsOf(item, value)).join("; ")}
+        </button>
+      ))}
+    </div>
+  );
+}
+
+function wordsOf(item: string, value: string): string {
+  if (item === "map") return value.replace(/^no wall/, "no wall");
+  if (item === "obstacles") return `an obstacle there: ${value.replace(/[{}]/g, "")}`;
+  return `${item.split(".").slice(1).join(" ")}: ${value}`;
+}
+
+interface ProblemsProps {
+  problems: Problem[];
+  verdicts: Record<string, Verdict>;
+  drawing: Drawing;
+  go(line: number): void;
+  choose(chosen: Chosen): void;
+  say: Say;
+}
+
+export function Problems({ problems, verdicts, drawing, go, choose, say }: ProblemsProps) {
+  const judged = drawing.robots.map((robot) => verdicts[robot.name]).filter((v): v is Verdict => v !== undefined);
+  return (
+    <section class="panel problems" aria-labelledby="problems-title">
+      <h2 id="problems-title">
+        {problems.length === 0 ? "No mistakes" : "To mend"} {problems.length > 0 && <span class="count">{problems.length}</span>}
+      </h2>
+      <ul>
+        {problems.map((problem) => (
+          <li class="problem">
+            <button type="button" class="event" onClick={() => go(problem.line)}>
+              <span class="tick">{problem.line || ""}</span>
+              <span>
+                {problem.found}
+                {problem.hint && <small class="quiet">{problem.hint}</small>}
+              </span>
+            </button>
+          </li>
+        ))}
+        {judged.map((verdict) => (
+          <li class={`verdict ${verdict.verdict}`} data-robot={verdict.robot} data-verdict={verdict.verdict}>
+            <button type="button" class="event" onClick={() => choose({ robot: verdict.robot })}>
+              <b>{verdict.robot}</b>
+              <span>{verdict.verdict === "realizable" ? "can do its objective" : verdict.because}</span>
+            </button>
+            {verdict.verdict === "unrealizable" &&
+              (verdict.repairs ?? []).slice(0, 3).map((repair) => (
+                <button type="button" class="repair" onClick={() => say("edit", { op: "repair", change: repair.change })}>
+                  {repair.change.map(([item, value]) => wordsOf(item, value)).join("; ")}
+                </button>
+              ))}
+          </li>
+        ))}
+      </ul>
+    </section>
+  );
+}

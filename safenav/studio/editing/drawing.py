@@ -1,0 +1,226 @@
+"""What a text draws: everything on the map that can be placed, right or wrong.
+
+The page draws a scenario with what draws runs, so a drawing is a run that has not begun; beside it
+stand the items that can be taken hold of, each with its line in the text.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+from safenav.report.page.encode import encoded
+from safenav.report.replay.timeline import Changes, Hidden, Progress, Replay, Status, Track
+from safenav.scenario.catalogue import Catalogue
+from safenav.scenario.objective import Cover, Hold, Objective, Patrol, Visit
+from safenav.scenario.yaml.document import (
+    DocumentError,
+    Mapping,
+    Node,
+    Scalar,
+    Sequence,
+    read_document,
+)
+from safenav.studio.editing.places import LISTS
+from safenav.world.map import Heading, Region, RegionMap
+from safenav.world.moves import Mobility
+
+_HEADINGS = {heading.label: heading for heading in Heading}
+
+
+@dataclass(frozen=True)
+class _Placing:
+    """Reads regions where they stand, walls or not."""
+
+    world: RegionMap
+    names: dict[str, Region]
+
+    def region(self, node: Node | None) -> Region | None:
+        found: Region | None = None
+        if isinstance(node, Scalar) and isinstance(node.value, int):
+            found = int(node.value)
+        elif isinstance(node, Scalar):
+            found = self.names.get(str(node.value))
+        elif isinstance(node, Sequence) and len(node.items) == 2:
+            row, col = (item.value if isinstance(item, Scalar) else None for item in node.items)
+            if isinstance(row, int) and isinstance(col, int) and 0 <= col < self.world.cols:
+                found = row * self.world.cols + col
+        return found if found is not None and 0 <= found < self.world.size else None
+
+    def target(self, node: Node | None) -> list[Region]:
+        if isinstance(node, Mapping):
+            listed = node.get("any")
+            items = listed.items if isinstance(listed, Sequence) else ()
+            return [region for item in items if (region := self.region(item)) is not None]
+        found = self.region(node)
+        return [] if found is None else [found]
+
+
+def drawing_of(text: str, world: RegionMap, catalogue: Catalogue) -> dict[str, Any] | None:
+    """The drawing of a text on its map; None if it is no YAML."""
+    try:
+        root = read_document(text).root
+    except DocumentError:
+        return None
+    placing = _Placing(world, {})
+    for name, node in _entries(_get(_get(root, "map"), "names")):
+        region = placing.region(node)
+        if region is not None:
+            placing.names[name] = region
+    robots = [r for r in _robots(root, placing) if r["start"] is not None]
+    obstacles = _obstacles(root, placing)
+    title = _text(_get(root, "name")) or "new scenario"
+    return {
+        "run": encoded(_still(title, world, robots, obstacles, catalogue), "scenario"),
+        "robots": robots,
+        "obstacles": obstacles,
+        "names": placing.names,
+        "grid": isinstance(_get(_get(root, "map"), "grid"), Scalar | Sequence),
+        "settings": {
+            "name": title,
+            "rounds": _number(_get(_get(root, "until"), "rounds"), 2),
+            "ticks": _number(_get(_get(root, "limits"), "ticks"), 1000),
+            "seed": _number(_get(root, "seed"), 0),
+        },
+    }
+
+
+def palette(catalogue: Catalogue) -> dict[str, Any]:
+    """What can be dropped on the map."""
+    return {
+        "robots": [
+            {
+                "name": model.name,
+                "turns": model.mobility is Mobility.HEADING,
+                "layer": model.layer,
+                "can": sorted(model.capabilities),
+            }
+            for model in catalogue.robots.values()
+        ],
+        "obstacles": [
+            {
+                "name": kind.name,
+                "action": " and ".join(dict.fromkeys(need.action for need in kind.needs)),
+                "truth": kind.has_truth,
+            }
+            for kind in catalogue.obstacles.values()
+        ],
+    }
+
+
+def _robots(root: Node, placing: _Placing) -> Iterable[dict[str, Any]]:
+    for key, node in _entries_with_places(_get(root, "robots")):
+        objective = _get(node, "objective")
+        kind, targets = None, []
+        for name, told in _entries(objective):
+            if name in LISTS and isinstance(told, Sequence):
+                kind, targets = name, [placing.target(item) for item in told.items]
+            elif name == "hold":
+                kind, targets = name, [placing.target(told)]
+            elif name == "ltl":
+                kind = name
+        heading = _get(node, "heading")
+        yield {
+            "name": key.text,
+            "model": _text(_get(node, "model")),
+            "start": placing.region(_get(node, "start")),
+            "heading": _text(heading) if _text(heading) in _HEADINGS else None,
+            "kind": kind,
+            "targets": targets,
+            "line": key.place.line,
+        }
+
+
+def _obstacles(root: Node, placing: _Placing) -> list[dict[str, Any]]:
+    listed = _get(root, "obstacles")
+    found = []
+    for index, node in enumerate(listed.items if isinstance(listed, Sequence) else ()):
+        region = placing.region(_get(node, "region"))
+        if region is None or not isinstance(node, Mapping):
+            continue
+        truth = _get(node, "traversable")
+        found.append(
+            {
+                "index": index,
+                "type": _text(_get(node, "type")),
+                "region": region,
+                "from": _number(_get(node, "from"), None),
+                "until": _number(_get(node, "until"), None),
+                "traversable": truth.value if isinstance(truth, Scalar) else None,
+                "line": node.place.line,
+            }
+        )
+    return found
+
+
+def _still(
+    title: str,
+    world: RegionMap,
+    robots: list[dict[str, Any]],
+    obstacles: list[dict[str, Any]],
+    catalogue: Catalogue,
+) -> Replay:
+    """The scenario as a run of no tick."""
+    tracks = []
+    for robot in robots:
+        model = catalogue.robots.get(robot["model"])
+        turns = model is not None and model.mobility is Mobility.HEADING
+        heading = _HEADINGS.get(robot["heading"] or "north") if turns else None
+        layer, can = (model.layer, sorted(model.capabilities)) if model else ("ground", [])
+        tracks.append(
+            Track(robot["name"], robot["model"], layer, tuple(can), (robot["start"],), (heading,))
+        )
+    hidden = []
+    for obstacle in obstacles:
+        kind = catalogue.obstacles.get(obstacle["type"])
+        action = kind.action if kind is not None else "?"
+        name = f"{obstacle['type']}@{obstacle['region']}"
+        place = obstacle["region"]
+        hidden.append(Hidden(name, obstacle["type"], place, action, (place,), ()))
+    objectives = {robot["name"]: _objective(robot["kind"], robot["targets"]) for robot in robots}
+    return Replay(
+        name=title,
+        map=world,
+        robots=tuple(tracks),
+        hidden=tuple(hidden),
+        last=0,
+        statuses={h.name: Changes.of(Status.HIDDEN, []) for h in hidden},
+        objectives={name: Changes.of(told, []) for name, told in objectives.items()},
+        progress={track.name: Changes.of(Progress(), []) for track in tracks},
+        stack=Changes.of((), []),
+        events=(),
+        ending=None,
+    )
+
+
+def _objective(kind: str | None, targets: list[list[Region]]) -> Objective | None:
+    sets = tuple(frozenset(target) for target in targets if target)
+    if not sets or kind is None:
+        return None
+    if kind == "hold":
+        return Hold(sets[0])
+    if kind == "patrol" and len(sets) == 2:
+        return Patrol(*sets)
+    return Cover(sets) if kind == "cover" else Visit(sets)
+
+
+def _get(node: Node | None, key: str) -> Node | None:
+    return node.get(key) if isinstance(node, Mapping) else None
+
+
+def _entries(node: Node | None) -> list[tuple[str, Node]]:
+    return [(key.text, value) for key, value in _entries_with_places(node)]
+
+
+def _entries_with_places(node: Node | None) -> tuple[tuple[Scalar, Node], ...]:
+    return node.entries if isinstance(node, Mapping) else ()
+
+
+def _text(node: Node | None) -> str:
+    return str(node.value) if isinstance(node, Scalar) else ""
+
+
+def _number(node: Node | None, default: int | None) -> int | None:
+    value = node.value if isinstance(node, Scalar) else None
+    return value if isinstance(value, int) and not isinstance(value, bool) else default

@@ -1,0 +1,78 @@
+"""The process that judges a scenario while it is drawn: robot by robot, and why not.
+
+Reads an ``Order`` from standard input, writes one JSON object a robot. It is killed when the text
+changes, so it keeps nothing but the synthesis cache.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from typing import Any
+
+from safenav.errors import ResourceLimitError, SafenavError
+from safenav.report.terminal.explanation_text import explanation_data
+from safenav.runtime.coordination.strategies import first_answers
+from safenav.runtime.explanation import explain_team
+from safenav.runtime.mission import default_synthesizer
+from safenav.scenario.model import Scenario
+from safenav.scenario.reading.loader import load_draft
+from safenav.studio.run.orders import Order
+
+
+def main() -> None:
+    """Judge one text."""
+    out = os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8")
+    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
+    order = Order.read(sys.stdin.readline())
+    scenario = load_draft(order.text, order.file, order.reach, reachable=False).scenario
+    if scenario is None:
+        return
+    verdicts: dict[str, dict[str, Any]] = {}
+    for robot in scenario.robots:
+        verdicts[robot.name] = _verdict(scenario, robot.name)
+        if verdicts[robot.name]["verdict"] != "unrealizable":
+            _say(out, verdicts[robot.name])
+        else:  # the word first, the reason when it is found
+            _say(out, {**verdicts[robot.name], "because": "looking for the reason ..."})
+    for name, verdict in verdicts.items():
+        if verdict["verdict"] == "unrealizable":
+            _say(out, verdict | _reason(scenario, name))
+
+
+def _verdict(scenario: Scenario, name: str) -> dict[str, Any]:
+    try:
+        answer = first_answers(scenario, default_synthesizer(scenario), None, [name])[name]
+    except ResourceLimitError as error:
+        return {"robot": name, "verdict": "limit", "because": str(error)}
+    return {"robot": name, "verdict": "realizable" if answer.realizable else "unrealizable"}
+
+
+def _reason(scenario: Scenario, name: str) -> dict[str, Any]:
+    try:
+        found = explain_team(scenario, default_synthesizer(scenario), [name])
+    except SafenavError as error:
+        return {"because": str(error)}
+    if not found:
+        return {}
+    told = explanation_data(found[0], scenario)
+    return {
+        "because": told["because"],
+        "confined": told["confined"],
+        "lost": sorted({region for target in told["lost"] for region in target}),
+        "repairs": [
+            {"kind": repair.kind.value, "change": [list(pair) for pair in repair.change]}
+            for repair in found[0].repairs
+            if repair.scenario is not None
+        ],
+    }
+
+
+def _say(out: Any, data: dict[str, Any]) -> None:
+    out.write(json.dumps(data) + "\n")
+    out.flush()
+
+
+if __name__ == "__main__":
+    main()

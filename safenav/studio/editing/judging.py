@@ -1,0 +1,66 @@
+"""Judges in the background; the next change ends what is under way."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import signal
+import sys
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any
+
+from safenav.studio.run.orders import Order
+
+CALM = 0.25
+"""Seconds without a change before the robots are judged."""
+
+
+class Judging:
+    """Owner of the process that judges. ``verdicts``: of the present text, by robot."""
+
+    def __init__(self, tell: Callable[[dict[str, Any]], None]) -> None:
+        self.verdicts: dict[str, dict[str, Any]] = {}
+        self._tell = tell
+        self._task: asyncio.Task[None] | None = None
+
+    def judge(self, order: Order | None) -> None:
+        """Judge this text; None ends the judging of the one before."""
+        self.verdicts = {}
+        if self._task is not None:
+            self._task.cancel()
+        self._task = None if order is None else asyncio.create_task(self._judge(order))
+
+    async def close(self) -> None:
+        """End what is under way."""
+        task, self._task = self._task, None
+        if task is not None:
+            task.cancel()
+            with suppress(asyncio.CancelledError):
+                await task
+
+    async def _judge(self, order: Order) -> None:
+        await asyncio.sleep(CALM)
+        process = await asyncio.create_subprocess_exec(
+            sys.executable,
+            "-m",
+            "safenav.studio.editing.judge",
+            stdin=asyncio.subprocess.PIPE,
+            stdout=asyncio.subprocess.PIPE,
+            stderr=asyncio.subprocess.DEVNULL,
+            limit=2**24,
+            start_new_session=True,
+        )
+        assert process.stdin is not None and process.stdout is not None
+        try:
+            process.stdin.write(order.line().encode())
+            async for line in process.stdout:
+                verdict = json.loads(line)
+                self.verdicts[verdict["robot"]] = verdict
+                self._tell({"is": "verdicts", "verdicts": self.verdicts})
+        finally:
+            with suppress(ProcessLookupError, PermissionError):
+                os.killpg(process.pid, signal.SIGKILL)
+            with suppress(asyncio.CancelledError):
+                await process.wait()

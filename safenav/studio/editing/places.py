@@ -1,0 +1,108 @@
+"""Regions as they stand in the text of a scenario: found, read and written, all in one place."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from ruamel.yaml.comments import CommentedSeq
+
+from safenav.errors import UsageError
+
+OBJECTIVES = ("patrol", "visit", "cover", "hold")
+LISTS = ("patrol", "visit", "cover")
+
+
+class Places:
+    """The regions of one document: ``rows`` x ``cols`` of its grid."""
+
+    def __init__(self, data: Any) -> None:
+        self.data = data
+        self.grid = grid_of(data)
+        self.rows, self.cols = len(self.grid), len(self.grid[0])
+
+    @property
+    def names(self) -> dict[str, Any]:
+        """The names that the map gives regions."""
+        names = self.data["map"].get("names")
+        return names if isinstance(names, dict) else {}
+
+    def read(self, value: Any) -> int | None:
+        """The region that stands there, None if it is none of the map."""
+        if isinstance(value, str) and value in self.names:
+            value = self.names[value]
+        if isinstance(value, int) and not isinstance(value, bool):
+            return int(value)
+        if isinstance(value, list) and len(value) == 2 and all(isinstance(v, int) for v in value):
+            return int(value[0]) * self.cols + int(value[1])
+        return None
+
+    def written(self, region: int, like: Any = None) -> Any:
+        """A region, in the way in which ``like`` is written: by a name if it has one."""
+        if not 0 <= region < self.rows * self.cols:
+            raise UsageError(f"{region} is no region of the map")
+        if isinstance(like, str) or like is None:
+            for name, value in self.names.items():
+                if self.read(value) == region:
+                    return name
+        if isinstance(like, int):
+            return region
+        pair = CommentedSeq([region // self.cols, region % self.cols])
+        pair.fa.set_flow_style()
+        return pair
+
+    def each(self) -> Iterator[tuple[Any, Callable[[Any], None]]]:
+        """Every value that stands for a region, with what replaces it."""
+        for name in list(self.names):
+            yield from self._one(self.names, name)
+        robots = self.data.get("robots")
+        for robot in robots.values() if isinstance(robots, dict) else ():
+            if not isinstance(robot, dict):
+                continue
+            yield from self._one(robot, "start")
+            objective = robot.get("objective")
+            if not isinstance(objective, dict):
+                continue
+            for kind in OBJECTIVES:
+                told = objective.get(kind)
+                if kind in LISTS and isinstance(told, list):
+                    for index in range(len(told)):
+                        yield from self._target(told, index)
+                elif kind == "hold" and told is not None:
+                    yield from self._target(objective, kind)
+        obstacles = self.data.get("obstacles")
+        for obstacle in obstacles if isinstance(obstacles, list) else ():
+            if isinstance(obstacle, dict):
+                yield from self._one(obstacle, "region")
+
+    def _target(self, holder: Any, key: Any) -> Iterator[tuple[Any, Callable[[Any], None]]]:
+        value = holder[key]
+        if isinstance(value, dict) and isinstance(value.get("any"), list):
+            for index in range(len(value["any"])):
+                yield from self._one(value["any"], index)
+        else:
+            yield from self._one(holder, key)
+
+    def _one(self, holder: Any, key: Any) -> Iterator[tuple[Any, Callable[[Any], None]]]:
+        if isinstance(holder, dict) and key not in holder:
+            return
+
+        def replace(value: Any) -> None:
+            holder[key] = value
+
+        yield holder[key], replace
+
+
+def grid_of(data: Any) -> list[str]:
+    """The rows of the grid. Raises UsageError where the map is not drawn in the scenario."""
+    world = data.get("map")
+    grid = world.get("grid") if isinstance(world, dict) else None
+    if isinstance(grid, str):
+        rows = [line.rstrip() for line in grid.splitlines() if line.strip()]
+    elif isinstance(grid, list):
+        rows = [str(line).rstrip() for line in grid]
+    else:
+        raise UsageError("the map comes from a file: take it into the scenario to change it")
+    if not rows or len({len(row) for row in rows}) != 1 or set("".join(rows)) - set("#."):
+        raise UsageError("mend the grid in the text first")
+    return rows

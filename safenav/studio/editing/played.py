@@ -1,0 +1,84 @@
+"""The scenario of a run whose world was changed: one that plays the same way again."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from safenav.studio.editing.operations import add_obstacle
+from safenav.studio.editing.places import Places
+from safenav.studio.editing.round_trip import changed
+from safenav.trace.records import (
+    Appeared,
+    Discovered,
+    Gone,
+    NewObjective,
+    Record,
+    Service,
+    Truth,
+)
+from safenav.trace.vocabulary import ChangeCause
+
+
+def played(text: str, records: Sequence[Record], seed: int | None) -> str:
+    """The text with what a user changed in the run, and the seed that it ran with."""
+    if not any(_by_user(record) for record in records) and seed is None:
+        return text
+    return changed(text, lambda data: _replay(data, records, seed))
+
+
+def untold(records: Sequence[Record]) -> list[str]:
+    """The changes that no scenario can tell of, in words."""
+    found = []
+    for record in records:
+        if isinstance(record, NewObjective):
+            found.append(f"the objective that {record.robot} got at tick {record.tick}")
+        elif isinstance(record, Service) and not record.active:
+            found.append(f"{record.robot} out of service from tick {record.tick}")
+    return found
+
+
+def _by_user(record: Record) -> bool:
+    return getattr(record, "cause", None) is ChangeCause.USER
+
+
+def _replay(data: Any, records: Sequence[Record], seed: int | None) -> None:
+    known = {}
+    for record in records:
+        if isinstance(record, Discovered):
+            known[record.obstacle.name] = record.obstacle
+        elif not _by_user(record):
+            continue
+        elif isinstance(record, Appeared):
+            kind, _, region = record.obstacle.rpartition("@")
+            before = _entry(data, record.obstacle)
+            if before is not None and "until" not in before:
+                before["until"] = record.tick  # it was resolved before that
+            header = known.get(record.obstacle)
+            since = header.from_ if header is not None and before is None else None
+            new = {"type": kind, "region": int(region), "from": since or record.tick}
+            if header is not None and header.traversable is not None:
+                new["traversable"] = header.traversable
+            add_obstacle(data, new)
+        elif isinstance(record, Gone):
+            entry = _entry(data, record.obstacle)
+            if entry is not None:
+                entry["until"] = record.tick
+        elif isinstance(record, Truth):
+            entry = _entry(data, record.obstacle)
+            if entry is not None:
+                entry["traversable"] = record.traversable
+    if seed is not None:
+        data["seed"] = seed
+
+
+def _entry(data: Any, name: str) -> Any:
+    """The last obstacle of that name."""
+    kind, _, region = name.rpartition("@")
+    places = Places(data)
+    found = None
+    for entry in data.get("obstacles") or ():
+        is_that = isinstance(entry, dict) and entry.get("type") == kind
+        if is_that and places.read(entry.get("region")) == int(region):
+            found = entry
+    return found

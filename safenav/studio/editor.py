@@ -1,0 +1,306 @@
+"""The studio with its drawing board: a text, what it draws, and what is wrong with it."""
+
+from __future__ import annotations
+
+import asyncio
+import base64
+import zlib
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from safenav.errors import Diagnostic, InputError, UsageError
+from safenav.outfile import write_whole
+from safenav.scenario.reading.bare_map import Division
+from safenav.scenario.reading.catalogue import built_in
+from safenav.scenario.reading.loader import Draft, load_draft
+from safenav.scenario.template import TEMPLATES
+from safenav.scenario.yaml.findings import Reach
+from safenav.scenario.yaml.source import MAX_BYTES
+from safenav.studio.editing import beginnings
+from safenav.studio.editing.document import Document
+from safenav.studio.editing.drawing import drawing_of, palette
+from safenav.studio.editing.judging import Judging
+from safenav.studio.editing.operations import edited
+from safenav.studio.editing.played import played, untold
+from safenav.studio.run.orders import Order
+from safenav.studio.session import Made, Message, Studio
+
+_ENDINGS = (".yaml", ".yml")
+
+
+class Editor(Studio):
+    """Owner of the text. ``path``: the file that was opened, the only one that is written to
+    outside ``folder``. ``foreign``: the text came by link or upload and reads no file."""
+
+    def __init__(self, text: str, path: Path | None, folder: Path | None) -> None:
+        super().__init__(Order(text, str(path or "scenario.yaml")), built_in())
+        self.path = path
+        self.folder = folder
+        self.foreign = path is None
+        self.document = Document(text, saved=text if path is not None and path.exists() else None)
+        self._judging = Judging(self.tell)
+        self._companions: dict[str, bytes] = {}
+        self._drawing: dict[str, Any] | None = None
+        self._draft = self._drafted()
+        self._draw()
+        self._does |= {
+            "text": self._type,
+            "edit": self._edit,
+            "undo": self._undo,
+            "redo": self._redo,
+            "open": self._open,
+            "save": self._save,
+            "keep": self._keep,
+        }
+
+    @classmethod
+    def of_file(cls, file: Path | None, folder: Path | None) -> Editor:
+        """An editor of a file, or of a blank scenario. Raises UsageError for an unreadable one."""
+        if file is None:
+            return cls(beginnings.blank(), None, folder)
+        if not file.exists():
+            if not file.parent.is_dir():
+                raise UsageError(f"{file}: there is no folder {file.parent}")
+            return cls(beginnings.blank(), file, folder)
+        try:
+            if file.stat().st_size > MAX_BYTES:
+                raise UsageError(f"{file} is larger than {MAX_BYTES // 1_000_000} MB")
+            return cls(file.read_text(encoding="utf-8-sig"), file, folder)
+        except (OSError, UnicodeDecodeError) as error:
+            raise UsageError(f"{file} cannot be read as text: {error}") from error
+
+    @property
+    def title(self) -> str:
+        return "safenav studio"
+
+    async def close(self) -> None:
+        await self._judging.close()
+        await super().close()
+
+    def join(self, page: asyncio.Queue[str | None]) -> None:
+        super().join(page)
+        if not self._judging.verdicts and self._draft.world is not None:
+            self._judging.judge(self._order_of(self.document.text))
+
+    async def made(self, name: str) -> Made | None:
+        """A download: the scenario, the one that was played, a bundle, or what a run gives."""
+        stem = "scenario" if self.path is None else self.path.stem
+        if name == "scenario":
+            return f"{stem}.yaml", self.document.text.encode(), "application/yaml"
+        if name == "played" and self.run is not None:
+            return f"{stem}-played.yaml", self._played().encode(), "application/yaml"
+        if name == "picture" and self._draft.scenario is not None:
+            return f"{stem}.svg", await asyncio.to_thread(self._picture), "image/svg+xml"
+        if name == "bundle" and self.run is not None:
+            return f"{stem}.zip", await asyncio.to_thread(self._bundle), "application/zip"
+        return await super().made(name)
+
+    async def uploaded(self, name: str, content: bytes, about: Mapping[str, str]) -> None:
+        """A scenario, or a map to begin with; an image that a ROS map names comes before it."""
+        if about.get("kind") == "companion":
+            self._companions = {name: content}
+            return
+        if about.get("kind") == "scenario":
+            try:
+                text = content.decode("utf-8-sig")
+            except UnicodeDecodeError as error:
+                raise UsageError(f"{name} is no text") from error
+            self._begin_with(text)
+            return
+        division = Division(_number(about, "rows"), _number(about, "cols"))
+        files = {**self._companions, name: content}
+        self._companions = {}
+        text = await asyncio.to_thread(beginnings.on_map, name, files, division)
+        self._begin_with(text)
+
+    def _everything(self) -> list[dict[str, Any]]:
+        told = super()._everything()
+        told[0] |= {"editor": True, "templates": TEMPLATES, "folder": self.folder is not None}
+        return [*told, self._told(), {"is": "verdicts", "verdicts": self._judging.verdicts}]
+
+    def _told(self) -> dict[str, Any]:
+        """The text with all that follows from it."""
+        document = self.document
+        return {
+            "is": "document",
+            "text": document.text,
+            "revision": document.revision,
+            "undoable": document.undoable,
+            "redoable": document.redoable,
+            "dirty": document.text != document.saved,
+            "file": None if self.path is None else self.path.name,
+            "drawing": self._drawing,
+            "palette": palette(self._draft.catalogue),
+            "problems": [_problem(found) for found in self._draft.diagnostics],
+        }
+
+    def _reach(self) -> Reach:
+        """The files that the text may name: those beside it, or in the folder."""
+        if self.foreign or self.path is None:
+            return Reach(self.folder)
+        return Reach(self.folder or self.path.parent)
+
+    @property
+    def _name(self) -> str:
+        """Where the text counts as lying: files that it names are looked for beside that."""
+        if self.folder is not None and (self.path is None or self.foreign):
+            return str(self.folder / "scenario.yaml")
+        return str(self.path or "scenario.yaml")
+
+    def _drafted(self) -> Draft:
+        return load_draft(self.document.text, self._name, self._reach())
+
+    def _order_of(self, text: str) -> Order:
+        folder = self._reach().folder
+        return Order(text, self._name, None if folder is None else str(folder))
+
+    def _ordered(self) -> Order:
+        if self._draft.scenario is None:
+            raise InputError(self._draft.diagnostics)
+        return self._order_of(self.document.text)
+
+    def _draw(self) -> None:
+        """Bring the drawing up to date; without a map the former one stays."""
+        world = self._draft.world
+        drawn = None
+        if world is not None:
+            drawn = drawing_of(self.document.text, world, self._draft.catalogue)
+        self._drawing = drawn or self._drawing
+        self._catalogue = self._draft.catalogue
+
+    def _changed(self) -> None:
+        """The text is another one: tell everybody, and judge it."""
+        self._draft = self._drafted()
+        self._draw()
+        self.tell(self._told())
+        hopeless = self._draft.world is None
+        self._judging.judge(None if hopeless else self._order_of(self.document.text))
+
+    async def _type(self, data: Message) -> None:
+        text = data.get("text")
+        if not isinstance(text, str) or len(text) > MAX_BYTES:
+            raise UsageError("that is no text of a scenario")
+        if self.document.change(text, typed=True):
+            self._changed()
+
+    async def _edit(self, data: Message) -> None:
+        if self.document.change(edited(self.document.text, data)):
+            self._changed()
+
+    async def _undo(self, data: Message) -> None:
+        del data
+        self.document.undo()
+        self._changed()
+
+    async def _redo(self, data: Message) -> None:
+        del data
+        self.document.redo()
+        self._changed()
+
+    async def _open(self, data: Message) -> None:
+        """Begin anew: ``kind`` blank, template or link."""
+        kind = data.get("kind")
+        if kind == "blank":
+            rows, cols = data.get("rows") or 9, data.get("cols") or 15
+            if not isinstance(rows, int) or not isinstance(cols, int):
+                raise UsageError("rows and columns are numbers")
+            self._begin_with(beginnings.blank(rows, cols))
+        elif kind == "template":
+            self._begin_with(beginnings.template(str(data.get("name"))))
+        elif kind == "link":
+            self._begin_with(unpacked(str(data.get("packed"))))
+        else:
+            raise UsageError("begin with what? known: blank, template, link")
+
+    def _begin_with(self, text: str) -> None:
+        if len(text) > MAX_BYTES:
+            raise UsageError(f"that is larger than {MAX_BYTES // 1_000_000} MB")
+        self.foreign = True
+        self.document.change(text)
+        self._changed()
+
+    async def _save(self, data: Message) -> None:
+        """Into the file that was opened, or under a name in the folder."""
+        name = data.get("name")
+        path = self._inside(name) if isinstance(name, str) and name else self.path
+        if path is None:
+            raise UsageError(
+                "no file was opened: download the scenario, or start the studio with a file"
+            )
+        text = self.document.text
+        write_whole(path, lambda part: part.write_text(text, encoding="utf-8"))
+        self.document.saved = text
+        self.tell({"is": "saved", "file": path.name})
+        self.tell(self._told())
+
+    def _inside(self, name: str) -> Path:
+        if self.folder is None:
+            raise UsageError("no folder was named: start the studio with --folder DIR")
+        if Path(name).name != name or name.startswith(".") or Path(name).suffix not in _ENDINGS:
+            raise UsageError("a name in the folder, such as lab.yaml")
+        path = self.folder / name
+        if path.is_symlink():
+            raise UsageError(f"{name} is a link to somewhere else")
+        return path
+
+    async def _keep(self, data: Message) -> None:
+        """Edit the scenario that was played."""
+        del data
+        if self.run is None:
+            raise UsageError("nothing was played")
+        if self.document.change(self._played()):
+            self._changed()
+        lost = untold(self.run.records)
+        if lost:
+            self.tell({"is": "refused", "message": f"not part of a scenario: {'; '.join(lost)}"})
+
+    def _played(self) -> str:
+        assert self.run is not None
+        return played(self.run.order.text, self.run.records, self.run.order.seed)
+
+    def _picture(self) -> bytes:
+        from safenav.report.picture.scenario import scene_of
+        from safenav.report.picture.scene import svg_of
+
+        assert self._draft.scenario is not None
+        return svg_of(scene_of(self._draft.scenario)).encode()
+
+    def _bundle(self) -> bytes:
+        """The run as a bundle: with its proof and its checker, packed."""
+        from safenav.certify.record import bundle_of_trace
+
+        assert self.run is not None
+        with TemporaryDirectory() as folder:
+            trace = Path(folder) / "run.jsonl"
+            trace.write_bytes(self.run.trace)
+            out = Path(folder) / "bundle.zip"
+            bundle_of_trace(trace, out)
+            return out.read_bytes()
+
+
+def _problem(found: Diagnostic) -> dict[str, Any]:
+    return {
+        "line": found.line,
+        "column": found.column,
+        "found": found.found,
+        "hint": found.hint,
+    }
+
+
+def unpacked(packed: str) -> str:
+    """The scenario in a link. Raises UsageError if there is none."""
+    with suppress(ValueError, zlib.error, UnicodeDecodeError):
+        raw = base64.urlsafe_b64decode(packed + "=" * (-len(packed) % 4))
+        opener = zlib.decompressobj(-15)
+        text = opener.decompress(raw, MAX_BYTES)
+        if opener.eof:
+            return text.decode()
+    raise UsageError("this link holds no scenario: it was cut off, perhaps")
+
+
+def _number(about: Mapping[str, str], key: str) -> int | None:
+    value = about.get(key, "")
+    return int(value) if value.isdigit() and value.isascii() and len(value) < 5 else None

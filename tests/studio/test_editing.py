@@ -1,0 +1,217 @@
+"""What is drawn changes the text, and nothing else of it."""
+
+from __future__ import annotations
+
+import difflib
+import os
+import random
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from safenav.audit.check import audit
+from safenav.errors import UsageError
+from safenav.runtime.interventions import Close, TakeAway
+from safenav.runtime.mission import Mission
+from safenav.runtime.world import SimulatedWorld
+from safenav.scenario.reading.catalogue import built_in
+from safenav.scenario.reading.loader import load_draft, load_scenario_text
+from safenav.studio.editing import beginnings
+from safenav.studio.editing.document import Document
+from safenav.studio.editing.drawing import drawing_of
+from safenav.studio.editing.operations import edited
+from safenav.studio.editing.played import played
+from safenav.trace.reading import read_lines
+from safenav.trace.records import Move, Record
+from safenav.trace.writing import as_data
+from studio.serving import SCENARIOS
+
+DOOR = (SCENARIOS / "case_study_1.yaml").read_text()
+SEQUENCES = int(os.environ.get("SAFENAV_FUZZ", "0")) // 25 or 6
+
+
+def lines(before: str, after: str) -> list[str]:
+    """The lines that differ, as a diff shows them."""
+    told = difflib.unified_diff(before.splitlines(), after.splitlines(), n=0, lineterm="")
+    return [line for line in told if line[0] in "+-" and line[:3] not in ("+++", "---")]
+
+
+@pytest.mark.parametrize(
+    ("operation", "change"),
+    [
+        (
+            {"op": "paint", "regions": [44], "wall": True},
+            ["-    #...#.......#", "+    #...##......#"],
+        ),
+        (
+            {"op": "set_heading", "robot": "digit", "heading": "north"},
+            [
+                "-  digit: {model: digit, start: 71, heading: east, objective: {patrol: [58, 28]}}",
+                "+  digit: {model: digit, start: 71, heading: north, "
+                "objective: {patrol: [58, 28]}}",
+            ],
+        ),
+        (
+            {"op": "add_obstacle", "type": "door", "region": 44, "from": 12},
+            ["+  - {type: door, region: 44, from: 12}"],
+        ),
+        ({"op": "name_region", "region": 47, "name": "gate"}, ["+  names: {gate: [3, 8]}"]),
+    ],
+)
+def test_an_edit_changes_only_its_lines(operation: dict[str, Any], change: list[str]) -> None:
+    assert lines(DOOR, edited(DOOR, operation)) == change
+
+
+def test_spacing_that_nobody_asked_about_stays() -> None:
+    text = DOOR.replace("  quad: {model", "  quad:    {model").replace("until:", "\n\nuntil:   ")
+    after = edited(text, {"op": "move_robot", "robot": "digit", "region": 72})
+    assert [line[:9] for line in lines(text, after)] == ["-  digit:", "+  digit:"]
+
+
+def test_regions_keep_their_places_when_the_map_grows() -> None:
+    before = load_scenario_text(DOOR)
+    text = edited(DOOR, {"op": "resize", "top": 1, "left": 2, "right": 1})
+    text = text[: text.index("expect:")]
+    after = load_scenario_text(text)
+    for old, new in zip(before.robots, after.robots, strict=True):
+        row, col = before.map.position(old.start.region)
+        assert after.map.position(new.start.region) == (row + 1, col + 2)
+    row, col = before.map.position(before.obstacles[0].region)
+    assert after.map.position(after.obstacles[0].region) == (row + 1, col + 2)
+
+
+@pytest.mark.parametrize(
+    "operation",
+    [
+        {"op": "fly"},
+        {"op": "paint", "regions": [9999], "wall": True},
+        {"op": "move_robot", "robot": "nobody", "region": 14},
+        {"op": "add_robot", "model": "digit", "region": 14, "name": "no name"},
+        {"op": "remove_obstacle", "index": 7},
+        {"op": "resize", "top": -100},
+        {"op": "set_objective", "robot": "quad", "kind": "fly", "regions": [14]},
+        {"op": "paint"},
+    ],
+)
+def test_an_edit_that_cannot_be_is_refused(operation: dict[str, Any]) -> None:
+    with pytest.raises(UsageError):
+        edited(DOOR, operation)
+
+
+def test_undo_leads_back_to_the_beginning_and_redo_forth() -> None:
+    document = Document(beginnings.blank())
+    first = document.text
+    for region in range(17, 27):
+        document.change(edited(document.text, {"op": "paint", "regions": [region], "wall": True}))
+    last = document.text
+    while document.undoable:
+        document.undo()
+    assert document.text == first
+    while document.redoable:
+        document.redo()
+    assert document.text == last
+
+
+def something(text: str, chance: random.Random) -> dict[str, Any]:
+    """An edit, sensible or not."""
+    draft = load_draft(text, "scenario.yaml")
+    drawing = draft.world and drawing_of(text, draft.world, draft.catalogue)
+    assert drawing, "a drawing never loses its map"
+    size = drawing["run"]["rows"] * drawing["run"]["cols"]
+    names = [robot["name"] for robot in drawing["robots"]] or ["nobody"]
+    region, robot = chance.randrange(size), chance.choice(names)
+    index = chance.randrange(len(drawing["obstacles"]) + 1)
+    side = chance.choice(("top", "bottom", "left", "right"))
+    kind = chance.choice(("patrol", "visit", "cover", "hold"))
+    regions = [chance.randrange(size) for _ in range(2)]
+    return chance.choice(
+        [
+            {"op": "paint", "regions": regions, "wall": chance.random() < 0.4},
+            {"op": "resize", side: chance.choice((-1, 1, 2))},
+            {"op": "add_robot", "model": "digit", "region": region, "heading": "east"},
+            {"op": "add_robot", "model": "quadcopter", "region": region},
+            {"op": "move_robot", "robot": robot, "region": region},
+            {"op": "set_heading", "robot": robot, "heading": "west"},
+            {"op": "set_objective", "robot": robot, "kind": kind, "regions": regions},
+            {"op": "rename_robot", "robot": robot, "name": f"r{region}"},
+            {"op": "remove_robot", "robot": robot},
+            {"op": "add_obstacle", "type": "door", "region": region},
+            {"op": "add_obstacle", "type": "uncertainty", "region": region, "from": 3},
+            {"op": "move_obstacle", "index": index, "region": region},
+            {"op": "set_obstacle", "index": index, "key": "until", "value": 40},
+            {"op": "remove_obstacle", "index": index},
+            {"op": "name_region", "region": region, "name": f"n{region}"},
+            {"op": "set_value", "key": "rounds", "value": 3},
+        ]
+    )
+
+
+@pytest.mark.parametrize("seed", range(SEQUENCES))
+def test_random_edits_leave_a_text_that_reads_back(seed: int) -> None:
+    """Mistakes are diagnostics, never exceptions; what loads saves and loads again the same."""
+    chance = random.Random(seed)
+    document = Document(beginnings.blank() if seed % 2 else DOOR[: DOOR.index("expect:")])
+    for _ in range(30):
+        try:
+            document.change(edited(document.text, something(document.text, chance)))
+        except UsageError as refused:
+            assert str(refused)
+        if chance.random() < 0.15:
+            document.undo()
+    draft = load_draft(document.text, "scenario.yaml")
+    if draft.scenario is not None:
+        assert load_scenario_text(document.text).robots == draft.scenario.robots
+    else:
+        assert draft.diagnostics
+
+
+@pytest.mark.parametrize("seed", range(SEQUENCES // 2))
+def test_a_changed_run_saved_as_a_scenario_plays_the_same_way(seed: int) -> None:
+    chance = random.Random(seed)
+    text = DOOR[: DOOR.index("expect:")]
+    scenario = load_scenario_text(text)
+    world, records = SimulatedWorld(scenario), list[Record]()
+    mission = Mission(scenario, world=world, listeners=[records.append])
+    mission.start()
+    kinds = list(built_in().obstacles.values())
+    while mission.result is None:
+        if chance.random() < 0.12:
+            kind = chance.choice(kinds)
+            region = chance.choice(sorted(scenario.map.free))
+            there = [obstacle.name for obstacle in world.standing().values()]
+            try:
+                if there and chance.random() < 0.3:
+                    mission.intervene(TakeAway(chance.choice(there)))
+                else:
+                    truth = chance.random() < 0.5 if kind.has_truth else None
+                    mission.intervene(Close(kind, region, truth))
+            except UsageError:
+                pass
+        mission.step()
+        if mission.state.tick >= 60:
+            mission.give_up()
+    again = list[Record]()
+    other = Mission(load_scenario_text(played(text, records, None)), listeners=[again.append])
+    other.start()
+    while other.result is None and other.state.tick < mission.state.tick:
+        other.step()
+    moves = [(m.robot, m.from_, m.to) for m in records if isinstance(m, Move)]
+    assert [(m.robot, m.from_, m.to) for m in again if isinstance(m, Move)] == moves
+    import json
+
+    assert audit(read_lines(json.dumps(as_data(record)) for record in again)).findings == ()
+
+
+def test_a_map_that_is_uploaded_names_no_file_of_the_machine(tmp_path: Path) -> None:
+    from safenav.errors import InputError
+    from safenav.scenario.reading.bare_map import Division
+
+    secret = tmp_path / "secret.pgm"
+    secret.write_bytes(b"P5 2 2 255\n\xff\xff\xff\xff")
+    ros = (
+        f"image: {secret}\nresolution: 1\norigin: [0, 0, 0]\n"
+        "negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.2\n"
+    )
+    with pytest.raises(InputError, match="outside"):
+        beginnings.on_map("map.yaml", {"map.yaml": ros.encode()}, Division())
