@@ -15,13 +15,9 @@ from dataclasses import dataclass, field
 from safenav.runtime.characterization import Violation
 from safenav.runtime.coordination.announcing import Announcing
 from safenav.runtime.coordination.assigning import Assigning
-from safenav.runtime.coordination.duties import Settlement, settle
-from safenav.runtime.coordination.floor import Floor, floor_of
-from safenav.runtime.coordination.negatives import no_strategy, nobody_goes_on, spent
-from safenav.runtime.coordination.problem import SpentError
-from safenav.runtime.coordination.proofs import closure_of
+from safenav.runtime.coordination.deciding import closed, decided
+from safenav.runtime.coordination.negatives import no_strategy, nobody_goes_on
 from safenav.runtime.coordination.requests import Requests
-from safenav.runtime.coordination.solve import Solver
 from safenav.runtime.coordination.strategies import Answer, Attempt, Errand
 from safenav.runtime.coordination.telling import Telling
 from safenav.runtime.over import Stop
@@ -100,25 +96,14 @@ class Coordination:
 
     def seal_what_is_never_resolved(self) -> None:
         """What the closure of all that the team can do never resolves joins O."""
-        floor = floor_of(self.state, self.requests)
-        solver = Solver(floor.problem, self.stop.check)
-        sets = solver.sets(floor.poses, floor.stages)
-        closure = closure_of(solver, sets, floor.stages)
+        floor, closure = closed(self.state, self.requests, self.stop)
         for gate in closure.never:
             self.tell.never_resolved(floor, gate, closure)
             self.requests.close(floor.gates[gate])
 
     def decide(self, refused: Mapping[tuple[str, str], Answer]) -> None:
         """Who does what, as things stand."""
-        self.floor: Floor = floor_of(self.state, self.requests, refused)
-        self.solver = Solver(self.floor.problem, self.stop.check)
-        order = range(len(self.floor.gates))
-        try:
-            self.found: Settlement = settle(
-                self.solver, self.floor.poses, self.floor.stages, order, self._present()
-            )
-        except SpentError:
-            raise spent("who could resolve what in which order") from None
+        self.floor, self.solver, self.found = decided(self.state, self.requests, self.stop, refused)
 
     def errands(self, idle: set[str]) -> dict[str, Errand]:
         """What each robot is to do; its own objective, if nothing can be decided at all."""
@@ -155,13 +140,3 @@ class Coordination:
             return False
         self.telling.install(attempt, {robot.name: errand}, reason)
         return True
-
-    def _present(self) -> dict[int, tuple[int, ...]]:
-        """Who serves which obstacle already."""
-        found: dict[int, tuple[int, ...]] = {}
-        for index, robot in enumerate(self.state.robots.values()):
-            obstacle = robot.assignment.obstacle
-            if obstacle in self.floor.gates:
-                gate = self.floor.gates.index(obstacle)
-                found[gate] = (*found.get(gate, ()), index)
-        return found
