@@ -1,0 +1,127 @@
+"""Worlds by others that answer what cannot be: a typed error names the call, and the trace ends."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from safenav import Mission
+from safenav.audit.check import check_trace
+from safenav.errors import ExitCode
+from safenav.runtime.checked_world import WorldError
+from safenav.runtime.world import Change, SimulatedWorld
+from safenav.scenario.model import Obstacle, Outcome, Scenario
+from safenav.scenario.reading.catalogue import built_in
+from safenav.scenario.reading.loader import load_scenario_text
+from safenav.trace.writing import TraceWriter
+from safenav.world.map import Heading
+from safenav.world.moves import Pose
+
+SCENARIO = """
+safenav: 1
+map: {grid: ["#######", "#.....#", "#######"]}
+robots:
+  drone: {model: quadcopter, start: 8, objective: {visit: [12, 8]}}
+until: {rounds: 1}
+limits: {ticks: 40}
+"""
+DOOR = built_in().obstacles["door"]
+FOG = built_in().obstacles["uncertainty"]
+
+
+def broken(*_: Any) -> Any:
+    raise RuntimeError("the radio is off")
+
+
+def generates(*_: Any) -> Any:
+    yield Obstacle(FOG, 10), True
+    raise OSError("no more")
+
+
+def says(value: Any) -> Callable[..., Any]:
+    return lambda *_: value
+
+
+@pytest.mark.parametrize(
+    ("call", "answer", "told"),
+    [
+        ("sense", broken, r"World.sense\('drone', 9\) failed: RuntimeError: the radio is off"),
+        ("sense", says("a door"), r"World.sense\('drone', 9\): 'a door' is no Obstacle"),
+        ("sense", says(Obstacle(DOOR, 0)), r"sense\('drone', 9\): door@0 is in a wall or off"),
+        ("sense", says(Obstacle(DOOR, 99)), r"sense\('drone', 9\): door@99 is in a wall or off"),
+        ("sense", says(Obstacle(DOOR, 11)), r"door@11 is in another region than the one asked"),
+        ("move", broken, r"World.move\('drone', 9\) failed: RuntimeError: the radio is off"),
+        ("move", says(9), r"World.move\('drone', 9\): it returned 9, which is no pose"),
+        ("move", says(Pose(0)), r"move\('drone', 9\): region 0 is a wall or off the map"),
+        ("move", says(Pose(400)), r"move\('drone', 9\): region 400 is a wall or off the map"),
+        ("move", says(Pose(9, Heading.EAST)), "drone is a robot of free mobility"),
+        ("act", broken, r"World.act\('drone'\) failed: RuntimeError"),
+        ("act", generates, r"World.act\('drone'\) failed: OSError: no more"),
+        ("act", says(7), r"World.act\('drone'\) failed: TypeError"),
+        ("act", says([Obstacle(FOG, 10)]), "is no pair of an obstacle and its truth"),
+        ("act", says([("fog", True)]), r"act\('drone'\): 'fog' is no Obstacle"),
+        ("act", says([(Obstacle(FOG, 10), "yes")]), "'yes' says not whether uncertainty@10"),
+        ("act", says([(Obstacle(DOOR, 9), None)]), r"drone cannot 'push' door@9"),
+        ("act", says([(Obstacle(FOG, 12), True)]), r"drone is at 9; .* can be resolved at 11"),
+        ("changes", broken, r"World.changes\(1\) failed: RuntimeError"),
+        ("changes", says([Obstacle(DOOR, 9)]), r"World.changes\(1\): .* which is no Change"),
+        ("changes", says([Change(Obstacle(DOOR, 0), True)]), "door@0 is in a wall or off the map"),
+        ("changes", says([Change(Obstacle(DOOR, 8), True)]), "door@8 appears where a robot is"),
+    ],
+)
+def test_a_world_that_cannot_be(
+    call: str, answer: Callable[..., Any], told: str, tmp_path: Path
+) -> None:
+    scenario = load_scenario_text(SCENARIO)
+    world = SimulatedWorld(scenario)
+    setattr(world, call, answer)
+    trace = tmp_path / "t.jsonl"
+    with TraceWriter(trace) as writer, pytest.raises(WorldError, match=told) as caught:
+        Mission(scenario, world=world, listeners=[writer]).run()
+    assert caught.value.exit_code is ExitCode.INTERNAL
+    last = json.loads(trace.read_text().splitlines()[-1])
+    assert (last["type"], last["outcome"]) == ("outcome", "error")
+    assert call in last["explanation"]
+    assert check_trace(trace).ok
+
+
+class Slippery(SimulatedWorld):
+    """The robot does not get where it is told: it stays for some moves, or slips back."""
+
+    def __init__(self, scenario: Scenario, poses: dict[int, Pose]) -> None:
+        super().__init__(scenario)
+        self.moves = 0
+        self.poses = poses
+
+    def move(self, robot: Any, pose: Pose) -> Pose:  # type: ignore[override]
+        self.moves += 1
+        pose = self.poses.get(self.moves, pose)
+        super().move(robot, pose)
+        return pose
+
+
+@pytest.mark.parametrize(
+    "poses",
+    [{1: Pose(8), 2: Pose(8)}, {3: Pose(9)}, {2: Pose(10), 5: Pose(12), 6: Pose(12)}],
+    ids=["stays at first", "slips back", "stays at the end"],
+)
+@pytest.mark.parametrize("coordination", ["resynthesis", "assignable"])
+def test_a_robot_that_does_not_get_there_goes_on_from_where_it_is(
+    poses: dict[int, Pose], coordination: str, tmp_path: Path
+) -> None:
+    scenario = load_scenario_text(SCENARIO + f"coordination: {coordination}\n")
+    scenario = replace(scenario, obstacles=(Obstacle(FOG, 11, True),))
+    trace = tmp_path / "t.jsonl"
+    with TraceWriter(trace) as writer:
+        world = Slippery(scenario, poses)
+        result = Mission(scenario, world=world, listeners=[writer]).run()
+    assert result.outcome is Outcome.COMPLETED, result.explanation
+    told = [json.loads(line) for line in trace.read_text().splitlines()]
+    moves = [line["to"] for line in told if line["type"] == "move"]
+    for number, pose in poses.items():
+        assert moves[number - 1] == pose.region
