@@ -14,11 +14,13 @@ from safenav.certify.checker.check_strategies import (
     Row,
     Specification,
     Strategy,
+    TooLargeError,
     complete,
     count_completions,
     read_specification,
 )
 from safenav.certify.measures import measure
+from safenav.errors import ResourceLimitError
 
 
 @dataclass(frozen=True)
@@ -39,7 +41,7 @@ def strategy_measures(text: str, strategy_json: bytes) -> list[dict[str, Any]]:
     Raises NoMeasureError if the strategy starves a goal.
     """
     spec = read_specification(text)
-    strategy = Strategy(json.loads(strategy_json), spec)
+    strategy = _read(strategy_json, spec)
     cases = strategy.edge_cases()
     fair = [cases.digits(c.formula) for c in spec.sections["ENV_LIVENESS"]]
     return [
@@ -54,7 +56,7 @@ def counter_evidence(text: str, strategy_json: bytes) -> CounterEvidence:
     Raises NoMeasureError if it does not beat the robot, LookupError if no input begins it.
     """
     spec = read_specification(text)
-    strategy = Strategy(json.loads(strategy_json), spec)
+    strategy = _read(strategy_json, spec)
     cases = strategy.edge_cases()
     fair = [cases.digits(c.formula) for c in spec.sections["ENV_LIVENESS"]]
     goals = [cases.digits(c.formula) for c in spec.sections["SYS_LIVENESS"]]
@@ -66,6 +68,14 @@ def counter_evidence(text: str, strategy_json: bytes) -> CounterEvidence:
     ]
     start = list(strategy.inputs[0]) if strategy.count else _opening(spec)
     return CounterEvidence(start, chosen, measures)
+
+
+def _read(strategy_json: bytes, spec: Specification) -> Strategy:
+    """A strategy as the checker reads it. Raises ResourceLimitError if that is too much for it."""
+    try:
+        return Strategy(json.loads(strategy_json), spec)
+    except TooLargeError as error:
+        raise ResourceLimitError(f"a strategy is too large to be certified: {error}") from error
 
 
 def _killing(spec: Specification, strategy: Strategy, node: int) -> list[int]:

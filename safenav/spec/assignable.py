@@ -159,6 +159,14 @@ def assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
     yield Constraint(Section.ENV_LIVENESS, "!wait'", fair)
 
 
+def at_leisure(constraint: Constraint) -> Constraint:
+    """What is assumed of the others again and again, assumed of moments in which the robot is not
+    told to wait: it might be in nobody's way whenever it must not move, and then only."""
+    if constraint.section is not Section.ENV_LIVENESS:
+        return constraint
+    return replace(constraint, formula=f"!wait' & ({constraint.formula})")
+
+
 def guarantees() -> Iterator[Constraint]:
     """It waits when told, and goes where it is asked to."""
     stay = Origin("coordination", "told to wait, it stays", SOURCE)

@@ -47,7 +47,7 @@ def compile_task(task: Task, world: RegionMap) -> Specification:
     variables += objective.variables
     constraints = [
         *steering.assumptions,
-        *others.assumptions,
+        *(assignable.at_leisure(c) if task.assignable else c for c in others.assumptions),
         *_beginning(task),
         *_motion(task, world, others),
         *steering.guarantees,

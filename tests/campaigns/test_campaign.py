@@ -58,3 +58,10 @@ def test_every_mission_is_completed_or_proven_impossible(family: str, tmp_path: 
 @pytest.mark.parametrize("family", ["apart", "tight_hidden", "crowd_hidden"])
 def test_an_interrupt_ends_every_mission(family: str, tmp_path: Path) -> None:
     play(tmp_path, family, 8, "--interrupt", "1.0")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("family", ["apart", "formulas", "tight_hidden"])
+def test_teams_told_by_signals_do_as_well(family: str, tmp_path: Path) -> None:
+    seeds = max(int(os.environ.get("SAFENAV_FUZZ", "0")) // 10, 8)
+    play(tmp_path, family, seeds, "--assignable", "--seconds", "120")

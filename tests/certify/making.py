@@ -28,8 +28,8 @@ def bundle_at(scenario: Path) -> Path:
 
 
 def shipped(name: str) -> Path:
-    """The bundle of a shipped scenario; ``two_digits, assignable`` is two_digits with goals that
-    are assigned: one robot could corner the other, and neither has a strategy."""
+    """The bundle of a shipped scenario; ``hello, assignable`` is hello with goals that are
+    assigned at runtime."""
     name, _, assignable = name.partition(", ")
     scenario = SCENARIOS / f"{name}.yaml"
     return bundle_at(_assignable(scenario) if assignable else scenario)

@@ -26,7 +26,7 @@ BUNDLES = (
     "case_study_1_beliefs",
     "case_study_3",
     "two_digits",
-    "two_digits, assignable",
+    "hello, assignable",
     "unrealizable/forbidden_way",
     "hello",
 )

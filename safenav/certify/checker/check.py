@@ -374,8 +374,10 @@ class Validation:
         """Whether it is so at a step from a region with what is observed then. What is only
         believed counts if it may be so."""
         kind, about, aim = assumption
+        if self.places is not None and seen["wait"]:
+            return False  # what others do while the robot must stay where it is helps nobody
         if kind == "no wait":
-            return not seen["wait"]
+            return True
         if kind == "nobody near":
             return not self.world.around([region]) & self.taken(region, seen)
         value = seen[f"at_{about}"]

@@ -40,6 +40,13 @@ class BySignals:
     def install(
         self, attempt: Attempt, errands: Mapping[str, Errand], reason: vocabulary.Reason
     ) -> None:
+        """Whatever gave the occasion, the known map is why a strategy no longer does."""
+        if reason in (
+            vocabulary.Reason.REQUEST,
+            vocabulary.Reason.RESOLVED,
+            vocabulary.Reason.GONE,
+        ):
+            reason = vocabulary.Reason.BLOCKED
         for name, errand in errands.items():
             self.state.robots[name].assign(errand.assignment)
         for answer in attempt.answers.values():
