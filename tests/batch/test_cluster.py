@@ -37,7 +37,7 @@ class Cluster:
 
     def close(self) -> None:
         if self._process.returncode is None:
-            self._process.communicate("", timeout=60)
+            self._process.communicate("", timeout=300)
 
 
 @pytest.fixture
@@ -60,7 +60,7 @@ def test_a_killed_dask_worker_loses_nothing(
         # Some are done, and one runs on each worker.
         wait_until(batch, lambda: len(slugs.pids) >= 4)
         os.kill(cluster.pids[0], signal.SIGKILL)
-        output, errors = batch.communicate(timeout=120)
+        output, errors = batch.communicate(timeout=300)
     assert batch.returncode == 1, errors
     results = {result["name"]: result for result in json.loads(output)["results"]}
     assert len(results) == 11
@@ -106,7 +106,7 @@ def test_an_interrupted_batch_stops_its_work_on_the_cluster(
     with started(*words) as batch:
         wait_until(batch, lambda: len(slugs.pids) == 2 and "a.yaml" in state.read_text())
         batch.send_signal(signal.SIGINT)
-        batch.communicate(timeout=60)
+        batch.communicate(timeout=300)
     assert batch.returncode == 130
     assert slugs.all_gone()
     write("b.yaml", "quick")
@@ -153,7 +153,7 @@ def test_a_cluster_that_goes_away_ends_the_batch_with_its_results_kept(
     with started("a.yaml", "b.yaml", "--dask", cluster.address, "--out", "out") as batch:
         wait_until(batch, lambda: len(slugs.pids) == 2 and "a.yaml" in state.read_text())
         cluster.close()
-        _, errors = batch.communicate(timeout=120)
+        _, errors = batch.communicate(timeout=300)
     assert batch.returncode == 4
     assert f"the Dask cluster at {cluster.address} is gone" in errors
     assert "--resume" in errors

@@ -181,7 +181,7 @@ def test_an_interrupted_batch_is_resumed_where_it_was(
     with started(*words, "--junit", "junit.xml") as batch:
         wait_until(batch, lambda: state.exists() and state.read_text().count("\n") >= 3)
         batch.send_signal(number)
-        output, errors = batch.communicate(timeout=10)
+        output, errors = batch.communicate(timeout=300)
     assert batch.returncode == 130
     assert "; interrupted" in output
     assert "--resume" in errors

@@ -70,7 +70,7 @@ def judge(
 
 
 def judge_interrupted(
-    data: Mapping[str, Any], command: Command, after: float, patience: float = 20.0
+    data: Mapping[str, Any], command: Command, after: float, patience: float = 300.0
 ) -> Judgement:
     """Interrupt the mission after so many seconds: it ends by itself, as ``interrupted`` if it
     had not ended before, and leaves a trace that is right as far as it goes."""

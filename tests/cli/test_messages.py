@@ -115,7 +115,7 @@ def test_a_cache_that_cannot_be_written_is_told_without_code(tmp_path: Path) -> 
         capture_output=True,
         text=True,
         cwd=tmp_path,
-        timeout=120,
+        timeout=300,
         check=False,
     )
     assert done.returncode == 0, done.stderr

@@ -124,7 +124,7 @@ def test_shells_complete_commands_as_documented(shell: str, environment: dict[st
         env={**environment, **asked, "_SAFENAV_COMPLETE": f"{shell}_complete"},
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=300,
         check=True,
     )
     assert "catalogue" in found.stdout

@@ -110,7 +110,7 @@ def test_interrupted_run_leaves_a_readable_trace(
         assert time.monotonic() < deadline and process.poll() is None
         time.sleep(0.01)
     process.send_signal(number)
-    _, errors = process.communicate(timeout=30)
+    _, errors = process.communicate(timeout=300)
     assert process.returncode == 130
     assert "Traceback" not in errors
     last = json.loads(trace.read_text().splitlines()[-1])
@@ -126,7 +126,7 @@ def test_reader_that_goes_away_is_no_error(environment: dict[str, str], tmp_path
         cwd=tmp_path,
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=300,
         check=False,
     )
     assert done.stderr == ""

@@ -27,7 +27,7 @@ from oracle.specification import Specification
 Verdict = Literal["realizable", "unrealizable"]
 ROBOTICS = "--sysInitRoboticsSemantics"
 BIAS = "--biasForAction"
-SECONDS = 20
+SECONDS = 300
 
 
 @dataclass(frozen=True)

@@ -33,7 +33,7 @@ class Server:
         self.process.stdin.close()
         assert self.process.stdout.read() == ""
         self.process.stdout.close()
-        return self.process.wait(timeout=30)
+        return self.process.wait(timeout=300)
 
 
 def begin(binary: Path, file: Path, *options: str) -> Server:

@@ -90,7 +90,7 @@ class Browser:
             actions.key_up(key)
         actions.perform()
 
-    def wait(self, condition: Callable[[], object], seconds: float = 10.0) -> None:
+    def wait(self, condition: Callable[[], object], seconds: float = 300.0) -> None:
         limit = time.monotonic() + seconds
         while not condition():
             assert time.monotonic() < limit, "waited for something that did not happen"

@@ -54,7 +54,7 @@ def outcome(trace: Path) -> str:
 def test_a_run_keeps_its_time_limit(tmp_path: Path) -> None:
     trace = tmp_path / "t.jsonl"
     run = safenav("run", WAREHOUSE, "--no-map", "--time-limit", "0.5", "--trace", trace)
-    run.communicate(timeout=60)
+    run.communicate(timeout=300)
     assert run.returncode == 3
     assert outcome(trace) == "time_limit"
 
@@ -66,7 +66,7 @@ def test_a_signal_ends_a_run_with_its_outcome(number: signal.Signals, tmp_path: 
     while not trace.exists() or not trace.read_text():
         time.sleep(0.05)
     run.send_signal(number)
-    run.communicate(timeout=60)
+    run.communicate(timeout=300)
     assert run.returncode == 130
     assert outcome(trace) == "interrupted"
 
@@ -79,7 +79,7 @@ def test_the_outcome_does_not_depend_on_who_reads_the_story(tmp_path: Path) -> N
     run.stdout.close()
     assert run.stderr is not None
     with run.stderr:
-        assert run.wait(timeout=60) == 0
+        assert run.wait(timeout=300) == 0
     assert outcome(trace) == "completed"
 
 
@@ -94,7 +94,7 @@ def test_a_second_signal_ends_a_run_at_once(tmp_path: Path) -> None:
         with pytest.raises(subprocess.TimeoutExpired):
             run.wait(timeout=1)  # the world does not answer
         run.send_signal(signal.SIGINT)
-        _, error = run.communicate(timeout=60)
+        _, error = run.communicate(timeout=300)
     assert run.returncode == 130
     assert "Traceback" not in error
     assert outcome(trace) == "interrupted"
@@ -112,14 +112,14 @@ def test_no_synthesizer_outlives_a_killed_run(tmp_path: Path) -> None:
         assert run.poll() is None, run.communicate()
         time.sleep(0.05)
     run.kill()
-    run.communicate(timeout=60)
+    run.communicate(timeout=300)
     assert all(gone(int(pid)) for pid in pids.read_text().split())
 
 
 @pytest.mark.parametrize(("one", "other"), [*combinations(["--trace", "--html", "--motion"], 2)])
 def test_outputs_never_overwrite_each_other(one: str, other: str, tmp_path: Path) -> None:
     run = safenav("run", HELLO, one, tmp_path / "out", other, tmp_path / "." / "out")
-    _, error = run.communicate(timeout=60)
+    _, error = run.communicate(timeout=300)
     assert run.returncode == 2
     assert f"would overwrite {one}" in error
     assert not (tmp_path / "out").exists()
@@ -130,7 +130,7 @@ def test_outputs_never_overwrite_the_scenario(option: str, tmp_path: Path) -> No
     file = tmp_path / "s.yaml"
     file.write_text(HELLO.read_text())
     run = safenav("run", file, option, file)
-    _, error = run.communicate(timeout=60)
+    _, error = run.communicate(timeout=300)
     assert run.returncode == 2
     assert "overwrite" in error
     assert file.read_text() == HELLO.read_text()

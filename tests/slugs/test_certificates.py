@@ -67,7 +67,7 @@ def run(binary: Path, folder: Path, specification: str, strategy: str, *options:
         [binary, *options, "--check", "strategy.json", "game.structuredslugs"],
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=300,
         check=False,
         cwd=folder,
     )

@@ -93,7 +93,7 @@ def run(
         input=text,
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=300,
         check=False,
     )
 
@@ -372,7 +372,7 @@ def test_a_time_limit_ends_waiting_for_input(own_slugs: Path, folder: Path) -> N
         stderr=subprocess.PIPE,
         text=True,
     ) as process:
-        assert process.wait(timeout=30) == 3
+        assert process.wait(timeout=300) == 3
         assert process.stderr is not None
         assert "slugs: time limit reached while reading" in process.stderr.read()
 
@@ -403,7 +403,7 @@ def test_an_interrupt_ends_the_run_in_order(
         time.sleep(0.1)
         process.send_signal(number)
         errors = process.stderr.read()
-        assert process.wait(timeout=30) == 3
+        assert process.wait(timeout=300) == 3
     assert errors.startswith("slugs: interrupted while ")
     assert sorted(folder.iterdir()) == before
     assert (folder / "out.json").read_text() == "older"
@@ -419,7 +419,7 @@ def test_an_interrupt_ends_waiting_for_input(own_slugs: Path, folder: Path) -> N
         time.sleep(0.1)
         process.send_signal(signal.SIGTERM)
         assert process.stderr.read().startswith("slugs: interrupted while reading")
-        assert process.wait(timeout=30) == 3
+        assert process.wait(timeout=300) == 3
 
 
 def test_output_that_is_lost_is_an_error(own_slugs: Path, folder: Path) -> None:
@@ -452,7 +452,7 @@ def test_output_that_is_lost_is_an_error(own_slugs: Path, folder: Path) -> None:
         piped.stdin.write(FOLLOW)
         piped.stdin.close()
         assert "cannot write to standard output: Broken pipe" in piped.stderr.read()
-        assert piped.wait(timeout=30) == 4
+        assert piped.wait(timeout=300) == 4
 
 
 def test_a_file_that_grows_too_large_leaves_nothing(own_slugs: Path, folder: Path) -> None:

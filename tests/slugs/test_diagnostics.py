@@ -36,7 +36,7 @@ def ask(binary: Path, text: str | bytes, *options: str) -> Said:
         [binary, *(options or ("--translate",)), "-"],
         input=text.encode() if isinstance(text, str) else text,
         capture_output=True,
-        timeout=60,
+        timeout=300,
         check=False,
     )
     assert process.returncode in (0, 2, 10), process.stderr.decode()

@@ -137,7 +137,7 @@ def test_the_time_limit_is_one_on_becoming_ready(own_slugs: Path, lift: Path) ->
 def test_an_interrupt_ends_serving(own_slugs: Path, lift: Path) -> None:
     server = begin(own_slugs, lift)
     server.process.send_signal(signal.SIGTERM)
-    assert server.process.wait(timeout=30) == 3
+    assert server.process.wait(timeout=300) == 3
     assert server.process.stdin is not None
     server.process.stdin.close()
     assert server.process.stdout is not None

@@ -264,7 +264,7 @@ def test_processes_share_it_without_a_lock(tmp_path: Path) -> None:
     command = [sys.executable, "-W", "error", "-c", _WRITER, str(tmp_path / "shared")]
     writers = [subprocess.Popen(command, stderr=subprocess.PIPE) for _ in range(2)]
     for writer in writers:
-        _, complaint = writer.communicate(timeout=60)
+        _, complaint = writer.communicate(timeout=300)
         assert writer.returncode == 0, complaint.decode()
     leftovers = [p for p in (tmp_path / "shared").rglob("*") if p.name.startswith(".")]
     assert leftovers == []

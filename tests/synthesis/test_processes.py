@@ -112,7 +112,7 @@ def test_a_signal_ends_the_syntheses_before_the_caller_ends(
             if len(pids) >= wanted:
                 break
     caller.send_signal(sent)
-    printed, _ = caller.communicate(timeout=20)
+    printed, _ = caller.communicate(timeout=300)
     assert caller.returncode == status
     assert printed == ("interrupted\n" if sent is signal.SIGINT else "")
     assert pids and all(gone(int(pid)) for pid in pids)

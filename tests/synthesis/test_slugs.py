@@ -45,7 +45,7 @@ def test_a_result_tells_everything_about_the_synthesis(
     assert result.strategy_sha256 is not None and len(result.strategy_sha256) == 64
     assert result.detail == ""
     assert (result.cached, result.verified) == (False, None)
-    assert 0 < result.seconds < 20
+    assert 0 < result.seconds < 300
 
 
 def test_our_binary_gets_the_specification_on_standard_input_with_its_limits(

@@ -160,7 +160,7 @@ def _judge_damage(samples: tuple[Sample, ...], kind: str) -> None:
     tally: Counter[str] = Counter()
     for sample in samples:
         source = Random(sample.seed)
-        for _ in range(20 if kind == "rank" else 2):  # few games have memory to confuse
+        for _ in range(8 if kind == "rank" else 2):  # few games have memory to confuse
             document = _damaged(sample, kind, source)
             if document is None:
                 continue
