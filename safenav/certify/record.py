@@ -12,10 +12,6 @@ import yaml
 from safenav.certify.bundle import Made, make_bundle
 from safenav.certify.run import Kept, read_lines
 from safenav.errors import NotCertifiedError, UsageError
-from safenav.motion.check.verdict import check_motion
-from safenav.motion.file.reading import read_motion
-from safenav.motion.file.writing import text_of
-from safenav.motion.making import motion_of
 from safenav.runtime.mission import Mission, default_synthesizer
 from safenav.scenario.model import Controllers
 from safenav.scenario.reading.loader import load_scenario
@@ -74,11 +70,18 @@ def bundle_of_trace(trace: Path, target: Path, motion: Path | None = None) -> Ma
 
 def motion_made(trace: bytes) -> bytes:
     """The motion file of a run that moves as its models say."""
+    # Imported here and below: motion needs numpy, which a batch must do without.
+    from safenav.motion.file.writing import text_of
+    from safenav.motion.making import motion_of
+
     return text_of(motion_of(read_bytes(trace), sha256(trace).hexdigest())).encode()
 
 
 def motion_checked(motion: Path, trace: bytes, name: str) -> bytes:
     """A motion file, if no rule of motion is broken. Raises NotCertifiedError if one is."""
+    from safenav.motion.check.verdict import check_motion
+    from safenav.motion.file.reading import read_motion
+
     found = check_motion(read_motion(motion), read_bytes(trace, name), sha256(trace).hexdigest())
     if found:
         raise NotCertifiedError(f"{motion} is not a motion of this run: {found[0]}")

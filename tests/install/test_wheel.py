@@ -78,6 +78,20 @@ def test_one_wheel_serves_every_python_and_holds_what_is_needed(wheel: Path) -> 
     assert not [name for name in names if "/front/" in name or name.startswith("tests/")]
 
 
+def test_nothing_but_what_needs_numpy_loads_it() -> None:
+    """What every command and the workers of a batch load when they begin."""
+    program = (
+        "import sys; sys.modules['numpy'] = None\n"
+        "import safenav.batch.workers.case_process, safenav.batch.workers.execution\n"
+        "import safenav.batch.cases.search, safenav.certify.record, safenav.runtime.mission\n"
+        "import safenav.report.page.html, safenav.report.notebook\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+
+
 @pytest.mark.slow
 def test_a_new_environment_without_compiler_plays_a_scenario_elsewhere(
     wheel: Path, tmp_path: Path
