@@ -89,7 +89,7 @@ const Names = memo(({ run, least }: { run: Run; least: number }) => (
       const size = Math.min(9, (0.94 * CELL) / (LETTER * name.length));
       if (size < least) return null;
       const x = ((region % run.cols) + 0.5) * CELL;
-      const y = (Math.floor(region / run.cols) + 1) * CELL - 3;
+      const y = (Math.floor(region / run.cols) + 1) * CELL - 4.6; // within the frame of a target
       return (
         <text key={name} x={x} y={y} font-size={size}>
           {name}

@@ -76,9 +76,9 @@ function Taken({ run, tick }: { run: Run; tick: number }) {
 /** A frame in each region that a robot is to reach, with a small copy of its shape in a corner. */
 function Targets({ run, tick, grown }: { run: Run; tick: number; grown: number }) {
   const corners = [
+    [0.79, 0.25], // above the name of the region, beside its number
     [0.79, 0.77],
     [0.21, 0.77],
-    [0.79, 0.25],
   ];
   const taken = new Map<number, number>();
   return (
