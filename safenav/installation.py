@@ -36,6 +36,8 @@ OPTIONAL = {
     "pillow": ("maps", "PNG maps, GIF films"),
     "resvg-py": ("pictures", "PNG pictures"),
     "mcap-ros2-support": ("mcap", "runs as MCAP files for Foxglove and ROS 2"),
+    "aiohttp": ("studio", "the studio and live runs"),
+    "ruamel.yaml": ("studio", "the text of the studio"),
     "distributed": ("dask", "batches on a cluster"),
 }
 """Packages that some commands need: the extra that installs them, and what for."""

@@ -113,6 +113,10 @@ class Mission:
         they meet it. Raises UsageError, with the reason, for a change that cannot be."""
         self._interventions.ask(intervention)
 
+    def rested(self, seconds: float) -> None:
+        """So long nobody asked for a tick: it does not count for the limit of the run."""
+        self._stop.rest(seconds)
+
     @property
     def stopping(self) -> bool:
         """Whether the run was told to stop."""

@@ -47,6 +47,10 @@ class Stop:
     def begin(self) -> None:
         self._begun = time.monotonic()
 
+    def rest(self, seconds: float) -> None:
+        """Do not count so many seconds."""
+        self._begun += seconds
+
     def ask(self, why: str) -> None:
         """End the run at the next opportunity."""
         self.asked = self.asked or why

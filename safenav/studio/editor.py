@@ -44,6 +44,8 @@ class Editor(Studio):
         self._judging = Judging(self.tell)
         self._companions: dict[str, bytes] = {}
         self._drawing: dict[str, Any] | None = None
+        self._checking: asyncio.Task[None] | None = None
+        self._checked = True
         self._draft = self._drafted()
         self._draw()
         self._does |= {
@@ -78,6 +80,8 @@ class Editor(Studio):
 
     async def close(self) -> None:
         await self._judging.close()
+        if self._checking is not None:
+            self._checking.cancel()
         await super().close()
 
     def join(self, page: asyncio.Queue[str | None]) -> None:
@@ -118,8 +122,11 @@ class Editor(Studio):
 
     def _everything(self) -> list[dict[str, Any]]:
         told = super()._everything()
-        told[0] |= {"editor": True, "templates": TEMPLATES, "folder": self.folder is not None}
         return [*told, self._told(), {"is": "verdicts", "verdicts": self._judging.verdicts}]
+
+    def _hello(self) -> dict[str, Any]:
+        more = {"editor": True, "templates": TEMPLATES, "folder": self.folder is not None}
+        return {**super()._hello(), **more}
 
     def _told(self) -> dict[str, Any]:
         """The text with all that follows from it."""
@@ -150,14 +157,16 @@ class Editor(Studio):
             return str(self.folder / "scenario.yaml")
         return str(self.path or "scenario.yaml")
 
-    def _drafted(self) -> Draft:
-        return load_draft(self.document.text, self._name, self._reach())
+    def _drafted(self, *, reachable: bool = True) -> Draft:
+        return load_draft(self.document.text, self._name, self._reach(), reachable=reachable)
 
     def _order_of(self, text: str) -> Order:
         folder = self._reach().folder
         return Order(text, self._name, None if folder is None else str(folder))
 
     def _ordered(self) -> Order:
+        if not self._checked:
+            self._draft, self._checked = self._drafted(), True
         if self._draft.scenario is None:
             raise InputError(self._draft.diagnostics)
         return self._order_of(self.document.text)
@@ -172,12 +181,27 @@ class Editor(Studio):
         self._catalogue = self._draft.catalogue
 
     def _changed(self) -> None:
-        """The text is another one: tell everybody, and judge it."""
-        self._draft = self._drafted()
+        """The text is another one: tell everybody, and judge it. Whether robots can get to their
+        targets takes longer on large maps, and is told when it is known."""
+        self._draft, self._checked = self._drafted(reachable=False), False
         self._draw()
         self.tell(self._told())
+        self.tell(self._hello())
+        if self._checking is not None:
+            self._checking.cancel()
+        self._checking = asyncio.create_task(self._check(self.document.revision))
         hopeless = self._draft.world is None
         self._judging.judge(None if hopeless else self._order_of(self.document.text))
+
+    async def _check(self, revision: int) -> None:
+        await asyncio.sleep(0.1)
+        draft = await asyncio.to_thread(self._drafted)
+        if revision != self.document.revision:
+            return
+        self._draft, self._checked = draft, True
+        self._draw()
+        if draft.diagnostics:
+            self.tell(self._told())
 
     async def _type(self, data: Message) -> None:
         text = data.get("text")

@@ -117,12 +117,14 @@ class Studio:
 
     def _everything(self) -> list[dict[str, Any]]:
         """What a page that has just been opened needs."""
-        told: list[dict[str, Any]] = [
-            {"is": "hello", "editor": False, "types": obstacle_kinds(self._catalogue)}
-        ]
+        told = [self._hello()]
         if self.run is not None:
             told.append({"is": "run", "run": self.run.whole, "state": self.run.state})
         return told
+
+    def _hello(self) -> dict[str, Any]:
+        """What this studio is."""
+        return {"is": "hello", "editor": False, "types": obstacle_kinds(self._catalogue)}
 
     def _ordered(self) -> Order:
         """What is to be run now. Raises InputError for a scenario that cannot be."""

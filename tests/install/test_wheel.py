@@ -72,6 +72,7 @@ def test_one_wheel_serves_every_python_and_holds_what_is_needed(wheel: Path) -> 
         "safenav/scenario/schema.json",
         "safenav/scenario/templates/door.yaml",
         "safenav/report/page/assets/replay.js",
+        "safenav/studio/assets/studio.js",
         "safenav/report/picture/fonts/DejaVuSans.ttf",
     ):
         assert needed in names

@@ -10,6 +10,7 @@ import json
 import os
 import signal
 import sys
+import time
 from dataclasses import replace
 from typing import IO, Any
 
@@ -59,7 +60,9 @@ def _serve(orders: IO[str], say: Any) -> None:
     mission.start()
     say({"type": DONE, "tick": 0})
     while mission.result is None:
+        rested = time.monotonic()
         line = orders.readline()
+        mission.rested(time.monotonic() - rested)
         if not line:
             break
         data = json.loads(line)

@@ -1,4 +1,4 @@
-/* sources 5b4fde6d30514abd0dfa43576ae3e6eb12c73bfbfddfe45dfd4273eabf928b52 */
+/* sources 2a8a01d7a9ebc69e40f276ab2215d64a00b7dbd453bee11d328ea2050d0082ab */
 /* Contains Preact:
 The MIT License (MIT)
 

@@ -1,0 +1,153 @@
+"""The studio reads and writes the files that it was given, and no others."""
+
+from __future__ import annotations
+
+import asyncio
+import base64
+import zlib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import aiohttp
+import pytest
+
+from studio.serving import Page, Served, visit
+
+REACHING = """\
+safenav: 1
+map: {image: MAP, rows: 4, cols: 4}
+catalogue: CATALOGUE
+robots:
+  rover: {model: quadcopter, start: [1, 1], objective: {hold: [1, 1]}}
+"""
+
+
+@pytest.fixture(scope="module")
+def home(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    found = tmp_path_factory.mktemp("home")
+    (found / "lab").mkdir()
+    (found / "secret.yaml").write_text("robots: {secret_model: {mobility: free, layer: air}}\n")
+    return found
+
+
+@pytest.fixture(scope="module")
+def served(home: Path) -> Iterator[Served]:
+    with Served("studio", home / "mine.yaml", "--folder", home / "lab", "--no-browser") as found:
+        yield found
+
+
+def packed(text: str) -> str:
+    """As a link carries it."""
+    press = zlib.compressobj(9, zlib.DEFLATED, -15)
+    data = press.compress(text.encode()) + press.flush()
+    return base64.urlsafe_b64encode(data).decode().rstrip("=")
+
+
+def is_document(message: dict[str, Any]) -> bool:
+    return message["is"] == "document"
+
+
+@pytest.mark.parametrize(
+    ("image", "catalogue"),
+    [
+        ("/etc/hostname", "/etc/passwd"),
+        ("../secret.png", "../secret.yaml"),
+        ("lab/../../x.png", "./../secret.yaml"),
+        ("link.png", "link.yaml"),
+    ],
+)
+def test_a_linked_scenario_reads_no_file_of_the_machine(
+    served: Served, home: Path, image: str, catalogue: str
+) -> None:
+    for name in ("link.png", "link.yaml"):
+        link = home / "lab" / name
+        if not link.exists():
+            link.symlink_to(home / "secret.yaml")
+    text = REACHING.replace("MAP", image).replace("CATALOGUE", catalogue)
+
+    async def story(page: Page) -> None:
+        await page.say("open", kind="blank")
+        await page.say("open", kind="link", packed=packed(text))
+        told = await page.hear(lambda m: is_document(m) and m["text"] == text)
+        found = [problem["found"] for problem in told["problems"]]
+        assert len([words for words in found if "not read" in words]) == 2, found
+        names = {model["name"] for model in told["palette"]["robots"]}
+        assert "secret_model" not in names
+
+    visit(served.address, story)
+
+
+@pytest.mark.parametrize("broken", ["", "####", packed("x" * 50)[:-9], "AAAA" * 50])
+def test_a_link_that_was_cut_off_is_refused(served: Served, broken: str) -> None:
+    async def story(page: Page) -> None:
+        await page.say("open", kind="link", packed=broken)
+        await page.hear(lambda m: m["is"] == "refused")
+
+    visit(served.address, story)
+
+
+def test_a_link_that_swells_beyond_bounds_is_refused(served: Served) -> None:
+    async def story(page: Page) -> None:
+        await page.say("open", kind="link", packed=packed("#" * 50_000_000))
+        await page.hear(lambda m: m["is"] == "refused")
+
+    visit(served.address, story)
+
+
+@pytest.mark.parametrize(
+    "name", ["../out.yaml", "/tmp/out.yaml", "sub/out.yaml", ".hidden.yaml", "out.py", "link.yaml"]
+)
+def test_nothing_is_written_outside_the_folder(served: Served, home: Path, name: str) -> None:
+    before = (home / "secret.yaml").read_text()
+    if not (home / "lab" / "link.yaml").is_symlink():
+        (home / "lab" / "link.yaml").symlink_to(home / "secret.yaml")
+
+    async def story(page: Page) -> None:
+        await page.say("save", name=name)
+        await page.hear(lambda m: m["is"] == "refused")
+
+    visit(served.address, story)
+    assert not (home / "out.yaml").exists()
+    assert (home / "secret.yaml").read_text() == before
+
+
+def test_a_name_in_the_folder_is_written_whole(served: Served, home: Path) -> None:
+    async def story(page: Page) -> None:
+        await page.say("open", kind="template", name="door")
+        told = await page.hear(lambda m: is_document(m) and "a door on the way" in m["text"])
+        await page.say("save", name="door.yaml")
+        await page.hear(lambda m: m["is"] == "saved")
+        assert (home / "lab" / "door.yaml").read_text() == told["text"]
+
+    visit(served.address, story)
+
+
+def test_an_uploaded_movingai_map_begins_a_scenario(served: Served) -> None:
+    arena = "type octile\nheight 3\nwidth 4\nmap\n@@@@\n@..@\n@@@@\n"
+
+    async def story(page: Page) -> None:
+        async with (
+            aiohttp.ClientSession() as session,
+            session.post(page.address + "upload?name=arena.map&kind=map", data=arena) as response,
+        ):
+            assert response.status == 200, await response.text()
+        told = await page.hear(lambda m: is_document(m) and "    #..#" in m["text"])
+        assert "name: arena" in told["text"]
+
+    visit(served.address, story)
+
+
+def test_two_editors_of_one_text_agree(served: Served) -> None:
+    from studio.serving import opened
+
+    async def main() -> None:
+        async with opened(served.address) as one, opened(served.address) as other:
+            await one.say("open", kind="blank", rows=5, cols=6)
+            await other.hear(lambda m: is_document(m) and "    ######\n" in m["text"])
+            await other.say("edit", op="paint", regions=[8], wall=True)
+            told = await one.hear(lambda m: is_document(m) and "    #.#..#" in m["text"])
+            again = await other.hear(lambda m: is_document(m) and "    #.#..#" in m["text"])
+            assert (told["text"], told["revision"]) == (again["text"], again["revision"])
+
+    asyncio.run(main())
