@@ -45,7 +45,7 @@ class _Batch(click.Command):
     """``--json`` with a file, as it was in former versions, is ``--results``."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        following = [*args[1:], ""]
+        following = [*args, ""][1:] if args else []
         names_file = [after == "-" or after.endswith(".json") for after in following]
         read = [
             "--results" if word == "--json" and named else word
