@@ -13,8 +13,10 @@ from safenav.certify.bundle import Made, make_bundle
 from safenav.certify.run import Kept, read_lines
 from safenav.errors import NotCertifiedError, UsageError
 from safenav.runtime.mission import Mission, default_synthesizer
-from safenav.scenario.model import Controllers
-from safenav.scenario.reading.loader import load_scenario
+from safenav.scenario.model import Controllers, Scenario
+from safenav.scenario.reading.loader import load_scenario, load_scenario_text
+from safenav.scenario.yaml.findings import Findings
+from safenav.scenario.yaml.source import STDIN, read_source
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Synthesizer
 from safenav.trace.reading import read_bytes
@@ -29,7 +31,7 @@ def bundle_of_run(
 
     Raises UsageError for bad input, NotCertifiedError if the checker refuses the run.
     """
-    plan = load_scenario(scenario)
+    plan, text = _read(scenario)
     if plan.controllers is Controllers.ON_DEMAND:
         raise UsageError(
             f"{scenario}: 'controllers: on_demand' lists no strategies, and a certificate is about "
@@ -48,7 +50,7 @@ def bundle_of_run(
         data = trace.read_bytes()
         kept.complete(syntheses_of(data, scenario.name), cache, synthesizer)
         moved = motion_made(data) if motion else None
-        return make_bundle(target, data, sources_of(scenario), kept, synthesizer, moved)
+        return make_bundle(target, data, sources_of(scenario, text), kept, synthesizer, moved)
 
 
 def bundle_of_trace(trace: Path, target: Path, motion: Path | None = None) -> Made:
@@ -93,10 +95,22 @@ def syntheses_of(trace: bytes, name: str) -> list[dict[str, object]]:
     return [line for line in read_lines(trace, name) if line["type"] == "synthesis"]
 
 
-def sources_of(scenario: Path) -> dict[str, bytes]:
-    """The scenario's file, and the files that it names for its map and its catalogue."""
-    text = scenario.read_bytes()
-    found = {scenario.name: text}
+def _read(scenario: Path) -> tuple[Scenario, str | None]:
+    """The scenario in a file, or on standard input: then its text as well."""
+    if str(scenario) != STDIN:
+        return load_scenario(scenario), None
+    findings = Findings(STDIN)
+    text = read_source(scenario, findings)
+    findings.raise_if_any()
+    return load_scenario_text(text or "", STDIN), text
+
+
+def sources_of(scenario: Path, given: str | None = None) -> dict[str, bytes]:
+    """The scenario's file, and the files that it names for its map and its catalogue. ``given``:
+    its text, where that came from standard input."""
+    typed = str(scenario) == STDIN and given is not None
+    text = given.encode() if typed and given is not None else scenario.read_bytes()
+    found = {"scenario.yaml" if typed else scenario.name: text}
     queue = [(scenario, yaml.safe_load(text))]
     for place, document in queue:
         for value in _named_files(document):

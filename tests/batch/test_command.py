@@ -26,6 +26,19 @@ def test_all_as_expected_is_exit_0(write: Write) -> None:
     assert "2 passed" in done.stdout
 
 
+def test_a_scenario_comes_from_standard_input(write: Write) -> None:
+    write("a.yaml")
+    done = subprocess.run(
+        [*SAFENAV, "batch", "-"],
+        input=Path("a.yaml").read_text(),
+        capture_output=True,
+        text=True,
+        env=environment(),
+        check=False,
+    )
+    assert "1 passed" in done.stdout, done.stdout + done.stderr
+
+
 def test_a_wrong_expectation_is_exit_1_and_a_reason(write: Write) -> None:
     write("good.yaml")
     write("wrong.yaml", expect="{outcome: completed, ticks: 40}")

@@ -21,7 +21,7 @@ from safenav.batch.cases.references import References
 from safenav.errors import UsageError
 from safenav.scenario.yaml.document import DocumentError, Mapping, read_document
 from safenav.scenario.yaml.findings import Findings
-from safenav.scenario.yaml.source import read_source
+from safenav.scenario.yaml.source import STDIN, read_source
 
 LEFT_OUT = ("invalid", "unrealizable")
 """Folders of these names are not searched: their scenarios are broken on purpose."""
@@ -43,7 +43,8 @@ class Found:
 def find_cases(paths: Sequence[str]) -> Found:
     """The cases that ``paths`` name, each once, in the order named and sorted within a search.
 
-    Raises UsageError for a path that leads to no scenario, InputError for a bad matrix file.
+    ``-`` is a scenario on standard input. Raises UsageError for a path that leads to no scenario,
+    InputError for a bad matrix file.
     """
     search = _Search()
     for path in paths:
@@ -84,7 +85,7 @@ class _Search:
             )
 
     def _named_file(self, path: Path) -> None:
-        if not path.exists():
+        if not path.exists() and str(path) != STDIN:
             raise UsageError(f"no such file or folder: {path}{_meant(path)}")
         text = self._text(path)
         if text is not None and is_matrix(text):

@@ -113,7 +113,7 @@ def _certify(
     data = trace.read_bytes()
     try:
         kept.complete(syntheses_of(data, case.name), synthesizer.cache, synthesizer)
-        make_bundle(target, data, sources_of(Path(case.file)), kept, synthesizer)
+        make_bundle(target, data, sources_of(Path(case.file), case.text), kept, synthesizer)
     except (NotCertifiedError, UsageError) as error:
         return [f"not certified: {error}"]
     return []
