@@ -164,7 +164,8 @@ def at_leisure(constraint: Constraint) -> Constraint:
     told to wait: it might be in nobody's way whenever it must not move, and then only."""
     if constraint.section is not Section.ENV_LIVENESS:
         return constraint
-    return replace(constraint, formula=f"!wait' & ({constraint.formula})")
+    wait = "wait'" if "'" in constraint.formula else "wait"  # of the same moment
+    return replace(constraint, formula=f"!{wait} & ({constraint.formula})")
 
 
 def guarantees() -> Iterator[Constraint]:
