@@ -61,7 +61,9 @@ class Served:
             self.process.send_signal(signal.SIGINT)
             self.process.wait(MINUTES)
         assert self.process.stdout is not None
-        self.process.stdout.close()
+        with self.process.stdout as rest:
+            said = rest.read()
+        assert "Traceback" not in said and "Error" not in said, said
 
 
 class Page:

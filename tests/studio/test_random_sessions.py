@@ -1,0 +1,125 @@
+"""Random sequences of edits, runs and changes: no exception in page or server, sound traces."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import random
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from report.browser import Browser
+from safenav.audit.check import audit
+from safenav.scenario.reading.loader import load_scenario_text
+from safenav.trace.reading import read_bytes
+from studio.serving import MINUTES, SCENARIOS, Page, Served, opened
+
+SEQUENCES = int(os.environ.get("SAFENAV_FUZZ", "0")) // 25 or 3
+LENGTH = 25
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    found = Browser()
+    yield found
+    found.driver.quit()
+
+
+@pytest.fixture(scope="module")
+def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
+    file = tmp_path_factory.mktemp("random") / "mine.yaml"
+    file.write_text((SCENARIOS / "case_study_1.yaml").read_text().split("expect:")[0])
+    with Served("studio", file, "--no-browser") as found:
+        yield found
+
+
+def message(chance: random.Random) -> dict[str, Any]:
+    """Something that a page may say, sensible or not."""
+    region, other = chance.randrange(-2, 100), chance.randrange(91)
+    robot = chance.choice(("quad", "digit", "digit_2", "nobody", ""))
+    obstacle = chance.choice(("door@47", f"door@{other}", "uncertainty@44", "x"))
+    edits: list[dict[str, Any]] = [
+        {"op": "paint", "regions": [region, other], "wall": chance.random() < 0.3},
+        {"op": "add_robot", "model": "digit", "region": other, "heading": "east"},
+        {"op": "move_robot", "robot": robot, "region": region},
+        {"op": "set_objective", "robot": robot, "kind": "visit", "regions": [region, other]},
+        {"op": "remove_robot", "robot": "digit_2"},
+        {"op": "add_obstacle", "type": "door", "region": region},
+        {"op": "move_obstacle", "index": 0, "region": region},
+        {"op": "resize", "right": chance.choice((-1, 1))},
+        {"op": None},
+        {"op": "paint", "regions": "all", "wall": 3},
+    ]
+    changes: list[dict[str, Any]] = [
+        {"kind": "close", "type": "door", "region": region},
+        {"kind": "close", "type": "uncertainty", "region": other, "truth": chance.random() < 0.5},
+        {"kind": "open", "obstacle": obstacle},
+        {"kind": "truth", "obstacle": obstacle, "traversable": chance.random() < 0.5},
+        {"kind": "objective", "robot": robot, "objective": {"visit": [region, other]}},
+        {"kind": "objective", "robot": robot, "objective": chance.choice(({}, [], {"hold": 17}))},
+        {"kind": "service", "robot": robot, "active": chance.random() < 0.5},
+        {"kind": ["strange"], "robot": {}},
+    ]
+    return chance.choice(
+        [
+            *({"do": "edit", **edit} for edit in chance.sample(edits, 3)),
+            *({"do": "change", **change} for change in chance.sample(changes, 4)),
+            {"do": "step"},
+            {"do": "step"},
+            {"do": "play"},
+            {"do": "pause"},
+            {"do": "speed", "value": chance.choice((64, 8, 0, "x"))},
+            {"do": "undo"},
+            {"do": "redo"},
+            {"do": "keep"},
+            {"do": "text", "text": chance.choice(("", "a: [", "safenav: 1", "- x"))},
+            {"do": "undo"},
+            {"do": "restart", "seed": chance.choice((None, 3, -1, "x"))},
+        ]
+    )
+
+
+def test_random_sessions_are_survived(browser: Browser, served: Served) -> None:
+    """One page in a browser looks on, another one says whatever comes."""
+    browser.driver.get("about:blank")
+    browser.driver.get_log("browser")
+    browser.driver.get(served.address)
+    browser.wait(lambda: browser.all("header h1"), MINUTES)
+
+    async def main() -> None:
+        for seed in range(SEQUENCES):
+            async with opened(served.address) as page:
+                await _session(page, random.Random(seed))
+
+    asyncio.run(main())
+    assert browser.errors() == []
+    browser.driver.refresh()
+    browser.wait(lambda: browser.all("header h1"), MINUTES)
+    assert browser.errors() == []
+
+
+async def _session(page: Page, chance: random.Random) -> None:
+    for _ in range(LENGTH):
+        await page.say(**_renamed(message(chance)))
+        if chance.random() < 0.3:
+            await asyncio.sleep(0.05)
+    await page.say("end")
+    await page.say("text", text=f"# {chance.random()}")  # an answer to this is the last one
+    mark = page.heard
+    told = await page.hear(lambda m: m["is"] == "document" and m["text"].startswith("# 0."))
+    assert told["problems"]
+    await page.say("undo")
+    before = await page.hear(lambda m: m["is"] == "document" and not m["text"].startswith("# 0."))
+    if not before["problems"]:
+        load_scenario_text(before["text"])
+    states = [m["state"] for m in mark if m.get("state")]
+    assert all(state["failure"] is None for state in states), states
+    if any(m["is"] == "news" for m in mark):
+        trace = read_bytes(await page.get("save/trace"))
+        assert audit(trace).findings == ()
+
+
+def _renamed(data: dict[str, Any]) -> dict[str, Any]:
+    return {"does" if key == "do" else key: value for key, value in data.items()}
