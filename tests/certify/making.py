@@ -8,8 +8,12 @@ import subprocess
 import sys
 from functools import lru_cache
 from pathlib import Path
+from random import Random
 from tempfile import mkdtemp
 
+import yaml
+
+from certify.missions import random_mission
 from safenav.certify.record import bundle_of_run
 
 ROOT = Path(__file__).parents[2]
@@ -27,9 +31,44 @@ def bundle_at(scenario: Path) -> Path:
     return target
 
 
+NEGATIVES = {
+    "never resolvable": """
+robots:
+  a: {model: quadcopter, start: 6, objective: {visit: [6, 8]}}
+obstacles:
+  - {type: door, region: 7}
+map: {grid: ["#####", "#...#", "#####"]}
+""",
+    "deadlock": """
+robots:
+  a: {model: quadcopter, start: 7, objective: {visit: [7, 10]}}
+  b: {model: quadcopter, start: 10, objective: {visit: [10, 7]}}
+map: {grid: ["######", "#....#", "######"]}
+""",
+}
+"""Missions that nobody can complete."""
+
+ONE_WAY = 177
+"""Seed of a random one in which only one-way choices are left."""
+
+
+@lru_cache
+def negative(name: str) -> Path:
+    """The bundle of a mission that nobody can complete."""
+    scenario = Path(mkdtemp(prefix="safenav-scenario-")) / f"{name.replace(' ', '_')}.yaml"
+    if name in NEGATIVES:
+        limits = "until: {rounds: 1}\nlimits: {ticks: 40}\n"
+        scenario.write_text(f"safenav: 1\nname: {name}\n{limits}{NEGATIVES[name]}")
+    else:
+        scenario.write_text(yaml.safe_dump(random_mission(Random(ONE_WAY)), sort_keys=False))
+    return bundle_at(scenario)
+
+
 def shipped(name: str) -> Path:
     """The bundle of a shipped scenario; ``hello, assignable`` is hello with goals that are
     assigned at runtime."""
+    if name in (*NEGATIVES, "one way"):
+        return negative(name)
     name, _, assignable = name.partition(", ")
     scenario = SCENARIOS / f"{name}.yaml"
     return bundle_at(_assignable(scenario) if assignable else scenario)
