@@ -972,12 +972,14 @@ class Run:
                 judge(record)
         self.line = 0
         self._motion()
-        lost = f" {self.strayed} of them went elsewhere than they were told." * bool(self.strayed)
+        count = f"All {self.moves} moves"
+        if self.strayed:
+            count = f"Of {self.moves} moves all but {self.strayed}, which went elsewhere than told,"
         self.claim(
             "moves",
-            f"All {self.moves} moves are legal: {self.answers} are the answers of these strategies "
-            "to what the robots could observe, the others stay, step back or follow a joint plan. "
-            f"No wall, no standing obstacle, no collision.{lost}",
+            f"{count} are legal: {self.answers} are the answers of these strategies to what the "
+            "robots could observe, the others stay, step back or follow a joint plan. No wall, no "
+            "standing obstacle, no collision.",
             [("trace.jsonl", None)],
         )
 
@@ -1251,9 +1253,10 @@ class Run:
     def _look(self, robot: Robot, task: Validation, other: str) -> int:
         """What a robot knows of another one after the look before its move."""
         there = self.robots[other].pose[0]
-        found = task.after(other, robot.pose[0], robot.knowledge[other])
-        if there in found or task.exact:
+        here, radius = robot.pose[0], task.robot.get("vision")
+        if task.exact or self.world.sees(here, there, radius, task.sight_closed):
             return there
+        found = task.after(other, here, robot.knowledge[other])
         hidden = [value for value in found if there in task.whereabouts(other, value)]
         if not hidden and not self.external:
             raise RefusedError(f"{other} is where nobody could believe it to be")

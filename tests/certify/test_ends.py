@@ -1,0 +1,112 @@
+"""Bundles of runs that do not go as planned: worlds that somebody else makes or changes, ends
+before the end, and the run in metres."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+from random import Random
+
+import pytest
+
+from certify.making import SCENARIOS, files_of, rewrite, run_checker, shipped
+from safenav import Mission, TraceWriter, load_scenario
+from safenav.certify.record import bundle_of_run, bundle_of_trace
+from safenav.errors import NotCertifiedError
+from safenav.runtime.interventions import Give
+from safenav.runtime.world import SimulatedWorld
+from safenav.scenario.model import Obstacle, Robot, Scenario
+from safenav.scenario.objective import Visit
+from safenav.world.moves import Pose
+
+
+class Slippery:
+    """A world in which a robot now and then ends up somewhere else than it was told to go."""
+
+    def __init__(self, scenario: Scenario, chance: Random) -> None:
+        self._inner = SimulatedWorld(scenario)
+        self._free = sorted(scenario.map.free)
+        self._chance = chance
+        self._at = {robot.name: robot.start.region for robot in scenario.robots}
+
+    def sense(self, robot: Robot, region: int) -> Obstacle | None:
+        return self._inner.sense(robot, region)
+
+    def act(self, robot: Robot) -> list[tuple[Obstacle, bool | None]]:
+        return self._inner.act(robot)
+
+    def move(self, robot: Robot, pose: Pose) -> Pose:
+        if self._chance.random() < 0.03:
+            taken = {*self._at.values(), *self._inner.standing()}
+            pose = Pose(
+                self._chance.choice([r for r in self._free if r not in taken]), pose.heading
+            )
+        self._inner.move(robot, pose)
+        self._at[robot.name] = pose.region
+        return pose
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_a_bundle_says_which_assumption_failed(seed: int, tmp_path: Path) -> None:
+    scenario = load_scenario(SCENARIOS / "case_study_3_beliefs.yaml")
+    trace = tmp_path / "run.jsonl"
+    with TraceWriter(trace) as writer:
+        world = Slippery(scenario, Random(f"straycase_study_3_beliefs{seed}"))
+        Mission(scenario, world=world, listeners=[writer]).run()
+    lines = [json.loads(line) for line in trace.read_text().splitlines()]
+    failed = [line for line in lines if line["type"] == "assumption"]
+    made = bundle_of_trace(trace, tmp_path / "bundle")
+    said = [claim for claim in made.verdict.claims if claim["kind"] == "broken"]
+    assert len(said) == len(failed) > 0
+    assert "which went elsewhere than told" in made.verdict.claims[-1]["text"]
+
+
+def test_another_objective_during_the_run_is_claimed(tmp_path: Path) -> None:
+    scenario = load_scenario(SCENARIOS / "hello.yaml")
+    trace = tmp_path / "run.jsonl"
+    targets = (frozenset({scenario.robots[0].start.region}),)
+    with TraceWriter(trace) as writer:
+        mission = Mission(scenario, world=SimulatedWorld(scenario), listeners=[writer])
+        mission.start()
+        mission.step()
+        mission.intervene(Give(scenario.robots[0].name, Visit(targets)))
+        while mission.result is None:
+            mission.step()
+    made = bundle_of_trace(trace, tmp_path / "bundle")
+    assert "changed" in [claim["kind"] for claim in made.verdict.claims]
+
+
+def test_a_limit_is_claimed_where_it_was_reached_only(tmp_path: Path) -> None:
+    scenario = tmp_path / "short.yaml"
+    text = (SCENARIOS / "case_study_1.yaml").read_text()
+    scenario.write_text(text.replace("ticks: 500", "ticks: 9").split("expect:")[0])
+    made = bundle_of_run(scenario, tmp_path / "bundle")
+    assert "ended at its limit of 9 ticks" in str(made.verdict.claims)
+    files = files_of(tmp_path / "bundle")
+    lines = files["trace.jsonl"].splitlines(keepends=True)
+    kept = [line for line in lines if b'"tick":9' not in line]
+    end = lines[-1].replace(b'"tick":9', b'"tick":8').replace(b'"ticks":9', b'"ticks":8')
+    forged = rewrite(
+        tmp_path / "bundle", {**files, "trace.jsonl": b"".join([*kept, end])}, tmp_path / "forged"
+    )
+    status, said = run_checker(forged)
+    assert status == 1
+    assert "the limit is 9 ticks, not 8" in said
+
+
+def test_the_motion_of_a_run_goes_along(tmp_path: Path) -> None:
+    bundle_of_run(SCENARIOS / "hello.yaml", tmp_path / "hello", motion=True)
+    status, said = run_checker(tmp_path / "hello")
+    assert status == 0, said
+    assert "motion.jsonl says that it is the motion of this trace" in said
+    moved, trace = tmp_path / "hello" / "motion.jsonl", tmp_path / "hello" / "trace.jsonl"
+    bundle_of_trace(trace, tmp_path / "again", moved)
+    another = shipped("case_study_1") / "trace.jsonl"
+    with pytest.raises(NotCertifiedError, match="is not a motion of this run"):
+        bundle_of_trace(another, tmp_path / "wrong", moved)
+    forged = shutil.copytree(shipped("hello"), tmp_path / "copy")
+    files = {**files_of(forged), "motion.jsonl": b'{"type": "header", "trace": "0"}\n'}
+    status, said = run_checker(rewrite(forged, files, tmp_path / "forged"))
+    assert status == 1
+    assert "the motion of another trace" in said
