@@ -17,7 +17,6 @@ from typing import Any
 
 import safenav
 from safenav.certify.check import Result, Verdict, check_bundle
-from safenav.certify.checker.check_strategies import TooLargeError
 from safenav.certify.evidence import counter_evidence, strategy_measures
 from safenav.certify.measures import NoMeasureError
 from safenav.certify.page import page_of
@@ -60,10 +59,7 @@ def make_bundle(
         raise UsageError(f"{target} exists; name a bundle that does not")
     with tempfile.TemporaryDirectory(dir=_parent(target), prefix=".bundle-") as directory:
         folder = Path(directory) / "bundle"
-        try:
-            files = _files(trace, sources, kept, synthesizer)
-        except TooLargeError as error:
-            raise ResourceLimitError(f"no bundle: a strategy has {error}") from error
+        files = _files(trace, sources, kept, synthesizer)
         if motion is not None:
             files["motion.jsonl"] = motion
         for name, data in files.items():
@@ -139,7 +135,7 @@ def _counterstrategy(text: str, robot: str, synthesizer: Synthesizer) -> bytes |
         return None
     try:
         evidence = counter_evidence(text, answer.strategy_json)
-    except (NoMeasureError, LookupError, TooLargeError):
+    except (NoMeasureError, LookupError, ResourceLimitError):
         return None
     return _json({"automaton": json.loads(answer.strategy_json), **evidence.to_data()})
 
