@@ -91,6 +91,9 @@ def _team(browser: Browser, folder: Path) -> None:
     _shoot(browser, page, tick, HERE / "beliefs.png")
     shading = shading_of(replay, "digit", tick)
     (HERE / "beliefs.svg").write_text(svg_of(replay.scene(tick), Options(shading=shading)))
+    replay, _ = _run("corridor_swap", folder)
+    aside = replay.scene(_first(replay, EventKind.PLAN) + 4)
+    (HERE / "joint_plan.svg").write_text(svg_of(aside))
     replay, page = _run("team_of_six", folder)
     _shoot(browser, page, _first(replay, EventKind.PLAN), HERE / "giving_way.png")
 
