@@ -114,7 +114,7 @@ struct Term {
 };
 
 std::vector<Term> random_sum(std::mt19937 &random, std::string &text) {
-  std::vector<Term> terms(1 + random() % 3);
+  std::vector<Term> terms(1 + random() % 6); // often the same variable twice
   for (Term &term : terms) {
     term = {static_cast<int>(random() % 5) - 1, random() % 2 == 0, static_cast<std::int64_t>(random() % 12)};
     if (&term != terms.data())
@@ -168,6 +168,19 @@ void test_comparisons_are_those_of_true_integers() {
   }
 }
 
+// Each variable is multiplied once, however often it occurs.
+void test_a_long_sum_of_few_variables_is_a_small_formula() {
+  std::string line = "x + y";
+  for (int i = 1; i < 1500; ++i)
+    line += i % 2 ? " + (y + x)" : " + x + y";
+  const Specification s = reading::read("[OUTPUT]\nx: 0...7\ny: 3...6\n[SYS_TRANS]\n" + line + " = 15000\n");
+  EXPECT(s.formulas.size() < 2000);
+  const FormulaId formula = reading::only(s, Section::SysTrans);
+  for (std::uint64_t x = 0; x <= 7; ++x)
+    for (std::uint64_t y = 3; y <= 6; ++y)
+      EXPECT_EQ(reading::holds(s, formula, x | (y - 3) << 3), 1500 * x + 1500 * y == 15000);
+}
+
 void test_large_numbers_do_not_wrap_around() {
   const Specification s = reading::read("[OUTPUT]\nx:0...2147483647\n[SYS_INIT]\n"
                                         "x + x + x + 5 = 2147483647 + 2147483647 + 2147483647 + 5\n");
@@ -183,6 +196,7 @@ int main() {
     test_three_connectives_group_by_precedence_and_to_the_left();
     test_grouping_and_spellings();
     test_comparisons_are_those_of_true_integers();
+    test_a_long_sum_of_few_variables_is_a_small_formula();
     test_large_numbers_do_not_wrap_around();
   });
 }

@@ -172,7 +172,7 @@ void limit_ranges(Specification &specification) {
       std::vector<FormulaId> bits;
       for (std::uint32_t bit = 0; bit < integer.bits; ++bit)
         bits.push_back(pool.variable(integer.first + bit, next));
-      const FormulaId above = less(pool, {integer.max - integer.min, {}, 0}, bit_vector(std::move(bits)));
+      const FormulaId above = less(pool, {integer.max - integer.min, {}}, bit_vector(std::move(bits)));
       return Constraint{pool.negation(above), integer.line, integer.name + ":" + range_text(integer), true};
     };
     const bool input = integer.owner == Owner::Input;

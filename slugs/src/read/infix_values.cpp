@@ -5,6 +5,8 @@
 #include "read/diagnostics.hpp"
 #include "read/ranges.hpp"
 
+#include <utility>
+
 namespace slugs {
 
 namespace {
@@ -118,7 +120,7 @@ Value ValueAlgebra::negation(const Value &value, Place op) const {
   return result;
 }
 
-Value ValueAlgebra::binary(Token op, const Value &left, const Value &right, const Lexeme &lexeme) const {
+Value ValueAlgebra::binary(Token op, Value left, const Value &right, const Lexeme &lexeme) const {
   switch (op) {
   case Token::And:
   case Token::Or:
@@ -127,10 +129,10 @@ Value ValueAlgebra::binary(Token op, const Value &left, const Value &right, cons
   case Token::Equivalent:
     return logical(op, left, right);
   case Token::Plus:
-    return arithmetic(op, left, right);
+    return arithmetic(op, std::move(left), right);
   default:
     warn_if_constant(op, left, right, lexeme);
-    return arithmetic(op, left, right);
+    return arithmetic(op, std::move(left), right);
   }
 }
 
@@ -159,7 +161,7 @@ Value ValueAlgebra::logical(Token op, const Value &left, const Value &right) con
   return result;
 }
 
-Value ValueAlgebra::arithmetic(Token op, const Value &left, const Value &right) const {
+Value ValueAlgebra::arithmetic(Token op, Value left, const Value &right) const {
   Value result = unknown(span(left.place, right.place));
   // Both sides are looked at, so that both mistakes are reported.
   const bool left_fits = is_integer(left);
@@ -170,7 +172,7 @@ Value ValueAlgebra::arithmetic(Token op, const Value &left, const Value &right) 
     return result;
   if (op == Token::Plus) {
     result.type = Value::Type::Integer;
-    result.integer = sum(pool_, left.integer, right.integer);
+    result.integer = sum(std::move(left.integer), right.integer);
   } else {
     result.formula = comparison(op, left.integer, right.integer);
   }

@@ -38,14 +38,14 @@ public:
   Value boolean_variable(std::uint32_t index, bool next, Place place, std::string_view name) const;
 
   Value negation(const Value &value, Place op) const;
-  Value binary(Token op, const Value &left, const Value &right, const Lexeme &lexeme) const;
+  Value binary(Token op, Value left, const Value &right, const Lexeme &lexeme) const;
 
   // As a Boolean formula; reports an integer.
   FormulaId boolean(const Value &value) const;
 
 private:
   Value logical(Token op, const Value &left, const Value &right) const;
-  Value arithmetic(Token op, const Value &left, const Value &right) const;
+  Value arithmetic(Token op, Value left, const Value &right) const;
   bool is_integer(const Value &value) const; // reports a Boolean
   FormulaId comparison(Token op, const IntegerValue &left, const IntegerValue &right) const;
   void warn_if_constant(Token op, const Value &left, const Value &right, const Lexeme &lexeme) const;

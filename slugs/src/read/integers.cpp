@@ -40,6 +40,37 @@ Bits add(FormulaPool &pool, const Bits &a, const Bits &b, std::uint64_t largest)
   return result;
 }
 
+// Bits, and the largest value that they can have.
+struct Number {
+  Bits bits;
+  std::uint64_t largest = 0;
+};
+
+Number plus(FormulaPool &pool, const Number &a, const Number &b) {
+  const std::uint64_t largest = a.largest + b.largest;
+  return {add(pool, a.bits, b.bits, largest), largest};
+}
+
+// By doubling: a summand for each 1 of the factor.
+Number multiple(FormulaPool &pool, const IntegerValue::Term &term) {
+  Number result;
+  Number doubled{term.bits, (std::uint64_t{1} << term.bits.size()) - 1};
+  for (std::uint64_t times = term.times; times != 0; times >>= 1) {
+    if (times & 1)
+      result = plus(pool, result, doubled);
+    doubled.bits.insert(doubled.bits.begin(), pool.constant(false));
+    doubled.largest *= 2;
+  }
+  return result;
+}
+
+Bits total(FormulaPool &pool, const IntegerValue &value, std::uint64_t more) {
+  Number result;
+  for (const IntegerValue::Term &term : value.terms)
+    result = plus(pool, result, multiple(pool, term));
+  return plus(pool, result, {constant_bits(pool, more), more}).bits;
+}
+
 // Two expressions as plain bit vectors of one width with the same order as the
 // values: the smaller offset is subtracted from both.
 struct Aligned {
@@ -47,14 +78,10 @@ struct Aligned {
   Bits b;
 };
 
-Bits raised(FormulaPool &pool, const IntegerValue &value, std::uint64_t by) {
-  return add(pool, value.bits, constant_bits(pool, by), value.largest + by);
-}
-
 Aligned align(FormulaPool &pool, const IntegerValue &a, const IntegerValue &b) {
   const std::int64_t base = std::min(a.offset, b.offset);
-  Aligned result{raised(pool, a, static_cast<std::uint64_t>(a.offset - base)),
-                 raised(pool, b, static_cast<std::uint64_t>(b.offset - base))};
+  Aligned result{total(pool, a, static_cast<std::uint64_t>(a.offset - base)),
+                 total(pool, b, static_cast<std::uint64_t>(b.offset - base))};
   const std::size_t bits = std::max(result.a.size(), result.b.size());
   result.a.resize(bits, pool.constant(false));
   result.b.resize(bits, pool.constant(false));
@@ -63,14 +90,19 @@ Aligned align(FormulaPool &pool, const IntegerValue &a, const IntegerValue &b) {
 
 } // namespace
 
-IntegerValue bit_vector(std::vector<FormulaId> bits) {
-  const std::uint64_t largest = (std::uint64_t{1} << bits.size()) - 1; // an integer has at most 31
-  return {0, std::move(bits), largest};
-}
+IntegerValue bit_vector(std::vector<FormulaId> bits) { return {0, {{std::move(bits), 1}}}; }
 
-IntegerValue sum(FormulaPool &pool, const IntegerValue &a, const IntegerValue &b) {
-  const std::uint64_t largest = a.largest + b.largest;
-  return {a.offset + b.offset, add(pool, a.bits, b.bits, largest), largest};
+IntegerValue sum(IntegerValue a, const IntegerValue &b) {
+  a.offset += b.offset;
+  for (const IntegerValue::Term &term : b.terms) {
+    const auto same = std::find_if(a.terms.begin(), a.terms.end(),
+                                   [&](const IntegerValue::Term &other) { return other.bits == term.bits; });
+    if (same != a.terms.end())
+      same->times += term.times;
+    else
+      a.terms.push_back(term);
+  }
+  return a;
 }
 
 FormulaId equal(FormulaPool &pool, const IntegerValue &a, const IntegerValue &b) {

@@ -1,9 +1,11 @@
-// Integer expressions as vectors of formulas.
+// Integer expressions as sums of vectors of formulas.
 //
-// An expression denotes offset + bits, where bits is an unsigned little-endian
-// vector: variable x of range min...max is min plus its bits, a number is an
-// offset alone, and a sum has as many bits as its largest value needs, so nothing
-// wraps around.  Comparisons move the offsets to one side and compare bit by bit.
+// An expression denotes offset + a sum of multiples of bits, where bits is an
+// unsigned little-endian vector: variable x of range min...max is min plus its bits,
+// a number is an offset alone.  Only a comparison adds, when it is known how often
+// each vector occurs: x + x + x takes an adder for each bit of the 3, and not for
+// each x.  A sum has as many bits as its largest value needs, so nothing wraps
+// around.  Comparisons move the offsets to one side and compare bit by bit.
 
 #pragma once
 
@@ -15,15 +17,17 @@
 namespace slugs {
 
 struct IntegerValue {
+  struct Term {
+    std::vector<FormulaId> bits; // which may all be 1
+    std::uint64_t times = 1;
+  };
   std::int64_t offset = 0;
-  std::vector<FormulaId> bits;
-  std::uint64_t largest = 0; // value of the bits: those beyond it are always 0, and left out
+  std::vector<Term> terms; // of different bits, in the order in which they first occur
 };
 
-// The bits themselves, which may all be 1.
 IntegerValue bit_vector(std::vector<FormulaId> bits);
 
-IntegerValue sum(FormulaPool &pool, const IntegerValue &a, const IntegerValue &b);
+IntegerValue sum(IntegerValue a, const IntegerValue &b);
 FormulaId equal(FormulaPool &pool, const IntegerValue &a, const IntegerValue &b);
 FormulaId less(FormulaPool &pool, const IntegerValue &a, const IntegerValue &b);
 

@@ -235,9 +235,9 @@ private:
       values_.push_back(algebra_.negation(right, waiting.lexeme.place));
       return;
     }
-    const Value left = std::move(values_.back());
+    Value left = std::move(values_.back());
     values_.pop_back();
-    values_.push_back(algebra_.binary(waiting.token, left, right, waiting.lexeme));
+    values_.push_back(algebra_.binary(waiting.token, std::move(left), right, waiting.lexeme));
   }
 
   void close(const Lexeme &lexeme) {
