@@ -1,0 +1,120 @@
+"""Moves that are given on demand, checked against the specification's text: each lie is found."""
+
+from __future__ import annotations
+
+import pytest
+
+from safenav.errors import SynthesizerError
+from safenav.spec.parsing import read_specification
+from safenav.synthesis.serving.served import Measure, Move, Position
+from safenav.verify.moves import MoveCheck
+
+FERRY = """\
+[INPUT]
+calm
+fog
+[OUTPUT]
+at:0...5
+[ENV_INIT]
+!fog
+[SYS_INIT]
+at = 0
+[ENV_TRANS]
+fog -> !fog'
+[SYS_TRANS]
+at' <= at + 1
+at <= at' + 1
+fog' -> at' = at
+[ENV_LIVENESS]
+calm'
+[SYS_LIVENESS]
+at' = 5
+at' = 0
+"""
+CHECK = MoveCheck(read_specification(FERRY, "ferry", "ferry"))
+CALM, STORM = {"calm": 1, "fog": 0}, {"calm": 0, "fog": 0}
+
+
+def position(
+    at: int, distance: int, goal: int = 0, assumption: int | None = 0, fog: int = 0, calm: int = 0
+) -> Position:
+    return Position({"calm": calm, "fog": fog, "at": at}, goal, Measure(distance, assumption))
+
+
+HERE = position(2, 6)
+
+
+@pytest.mark.parametrize(
+    ("here", "inputs", "move"),
+    [
+        (HERE, CALM, Move(position(3, 4, calm=1), 0)),
+        (HERE, STORM, Move(position(2, 6), 0)),
+        (position(4, 2), CALM, Move(position(5, 9, goal=1, calm=1), 1)),
+    ],
+    ids=["closer", "waits as long as it is not calm", "meets its goal"],
+)
+def test_what_the_strategy_may_do(here: Position, inputs: dict[str, int], move: Move) -> None:
+    CHECK.move(here, inputs, move)
+
+
+@pytest.mark.parametrize(
+    ("here", "inputs", "move", "why"),
+    [
+        (HERE, CALM, Move(position(4, 4, calm=1), 0), "a move that breaks .*at' <= at"),
+        (HERE, {"calm": 0, "fog": 1}, Move(position(3, 4, fog=1), 0), "a move that breaks .*fog'"),
+        (position(5, 1), CALM, Move(position(6, 0, calm=1), 0), "a value outside its range"),
+        (HERE, CALM, Move(position(3, 4), 0), "an answer to other inputs"),
+        (
+            position(2, 6, fog=1),
+            {"calm": 0, "fog": 1},
+            Move(position(2, 4, fog=1), 0),
+            "an answer although .* is broken",
+        ),
+        (HERE, CALM, Move(position(2, 6, calm=1), 0), "comes no closer .*from 6 to 6"),
+        (HERE, STORM, Move(position(2, 7), 0), "comes no closer .*from 6 to 7"),
+        (HERE, STORM, Move(position(2, 6, assumption=None), 0), "comes no closer"),
+        (
+            position(2, 6, assumption=None),
+            STORM,
+            Move(position(2, 6, assumption=None), 0),
+            "comes no closer",
+        ),
+        (HERE, CALM, Move(position(3, -1, calm=1), 0), "comes no closer"),
+        (
+            HERE,
+            CALM,
+            Move(position(3, 9, goal=1, calm=1), 1),
+            "that it meets .* does not",
+        ),
+        (
+            position(4, 2),
+            CALM,
+            Move(position(5, 9, goal=0, calm=1), 2),
+            "that it meets .* does not",
+        ),
+        (HERE, CALM, Move(position(3, 4, goal=1, calm=1), 0), "goal 1 after goal 0"),
+        (position(2, 6, goal=2), CALM, Move(position(3, 4, goal=2, calm=1), 0), "goal 2 after"),
+        (
+            position(2, 6, assumption=3),
+            STORM,
+            Move(position(2, 6, assumption=3), 0),
+            "to wait for assumption 3, of 1",
+        ),
+    ],
+)
+def test_what_it_may_not_do(here: Position, inputs: dict[str, int], move: Move, why: str) -> None:
+    with pytest.raises(SynthesizerError, match=f"a wrong answer about ferry: .*{why}"):
+        CHECK.move(here, inputs, move)
+
+
+def test_where_it_may_begin() -> None:
+    CHECK.start(position(0, 9))
+    for wrong in (position(1, 9), position(0, 9, fog=1), position(-1, 9)):
+        with pytest.raises(SynthesizerError, match=r"a start that breaks|outside its range"):
+            CHECK.start(wrong)
+
+
+def test_only_what_the_assumptions_exclude_may_be_refused() -> None:
+    CHECK.refusal(position(2, 6, fog=1), {"calm": 0, "fog": 1})
+    with pytest.raises(SynthesizerError, match="no answer, though every assumption is kept"):
+        CHECK.refusal(HERE, CALM)
