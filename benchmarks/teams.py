@@ -1,11 +1,12 @@
-"""Measures the synthesis for robots that share a floor: over map sides, team sizes, encodings.
+"""Measures teams that share a floor: one robot's synthesis over map sides, and whole runs.
 
     python benchmarks/teams.py                     # the curves of docs/tracking.md
     python benchmarks/teams.py --sides 7,20 --robots 2 --tracking nearby,exact
+    python benchmarks/teams.py --bars              # what is asked of teams, and what is measured
 
-Each figure is one robot's whole synthesis (specification, slugs, strategy; no cache, not
-verified), on an open floor with a wall region in eight, four corners as targets. CPU seconds of
-the slugs process. Nothing here is a test: it reports.
+Each figure of the curves is one robot's whole synthesis (specification, slugs, strategy; no cache,
+not verified), on an open floor with a wall region in eight, four corners as targets. CPU seconds
+of the slugs process. Nothing here is a test: it reports.
 """
 
 from __future__ import annotations
@@ -14,9 +15,12 @@ import json
 import random
 import resource
 import time
+from collections.abc import Iterator
 from pathlib import Path
+from statistics import median, quantiles
 
 import click
+import missions
 
 from safenav.report.terminal.table import table
 from safenav.runtime.coordination.strategies import first_answers
@@ -77,6 +81,56 @@ def measure(side: int, robots: int, tracking: str, seconds: float) -> dict[str, 
     }
 
 
+BAR_HEADINGS = ("what", "bar", "measured", "met", "wall s", "CPU s", "syntheses")
+SHIPPED = {"two_digits": 14, "team_of_six": 40}
+"""Most syntheses of a whole run."""
+CROWDS = 10
+
+
+def bars() -> Iterator[tuple[object, ...]]:
+    """One row for each bar, as soon as it is measured."""
+    for side, most in ((50, 1.0), (100, 10.0)):
+        row = measure(side, 4, "nearby", 120)
+        what = f"a synthesis on {side} x {side} among four, CPU s"
+        yield _judged(what, row["cpu"], most, row["wall"], row["cpu"], 1)
+    for name, count in SHIPPED.items():
+        yield _of_run(f"{name}, syntheses", missions.run(name), count, "syntheses")
+    for robots, seconds in ((4, 2.0), (12, 10.0)):
+        what = f"{robots} quadcopters to mirrored places, s"
+        yield _of_run(what, missions.mirrored(robots), seconds)
+    crowds = [missions.crowd(seed) for seed in range(CROWDS)]
+    slowest = max(crowds, key=lambda run: run.wall)
+    yield _of_run(f"the slowest of {CROWDS} crowds in rooms, s", slowest, 30.0)
+    searches: list[float] = []
+    for robots, flyers, doors, seconds in ((20, 2, 5, 90.0), (50, 0, 0, 300.0)):
+        run = missions.large(robots, flyers, doors)
+        if run is not None:
+            searches += run.searches
+            what = f"random-32-32-10, {robots} robots, {flyers} flyers, {doors} doors, s"
+            yield _of_run(what, run, seconds)
+    if len(searches) > 1:
+        yield _judged("there, a plan's median, s", round(median(searches), 3), 0.05)
+        yield _judged("there, a plan's 99th percentile, s", round(_high(searches), 3), 1.0)
+
+
+def _high(values: list[float]) -> float:
+    return quantiles(values, n=100, method="inclusive")[-1]
+
+
+def _of_run(what: str, run: missions.Run, most: float, figure: str = "wall") -> tuple[object, ...]:
+    if run.outcome != "completed":
+        what, most = f"{what}: {run.outcome}", -1.0
+    wall, cpu = round(run.wall, 2), round(run.cpu, 2)
+    return _judged(
+        what, run.syntheses if figure == "syntheses" else wall, most, wall, cpu, run.syntheses
+    )
+
+
+def _judged(what: str, figure: object, most: float, *more: object) -> tuple[object, ...]:
+    met = isinstance(figure, int | float) and figure <= most
+    return (what, most, figure, "yes" if met else "no", *more, *("",) * (3 - len(more)))
+
+
 def numbers(text: str) -> list[int]:
     return [int(part) for part in text.split(",")]
 
@@ -86,9 +140,20 @@ def numbers(text: str) -> list[int]:
 @click.option("--robots", "teams", default="2,4,8", show_default=True)
 @click.option("--tracking", "trackings", default="nearby", show_default=True)
 @click.option("--seconds", type=float, default=60, show_default=True, help="Limit of each.")
+@click.option("--bars", "asked", is_flag=True, help="What is asked of teams, instead.")
 @click.option("--json", "json_file", type=click.Path(path_type=Path), help="Write the figures.")
-def main(sides: str, teams: str, trackings: str, seconds: float, json_file: Path | None) -> None:
+def main(
+    sides: str, teams: str, trackings: str, seconds: float, asked: bool, json_file: Path | None
+) -> None:
     """Measure one robot's synthesis for every combination."""
+    if asked:
+        judged = list(bars())
+        for line in table(BAR_HEADINGS, judged):
+            click.echo(line)
+        if json_file is not None:
+            written = [dict(zip(BAR_HEADINGS, row, strict=True)) for row in judged]
+            json_file.write_text(json.dumps(written, indent=2) + "\n")
+        return
     rows = [
         measure(side, robots, tracking, seconds)
         for tracking in trackings.split(",")

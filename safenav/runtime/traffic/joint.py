@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
 from safenav.runtime.coordination.problem import Problem, Stage, Stages
-from safenav.runtime.poses import Mask
+from safenav.runtime.poses import Mask, PoseGraph
 
 Count = tuple[int, int, int]
 """How far a robot is since the last resolution: the target whose turn it is (0 where targets
@@ -38,6 +38,20 @@ class Joint:
         return hash((self.poses, self.counts, self.stages))
 
 
+class Steps(dict[int, tuple[int, ...]]):
+    """The poses one step away from each pose, of those that are ``allowed``; found when somebody
+    asks."""
+
+    def __init__(self, graph: PoseGraph, allowed: Mask) -> None:
+        self.graph = graph
+        self.allowed = allowed
+
+    def __missing__(self, pose: int) -> tuple[int, ...]:
+        after = tuple(q for q in self.graph.steps(pose) if self.allowed >> q & 1)
+        self[pose] = after
+        return after
+
+
 @dataclass
 class Course:
     """The rules by which joint states follow one another.
@@ -49,8 +63,8 @@ class Course:
     problem: Problem
     rounds: int
     parked: frozenset[int] = frozenset()
-    _steps: dict[tuple[int, Mask], dict[int, tuple[int, ...]]] = field(default_factory=dict)
-    _hopeful: dict[tuple[int, Mask], dict[int, tuple[int, ...]]] = field(default_factory=dict)
+    _steps: dict[Stages, tuple[Steps, ...]] = field(default_factory=dict)
+    _hopeful: dict[Stages, tuple[Steps, ...]] = field(default_factory=dict)
     _alive: dict[Stages, tuple[Mask, ...]] = field(default_factory=dict)
 
     def begun(self, poses: tuple[int, ...], counts: tuple[Count, ...], stages: Stages) -> Joint:
@@ -61,45 +75,34 @@ class Course:
         """The state after ``who`` have come to their places in ``poses``."""
         return self._settled(poses, state.counts, state.stages, who)
 
-    def steps(self, state: Joint, robot: int) -> tuple[int, ...]:
-        """The poses one step away that walls and open obstacles leave to a robot."""
-        if robot in self.parked:
-            return ()
-        member = self.problem.members[robot]
-        allowed = self.problem.allowed(robot, state.stages)
-        table = self._steps.setdefault((id(member.graph), allowed), {})
-        pose = state.poses[robot]
-        found = table.get(pose)
+    def steps(self, stages: Stages) -> tuple[Steps, ...]:
+        """For each robot the steps that walls and open obstacles leave to it."""
+        found = self._steps.get(stages)
         if found is None:
-            after = member.graph.steps(pose)
-            found = table[pose] = tuple(q for q in after if allowed >> q & 1)
+            found = self._steps[stages] = tuple(
+                Steps(member.graph, 0 if i in self.parked else self.problem.allowed(i, stages))
+                for i, member in enumerate(self.problem.members)
+            )
         return found
 
-    def hopeful(self, state: Joint, robot: int) -> tuple[int, ...]:
+    def hopeful(self, stages: Stages) -> tuple[Steps, ...]:
         """Of ``steps`` those after which the robot could still go on for ever, were all obstacles
         out of its way: from the others nothing leads to the end of the mission."""
-        if robot in self.parked:
-            return ()
-        member = self.problem.members[robot]
-        allowed = self.problem.allowed(robot, state.stages)
-        key = (id(member), allowed)
-        table = self._hopeful.get(key)
-        if table is None:
-            table = self._hopeful[key] = {}
-        pose = state.poses[robot]
-        found = table.get(pose)
+        found = self._hopeful.get(stages)
         if found is None:
-            alive = member.graph.live(member.targets, member.floor) & allowed
-            found = table[pose] = tuple(q for q in member.graph.steps(pose) if alive >> q & 1)
+            found = self._hopeful[stages] = tuple(
+                Steps(m.graph, steps.allowed & m.graph.live(m.targets, m.floor))
+                for m, steps in zip(self.problem.members, self.steps(stages), strict=True)
+            )
         return found
 
     def singles(self, state: Joint) -> Iterator[tuple[int, int]]:
         """(robot, pose) of every step that one robot can take while the others stand still."""
         members, poses = self.problem.members, state.poses
-        for robot in range(len(poses)):
+        for robot, steps in enumerate(self.steps(state.stages)):
             size = members[robot].graph.size
             taken = {poses[j] % size for j in self.problem.conflicts[robot]}
-            for pose in self.steps(state, robot):
+            for pose in steps[poses[robot]]:
                 if pose % size not in taken:
                     yield robot, pose
 

@@ -20,7 +20,7 @@ from itertools import count as counting
 
 from safenav.runtime.coordination.problem import Stages
 from safenav.runtime.poses import FAR, Mask
-from safenav.runtime.traffic.joint import Course, Joint
+from safenav.runtime.traffic.joint import Count, Course, Joint
 from safenav.runtime.traffic.pibt import Field, Generator
 
 FIRST_BUDGET = 200
@@ -92,6 +92,7 @@ class Search:
         self._rng = random.Random(seed)
         self._stopping = stopping
         self._guided: dict[Stages, Sequence[Mask | None]] = {}
+        self._known: dict[Stages, dict[tuple[int, Count], Field]] = {}
         self._generator = Generator(course, self._rng)
 
     def run(self, rounds: int = ROUNDS_OF_SEARCH, proof: int = PROOF_BUDGET) -> Answer:
@@ -284,13 +285,14 @@ class Search:
         found = self._generator.propose(state, fields, order)
         if found is not None and found != poses:
             yield course.moved(state, found, everybody)
+        hopeful = course.hopeful(state.stages)
         for robot in order:
-            for pose in course.hopeful(state, robot):
+            for pose in hopeful[robot][poses[robot]]:
                 found = self._generator.propose(state, fields, order, (robot, pose))
                 if found is not None:
                     yield course.moved(state, found, everybody)
         for robot, pose in course.singles(state):
-            if pose in course.hopeful(state, robot):
+            if pose in hopeful[robot][poses[robot]]:
                 yield course.after(state, robot, pose)
 
     def _fields(self, state: Joint) -> list[Field]:
@@ -298,18 +300,25 @@ class Search:
         guided = self._guided.get(state.stages)
         if guided is None:
             guided = self._guided[state.stages] = self._guide(state.stages, state.poses)
-        problem = self.course.problem
+        known = self._known.setdefault(state.stages, {})
         found: list[Field] = []
         for robot, wish in enumerate(guided):
-            goal = self.course.awaited(robot, state.counts[robot]) if wish is None else wish
-            if not goal:
-                found.append(None)
-                continue
-            field = problem.members[robot].graph.distances(
-                goal, problem.allowed(robot, state.stages)
-            )
-            found.append(field if field[state.poses[robot]] < FAR else None)
+            count = state.counts[robot]
+            key = robot, count
+            if key in known:
+                field = known[key]
+            else:
+                goal = self.course.awaited(robot, count) if wish is None else wish
+                field = known[key] = self._field(robot, goal, state.stages)
+            near = field is not None and field[state.poses[robot]] < FAR
+            found.append(field if near else None)
         return found
+
+    def _field(self, robot: int, goal: Mask, stages: Stages) -> Field:
+        problem = self.course.problem
+        if not goal:
+            return None
+        return problem.members[robot].graph.distances(goal, problem.allowed(robot, stages))
 
 
 def _way(before: dict[Joint, Joint | None], last: Joint) -> Found:

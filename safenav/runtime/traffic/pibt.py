@@ -12,11 +12,15 @@ from __future__ import annotations
 
 import random
 from collections.abc import Sequence
+from itertools import pairwise
 
 from safenav.runtime.traffic.joint import Course, Joint
 
 Field = list[int] | None
 """The distance of each pose to a robot's wish; None without one."""
+
+Rank = tuple[int, bool, int]
+"""Of a pose: how far it is from the wish, whether somebody stands there, its number."""
 
 
 class Generator:
@@ -27,6 +31,8 @@ class Generator:
         self._rng = rng
         self._sizes = [member.graph.size for member in course.problem.members]
         self._conflicts = course.problem.conflicts
+        self._state: Joint | None = None
+        self._fields: Sequence[Field] = ()
 
     def propose(
         self,
@@ -36,76 +42,99 @@ class Generator:
         forced: tuple[int, int] | None = None,
     ) -> tuple[int, ...] | None:
         """The poses after one joint step, robots choosing in ``order``; ``forced`` is a robot
-        and the pose that it must take. None if that cannot be."""
-        self._state = state
-        self._fields = fields
-        self._now: dict[int, list[int]] = {}
-        for robot, pose in enumerate(state.poses):
-            self._now.setdefault(pose % self._sizes[robot], []).append(robot)
+        and the pose that it must take. None if that cannot be. ``fields`` must not be changed
+        between proposals for a state."""
+        if state is not self._state or fields is not self._fields:
+            self._look(state, fields)
         self._next: dict[int, int] = {}
         self._entered: dict[int, list[int]] = {}
         self._trail: list[int] = []
-        if forced is not None and not self._place(forced[0], set(), (forced[1],)):
+        if forced is not None and not self._place(forced[0], frozenset(), (forced[1],)):
             return None
         for robot in order:
-            if robot not in self._next and not self._place(robot, set()):
+            if robot not in self._next and not self._place(robot, frozenset()):
                 return None
-        return tuple(self._next[robot] for robot in range(len(state.poses)))
+        return tuple([self._next[robot] for robot in range(len(state.poses))])
 
-    def _place(self, robot: int, waiting: set[int], only: tuple[int, ...] | None = None) -> bool:
+    def _look(self, state: Joint, fields: Sequence[Field]) -> None:
+        """What all proposals for a state have in common."""
+        self._state, self._fields = state, fields
+        self._poses = state.poses
+        self._regions = [p % size for p, size in zip(state.poses, self._sizes, strict=True)]
+        self._now: dict[int, list[int]] = {}
+        for robot, region in enumerate(self._regions):
+            self._now.setdefault(region, []).append(robot)
+        self._steps = self._course.hopeful(state.stages)
+        self._ranked: dict[int, tuple[list[Rank], list[int] | None]] = {}
+
+    def _place(
+        self, robot: int, waiting: frozenset[int], only: Sequence[int] | None = None
+    ) -> bool:
         """Give a robot its next pose; ``waiting``: those that push it, directly or not."""
+        trail = self._trail
         for pose in only or self._candidates(robot):
-            mark = len(self._trail)
+            mark = len(trail)
             if self._take(robot, pose, waiting):
                 return True
-            while len(self._trail) > mark:
-                undone = self._trail.pop()
+            while len(trail) > mark:
+                undone = trail.pop()
                 self._entered[self._next.pop(undone) % self._sizes[undone]].remove(undone)
         return False
 
-    def _take(self, robot: int, pose: int, waiting: set[int]) -> bool:
+    def _take(self, robot: int, pose: int, waiting: frozenset[int]) -> bool:
         region = pose % self._sizes[robot]
-        conflicts = self._conflicts[robot]
-        for other in self._entered.get(region, ()):
-            if other in conflicts:
-                return False
-        self._next[robot] = pose
-        self._entered.setdefault(region, []).append(robot)
+        conflicts, following, regions = self._conflicts[robot], self._next, self._regions
+        entered = self._entered.get(region)
+        if entered is None:
+            self._entered[region] = [robot]
+        else:
+            for other in entered:
+                if other in conflicts:
+                    return False
+            entered.append(robot)
+        following[robot] = pose
         self._trail.append(robot)
-        if region == self._state.poses[robot] % self._sizes[robot]:
+        if region == regions[robot] or region not in self._now:
             return True
         pushed = []
-        for other in self._now.get(region, ()):
-            if other == robot or other not in conflicts:
+        for other in self._now[region]:
+            if other not in conflicts:
                 continue
             if other in waiting:
                 return False
-            if other not in self._next:
+            if other not in following:
                 pushed.append(other)
-            elif self._next[other] % self._sizes[other] == region:
+            elif following[other] % self._sizes[other] == region:
                 return False
         if pushed:
             behind = waiting | {robot}
             for other in pushed:
-                if other not in self._next and not self._place(other, behind):
+                if other not in following and not self._place(other, behind):
                     return False
-                if self._next[other] % self._sizes[other] == region:
+                if following[other] % self._sizes[other] == region:
                     return False
         return True
 
     def _candidates(self, robot: int) -> list[int]:
-        state, field = self._state, self._fields[robot]
-        here = state.poses[robot]
-        poses = [here, *self._course.hopeful(state, robot)]
-        if len(poses) == 1:
-            return poses
-        size, conflicts, rng = self._sizes[robot], self._conflicts[robot], self._rng
+        """The poses that a robot may take, the nearest to its wish first."""
+        known = self._ranked.get(robot)
+        if known is None:
+            known = self._ranked[robot] = self._rank(robot)
+        ranks, settled = known
+        if settled is not None:
+            return settled
+        random = self._rng.random
+        return [r[3] for r in sorted([(wish, stands, random(), q) for wish, stands, q in ranks])]
 
-        def rank(pose: int) -> tuple[int, int, float]:
-            standing = pose != here and any(
-                other in conflicts for other in self._now.get(pose % size, ())
-            )
-            wish = (pose != here) if field is None else field[pose]
-            return wish, standing, rng.random()
-
-        return sorted(poses, key=rank)
+    def _rank(self, robot: int) -> tuple[list[Rank], list[int] | None]:
+        """How good each pose is, and the order of the poses if there are no ties."""
+        field, conflicts, size = self._fields[robot], self._conflicts[robot], self._sizes[robot]
+        here = self._poses[robot]
+        ranks: list[Rank] = [(0 if field is None else field[here], False, here)]
+        for pose in self._steps[robot][here]:
+            there = self._now.get(pose % size)
+            standing = there is not None and not conflicts.isdisjoint(there)
+            ranks.append((1 if field is None else field[pose], standing, pose))
+        ranks.sort()
+        tied = any(one[:2] == two[:2] for one, two in pairwise(ranks))
+        return ranks, None if tied else [rank[2] for rank in ranks]

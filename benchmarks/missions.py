@@ -1,0 +1,95 @@
+"""Whole runs of teams, measured: wall and CPU seconds, syntheses, and every search for a plan.
+
+The random missions are those of the campaigns (``tests/campaigns``), by family and seed.
+"""
+
+from __future__ import annotations
+
+import resource
+import sys
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import wraps
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from safenav.runtime.mission import Mission, default_synthesizer
+from safenav.runtime.traffic.joint_plan import Answer, Search
+from safenav.scenario.reading.loader import load_scenario, load_scenario_text
+from safenav.synthesis.cache import Cache
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "tests"))
+from campaigns.generate.families import benchmark, maps_folder, mission  # noqa: E402
+
+
+@dataclass(frozen=True)
+class Run:
+    """What one run did and took. ``cpu``: of safenav and its synthesizers; ``searches``: seconds
+    of each search for a joint plan, certificates of single moves among them."""
+
+    outcome: str
+    wall: float
+    cpu: float
+    syntheses: int
+    searches: tuple[float, ...]
+
+
+def run(scenario: str | Mapping[str, Any]) -> Run:
+    """Run a shipped scenario by name, or a mission's data, with an empty cache, verified."""
+    if isinstance(scenario, str):
+        read = load_scenario(ROOT / "scenarios" / f"{scenario}.yaml")
+    else:
+        read = load_scenario_text(yaml.safe_dump(dict(scenario), sort_keys=False))
+    synthesizer = default_synthesizer(read)
+    synthesizer.cache = Cache.off()
+    begun, spent = time.perf_counter(), _cpu()
+    with _searches() as searches:
+        result = Mission(read, synthesizer=synthesizer).run()
+    wall, cpu = time.perf_counter() - begun, _cpu() - spent
+    return Run(result.outcome.value, wall, cpu, result.syntheses, tuple(searches))
+
+
+def crowd(seed: int) -> Run:
+    """Two to eight robots in rooms, some with headings."""
+    return run(mission("crowd", seed))
+
+
+def mirrored(quadcopters: int) -> Run:
+    """Quadcopters that go to mirrored places on the other side of an open floor."""
+    return run(mission("mirrored", quadcopters))
+
+
+def large(robots: int, flyers: int, doors: int, seed: int = 0) -> Run | None:
+    """Robots on random-32-32-10, half of them with headings; None where the map is missing."""
+    return run(benchmark(robots, flyers, doors, seed)) if maps_folder() else None
+
+
+def _cpu() -> float:
+    usages = map(resource.getrusage, (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+    return sum(usage.ru_utime + usage.ru_stime for usage in usages)
+
+
+@contextmanager
+def _searches() -> Iterator[list[float]]:
+    """The CPU seconds of each search while the block runs."""
+    seconds: list[float] = []
+    search = Search.run
+
+    @wraps(search)
+    def timed(self: Search, *arguments: int) -> Answer:
+        begun = time.process_time()
+        try:
+            return search(self, *arguments)
+        finally:
+            seconds.append(time.process_time() - begun)
+
+    Search.run = timed  # type: ignore[method-assign]
+    try:
+        yield seconds
+    finally:
+        Search.run = search  # type: ignore[method-assign]
