@@ -1,4 +1,4 @@
-/* sources 2a8a01d7a9ebc69e40f276ab2215d64a00b7dbd453bee11d328ea2050d0082ab */
+/* sources 195c8be4f653872d86e1c4be19e1a3331ea112cd2d0fa33b485bc78158d72f5e */
 /* Contains Preact:
 The MIT License (MIT)
 

@@ -64,6 +64,15 @@ export function Studio() {
     wire.say("open", { kind: "link", packed: linked });
   }, [wire]);
   useEffect(() => {
+    const close = (event: Event): void => {
+      for (const menu of document.querySelectorAll("details.menu[open]")) {
+        if (!menu.contains(event.target as Node)) menu.removeAttribute("open");
+      }
+    };
+    addEventListener("pointerdown", close);
+    return () => removeEventListener("pointerdown", close);
+  }, []);
+  useEffect(() => {
     if (refused === null) return;
     const timer = setTimeout(() => refuse(null), 6000);
     return () => clearTimeout(timer);
