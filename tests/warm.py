@@ -142,11 +142,12 @@ def _become(files: list[int]) -> NoReturn:
 
 
 def _import_everything() -> None:
+    """All of safenav and the libraries that it loads late, without those that are missing."""
     import safenav
 
-    for module in pkgutil.walk_packages(safenav.__path__, "safenav."):
-        if ".certify.checker." not in module.name and not module.name.endswith("__main__"):
-            importlib.import_module(module.name)
-    for library in LIBRARIES:
-        importlib.import_module(library)
+    names = [module.name for module in pkgutil.walk_packages(safenav.__path__, "safenav.")]
+    for name in (*names, *LIBRARIES):
+        if ".certify.checker." not in name and not name.endswith("__main__"):
+            with contextlib.suppress(ImportError):
+                importlib.import_module(name)
     gc.freeze()
