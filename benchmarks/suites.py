@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Literal
 
 import families
+import large
 import published
 
 Mode = Literal["strategy", "verdict"]
@@ -69,8 +70,9 @@ BARS = (
     Bar("gr1/jcss12_4.slugsin", "verdict", 5.0, None, "> 60"),
     *(Bar(f"gr1/synt15_{n}.slugsin", "verdict", 1.0, None, "") for n in (24, 25, 28, 30)),
 )
-# Published families at sizes that the corpus need not have, written anew: the bars of the verdict.
-PUBLISHED = {
+# Published families at sizes that the corpus need not have, written anew, and large simple texts:
+# the bars of the verdict.
+WRITTEN = {
     "amba_6": (published.amba(6), 3.0),
     "amba_8": (published.amba(8), 7.0),
     "amba_10": (published.amba(10), 40.0),
@@ -81,6 +83,8 @@ PUBLISHED = {
     "bunny_50": (published.bunny(50), 25.0),
     "belief_7x13_2": (published.belief(7, 13, 2), 5.0),
     "belief_7x13_3": (published.belief(7, 13, 3), 15.0),
+    "sum_of_3000": (large.long_sum(3000), 1.0),
+    "pairs_20000": (large.pairs(20000), 5.0),
 }
 SUFFIXES = (".slugsin", ".structuredslugs")
 SMALL_BAR = 0.02
@@ -110,7 +114,7 @@ def corpus_suite(scratch: Path) -> list[Case]:
         cases.append(Case(name, file, bar.mode, bar.seconds, bar.prototype, bar.upstream))
     cases += [
         Case(name, _write(scratch, f"written_{name}", text), "verdict", seconds)
-        for name, (text, seconds) in PUBLISHED.items()
+        for name, (text, seconds) in WRITTEN.items()
     ]
     if corpus is not None:
         for file in sorted((corpus / "slugs").iterdir()):
