@@ -8,13 +8,14 @@ from random import Random
 import pytest
 
 from safenav.explain.diagnosis import diagnose
-from safenav.explain.explanation import Cause, RepairKind
+from safenav.explain.explanation import Cause, RepairKind, WitnessEnd
 from safenav.explain.investigation import explain
 from safenav.explain.quickxplain import minimal_subset
 from safenav.explain.summary import explain_unrealizable
 from safenav.explain.undisturbed import play
+from safenav.report.terminal.explanation_text import cause_words
 from safenav.scenario.model import Robot, RobotModel
-from safenav.scenario.objective import Cover, Hold, Objective, Patrol, Visit, describe
+from safenav.scenario.objective import Cover, Hold, Ltl, Objective, Patrol, Visit, describe
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.spec.compile import compile_task
 from safenav.spec.objective import NO_MEMORY
@@ -117,6 +118,49 @@ catalogue: {robots: {r: {mobility: free, layer: ground, capabilities: []}}}
     assert found.witness.goal is not None
     assert found.witness.goal.regions == (16,)
     assert [repair.kind for repair in found.repairs] == [RepairKind.ASSUMPTION]
+    assert cause_words(found, scenario.map) == "blocker can keep it away for ever"
+
+
+def test_a_robot_that_must_not_wait_can_be_cornered() -> None:
+    formulas = Ltl(
+        safety=("region = 10 -> region' != 10", "region = 11 -> region' != 11"),
+        liveness=("region = 16",),
+    )
+    other = Observed("blocker", 14, (frozenset({14}),))
+    task, world = _corridor(formulas, observed=(other,), fairness=Fairness.OUT_OF_MY_WAY)
+    scenario = load_scenario_text(
+        """
+safenav: 1
+map: {grid: ["#########", "#.......#", "#########"]}
+robots:
+  rover: {model: r, start: 10, objective: {ltl: {liveness: ["region = 16"]}}}
+  blocker: {model: r, start: 14, objective: {visit: [14, 15]}}
+catalogue: {robots: {r: {mobility: free, layer: ground, capabilities: []}}}
+"""
+    )
+    found = explain(scenario, task, Synthesizer(), lambda _: False)
+    assert found.cause is Cause.CORNERED
+    assert found.witness is not None and found.witness.ending is WitnessEnd.STUCK
+    said = cause_words(found, world)
+    assert said == "blocker can bring it where every move breaks a guarantee"
+
+
+def test_a_robot_that_stays_in_the_only_way_is_what_is_in_the_way() -> None:
+    other = Observed("guard", 14, (frozenset({14}),))
+    task, world = _corridor(AWAY, observed=(other,), fairness=Fairness.NONE)
+    scenario = load_scenario_text(
+        """
+safenav: 1
+map: {grid: ["#########", "#.......#", "#########"]}
+robots:
+  rover: {model: r, start: 10, objective: {visit: [16]}}
+  guard: {model: r, start: 14, objective: {hold: 14}}
+catalogue: {robots: {r: {mobility: free, layer: ground, capabilities: []}}}
+"""
+    )
+    found = explain(scenario, task, Synthesizer(), lambda _: False)
+    assert found.cause is Cause.PARKED_ROBOT
+    assert "14 [1, 5]: guard holds this place" in cause_words(found, world)
 
 
 @pytest.mark.parametrize("seed", range(40))
