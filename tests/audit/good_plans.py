@@ -178,7 +178,7 @@ def stuck() -> list[Line]:
         "robots": ["one", "two"],
         "start": {"one": [9, None], "two": [11, None]},
         "stages": {},
-        "goal": {"one": 1, "two": 1},
+        "goal": {"rounds": 1},
         "states": len(poses),
         "sha256": hashlib.sha256("".join(lines).encode()).hexdigest(),
     }
