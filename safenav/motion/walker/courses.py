@@ -49,9 +49,9 @@ class Plan:
 def plan_of(
     courses: list[Course], actual: Actual, sooner: float, step: int, hold: bool
 ) -> Plan | None:
-    """The phases of some moves, the landing after phase ``step`` ``sooner`` seconds earlier, for
-    which the later phases of the first move last longer; None if it cannot. ``hold``: the foot
-    in the air lands where it was sent to."""
+    """The phases of some moves, the landing after phase ``step`` ``sooner`` seconds earlier (later
+    if negative), for which the later phases of the first move last longer; None if it cannot.
+    ``hold``: the foot in the air lands where it was sent to."""
     durations: list[float] = []
     feet: list[Foothold | None] = []
     same: list[int] = []

@@ -10,8 +10,10 @@ can, and the next move sets out from there.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
-from itertools import product
+from itertools import pairwise, product
+from math import hypot
 
 import numpy as np
 
@@ -20,12 +22,13 @@ from safenav.motion.file.records import Foothold, Phase, Segment, State, Swing
 from safenav.motion.pendulum import Array, advanced
 from safenav.motion.polynomial import between, derivative, values
 from safenav.motion.walker.courses import Actual, Course, Plan, plan_of
+from safenav.motion.walker.limits import LIMITS
 from safenav.motion.walker.replacing import replaced
 
 EARLY = 0.2
 """Seconds before landing until which there is no need to try that."""
-SOONER = (0.0, 0.08, 0.12, 0.14, 0.16, 0.18, 0.2, 0.22, 0.24, 0.32, 0.4)
-"""Seconds by which a foot may land earlier, in the order in which they are tried."""
+SOONER = (0.0, 0.08, 0.12, 0.14, 0.16, 0.18, 0.2, 0.22, 0.24, 0.32, 0.4, -0.03, -0.08, -0.16)
+"""Seconds by which a foot may land earlier (later if negative), in the order of trying."""
 SWING = 2.99
 """Metres per second of the fastest swing."""
 LEG = 0.55
@@ -40,21 +43,11 @@ def recovered(course: Course, actual: Actual, following: Course | None, omega: f
     """The move from the actual state at its begin on. Raises FallenError.
 
     With too few steps left to reach its goal it leaves the rest to the move that follows: the
-    goal of the result is where it really ends.
+    goal of the result is where it really ends, and the move that follows can go on from there.
     """
     segment = course.segment
-    reach = [[course]] if following is None else [[course], [course, following]]
-    held = (False, True) if segment.phases[0].seconds < EARLY else (False,)
-    for sooner, step, courses, hold in product(SOONER, (0, 1), reach, held):
-        if sooner or step == 0:
-            plan = plan_of(courses, actual, sooner, step, hold)
-            found = None if plan is None else _tried(segment, plan, actual, omega, False)
-            if found is not None:
-                return found
-    plan = plan_of([course], actual, 0.0, 0, False)
-    if plan is not None and segment.primitive != "stop":
-        found = _tried(segment, plan, actual, omega, True)
-        if found is not None:
+    for found in _candidates(course, actual, following, omega):
+        if following is None or _goes_on(found, segment, following, omega):
             return found
     raise FallenError(
         f"{segment.robot} falls at t = {segment.t0:.2f} s: no placing of its feet keeps it up\n"
@@ -62,18 +55,39 @@ def recovered(course: Course, actual: Actual, following: Course | None, omega: f
     )
 
 
-def _tried(
-    segment: Segment, plan: Plan, actual: Actual, omega: float, soft: bool
-) -> Segment | None:
-    found = replaced(plan, actual.state, omega, soft)
-    return None if found is None else _carried_out(segment, plan, actual, *found, omega)
+def _candidates(
+    course: Course, actual: Actual, following: Course | None, omega: float
+) -> Iterator[Segment]:
+    """Ways to carry out the rest of a move, those that change least first."""
+    segment = course.segment
+    reach = [[course]] if following is None else [[course], [course, following]]
+    held = (False, True) if segment.phases[0].seconds < EARLY else (False,)
+    for soft in (False, True) if segment.primitive != "stop" else (False,):
+        for sooner, step, courses, hold in product(SOONER, (0, 1), reach, held):
+            if sooner == 0.0 and step == 1:
+                continue
+            plan = plan_of(courses, actual, sooner, step, hold)
+            found = None if plan is None else replaced(plan, actual.state, omega, soft)
+            if plan is not None and found is not None:
+                carried = _carried_out(segment, plan, actual, *found, omega)
+                if carried is not None:
+                    yield carried
+
+
+def _goes_on(found: Segment, planned: Segment, following: Course, omega: float) -> bool:
+    """Whether the move that follows can be walked from where this one ends."""
+    last, wanted = found.feet[-1], planned.feet[-1]
+    if (found.goal, last.x, last.y) == (planned.goal, wanted.x, wanted.y):
+        return True
+    actual = Actual(np.array(found.goal), (last.x, last.y))
+    return next(_candidates(following, actual, None, omega), None) is not None
 
 
 def _carried_out(
     segment: Segment, plan: Plan, actual: Actual, offsets: Array, pushes: Array, omega: float
 ) -> Segment | None:
-    """The segment with its feet so placed; None if a leg is too short for it, or a foot cannot
-    swing so fast."""
+    """The segment with its feet so placed; None if a leg is too short for it, a step too long, or
+    a foot cannot swing so fast."""
     count = len(segment.phases)
     durations = plan.durations[:count]
     pressures = (plan.pressures + offsets + pushes)[:count]
@@ -99,6 +113,8 @@ def _carried_out(
             foot = replace(foot, x=base.x + dx, y=base.y + dy)
         foot = replace(foot, down=when(foot.down), up=when(foot.up))
         feet.append(foot)
+    if any(hypot(b.x - a.x, b.y - a.y) > LIMITS.step for a, b in pairwise(feet)):
+        return None
     phases = tuple(
         Phase(float(seconds), float(x), float(y))
         for seconds, (x, y) in zip(durations, pressures, strict=True)
