@@ -16,7 +16,7 @@ from safenav.trace.records import (
     Synthesis,
     Trace,
 )
-from safenav.trace.setting import ObstacleHeader, ScenarioHeader
+from safenav.trace.setting import ObstacleHeader, RobotHeader, ScenarioHeader
 
 
 @dataclass(frozen=True)
@@ -35,6 +35,11 @@ class Passage:
 class _Run:
     """What has happened so far, in the serial order of the trace."""
 
+    robots: Mapping[str, RobotHeader]
+    at: dict[str, int]
+    """Where each robot is: in its old region until it arrives."""
+    begun: dict[str, tuple[Passage, float]] = field(default_factory=dict)
+    """Steps of several ticks that have not arrived, and when what was before them ended."""
     left: dict[int, dict[str, float]] = field(default_factory=dict)
     ended: dict[str, float] = field(default_factory=dict)
     bound: dict[str, float] = field(default_factory=dict)
@@ -123,7 +128,8 @@ def check_order(
 ) -> None:
     """A region is entered after those who left it before, after what blocked it is resolved,
     and after what a robot's strategy answers; actions are where and when they must be."""
-    run = _Run()
+    robots = trace.header.scenario.robots
+    run = _Run(robots, {name: robot.start for name, robot in robots.items()})
     waiting = list(actions)
     conflicts = conflicts_of(trace.header.scenario)
     pending: dict[str, Passage] = {}
@@ -135,9 +141,14 @@ def check_order(
         if isinstance(record, Move):
             turn = record.robot
             step = steps.get(record.line)
+            run.at[record.robot] = record.to
+            if record.toward is None:
+                run.begun.pop(record.robot, None)
             if step is not None:
                 _entered(obstacles, run, conflicts, closed, step, report)
                 pending[record.robot] = step
+                if record.toward is not None:
+                    run.begun[record.robot] = step, run.ended.get(record.robot, 0.0)
                 run.ended[record.robot] = step.end
             if record.toward is None and record.to != record.from_:
                 arrived = pending.get(record.robot)
@@ -153,7 +164,7 @@ def check_order(
         elif isinstance(record, Blocked):
             closed.add(record.obstacle)
         elif isinstance(record, Synthesis) and turn is not None:
-            run.bound[record.robot] = run.ended.get(turn, 0.0)
+            run.bound[record.robot] = _since(run, turn)
     for action in waiting:
         what = f"resolves {action.obstacle}, which the trace does not (tick {action.tick})"
         report(Finding(action.t0, action.robot, "action", what))
@@ -184,12 +195,34 @@ def _entered(
     for name, obstacle in obstacles.items():
         if obstacle.region != step.to or step.robot not in obstacle.blocks or name in closed:
             continue
+        last = obstacle.all_needs[-1].action
+        if len(obstacle.all_needs) > 1 and last in run.robots[step.robot].capabilities:
+            continue  # it may enter once the other needs are met, to meet the last one
         opened = run.opened.get(name)
         if opened is None:
             wrong("obstacle", f"enters region {step.to} with {name} unresolved")
         elif opened - step.begin > NEAR:
             early = opened - step.begin
             wrong("obstacle", f"enters region {step.to} {early:.3f} s before {name} is resolved")
+
+
+def _since(run: _Run, robot: str) -> float:
+    """When what a robot did ended; not the step that it has begun and not ended."""
+    ended = run.ended.get(robot, 0.0)
+    return run.begun[robot][1] if robot in run.begun else ended
+
+
+def _go_on(run: _Run, robot: str, done: Action, report: Report) -> None:
+    """A robot that acted goes on after that: also with the step that it had begun by then."""
+    if robot not in run.begun:
+        run.ended[robot] = max(run.ended.get(robot, 0.0), done.t1)
+        return
+    step, before = run.begun[robot]
+    early = done.t1 - step.begin
+    if early > NEAR:
+        what = f"leaves region {step.origin} {early:.3f} s before it has resolved {done.obstacle}"
+        report(Finding(step.begin, robot, "order", what))
+    run.begun[robot] = step, max(before, done.t1)
 
 
 def _acted(
@@ -200,12 +233,15 @@ def _acted(
     report: Report,
 ) -> None:
     """All that take part act, after they have arrived, and at once if they are several."""
-    need = record.need or 0
-    team = {record.robot: None, **dict.fromkeys(record.robots or ())}
+    number = len(obstacle.all_needs) - 1 if record.need is None else record.need
+    need = obstacle.all_needs[number]
+    helpers = (n for n in record.robots or () if run.at[n] in need.regions)
+    able = (n for n in helpers if need.action in run.robots[n].capabilities)
+    team = {record.robot: None, **dict.fromkeys(able)}
     spans = []
     for name in team:
         done = next((a for a in waiting if (a.robot, a.obstacle) == (name, obstacle.name)), None)
-        arrived = run.ended.get(name, 0.0)
+        arrived = _since(run, name)
         if done is None:
             what = f"never acts on {obstacle.name} (tick {record.tick})"
             report(Finding(arrived, name, "action", what))
@@ -219,12 +255,12 @@ def _acted(
             if since - done.t0 > NEAR:
                 early = f"acts on {obstacle.name} {since - done.t0:.3f} s before {what}"
                 report(Finding(done.t0, name, "action", early))
-        if done.t1 < done.t0 or done.action != obstacle.all_needs[need].action:
+        if done.t1 < done.t0 or done.action != need.action:
             what = f"performs '{done.action}' for {done.t1 - done.t0:.3f} s on {obstacle.name}"
             report(Finding(done.t0, name, "action", what))
-        run.ended[name] = max(arrived, done.t1)
+        _go_on(run, name, done, report)
     if len(set(spans)) > 1:
         what = f"acts on {obstacle.name} at another time than the others"
         report(Finding(spans[0][0], record.robot, "action", what))
-    if spans and need == len(obstacle.all_needs) - 1:
+    if spans and number == len(obstacle.all_needs) - 1:
         run.opened[obstacle.name] = max(end for _, end in spans)

@@ -13,6 +13,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from heapq import heappop, heappush
 
 from safenav.motion.geometry import Floor
 from safenav.trace.records import (
@@ -86,7 +87,7 @@ def order_of(trace: Trace, floor: Floor) -> tuple[Node, ...]:
     order = _Order(trace.header.scenario.robots, trace.obstacles, floor, _arrivals(trace))
     for number, record in enumerate(trace.records):
         order.take(number, record)
-    return _with_next_headings(order.nodes)
+    return _with_next_headings(_sorted(order.nodes))
 
 
 @dataclass(frozen=True)
@@ -120,6 +121,14 @@ def _arrivals(trace: Trace) -> _Arrivals:
     return _Arrivals(begins, {end: start for start, end in begins.items()}, frozenset(skipped))
 
 
+@dataclass(frozen=True)
+class _Transit:
+    """A step of several ticks that has begun, and what the robot did before it."""
+
+    step: int
+    before: int | None
+
+
 @dataclass
 class _Order:
     """Goes through a trace; owns what is known of the run so far."""
@@ -140,24 +149,28 @@ class _Order:
     )
     """Deeds that resolved an obstacle of a region, and whom it blocked."""
     turn: str | None = None
-    started: dict[int, int] = field(default_factory=dict)
-    """The step of each record that begins one."""
+    transit: dict[str, _Transit] = field(default_factory=dict)
+    at: dict[str, int] = field(default_factory=dict)
+    """Where each robot is, by the trace: in its old region until it arrives."""
 
     def take(self, number: int, record: object) -> None:
         if isinstance(record, Move):
             self._move(number, record)
         elif isinstance(record, Resolved):
             self._resolved(record)
-        elif isinstance(record, Synthesis) and self.turn in self.last:
-            self.cause[record.robot] = self.last[self.turn]
+        elif isinstance(record, Synthesis) and self.turn is not None:
+            transit = self.transit.get(self.turn)
+            event = self.last.get(self.turn) if transit is None else transit.before
+            if event is not None:
+                self.cause[record.robot] = event
 
     def _move(self, number: int, move: Move) -> None:
         self.turn = move.robot
+        self.at[move.robot] = move.to
         if number in self.arrivals.between:
             return
-        start = self.arrivals.ends.get(number)
-        if start is not None:
-            self.left[move.from_][move.robot] = self.started[start]
+        if number in self.arrivals.ends:
+            self.left[move.from_][move.robot] = self.transit.pop(move.robot).step
             return
         end = self.arrivals.begins.get(number)
         target = move.to if end is None else move.toward
@@ -166,11 +179,12 @@ class _Order:
             return
         heading = self.floor.heading(move.from_, target)
         step = Step(len(self.nodes), move.tick, move.robot, (), move.from_, target, heading)
+        before = self.last.get(move.robot)
         self._add(replace(step, after=self._before(move.robot, target)))
         if end is None:
             self.left[move.from_][move.robot] = step.index
         else:
-            self.started[number] = step.index
+            self.transit[move.robot] = _Transit(step.index, before)
 
     def _before(self, robot: str, target: int) -> tuple[After, ...]:
         found = self._own(robot)
@@ -191,30 +205,58 @@ class _Order:
         return found
 
     def _resolved(self, record: Resolved) -> None:
+        """The deed with which an obstacle is resolved: of several needs, the last one."""
         obstacle = self.obstacles[record.obstacle]
-        need = record.need or 0
-        others = tuple(name for name in record.robots or () if name != record.robot)
-        together = [
-            After(edge.node, Cause.TOGETHER) for other in others for edge in self._own(other)
-        ]
+        needs = obstacle.all_needs
+        number = len(needs) - 1 if record.need is None else record.need
+        need = needs[number]
+        others = tuple(
+            name
+            for name in record.robots or ()
+            if name != record.robot
+            and self.at.get(name, self.robots[name].start) in need.regions
+            and need.action in self.robots[name].capabilities
+        )
+        team = (record.robot, *others)
+        mine = self._until_now(record.robot)
+        together = [After(edge.node, Cause.TOGETHER) for o in others for edge in self._until_now(o)]
         deed = Deed(
             len(self.nodes),
             record.tick,
             record.robot,
-            (*self._own(record.robot), *together),
-            obstacle.all_needs[need].action,
+            (*mine, *together),
+            need.action,
             record.obstacle,
             record.at,
             obstacle.region,
             others,
         )
-        for name in (record.robot, *others):
-            self._stop_short(name, obstacle.region)
-        self._add(deed)
-        for other in others:
-            self.last[other] = deed.index
-        if need == len(obstacle.all_needs) - 1 and record.traversable is not False:
+        self.nodes.append(deed)
+        for name in team:
+            if name in self.transit:
+                self._first(name, deed.index)
+            else:
+                self._stop_short(name, obstacle.region)
+                self.last[name] = deed.index
+        if number == len(needs) - 1 and record.traversable is not False:
             self.resolved[obstacle.region].append((obstacle.blocks, deed.index))
+
+    def _until_now(self, robot: str) -> list[After]:
+        """What a robot does before it acts: not the step that it has begun, if it acts in the
+        region that it has not left yet."""
+        transit = self.transit.get(robot)
+        if transit is None:
+            return self._own(robot)
+        known = (Cause.OWN, Cause.SYNTHESIS)
+        return [edge for edge in self.nodes[transit.step].after if edge.cause in known]
+
+    def _first(self, robot: str, deed: int) -> None:
+        """The step that a robot has begun comes after this deed."""
+        step = self.nodes[self.transit[robot].step]
+        others = (edge for edge in step.after if edge.cause is not Cause.OWN)
+        after = (After(deed, Cause.OWN), *others)
+        self.nodes[step.index] = replace(step, after=after)
+        self.transit[robot] = _Transit(step.index, deed)
 
     def _stop_short(self, robot: str, region: int) -> None:
         """The step into an obstacle's own region ends before it, if the robot acts there."""
@@ -234,6 +276,33 @@ class _Order:
         if mine.conflicts is None or theirs.conflicts is None:
             return mine.layer == theirs.layer
         return other in mine.conflicts or robot in theirs.conflicts
+
+
+def _sorted(nodes: list[Node]) -> list[Node]:
+    """The nodes numbered anew so that all edges point backwards, otherwise as they were."""
+    missing = {node.index: len({edge.node for edge in node.after}) for node in nodes}
+    following = defaultdict(set)
+    for node in nodes:
+        for edge in node.after:
+            following[edge.node].add(node.index)
+    ready = [index for index, count in missing.items() if not count]
+    place: dict[int, int] = {}
+    while ready:
+        index = heappop(ready)
+        place[index] = len(place)
+        for other in following[index]:
+            missing[other] -= 1
+            if not missing[other]:
+                heappush(ready, other)
+    assert len(place) == len(nodes), "the edges of a run have no circle"
+    return [
+        replace(
+            nodes[index],
+            index=number,
+            after=tuple(replace(edge, node=place[edge.node]) for edge in nodes[index].after),
+        )
+        for index, number in place.items()
+    ]
 
 
 def _with_next_headings(nodes: Iterable[Node]) -> tuple[Node, ...]:

@@ -1,0 +1,61 @@
+"""Random missions with robots of all kinds, run by safenav: moved, accepted by the checker, and
+no longer than the chain that is named."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+from collections.abc import Iterator
+from hashlib import sha256
+from itertools import islice, pairwise
+from typing import Any
+
+import pytest
+
+from campaigns.generate.families import mission
+from motion.runs import played
+from safenav.motion.check.verdict import check_motion
+from safenav.motion.file.reading import parsed
+from safenav.motion.file.writing import text_of
+from safenav.motion.making import motion_of
+from safenav.trace.reading import read_bytes
+
+RUNS = int(os.environ.get("SAFENAV_FUZZ", "12"))
+FIRST = int(os.environ.get("SAFENAV_FUZZ_SEED", "0"))
+FAMILIES = ("errands", "crowd_hidden", "apart", "tight_needs")
+TICKS = 60
+"""Runs are cut here: what is moved need not have come to an end."""
+
+
+def missions(first: int) -> Iterator[dict[str, Any]]:
+    """Missions of two robots or more, whose models move as walkers, flyers, rovers and discs."""
+    seed = first
+    while True:
+        data = mission(FAMILIES[seed % len(FAMILIES)], seed)
+        if len(data["robots"]) > 1:
+            yield _moved(data, random.Random(seed))
+        seed += 1
+
+
+def _moved(data: dict[str, Any], chance: random.Random) -> dict[str, Any]:
+    for model in data.get("catalogue", {}).get("robots", {}).values():
+        free = "flyer" if model["layer"] == "air" else chance.choice(("rover", "disc", "flyer"))
+        model["motion"] = "walker" if model["mobility"] == "heading" else free
+        model["size"] = chance.choice((0.4, 0.5, 0.6))
+        model["speed"] = 0.45 if model["mobility"] == "heading" else chance.choice((0.5, 1.0))
+    return data | {"limits": {"ticks": TICKS}}
+
+
+@pytest.mark.parametrize("data", list(islice(missions(FIRST), RUNS)), ids=lambda data: data["name"])
+def test_random_mission_is_moved_accepted_and_as_long_as_its_chain(data: dict[str, Any]) -> None:
+    content = played(json.dumps(data))
+    digest = sha256(content).hexdigest()
+    trace = read_bytes(content, data["name"])
+    motion = parsed(text_of(motion_of(trace, digest)).encode(), "made")
+    assert check_motion(motion, trace, digest) == []
+    chain, makespan = motion.outcome.chain, motion.outcome.makespan
+    if chain:
+        assert chain[0].t0 == 0
+        assert chain[-1].t1 == pytest.approx(makespan, abs=1e-9)
+    assert all(after.t0 == pytest.approx(before.t1, abs=1e-8) for before, after in pairwise(chain))
