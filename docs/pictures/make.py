@@ -61,7 +61,7 @@ def _case_study(browser: Browser, number: int, folder: Path) -> None:
 
 
 def _solid(folder: Path) -> None:
-    """Case study 1 in 3D: the whole floor, and Digit at the door while the quadcopter waits."""
+    """In 3D: the whole floor, Digit at the door while the quadcopter waits, walking, sensing."""
     trace, page = folder / "case_study_1.jsonl", folder / "solid.html"
     _safenav("replay", str(trace), "--3d", "-o", str(page))
     browser = Browser(solid=True)
@@ -70,16 +70,29 @@ def _solid(folder: Path) -> None:
     browser.wait(lambda: browser.all(".stage3d canvas"))
     browser.press("r")
     browser.press("r")
-    browser.run(_TO_THE_PUSH)
+    begin, end = browser.run(_FIRST_ACTION)[3:5]
+    browser.run(_TO_TIME, begin + 0.6 * (end - begin))
     time.sleep(0.5)
     _keep(browser, HERE / "door_3d.png")
+    trace, page = folder / "case_study_3.jsonl", folder / "chain.html"
+    _safenav("replay", str(trace), "--3d", "-o", str(page))
+    for name, robot, seconds in (("walking_3d", 1, 14.0), ("sensing_3d", 0, 65.0)):
+        browser.open(page, "", width=1280, height=720)
+        browser.wait(lambda: browser.all(".stage3d canvas"))
+        for _ in range(robot + 1):
+            browser.press("r")
+        browser.run(_TO_TIME, seconds)
+        time.sleep(1.0)
+        _keep(browser, HERE / f"{name}.png")
     browser.driver.quit()
 
 
-_TO_THE_PUSH = """
-    const action = JSON.parse(document.getElementById("motion").textContent).actions[0];
+_FIRST_ACTION = """
+    return JSON.parse(document.getElementById("motion").textContent).actions[0];
+"""
+_TO_TIME = """
     const slider = document.querySelector(".timeline input");
-    slider.value = String(action[3] + 0.6 * (action[4] - action[3]));
+    slider.value = String(arguments[0]);
     slider.dispatchEvent(new Event("input", {bubbles: true}));
 """
 
