@@ -66,7 +66,8 @@ FUZZ_SECONDS ?= 60
 
 fuzz: install slugs ## long campaigns: games, proofs, missions; with clang the readers, too
 	SAFENAV_FUZZ=$(FUZZ) SAFENAV_RANDOM_GAMES=$(FUZZ) $(BIN)/pytest -n $(JOBS) --dist worksteal \
-	  tests/fuzz tests/campaigns tests/certify tests/motion/test_random_missions.py tests/slugs/test_random_games.py tests/slugs/test_serve.py \
+	  tests/fuzz tests/campaigns tests/certify tests/motion/test_random_missions.py \
+	  tests/slugs/test_random_games.py tests/slugs/test_serve.py \
 	  tests/studio/test_editing.py tests/studio/test_random_sessions.py \
 	  tests/runtime/test_interventions.py
 	@if command -v clang++ >/dev/null; then \
