@@ -1,8 +1,9 @@
 """The coordination layer: the paper's Algorithm 1, with everything that it decides derived anew.
 
-    met       push the objectives; the requester waits, a robot with c_r gets S_r as a target
-    resolved  pop; back to the original objectives
-    settle    who does what now, strategies for those that changed, all of them or none
+    met, asked   a resolvable obstacle r is encountered, c_r is not in C_p: push all objectives
+    settle       the requester's objective becomes safe behaviour; S_r is added to that of a robot
+                 with c_r; synthesize controllers, all of them or none
+    resolved     r is resolved where a robot stands: pop, back to the original objectives, settle
 
 Source: paper, Section V and Algorithm 1; docs/coordination.md.
 """
