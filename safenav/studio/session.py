@@ -16,6 +16,7 @@ from typing import Any
 from safenav.errors import UsageError
 from safenav.scenario.catalogue import Catalogue
 from safenav.scenario.reading.loader import load_with_catalogue
+from safenav.scenario.yaml.source import STDIN
 from safenav.studio.run.live import Run
 from safenav.studio.run.orders import Order
 
@@ -48,7 +49,10 @@ class Studio:
 
     @classmethod
     def of_run(cls, scenario: Path, seed: int | None, trace: Path | None) -> Studio:
-        """The run of a scenario, without an editor. Raises InputError for a wrong one."""
+        """The run of a scenario, without an editor. Raises InputError for a wrong one, UsageError
+        for standard input: a run can be begun again, what was read there cannot."""
+        if str(scenario) == STDIN:
+            raise UsageError("a live run needs a file: standard input can be read only once")
         _, catalogue = load_with_catalogue(scenario)
         text = scenario.read_text(encoding="utf-8-sig")
         order = Order(text, str(scenario), trusted=True, seed=seed)

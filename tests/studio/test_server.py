@@ -127,6 +127,19 @@ def test_nonsense_is_answered_and_the_next_message_is_taken(served: Served) -> N
     visit(served.address, story)
 
 
+def test_standard_input_cannot_be_watched() -> None:
+    program = Path(sys.executable).with_name("safenav")
+    done = subprocess.run(
+        [program, "run", "-", "--live"],
+        input=HELLO.read_text(),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 2
+    assert "needs a file" in done.stderr
+
+
 def test_a_second_studio_takes_another_port(served: Served) -> None:
     with Served("run", HELLO, "--live") as other:
         assert other.port != served.port
