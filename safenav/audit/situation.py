@@ -282,10 +282,9 @@ class Situation:
                 self.obstacles[record.obstacle] = changed
             case NewObjective():
                 robots = dict(self.header.robots)
-                former = robots[record.robot].objective
                 robots[record.robot] = replace(robots[record.robot], objective=record.objective)
                 self.header = replace(self.header, robots=robots)
-                if self.objectives[record.robot] == former:  # else it waits or helps
+                if record.at_once:
                     self.objectives[record.robot] = record.objective
                     self.progress[record.robot].reset(record.objective, record.line)
             case Gone():

@@ -106,7 +106,10 @@ class Interventions:
         match wanted:
             case Close(kind, region, truth):
                 new = Obstacle(kind, region, truth, appears=state.tick)
+                known = {o.name for o in state.scenario.obstacles} | state.introduced
                 self._simulation().bring(new, truth)
+                if truth is not None and new.name in known:  # it comes back, perhaps another way
+                    state.emit(records.Truth(state.tick, new.name, truth, _USER))
             case TakeAway(name):
                 self._simulation().take_away(name)
             case SetTruth(name, truth):
@@ -127,12 +130,12 @@ class Interventions:
     def _give(self, robot: RobotState, objective: Objective) -> None:
         state = self.state
         told = objective_in_trace(objective)
-        state.emit(records.NewObjective(state.tick, robot.name, told, _USER))
+        own = robot.assignment.role is Role.OWN
+        state.emit(records.NewObjective(state.tick, robot.name, told, own, _USER))
         self.turns.leave_plan(vocabulary.PlanEndReason.CHANGED, settling=True)
         robot.robot = replace(robot.robot, objective=objective)
         team = tuple(entry.robot for entry in state.robots.values())
         state.scenario = replace(state.scenario, robots=team)
-        own = robot.assignment.role is Role.OWN
         robot.own = Progress(objective)
         if own:
             robot.assignment = Assignment(Role.OWN, objective, kept=robot.assignment.kept)

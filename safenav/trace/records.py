@@ -182,11 +182,13 @@ class Truth(Record):
 
 @dataclass(frozen=True)
 class NewObjective(Record):
-    """A robot has another objective of its own from now on; its rounds count anew."""
+    """A robot has another objective of its own from now on; its rounds count anew. ``at_once``: it
+    is in force; else the robot waits or helps, and gets it when that is over."""
 
     type: ClassVar[str] = "objective"
     robot: str
     objective: Objective
+    at_once: bool
     cause: ChangeCause
 
 

@@ -167,9 +167,10 @@ class Telling:
                 self._about(line, EventKind.TRUTH, None, line.obstacle)
             case records.NewObjective():
                 self._known(line.robot)
-                told = objective_of(line.objective)
-                self.objectives[line.robot].append((line.tick, told))
-                self.progress[line.robot].append((line.tick, Progress()))
+                if line.at_once:
+                    told = objective_of(line.objective)
+                    self.objectives[line.robot].append((line.tick, told))
+                    self.progress[line.robot].append((line.tick, Progress()))
                 self._event(line, EventKind.OBJECTIVE, line.robot)
             case records.Service():
                 self._event(line, EventKind.SERVICE, line.robot)

@@ -12,8 +12,10 @@ from safenav.trace.records import (
     Appeared,
     Discovered,
     Gone,
+    Header,
     NewObjective,
     Record,
+    Resolved,
     Service,
     Truth,
 )
@@ -44,29 +46,39 @@ def _by_user(record: Record) -> bool:
 
 def _replay(data: Any, records: Sequence[Record], seed: int | None) -> None:
     known = {}
+    truths: dict[str, bool] = {}
+    standing: set[str] = set()
     for record in records:
+        if isinstance(record, Header):
+            standing |= {o.name for o in record.scenario.obstacles if not o.from_}
+        elif isinstance(record, Resolved | Gone):
+            standing.discard(record.obstacle)
+        elif isinstance(record, Appeared):
+            standing.add(record.obstacle)
         if isinstance(record, Discovered):
             known[record.obstacle.name] = record.obstacle
         elif not _by_user(record):
             continue
         elif isinstance(record, Appeared):
             kind, _, region = record.obstacle.rpartition("@")
-            before = _entry(data, record.obstacle)
-            if before is not None and "until" not in before:
-                before["until"] = record.tick  # it was resolved before that
+            earlier = _entries_in(data, int(region))
+            for entry in earlier:  # each was resolved before the next came
+                entry.setdefault("until", record.tick)
             header = known.get(record.obstacle)
-            since = header.from_ if header is not None and before is None else None
+            since = header.from_ if header is not None and not earlier else None
             new = {"type": kind, "region": int(region), "from": since or record.tick}
-            if header is not None and header.traversable is not None:
-                new["traversable"] = header.traversable
+            truth = truths.get(record.obstacle, header.traversable if header else None)
+            if truth is not None:
+                new["traversable"] = truth
             add_obstacle(data, new)
         elif isinstance(record, Gone):
             entry = _entry(data, record.obstacle)
             if entry is not None:
                 entry["until"] = record.tick
         elif isinstance(record, Truth):
+            truths[record.obstacle] = record.traversable
             entry = _entry(data, record.obstacle)
-            if entry is not None:
+            if entry is not None and record.obstacle in standing:
                 entry["traversable"] = record.traversable
     if seed is not None:
         data["seed"] = seed
@@ -75,10 +87,15 @@ def _replay(data: Any, records: Sequence[Record], seed: int | None) -> None:
 def _entry(data: Any, name: str) -> Any:
     """The last obstacle of that name."""
     kind, _, region = name.rpartition("@")
+    found = [entry for entry in _entries_in(data, int(region)) if entry.get("type") == kind]
+    return found[-1] if found else None
+
+
+def _entries_in(data: Any, region: int) -> list[Any]:
+    """The obstacles in a region, in order."""
     places = Places(data)
-    found = None
-    for entry in data.get("obstacles") or ():
-        is_that = isinstance(entry, dict) and entry.get("type") == kind
-        if is_that and places.read(entry.get("region")) == int(region):
-            found = entry
-    return found
+    return [
+        entry
+        for entry in data.get("obstacles") or ()
+        if isinstance(entry, dict) and places.read(entry.get("region")) == region
+    ]
