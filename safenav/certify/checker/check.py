@@ -27,6 +27,7 @@ from __future__ import annotations
 import argparse
 import hashlib
 import json
+import re
 import sys
 import zipfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -702,6 +703,9 @@ class Team:
         the robots that cannot go on. A ``tree``: whatever is done next, a proof follows."""
         if proof["kind"] == "closure":
             return self._closure(proof, sets, stages)
+        here = zip(self.names, sets, strict=True)
+        if all(self.live(n, self.reach(n, poses, stages), stages) for n, poses in here):
+            raise RefusedError("everybody can go on as it is")
         options = {}
         for k, obstacle in enumerate(self.open):
             able = self.able(k, sets, stages)
@@ -727,7 +731,7 @@ class Team:
             listed |= set(options) if option["lossless"] else {key}
             if not self.refute(choice["proof"], *options[key][:2]) & set(self.names):
                 raise RefusedError(f"after {key} everybody can go on")
-        if listed != set(options):
+        if not listed or listed != set(options):
             raise RefusedError("the proof does not list all choices")
         return set(self.names)
 
@@ -1606,7 +1610,8 @@ class Bundle:
         """A map that is drawn in the YAML file is the map of the scenario."""
         for path in self.files:
             if path.startswith("source/") and path.endswith((".yaml", ".yml")):
-                rows = [line.strip().strip("'\"- ") for line in self.text(path).splitlines()]
+                parts = re.split(r"[\[\]{},:\n]", self.text(path))
+                rows = [part.strip().strip("'\"- ") for part in parts]
                 drawn = [row for row in rows if row and not set(row) - {"#", "."}]
                 drawn = [row for row in drawn if len(row) > 1 or world["cols"] == 1]
                 if "#" in "".join(row for row in drawn if "." in row) and drawn != world["grid"]:
