@@ -25,6 +25,7 @@ from safenav.runtime.traffic.aim import aim_of
 from safenav.runtime.traffic.execution import Execution, Schedule, dues_of, schedule
 from safenav.runtime.traffic.joint import Count, Course, Joint, has_met
 from safenav.runtime.traffic.joint_plan import Answer, Exhausted, Found, Search, Spent
+from safenav.runtime.traffic.rejoin import rejoined
 from safenav.runtime.traffic.watch import Watch
 from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.model import Outcome
@@ -55,6 +56,7 @@ class Traffic:
     execution: Execution | None = None
     wanted: str | None = None
     _failures: int = 0
+    _last: tuple[Course, Sequence[Joint]] | None = None
     _certified: dict[tuple[Joint, int, int], bool] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -151,17 +153,31 @@ class Traffic:
         key = (start, index, number)
         known = self._certified.get(key)
         if known is None:
-            answer = self._search(floor, course, start).run(CERTIFICATE_ROUNDS, CERTIFICATE_PROOF)
+            answer: Answer | None = self._from_before(course, start)
+            if answer is None:
+                search = self._search(floor, course, start)
+                answer = search.run(CERTIFICATE_ROUNDS, CERTIFICATE_PROOF)
             known = isinstance(answer, Found)
             if len(self._certified) > 10_000:
                 self._certified.clear()
             self._certified[key] = known
             if isinstance(answer, Found):
-                self._certify(answer.states)
+                self._certify(course, answer.states)
         return known
 
-    def _certify(self, states: Sequence[Joint]) -> None:
+    def _from_before(self, course: Course, start: Joint) -> Found | None:
+        """The last plan for all of this mission, if the team can return to it."""
+        if self._last is None:
+            return None
+        of, states = self._last
+        if of.problem is not course.problem or of.rounds != course.rounds:
+            return None
+        found = rejoined(course, start, states)
+        return None if found is None else Found(found)
+
+    def _certify(self, course: Course, states: Sequence[Joint]) -> None:
         """The rest of a plan is the certificate of the moves that it makes."""
+        self._last = course, states
         for before, after in pairwise(states):
             for index, pose in enumerate(after.poses):
                 if pose != before.poses[index]:
@@ -294,7 +310,7 @@ class Traffic:
             answer = local
         self._failures = 0
         if self._turning:
-            self._certify(answer.states)
+            self._certify(course, answer.states)
         self._begin(floor, self._cut(course, start, answer.states, helping), reason)
 
     def _searched(self, floor: Floor, helping: bool) -> tuple[Course, Joint, Search, Answer]:
@@ -303,7 +319,12 @@ class Traffic:
         start = course.begun(floor.poses, self._counts(floor, course.rounds), floor.stages)
         search = self._search(floor, course, start)
         if self._turning:
-            return course, start, search, search.run(ROUNDS_FIRST + self._failures)
+            answer = search.run(1)
+            if isinstance(answer, Spent):
+                answer = self._from_before(course, start) or answer
+            if isinstance(answer, Spent):
+                answer = search.run(ROUNDS_FIRST + self._failures)
+            return course, start, search, answer
         # Everything can be undone: a plan that serves those that want something is safe.
         search.goal = lambda state: self._leg_done(course, start, state, helping)
         answer = search.run(ROUNDS_FIRST + self._failures, 0)
