@@ -6,6 +6,7 @@ night. `make fuzz` plays thousands.
 """
 
 import os
+import subprocess
 from pathlib import Path
 from random import Random
 
@@ -13,6 +14,7 @@ import pytest
 
 from oracle import Specification, deep_formulas, dense_game, random_specification, shrink
 from oracle.duel import Abilities, Duel
+from oracle.rendering import to_slugsin
 
 BATCH = 50
 GAMES = int(os.environ.get("SAFENAV_RANDOM_GAMES", "1000"))
@@ -48,6 +50,26 @@ def test_games_with_many_goals(duel: Duel, seed: int) -> None:
     specification = random_specification(Random(seed), bits=4, many_goals=True)
     assert len(specification.sys_liveness) >= 6
     _compare(duel, specification, seed)
+
+
+def test_the_verdict_alone_takes_shortcuts_to_the_same_end(
+    slugs_binary: Path, tmp_path: Path
+) -> None:
+    """Without a strategy a goal may be reached by way of others, see reached_goals.hpp."""
+    file = tmp_path / "game.slugsin"
+    verdicts = []
+    for seed in range(150):
+        game = random_specification(Random(seed), bits=4 + seed % 4, many_goals=True)
+        file.write_text(to_slugsin(game, Random(seed)))
+        alone, strategy = (
+            subprocess.run(
+                [slugs_binary, *options, file], capture_output=True, check=False
+            ).returncode
+            for options in ((), ("--explicitStrategy", "--jsonOutput"))
+        )
+        assert alone == strategy, f"seed {seed}: {file.read_text()}"
+        verdicts.append(alone)
+    assert {0, 10} == set(verdicts)
 
 
 @pytest.mark.parametrize("seed", range(40))
