@@ -26,6 +26,7 @@ from safenav.runtime.traffic.pibt import Field, Generator
 FIRST_BUDGET = 200
 ROUNDS_OF_SEARCH = 7
 """Of the four variants; the budget doubles from the second round on."""
+MOST_FOR_AN_ORDER = 800
 SINGLES_BUDGET = 4_000
 PROOF_BUDGET = 60_000
 LOCAL_BUDGET = 3_000
@@ -103,8 +104,8 @@ class Search:
         spent = 0
         budget = FIRST_BUDGET
         for turn in range(max(1, rounds)):
-            for variant in Variant:
-                answer = self.by(variant, budget)
+            for variant, states in _attempts(budget):
+                answer = self.by(variant, states)
                 if isinstance(answer, Found):
                     return answer
                 if isinstance(answer, Exhausted):
@@ -319,6 +320,16 @@ class Search:
         if not goal:
             return None
         return problem.members[robot].graph.distances(goal, problem.allowed(robot, stages))
+
+
+def _attempts(budget: int) -> Iterator[tuple[Variant, int]]:
+    """The variants of a round with what each may spend: those whose order is drawn try many orders
+    rather than one for long, for a lucky one needs few states and an unlucky one any number."""
+    for variant in Variant:
+        drawn = variant in (Variant.STATIC, Variant.ONE)
+        times = max(1, budget // MOST_FOR_AN_ORDER) if drawn else 1
+        for _ in range(times):
+            yield variant, budget // times
 
 
 def _way(before: dict[Joint, Joint | None], last: Joint) -> Found:

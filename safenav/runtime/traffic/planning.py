@@ -40,8 +40,8 @@ if TYPE_CHECKING:
 AHEAD = 2
 """Rounds beyond those that the fastest robot has done that a plan looks ahead."""
 ROUNDS_FIRST = 4
-"""Rounds of search for the first plan that is asked for; each failure adds one."""
-MOST_FAILURES = 6
+"""Rounds of search for the first plan that is asked for; every second failure adds one."""
+MOST_FAILURES = 12
 CERTIFICATE_ROUNDS = 1
 CERTIFICATE_PROOF = 2_000
 
@@ -313,6 +313,12 @@ class Traffic:
             self._certify(course, answer.states)
         self._begin(floor, self._cut(course, start, answer.states, helping), reason)
 
+    @property
+    def _rounds(self) -> int:
+        """Rounds of the next search. A team that moves on for a while often has it easier, so
+        each effort is made twice before a larger one."""
+        return ROUNDS_FIRST + self._failures // 2
+
     def _searched(self, floor: Floor, helping: bool) -> tuple[Course, Joint, Search, Answer]:
         """The search for a plan, and what came of it."""
         course = self._course(floor)
@@ -323,11 +329,11 @@ class Traffic:
             if isinstance(answer, Spent):
                 answer = self._from_before(course, start) or answer
             if isinstance(answer, Spent):
-                answer = search.run(ROUNDS_FIRST + self._failures)
+                answer = search.run(self._rounds)
             return course, start, search, answer
         # Everything can be undone: a plan that serves those that want something is safe.
         search.goal = lambda state: self._leg_done(course, start, state, helping)
-        answer = search.run(ROUNDS_FIRST + self._failures, 0)
+        answer = search.run(self._rounds, 0)
         if isinstance(answer, Exhausted):
             search.goal = course.completed
             answer = search.run(ROUNDS_FIRST)
