@@ -18,8 +18,9 @@ run: install ## install everything, build slugs/, run case study 1
 	$(BIN)/safenav run scenarios/case_study_1.yaml --trace build/case_study_1.jsonl
 	@echo "See it in 3D: $(BIN)/safenav replay build/case_study_1.jsonl --3d"
 
+# One worker more than jobs: some tests wait (for a cluster, a browser, a time limit).
 test: install lint slugs-test ## lint, types, C++ tests, Python tests
-	$(BIN)/pytest -n $(JOBS) --dist worksteal
+	$(BIN)/pytest -n $$(( $(JOBS) + 1 )) --dist worksteal
 
 QUICK := tests/architecture tests/audit tests/formula tests/scenario tests/spec tests/traces tests/world
 
@@ -68,6 +69,7 @@ fuzz: install slugs ## long campaigns: games, proofs, missions; with clang the r
 	SAFENAV_FUZZ=$(FUZZ) SAFENAV_RANDOM_GAMES=$(FUZZ) $(BIN)/pytest -n $(JOBS) --dist worksteal \
 	  tests/fuzz tests/campaigns tests/certify tests/motion/test_random_missions.py \
 	  tests/slugs/test_random_games.py tests/slugs/test_serve.py \
+	  tests/runtime/test_random_teams.py \
 	  tests/studio/test_editing.py tests/studio/test_random_sessions.py \
 	  tests/runtime/test_interventions.py
 	@if command -v clang++ >/dev/null; then \
