@@ -18,7 +18,7 @@ from safenav.scenario.model import Outcome
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.writing import TraceWriter
 
-WANTED = int(os.environ.get("SAFENAV_FUZZ", "120"))
+WANTED = int(os.environ.get("SAFENAV_FUZZ", "60"))
 BATCH = 20
 
 REGRESSIONS = {
