@@ -40,8 +40,8 @@ if TYPE_CHECKING:
 AHEAD = 2
 """Rounds beyond those that the fastest robot has done that a plan looks ahead."""
 ROUNDS_FIRST = 4
-"""Rounds of search for the first plan that is asked for; every second failure adds one."""
-MOST_FAILURES = 12
+"""Rounds of search for the first plan that is asked for; every fourth failure adds one."""
+MOST_FAILURES = 24
 CERTIFICATE_ROUNDS = 1
 CERTIFICATE_PROOF = 2_000
 
@@ -316,8 +316,8 @@ class Traffic:
     @property
     def _rounds(self) -> int:
         """Rounds of the next search. A team that moves on for a while often has it easier, so
-        each effort is made twice before a larger one."""
-        return ROUNDS_FIRST + self._failures // 2
+        each effort is made four times before a larger one."""
+        return ROUNDS_FIRST + self._failures // 4
 
     def _searched(self, floor: Floor, helping: bool) -> tuple[Course, Joint, Search, Answer]:
         """The search for a plan, and what came of it."""
