@@ -210,6 +210,8 @@ class Wording:
 
     def _request(self, line: records.Request) -> str:
         asks = f"{self.robot(line.requester)} asks for help with {self.obstacle(line.obstacle)}"
+        if line.need is not None:
+            asks += f" (need {line.need + 1})"
         bids = ", ".join(
             f"{name} cannot get there" if bid is None else f"{name} needs {counted(bid, 'tick')}"
             for name, bid in line.bids.items()

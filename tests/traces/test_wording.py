@@ -62,6 +62,8 @@ def test_regions_and_robots_are_shown_as_the_teller_likes() -> None:
     request = records.Request(3, "door@47", "quad", {"digit": 1, "rover": None}, "digit", (47,))
     told = "QUAD asks for help with door@dock: digit needs 1 tick, rover cannot get there"
     assert wording.sentence(request) == f"{told}; DIGIT helps"
+    second = records.Request(3, "door@47", "quad", {"digit": 1}, "digit", (47,), need=1)
+    assert wording.sentence(second).startswith("QUAD asks for help with door@dock (need 2): ")
     both = records.Resolved(5, "beam@47", "digit", 46, False, None, robots=("digit", "rover"))
     assert wording.sentence(both) == (
         "DIGIT and ROVER at gate 46 resolve *beam@dock* (nobody had asked)"
