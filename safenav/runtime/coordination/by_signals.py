@@ -102,12 +102,13 @@ class BySignals:
         walls = knowledge.walls_for(robot.robot, knowledge.pending)
         allowed = own & ~graph.poses_on(region_mask(known.region for known in walls))
         here = graph.number(robot.pose)
-        goal &= graph.poses_on(region_mask(places))
+        goal &= graph.poses_on(region_mask(places)) & (allowed | 1 << here)
         field = graph.distances(goal, allowed)
         found: Region | None = None
         pose, way = here, 0
         while 0 < field[pose] < FAR:
-            pose = min((q for q in graph.steps(pose) if allowed >> q & 1), key=lambda q: field[q])
+            ahead = field[pose]
+            pose = next(q for q in graph.steps(pose) if allowed >> q & 1 and field[q] < ahead)
             way += 1
             region = pose % graph.size
             there = graph.poses_on(1 << region)
