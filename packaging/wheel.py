@@ -48,7 +48,7 @@ def _settings(scratch: str) -> list[str]:
     several sources at once, which takes half the time."""
     defined = ("SLUGS_PORTABLE=ON", "CMAKE_UNITY_BUILD=ON")
     settings = [f"cmake.define.{one}" for one in defined] + [f"build-dir={scratch}/build"]
-    return [word for setting in settings for word in ("-C", setting)]
+    return [word for setting in settings for word in ("--config-settings", setting)]
 
 
 def program_in(wheel: Path) -> bytes:
