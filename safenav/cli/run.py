@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from safenav.trace.records import Record
     from safenav.trace.writing import Listener
 
+PATIENCE = 0.8
+"""Seconds between the first signal and the end of a run that does not come to hear of it."""
 LIMITS = ("tick_limit", "time_limit", "search_limit")
 
 EPILOG = """\b
@@ -120,9 +122,10 @@ def command(
         if not as_json:
             listeners.append(_while_heard(Story(plan, maps=maps)))
         mission = Mission(plan, synthesizer, listeners=listeners, progress=WaitingLine())
-        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-            signal.signal(number, lambda *_: _interrupt(mission))
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGALRM):
+            signal.signal(number, lambda number, _: _interrupt(mission, number))
         result = mission.run()
+        signal.setitimer(signal.ITIMER_REAL, 0)
         if html is not None and trace is not None:
             _write_page(trace, html)
         if motion is not None and trace is not None:
@@ -148,11 +151,15 @@ def _watch(scenario: Path, seed: int | None, trace: Path | None) -> int:
     return ExitCode.OK
 
 
-def _interrupt(mission: Mission) -> None:
-    """The first signal ends the run at the next opportunity, a second one at once."""
+def _interrupt(mission: Mission, number: int) -> None:
+    """The first signal ends the run at the next opportunity, a second one at once: one of the
+    user's, or, if that opportunity does not come, the clock's."""
+    if number == signal.SIGALRM and mission.ending:
+        return
     if mission.stopping:
         raise KeyboardInterrupt
     mission.stop()
+    signal.setitimer(signal.ITIMER_REAL, PATIENCE)
 
 
 def _by_its_ending(

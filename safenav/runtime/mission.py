@@ -87,6 +87,8 @@ class Mission:
         self._interventions = Interventions(
             self.state, self._given, self._coordination, self._turns
         )
+        self.ending = False
+        """Whether the run is over, or about to say so."""
         self._started = False
 
     def run(self) -> RunResult:
@@ -237,6 +239,7 @@ class Mission:
         return f"not completed after {self.state.tick} ticks: {'; '.join(left)}"
 
     def _end(self, verdict: Verdict) -> None:
+        self.ending = True
         self._strategies.close()
         ended = self._tell_end(verdict.outcome.value, verdict)
         self.result = RunResult(
