@@ -18,7 +18,7 @@ from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import Draft, load_draft
 from safenav.scenario.template import TEMPLATES
 from safenav.scenario.yaml.findings import Reach
-from safenav.scenario.yaml.source import MAX_BYTES
+from safenav.scenario.yaml.source import MAX_BYTES, is_trace
 from safenav.studio.editing import beginnings
 from safenav.studio.editing.document import Document
 from safenav.studio.editing.drawing import drawing_of, palette
@@ -70,9 +70,15 @@ class Editor(Studio):
         try:
             if file.stat().st_size > MAX_BYTES:
                 raise UsageError(f"{file} is larger than {MAX_BYTES // 1_000_000} MB")
-            return cls(file.read_text(encoding="utf-8-sig"), file, folder)
+            text = file.read_text(encoding="utf-8-sig")
         except (OSError, UnicodeDecodeError) as error:
             raise UsageError(f"{file} cannot be read as text: {error}") from error
+        if is_trace(text):  # saving would overwrite it
+            raise UsageError(
+                f"{file}: this is a trace, not a scenario\n"
+                f"    look at it with: safenav replay {file}"
+            )
+        return cls(text, file, folder)
 
     @property
     def title(self) -> str:

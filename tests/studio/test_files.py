@@ -12,6 +12,8 @@ from typing import Any
 import aiohttp
 import pytest
 
+from safenav.errors import UsageError
+from safenav.studio.editor import Editor
 from studio.serving import Page, Served, visit
 
 REACHING = """\
@@ -151,3 +153,10 @@ def test_two_editors_of_one_text_agree(served: Served) -> None:
             assert (told["text"], told["revision"]) == (again["text"], again["revision"])
 
     asyncio.run(main())
+
+
+def test_a_trace_is_not_opened_as_a_scenario(tmp_path: Path) -> None:
+    trace = tmp_path / "run.jsonl"
+    trace.write_text('{"type":"header","trace":2,"safenav":"0","scenario":{}}\n')
+    with pytest.raises(UsageError, match="this is a trace, not a scenario"):
+        Editor.of_file(trace, None)

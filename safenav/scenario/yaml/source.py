@@ -112,9 +112,14 @@ def _decoded(data: bytes) -> str:
         raise _UnusableError(found, "save it as UTF-8", place) from None
 
 
+def is_trace(text: str) -> bool:
+    """Whether a text begins as a trace does, which is no scenario."""
+    return _TRACE.match(text) is not None
+
+
 def parsed(text: str, findings: Findings) -> Document | None:
     """The YAML document in a text; its flaws are reported."""
-    if _TRACE.match(text):
+    if is_trace(text):
         hint = f"look at it with: safenav replay {findings.file}"
         findings.add(None, "this is a trace, not a scenario", hint)
         return None
