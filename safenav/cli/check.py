@@ -34,7 +34,7 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
     from safenav.explain.vacuity import vacuous_wins
     from safenav.report.terminal.synthesis_progress import WaitingLine
     from safenav.report.terminal.vacuity_warning import vacuity_data, vacuity_lines
-    from safenav.runtime.coordination.strategies import first_answers
+    from safenav.runtime.coordination.asking import first_answers
     from safenav.runtime.explanation import explain_unrealizable
     from safenav.runtime.mission import default_synthesizer
     from safenav.scenario.doubts import doubts

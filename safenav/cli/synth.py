@@ -12,7 +12,7 @@ import click
 from safenav.errors import ExitCode, UsageError
 
 if TYPE_CHECKING:
-    from safenav.runtime.coordination.strategies import Answer
+    from safenav.runtime.coordination.asking import Answer
     from safenav.scenario.model import Scenario
     from safenav.synthesis.slugs import Synthesizer
 
@@ -55,7 +55,7 @@ def command(
 ) -> int:
     """Synthesize the controllers for the start of SCENARIO and print their size."""
     from safenav.report.terminal.synthesis_progress import WaitingLine
-    from safenav.runtime.coordination.strategies import first_answers
+    from safenav.runtime.coordination.asking import first_answers
     from safenav.runtime.mission import default_synthesizer
     from safenav.scenario.reading.loader import load_scenario
 

@@ -17,9 +17,11 @@ from safenav.errors import SafenavError, UsageError
 from safenav.explain.summary import explain_unrealizable
 from safenav.runtime.checked_world import CheckedWorld
 from safenav.runtime.coordination.algorithm import Coordination
+from safenav.runtime.coordination.asking import Asking
 from safenav.runtime.coordination.by_resynthesis import ByResynthesis
 from safenav.runtime.coordination.by_signals import BySignals
 from safenav.runtime.coordination.strategies import Strategies
+from safenav.runtime.coordination.telling import Telling
 from safenav.runtime.interventions import Intervention, Interventions
 from safenav.runtime.over import RunOver, Stop, Verdict
 from safenav.runtime.team import TeamState
@@ -76,9 +78,13 @@ class Mission:
         self._world = CheckedWorld(self._given, scenario)
         self._stop = Stop(scenario.limits.seconds)
         synthesizer = synthesizer or default_synthesizer(scenario)
-        self._strategies = Strategies(self.state, synthesizer, self._stop, progress)
-        kind = BySignals if scenario.coordination is Kind.ASSIGNABLE else ByResynthesis
-        telling = kind(self.state, self._strategies)
+        self._asking = Asking(self.state, synthesizer, self._stop, progress)
+        self._strategies = Strategies(self.state)
+        telling: Telling = (
+            BySignals(self.state, self._asking, self._strategies)
+            if scenario.coordination is Kind.ASSIGNABLE
+            else ByResynthesis(self._asking, self._strategies)
+        )
         self._coordination = Coordination(self.state, telling, self._stop)
         self._traffic = Traffic(self.state, self._coordination, self._stop)
         self._turns = Turns(
@@ -107,7 +113,7 @@ class Mission:
         search. A synthesis that is under way is given up at once, by an exception, so this is to
         be called in the run's own thread."""
         self._stop.ask(why)
-        if self._strategies.asking:
+        if self._asking.busy:
             self._stop.check()
 
     def intervene(self, intervention: Intervention) -> None:
@@ -170,10 +176,10 @@ class Mission:
         except SafenavError as error:
             with suppress(SafenavError):  # the trace itself may be what cannot be written
                 self._tell_end("error", Verdict(Outcome.INTERRUPTED, str(error)))
-            self._strategies.close()
+            self._asking.close()
             raise
         except BaseException:
-            self._strategies.close()
+            self._asking.close()
             raise
 
     def _begin(self) -> None:
@@ -240,7 +246,7 @@ class Mission:
 
     def _end(self, verdict: Verdict) -> None:
         self.ending = True
-        self._strategies.close()
+        self._asking.close()
         ended = self._tell_end(verdict.outcome.value, verdict)
         self.result = RunResult(
             verdict.outcome,
@@ -267,8 +273,8 @@ class Mission:
             {name: robot.own.rounds for name, robot in self.state.robots.items()},
             self._moved,
             round(self._stop.elapsed, 6),
-            self._strategies.syntheses,
-            round(self._strategies.seconds, 6),
+            self._asking.syntheses,
+            round(self._asking.seconds, 6),
             None if verdict.cause is None else vocabulary.OperatorCause(verdict.cause),
             verdict.proof,
             verdict.unrealizable,

@@ -11,7 +11,7 @@ import pytest
 
 from safenav.errors import InputError
 from safenav.explain.explanation import Cause, Explanation, RepairKind, WitnessEnd
-from safenav.runtime.coordination.strategies import first_answers
+from safenav.runtime.coordination.asking import first_answers
 from safenav.runtime.explanation import explain_team
 from safenav.runtime.mission import Mission, default_synthesizer
 from safenav.scenario.model import Scenario

@@ -20,7 +20,7 @@ from safenav.audit.check import check_trace
 from safenav.errors import InputError, UsageError
 from safenav.explain.explanation import Explanation
 from safenav.report.terminal.explanation_text import explanation_data, explanation_lines
-from safenav.runtime.coordination.strategies import first_answers
+from safenav.runtime.coordination.asking import first_answers
 from safenav.runtime.explanation import explain_team
 from safenav.runtime.mission import Mission, default_synthesizer
 from safenav.scenario.model import Outcome, Scenario

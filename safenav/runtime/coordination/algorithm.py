@@ -15,11 +15,12 @@ from dataclasses import dataclass, field
 
 from safenav.runtime.characterization import Violation
 from safenav.runtime.coordination.announcing import Announcing
+from safenav.runtime.coordination.asking import Answer, Attempt
 from safenav.runtime.coordination.assigning import Assigning
 from safenav.runtime.coordination.deciding import closed, decided
+from safenav.runtime.coordination.ladder import Errand
 from safenav.runtime.coordination.negatives import no_strategy, nobody_goes_on
 from safenav.runtime.coordination.requests import Requests
-from safenav.runtime.coordination.strategies import Answer, Attempt, Errand
 from safenav.runtime.coordination.telling import Telling
 from safenav.runtime.over import Stop
 from safenav.runtime.team import RobotState, Role, TeamState

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
+from safenav.runtime.coordination.asking import Answer
 from safenav.runtime.coordination.floor import Floor
+from safenav.runtime.coordination.ladder import Errand
 from safenav.runtime.coordination.negatives import closure_told
 from safenav.runtime.coordination.proofs import Closure
 from safenav.runtime.coordination.requests import Request, Requests
-from safenav.runtime.coordination.strategies import Answer, Errand
 from safenav.runtime.knowledge import UNTRAVERSABLE
 from safenav.runtime.team import Role, TeamState
 from safenav.runtime.world import Change

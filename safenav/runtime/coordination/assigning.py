@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 from safenav.runtime.coordination.duties import Duty, Settlement
 from safenav.runtime.coordination.floor import Floor
+from safenav.runtime.coordination.ladder import Errand
 from safenav.runtime.coordination.objectives import helping, holding
 from safenav.runtime.coordination.requests import Requests
-from safenav.runtime.coordination.strategies import Errand
 from safenav.runtime.poses import Mask, bits, region_mask
 from safenav.runtime.team import Assignment, RobotState, Role, TeamState
 from safenav.scenario.objective import Hold, Ltl, Target, Visit, targets_of

@@ -10,7 +10,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
-from safenav.runtime.coordination.strategies import Answer, Attempt, Errand, Strategies
+from safenav.runtime.coordination.asking import Answer, Asking, Attempt
+from safenav.runtime.coordination.ladder import Errand
+from safenav.runtime.coordination.strategies import Strategies
 from safenav.runtime.formulas import graph_of
 from safenav.runtime.poses import FAR, Mask, region_mask
 from safenav.runtime.team import RobotState, Role, TeamState
@@ -25,17 +27,13 @@ class BySignals:
     """Changes what robots do by the inputs of the strategies that they have."""
 
     state: TeamState
+    asking: Asking
     strategies: Strategies
 
     def attempt(self, errands: Mapping[str, Errand], *, always: bool = False) -> Attempt:
         """New strategies only where obstacles have joined O."""
         own = {name: self._own(name, errand) for name, errand in errands.items()}
-        stale = {
-            name: errand
-            for name, errand in own.items()
-            if always or self.strategies.outdated(name, errand)
-        }
-        return self.strategies.attempt(stale)
+        return self.asking.attempt(self.strategies.stale(own, always=always))
 
     def install(
         self, attempt: Attempt, errands: Mapping[str, Errand], reason: vocabulary.Reason
@@ -47,13 +45,7 @@ class BySignals:
             vocabulary.Reason.GONE,
         ):
             reason = vocabulary.Reason.BLOCKED
-        for name, errand in errands.items():
-            self.state.robots[name].assign(errand.assignment)
-        for answer in attempt.answers.values():
-            self.strategies.install(answer, reason)
-        for robot in self.state.robots.values():
-            if not robot.begun and robot.transit is None:
-                self.strategies.begin(robot)
+        self.strategies.install_all(attempt, errands, reason)
 
     def announce(self, answer: Answer, reason: vocabulary.Reason) -> None:
         self.strategies.announce(answer, reason)

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from safenav.explain.summary import explain_unrealizable
+from safenav.runtime.coordination.asking import Answer, Attempt
 from safenav.runtime.coordination.floor import Floor, poses_in
 from safenav.runtime.coordination.proofs import Closure, Proof, Tree
-from safenav.runtime.coordination.strategies import Answer, Attempt
 from safenav.runtime.over import RunOver, Verdict
 from safenav.runtime.team import TeamState
 from safenav.scenario.model import Outcome

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Protocol
 
-from safenav.runtime.coordination.strategies import Answer, Attempt, Errand
+from safenav.runtime.coordination.asking import Answer, Attempt
+from safenav.runtime.coordination.ladder import Errand
 from safenav.runtime.team import RobotState
 from safenav.trace import vocabulary
 

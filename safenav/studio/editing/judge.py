@@ -13,7 +13,7 @@ from typing import Any
 
 from safenav.errors import ResourceLimitError, SafenavError
 from safenav.report.terminal.explanation_text import explanation_data
-from safenav.runtime.coordination.strategies import first_answers
+from safenav.runtime.coordination.asking import first_answers
 from safenav.runtime.explanation import explain_team
 from safenav.runtime.mission import default_synthesizer
 from safenav.scenario.model import Scenario

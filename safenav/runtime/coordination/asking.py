@@ -1,0 +1,158 @@
+"""Asking the synthesizer, for one robot or for several at once: is there a strategy for everybody?
+
+Each robot climbs its ladder of specifications until one is realizable.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from weakref import WeakSet
+
+from safenav.errors import ResourceLimitError
+from safenav.runtime.coordination.ladder import Errand, Ladder
+from safenav.runtime.over import Stop
+from safenav.runtime.team import TeamState
+from safenav.scenario.model import Scenario
+from safenav.scenario.objective import Objective
+from safenav.spec.compile import compile_task
+from safenav.spec.task import Task
+from safenav.synthesis.serving.served import ServedStrategy
+from safenav.synthesis.slugs import Listener as SynthesisListener
+from safenav.synthesis.slugs import Synthesizer
+from safenav.synthesis.verdict import SynthesisResult, Verdict
+from safenav.trace import records, vocabulary
+
+
+@dataclass(frozen=True)
+class Answer:
+    """The synthesizer's last word on one robot's task. ``told``: the objective that is to be in
+    force, and ``form`` how it stands in the task; ``tried``: what failed before."""
+
+    task: Task
+    result: SynthesisResult
+    told: Objective
+    form: vocabulary.Form = vocabulary.Form.LITERAL
+    tried: tuple[records.Tried, ...] = ()
+
+    @property
+    def realizable(self) -> bool:
+        return self.result.verdict is Verdict.REALIZABLE
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """Answers for the robots that were asked about."""
+
+    errands: Mapping[str, Errand]
+    answers: Mapping[str, Answer]
+
+    @property
+    def failed(self) -> list[str]:
+        """The robots that have no strategy."""
+        return [name for name, answer in self.answers.items() if not answer.realizable]
+
+
+class Asking:
+    """Asks for strategies; counts what that cost (``syntheses``, ``seconds``). ``busy``: a
+    synthesis is under way. ``literally``: objectives are asked about as they are written."""
+
+    def __init__(
+        self,
+        state: TeamState,
+        synthesizer: Synthesizer,
+        stop: Stop,
+        progress: SynthesisListener | None = None,
+        *,
+        literally: bool = False,
+    ) -> None:
+        self._ladder = Ladder(state, literally)
+        self._world = state.scenario.map
+        self._synthesizer = synthesizer
+        self._stop = stop
+        self._progress = progress
+        self._served: WeakSet[ServedStrategy] = WeakSet()
+        self.busy = False
+        self.syntheses = 0
+        self.seconds = 0.0
+
+    def attempt(self, errands: Mapping[str, Errand]) -> Attempt:
+        """Ask for strategies for these robots. Raises ResourceLimitError if a synthesis runs out
+        of time or memory, RunOver if the run is to end."""
+        ladders = {
+            name: list(self._ladder.candidates(name, errand)) for name, errand in errands.items()
+        }
+        answers: dict[str, Answer] = {}
+        rung = 0
+        while True:
+            asked = {
+                name: ladder[rung]
+                for name, ladder in ladders.items()
+                if rung < len(ladder) and not (name in answers and answers[name].realizable)
+            }
+            if not asked:
+                return Attempt(errands, answers)
+            results = self._ask([task for _, task in asked.values()])
+            for (name, (form, task)), result in zip(asked.items(), results, strict=True):
+                before = answers.get(name)
+                tried = before.tried if before is not None else ()
+                if before is not None:
+                    failed = before.result
+                    verdict = vocabulary.Verdict(failed.verdict.value)
+                    tried += (
+                        records.Tried(before.task.fairness.value, failed.spec_sha256, verdict),
+                    )
+                told = errands[name].assignment.objective
+                answers[name] = Answer(task, result, told, form, tried)
+            rung += 1
+
+    def close(self) -> None:
+        """End the processes that give moves on demand."""
+        for served in tuple(self._served):
+            served.close()
+
+    def _ask(self, tasks: list[Task]) -> list[SynthesisResult]:
+        self._stop.check()
+        self.busy = True
+
+        def hear(progress: object) -> None:
+            self._stop.check()
+            if self._progress is not None:
+                self._progress(progress)  # type: ignore[arg-type]
+
+        try:
+            results = self._synthesizer.synthesize_all(
+                [compile_task(task, self._world) for task in tasks], progress=hear
+            )
+        finally:
+            self.busy = False
+        for result in results:
+            if result.served is not None:
+                self._served.add(result.served)
+            self.syntheses += 1
+            self.seconds += 0.0 if result.cached else result.seconds
+            if result.verdict not in (Verdict.REALIZABLE, Verdict.UNREALIZABLE):
+                raise ResourceLimitError(
+                    f"the synthesis for {result.robot} ended by {result.verdict.value} after "
+                    f"{result.seconds:.1f} s; raise limits.synthesis_seconds or "
+                    "limits.synthesis_memory in the scenario"
+                )
+        return results
+
+
+def first_answers(
+    scenario: Scenario,
+    synthesizer: Synthesizer,
+    progress: SynthesisListener | None = None,
+    names: Collection[str] | None = None,
+) -> dict[str, Answer]:
+    """The synthesizer's answers for the start of a scenario, without a run: for the robots
+    with these names (default: all), in the scenario's order, their objectives as written."""
+    state = TeamState.initial(scenario)
+    asking = Asking(state, synthesizer, Stop(), progress, literally=True)
+    errands = {
+        name: Errand(entry.assignment, entry.robot.objective)
+        for name, entry in state.robots.items()
+        if names is None or name in names
+    }
+    return dict(asking.attempt(errands).answers)

@@ -1,0 +1,151 @@
+"""What a robot is to be synthesized for: a ladder of specifications, the plainest first.
+
+Its objective literally, with its other memory, as plain alternation; and for each of them the
+weakest assumption about others that will do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+from safenav.explain.undisturbed import play
+from safenav.runtime.coordination.objectives import alternating
+from safenav.runtime.team import Assignment, RobotState, Role, TeamState
+from safenav.scenario.model import Coordination, Tracking
+from safenav.scenario.objective import Hold, Ltl, Objective, Patrol, Target, Visit, targets_of
+from safenav.spec.objective import Memory
+from safenav.spec.task import LADDERS, Fairness, Observed, Task
+from safenav.trace import vocabulary
+from safenav.world.map import Region
+from safenav.world.moves import Pose
+from safenav.world.partition import Partition
+
+
+@dataclass(frozen=True)
+class Errand:
+    """What one robot is to be synthesized for: ``objective`` (with assignable goals not that of
+    its ``assignment``). ``avoid``: pending obstacles that it takes for walls, ``must``: those that
+    a strategy which it has must know, too. ``forbidden``: poses that it must keep out of for the
+    team's sake."""
+
+    assignment: Assignment
+    objective: Objective
+    avoid: frozenset[str] = frozenset()
+    must: frozenset[str] = frozenset()
+    forbidden: frozenset[Pose] = frozenset()
+
+
+Candidate = tuple[vocabulary.Form, Task]
+
+
+@dataclass(frozen=True)
+class Ladder:
+    """Makes the tasks of robots from what the team knows now. ``literally``: objectives as they
+    are written, and no other way."""
+
+    state: TeamState
+    literally: bool = False
+
+    def candidates(self, name: str, errand: Errand) -> Iterator[Candidate]:
+        """The specifications to try for a robot, the plainest and weakest first."""
+        state = self.state.robots[name]
+        for form, objective, memory in self._forms(state, errand):
+            task = self._task(state, errand, objective, memory)
+            for fairness in rungs(task):
+                yield form, replace(task, fairness=fairness)
+
+    def _forms(
+        self, state: RobotState, errand: Errand
+    ) -> Iterator[tuple[vocabulary.Form, Objective, Memory]]:
+        """The spellings of an objective that a robot could meet alone on the map; the last one
+        in any case, so that there is something to ask."""
+        objective = errand.objective
+        literal = vocabulary.Form.LITERAL
+        if not isinstance(objective, Patrol):
+            own = errand.assignment.role is Role.OWN or self._is_assignable
+            keeps = own or isinstance(objective, Ltl)
+            yield literal, objective, state.memory if keeps else Memory()
+            return
+        index = state.own.memory.index
+        plain = alternating(objective)
+        if self.literally and not (self.state.rivals(state.robot) or self._is_assignable):
+            yield literal, objective, Memory(index)
+            return
+        if self.state.rivals(state.robot) or self._is_assignable:
+            yield vocabulary.Form.ALTERNATION, plain, Memory(index)
+            return
+        walls = self.state.knowledge.walls_for(state.robot, errand.avoid)
+        blocked = frozenset(known.region for known in walls)
+        mobility, pose = state.robot.model.mobility, state.next_pose
+        for form, memory in (
+            (literal, Memory(index)),
+            (vocabulary.Form.OTHER_MEMORY, Memory(1 - index)),
+        ):
+            solo = play(mobility, pose, objective, memory, self.state.scenario.map, blocked)
+            if solo.winnable:
+                yield form, objective, memory
+        yield vocabulary.Form.ALTERNATION, plain, Memory(index)
+
+    @property
+    def _is_assignable(self) -> bool:
+        return self.state.scenario.coordination is Coordination.ASSIGNABLE
+
+    def _task(
+        self, state: RobotState, errand: Errand, objective: Objective, memory: Memory
+    ) -> Task:
+        """What a robot is to be synthesized for, from where it can next decide anything."""
+        team, robot = self.state, state.robot
+        observed = []
+        for other in team.robots.values():
+            if other is state:
+                continue
+            danger = team.scenario.conflict(robot, other.robot)
+            if danger or other.name in robot.tracks:
+                targets = targets_of(other.assignment.objective)
+                observed.append(self._observed(state, other, targets, danger))
+        cells = team.scenario.partition
+        return Task(
+            robot=robot,
+            pose=state.next_pose,
+            objective=objective,
+            memory=memory,
+            blocked=team.knowledge.walls_for(robot, errand.avoid),
+            observed=tuple(observed),
+            tracking=robot.tracking,
+            assignable=self._is_assignable,
+            partition=None if cells is None else Partition(cells),
+            closed=team.knowledge.standing,
+            forbidden=errand.forbidden,
+        )
+
+    def _observed(
+        self, state: RobotState, other: RobotState, targets: tuple[Target, ...], danger: bool
+    ) -> Observed:
+        """``other`` as a robot knows it: where it is, or what is believed of it."""
+        where: Region = other.next_pose.region
+        if state.robot.tracking is Tracking.BELIEF:
+            known = self.state.beliefs.of(state.name, other.name, where)
+            if isinstance(known, frozenset):
+                return Observed(other.name, where, targets, danger, known)
+            where = known
+        return Observed(other.name, where, targets, danger)
+
+
+def rungs(task: Task) -> tuple[Fairness, ...]:
+    """The assumptions that a task can make about others, from weakest to strongest, without
+    those that cannot do.
+
+    By what is next to it, a robot that has anywhere to go can be kept from it for ever: whoever is
+    in the way may always be on the side of the target. So only one that is where it stays needs no
+    assumption.
+    """
+    if not task.endangered:
+        return (Fairness.NONE,)
+    objective = task.objective
+    if task.tracking is Tracking.NEARBY and not isinstance(objective, Ltl):
+        targets = task.targets
+        settled = isinstance(objective, Hold | Visit) and len(targets) == 1
+        if task.assignable or not (settled and task.pose.region in targets[0]):
+            return (Fairness.OUT_OF_MY_WAY,)
+    return LADDERS[task.tracking]
