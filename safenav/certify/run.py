@@ -11,7 +11,8 @@ from typing import Any
 from safenav.errors import UsageError
 from safenav.spec.parsing import read_specification
 from safenav.synthesis.cache import Cache
-from safenav.synthesis.slugs import Phase, SynthesisProgress, Synthesizer
+from safenav.synthesis.question import Phase, SynthesisProgress
+from safenav.synthesis.slugs import Synthesizer
 from safenav.trace.vocabulary import Verified
 
 

@@ -32,7 +32,7 @@ from safenav.scenario.model import Coordination as Kind
 from safenav.scenario.model import Outcome, Scenario
 from safenav.synthesis.binary import Binary
 from safenav.synthesis.cache import Cache
-from safenav.synthesis.slugs import Listener as SynthesisListener
+from safenav.synthesis.question import Listener as SynthesisListener
 from safenav.synthesis.slugs import Synthesizer
 from safenav.trace import records, vocabulary
 from safenav.trace.header import scenario_header

@@ -11,80 +11,26 @@ from __future__ import annotations
 
 import hashlib
 import os
-import queue
-import threading
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from enum import StrEnum
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Union
 
 from safenav.errors import SynthesizerError
 from safenav.scenario.model import Controllers, Limits
-from safenav.spec.specification import Section, Specification
+from safenav.spec.specification import Specification
 from safenav.synthesis.answer import failure, too_large, verdict_of
 from safenav.synthesis.binary import Binary, find_binary, find_own_binary
 from safenav.synthesis.cache import Cache, Entry, key_of
-from safenav.synthesis.process import Crew, DismissedError, Finished, limited, orderly_termination
+from safenav.synthesis.jobs import work_off
+from safenav.synthesis.process import Finished, orderly_termination
+from safenav.synthesis.program import Program, Served
+from safenav.synthesis.question import Job, Listener, Phase, Question, SynthesisProgress
 from safenav.synthesis.strategy import Strategy
 from safenav.synthesis.verdict import SynthesisResult, Verdict
 
-if TYPE_CHECKING:
-    from safenav.synthesis.serving.served import ServedStrategy
-
 _GOOD = Verdict.REALIZABLE
-_HEARTBEAT_SECONDS = 1.0
-_OVERTIME_SECONDS = 1.0
-"""Our own binary keeps its time limit itself, to say how far it got; then we end it."""
 
-
-class Question(StrEnum):
-    """What is asked; the value names it in the cache."""
-
-    REALIZABILITY = "realizability"
-    STRATEGY = "strategy"
-    COUNTERSTRATEGY = "counterstrategy"
-    MOVES = "moves"
-
-    @property
-    def options(self) -> tuple[str, ...]:
-        """Options that every slugs binary knows; without any, the verdict alone is given."""
-        match self:
-            case Question.REALIZABILITY | Question.MOVES:
-                return ()
-            case Question.STRATEGY:
-                return ("--explicitStrategy", "--jsonOutput")
-            case Question.COUNTERSTRATEGY:
-                return ("--counterStrategy", "--jsonOutput")
-
-    @property
-    def answered_by(self) -> Verdict:
-        """The verdict with which an automaton is printed."""
-        if self is Question.COUNTERSTRATEGY:
-            return Verdict.UNREALIZABLE
-        return Verdict.REALIZABLE
-
-
-class Phase(StrEnum):
-    STARTED = "started"
-    RUNNING = "running"
-    FINISHED = "finished"
-
-
-@dataclass(frozen=True)
-class SynthesisProgress:
-    """Something happened in a synthesis: it started, still runs (told once a second), or
-    finished with a result. ``index``: which of the specifications asked about."""
-
-    index: int
-    robot: str
-    phase: Phase
-    seconds: float
-    result: SynthesisResult | None = None
-
-
-Listener = Callable[[SynthesisProgress], None]
 
 Verifier = Callable[[Specification, Strategy, bool], str | None]
 """Checks an automaton against its specification (the flag: it is a counterstrategy); what is
@@ -184,7 +130,7 @@ class Synthesizer:
         jobs = []
         for index, spec in enumerate(specs):
             most = self.states if self.controllers is Controllers.AUTO else None
-            job = _Job(index, spec, spec.to_structuredslugs(), question, most)
+            job = Job(index, spec, spec.to_structuredslugs(), question, most)
             self.cache.keep_text(hashlib.sha256(job.text.encode()).hexdigest(), job.text)
             begun = time.monotonic()
             remembered = self._remembered(job)
@@ -196,132 +142,13 @@ class Synthesizer:
             tell(SynthesisProgress(index, spec.robot, Phase.FINISHED, elapsed, remembered))
         if jobs:
             with orderly_termination():
-                self._work_off(jobs, results, tell)
+                program = Program(self.binary, self.seconds, self.memory_mb)
+                found = work_off(program, jobs, self.at_once, self._result, tell)
+            for index, result in found.items():
+                results[index] = result
         return [result for result in results if result is not None]
 
-    def _work_off(
-        self, jobs: Sequence[_Job], results: list[SynthesisResult | None], tell: Listener
-    ) -> None:
-        """Run the jobs in threads; turn what they bring into results here."""
-        native = self.binary.native  # asked here once, not in every thread
-        crew = Crew()
-        todo: queue.SimpleQueue[_Job] = queue.SimpleQueue()
-        news: queue.SimpleQueue[_News] = queue.SimpleQueue()
-        for job in jobs:
-            todo.put(job)
-        count = min(len(jobs), self.at_once)
-        workers = [
-            threading.Thread(target=self._labour, args=(crew, native, todo, news), daemon=True)
-            for _ in range(count)
-        ]
-        try:
-            for worker in workers:
-                worker.start()
-            started: dict[int, tuple[_Job, float]] = {}
-            left = len(jobs)
-            while left:
-                try:
-                    job, brought = news.get(timeout=_HEARTBEAT_SECONDS)
-                except queue.Empty:
-                    for running, since in started.values():
-                        tell(running.progress(Phase.RUNNING, time.monotonic() - since))
-                    continue
-                if brought is None:
-                    started[job.index] = (job, time.monotonic())
-                    tell(job.progress(Phase.STARTED, 0.0))
-                    continue
-                if isinstance(brought, BaseException):
-                    raise brought
-                result = self._result(job, brought)
-                results[job.index] = result
-                started.pop(job.index, None)
-                left -= 1
-                tell(job.progress(Phase.FINISHED, result.seconds, result))
-        finally:
-            crew.dismiss()
-            for worker in workers:
-                if worker.ident is not None:
-                    worker.join()
-
-    def _labour(
-        self,
-        crew: Crew,
-        native: bool,
-        todo: queue.SimpleQueue[_Job],
-        news: queue.SimpleQueue[_News],
-    ) -> None:
-        """What a thread does: take a job, run the binary, bring what it printed."""
-        while True:
-            try:
-                job = todo.get_nowait()
-            except queue.Empty:
-                return
-            news.put((job, None))
-            try:
-                news.put((job, self._bring(crew, native, job)))
-            except DismissedError:
-                return
-            except BaseException as error:
-                news.put((job, error))
-                return
-
-    def _bring(self, crew: Crew, native: bool, job: _Job) -> _Brought:
-        if job.question is Question.MOVES:
-            # Imported here: few runs need it.
-            from safenav.synthesis.serving.starting import serve
-
-            begun = time.monotonic()
-            own = self.binary if native else find_own_binary()
-            served = serve(
-                job.spec,
-                own,
-                options=job.options,
-                seconds=self.seconds,
-                memory_mb=self.memory_mb,
-                crew=crew,
-            )
-            return served, time.monotonic() - begun
-        return (self._run_native if native else self._run_foreign)(crew, job)
-
-    def _run_native(self, crew: Crew, job: _Job) -> Finished:
-        """Our own program reads standard input and keeps its limits itself."""
-        command = [str(self.binary.path), *job.options]
-        if job.question is Question.REALIZABILITY:
-            command.append("--realizability")
-        if job.question is Question.STRATEGY and job.most_nodes is not None:
-            command += ["--nodes", str(job.most_nodes)]
-        deadline = None
-        if self.seconds is not None:
-            command += ["--timeout", f"{self.seconds:g}"]
-            deadline = self.seconds + _OVERTIME_SECONDS
-        if self.memory_mb is not None:
-            command += ["--memory", str(self.memory_mb)]
-        return crew.run([*command, "-"], job.text.encode(), deadline, self.memory_mb)
-
-    def _run_foreign(self, crew: Crew, job: _Job) -> Finished:
-        """Upstream's program reads slugsin files only and knows no limits."""
-        # Imported here: it is slow, and our own binary needs no files.
-        import tempfile
-
-        text, suffix = self._translated(crew, job)
-        with tempfile.TemporaryDirectory(prefix="safenav-") as directory:
-            file = Path(directory) / f"specification{suffix}"
-            file.write_bytes(text)
-            command = [str(self.binary.path), *job.options, str(file)]
-            return crew.run(limited(command, self.memory_mb), b"", self.seconds, self.memory_mb)
-
-    def _translated(self, crew: Crew, job: _Job) -> tuple[bytes, str]:
-        """The specification as slugsin if our own binary is there to translate it."""
-        own = find_own_binary()
-        given = job.text.encode()
-        if own is None or not own.native:
-            return given, ".structuredslugs"
-        translated = crew.run([str(own.path), "--translate", "-"], given, self.seconds)
-        if translated.timed_out or translated.status != 0:
-            raise failure("does not translate the specification", translated, own, job.robot)
-        return translated.stdout, ".slugsin"
-
-    def _remembered(self, job: _Job) -> SynthesisResult | None:
+    def _remembered(self, job: Job) -> SynthesisResult | None:
         """The cached result, if it is there and stands every check that a fresh one stands."""
         if self.cache.directory is None or job.question is Question.MOVES:
             return None
@@ -342,7 +169,7 @@ class Synthesizer:
             return self._checked(job, replace(entry, strategy_json=None), cached=True)
         return result
 
-    def _result(self, job: _Job, finished: Finished | _Served) -> SynthesisResult:
+    def _result(self, job: Job, finished: Finished | Served) -> SynthesisResult:
         if not isinstance(finished, Finished):
             found, seconds = finished
             if isinstance(found, Verdict):
@@ -370,7 +197,7 @@ class Synthesizer:
         return result
 
     def _checked(
-        self, job: _Job, entry: Entry, *, cached: bool, detail: str = ""
+        self, job: Job, entry: Entry, *, cached: bool, detail: str = ""
     ) -> SynthesisResult:
         """The result of an answer. Raises SynthesizerError if its automaton is no automaton, or
         is verified and fails."""
@@ -396,49 +223,10 @@ class Synthesizer:
             verified=verified,
         )
 
-    def _key(self, job: _Job) -> str:
+    def _key(self, job: Job) -> str:
         return key_of(job.text, self.binary.digest, (job.question, *job.options))
 
-    def _too_large_key(self, job: _Job) -> str:
+    def _too_large_key(self, job: Job) -> str:
         """Of the fact that a strategy has more nodes than may be listed."""
         limit = ("more nodes than", str(job.most_nodes))
         return key_of(job.text, self.binary.digest, (job.question, *job.options, *limit))
-
-
-@dataclass(frozen=True)
-class _Job:
-    """One question about one specification."""
-
-    index: int
-    spec: Specification
-    text: str
-    question: Question
-    most_nodes: int | None = None
-
-    @property
-    def robot(self) -> str:
-        return self.spec.robot
-
-    @property
-    def options(self) -> tuple[str, ...]:
-        """The options for the binary. A strategy that relies on fairness assumptions shall move
-        on where it can by itself, and wait for the others only where it must."""
-        options = self.question.options
-        moves = self.question in (Question.STRATEGY, Question.MOVES)
-        if moves and self.spec.section(Section.ENV_LIVENESS):
-            options += ("--biasForAction",)
-        return options
-
-    def progress(
-        self, phase: Phase, seconds: float, result: SynthesisResult | None = None
-    ) -> SynthesisProgress:
-        return SynthesisProgress(self.index, self.robot, phase, seconds, result)
-
-
-_Served = tuple[Union["ServedStrategy", Verdict], float]
-"""What became of a server, and the seconds until then."""
-
-_Brought = Finished | _Served
-
-_News = tuple[_Job, _Brought | BaseException | None]
-"""A job and what became of it: None when it starts."""

@@ -15,7 +15,8 @@ from safenav.runtime.monitor import PATIENCE, GuaranteeError
 from safenav.scenario.model import Outcome, Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.spec.specification import Specification
-from safenav.synthesis.slugs import Listener, Synthesizer
+from safenav.synthesis.question import Listener
+from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.strategy import Strategy
 from safenav.synthesis.verdict import SynthesisResult
 from safenav.trace import records

@@ -14,7 +14,8 @@ import pytest
 
 from safenav.errors import SynthesizerError
 from safenav.spec.specification import Specification
-from safenav.synthesis.slugs import Phase, SynthesisProgress, Synthesizer
+from safenav.synthesis.question import Phase, SynthesisProgress
+from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.verdict import Verdict
 from synthesis.asking import NATIVE, Answering, Script, ask, gone, impossible
 
@@ -46,7 +47,7 @@ def test_several_run_at_once_and_come_back_in_order(
 def test_a_long_synthesis_reports_that_it_still_runs(
     script: Script, patrol: Specification, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("safenav.synthesis.slugs._HEARTBEAT_SECONDS", 0.05)
+    monkeypatch.setattr("safenav.synthesis.jobs._HEARTBEAT_SECONDS", 0.05)
     heard: list[SynthesisProgress] = []
     binary = script(NATIVE + "sleep 0.4; echo 'RESULT: Specification is realizable.' >&2")
     Synthesizer(binary).synthesize_all([patrol], strategy=False, progress=heard.append)

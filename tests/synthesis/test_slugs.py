@@ -65,7 +65,7 @@ def test_our_binary_gets_the_specification_on_standard_input_with_its_limits(
 def test_a_foreign_binary_gets_a_file_and_only_options_that_it_knows(
     script: Script, patrol: Specification, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("safenav.synthesis.slugs.find_own_binary", lambda: None)
+    monkeypatch.setattr("safenav.synthesis.program.find_own_binary", lambda: None)
     binary = script(
         UPSTREAM + f'cat "$3" > "{tmp_path}/given"; echo "$@" > "{tmp_path}/arguments"\n'
         "echo 'RESULT: Specification is unrealizable.' >&2"
@@ -81,7 +81,7 @@ def test_our_binary_translates_for_a_foreign_one(
     script: Script, patrol: Specification, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     own = script(NATIVE + 'test "$1 $2" = "--translate -" && tr a-z A-Z')
-    monkeypatch.setattr("safenav.synthesis.slugs.find_own_binary", lambda: own)
+    monkeypatch.setattr("safenav.synthesis.program.find_own_binary", lambda: own)
     foreign = script(
         UPSTREAM + f'cat "$3" > "{tmp_path}/given"; echo "$3" > "{tmp_path}/name"\n'
         "echo 'RESULT: Specification is unrealizable.' >&2"
@@ -95,7 +95,7 @@ def test_a_failed_translation_is_an_error(
     script: Script, patrol: Specification, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     own = script(NATIVE + "echo 'translation is broken' >&2; exit 4")
-    monkeypatch.setattr("safenav.synthesis.slugs.find_own_binary", lambda: own)
+    monkeypatch.setattr("safenav.synthesis.program.find_own_binary", lambda: own)
     with pytest.raises(SynthesizerError, match=r"does not translate(.|\n)*translation is broken"):
         ask(script(UPSTREAM), patrol)
 
@@ -124,7 +124,7 @@ def test_a_binary_that_hangs_is_killed_with_its_children(
     prefix: str,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("safenav.synthesis.slugs._OVERTIME_SECONDS", 0.1)
+    monkeypatch.setattr("safenav.synthesis.program._OVERTIME_SECONDS", 0.1)
     binary = script(
         prefix + f'sleep 900 & echo $! > "{tmp_path}/child"; echo working >&2; sleep 900; wait'
     )
@@ -254,7 +254,8 @@ def upstream(slugs: Binary, script: Script, monkeypatch: pytest.MonkeyPatch) -> 
     status 0 for both verdicts."""
     if not slugs.native:
         pytest.skip("SAFENAV_SLUGS names a foreign binary")
-    monkeypatch.setattr("safenav.synthesis.slugs.find_own_binary", lambda: slugs)
+    for module in ("program", "slugs"):
+        monkeypatch.setattr(f"safenav.synthesis.{module}.find_own_binary", lambda: slugs)
     return script(
         'for argument in "$@"; do case "$argument" in\n'
         "--explicitStrategy|--jsonOutput|--counterStrategy) ;;\n"

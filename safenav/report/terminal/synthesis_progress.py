@@ -6,7 +6,7 @@ import sys
 
 import click
 
-from safenav.synthesis.slugs import Phase, SynthesisProgress
+from safenav.synthesis.question import Phase, SynthesisProgress
 
 
 class WaitingLine:

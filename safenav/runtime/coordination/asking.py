@@ -17,8 +17,8 @@ from safenav.scenario.model import Scenario
 from safenav.scenario.objective import Objective
 from safenav.spec.compile import compile_task
 from safenav.spec.task import Task
+from safenav.synthesis.question import Listener as SynthesisListener
 from safenav.synthesis.serving.served import ServedStrategy
-from safenav.synthesis.slugs import Listener as SynthesisListener
 from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.verdict import SynthesisResult, Verdict
 from safenav.trace import records, vocabulary

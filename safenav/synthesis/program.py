@@ -1,0 +1,92 @@
+"""Runs a slugs binary for one question: ours keeps its limits itself, upstream's knows none."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Union
+
+from safenav.synthesis.answer import failure
+from safenav.synthesis.binary import Binary, find_own_binary
+from safenav.synthesis.process import Crew, Finished, limited
+from safenav.synthesis.question import Job, Question
+from safenav.synthesis.verdict import Verdict
+
+if TYPE_CHECKING:
+    from safenav.synthesis.serving.served import ServedStrategy
+
+_OVERTIME_SECONDS = 1.0
+"""Our own binary keeps its time limit itself, to say how far it got; then we end it."""
+
+Served = tuple[Union["ServedStrategy", Verdict], float]
+"""What became of a server, and the seconds until then."""
+
+Brought = Finished | Served
+
+
+@dataclass(frozen=True)
+class Program:
+    """A binary with the limits of each single synthesis (wall seconds; None: no limit)."""
+
+    binary: Binary
+    seconds: float | None
+    memory_mb: int | None
+
+    def answer(self, crew: Crew, job: Job) -> Brought:
+        """Run until the job is answered. Raises SynthesizerError, and DismissedError if the crew
+        is sent home."""
+        if job.question is Question.MOVES:
+            # Imported here: few runs need it.
+            from safenav.synthesis.serving.starting import serve
+
+            begun = time.monotonic()
+            own = self.binary if self.binary.native else find_own_binary()
+            served = serve(
+                job.spec,
+                own,
+                options=job.options,
+                seconds=self.seconds,
+                memory_mb=self.memory_mb,
+                crew=crew,
+            )
+            return served, time.monotonic() - begun
+        return (self._run_native if self.binary.native else self._run_foreign)(crew, job)
+
+    def _run_native(self, crew: Crew, job: Job) -> Finished:
+        """Our own program reads standard input and keeps its limits itself."""
+        command = [str(self.binary.path), *job.options]
+        if job.question is Question.REALIZABILITY:
+            command.append("--realizability")
+        if job.question is Question.STRATEGY and job.most_nodes is not None:
+            command += ["--nodes", str(job.most_nodes)]
+        deadline = None
+        if self.seconds is not None:
+            command += ["--timeout", f"{self.seconds:g}"]
+            deadline = self.seconds + _OVERTIME_SECONDS
+        if self.memory_mb is not None:
+            command += ["--memory", str(self.memory_mb)]
+        return crew.run([*command, "-"], job.text.encode(), deadline, self.memory_mb)
+
+    def _run_foreign(self, crew: Crew, job: Job) -> Finished:
+        """Upstream's program reads slugsin files only and knows no limits."""
+        # Imported here: it is slow, and our own binary needs no files.
+        import tempfile
+
+        text, suffix = self._translated(crew, job)
+        with tempfile.TemporaryDirectory(prefix="safenav-") as directory:
+            file = Path(directory) / f"specification{suffix}"
+            file.write_bytes(text)
+            command = [str(self.binary.path), *job.options, str(file)]
+            return crew.run(limited(command, self.memory_mb), b"", self.seconds, self.memory_mb)
+
+    def _translated(self, crew: Crew, job: Job) -> tuple[bytes, str]:
+        """The specification as slugsin if our own binary is there to translate it."""
+        own = find_own_binary()
+        given = job.text.encode()
+        if own is None or not own.native:
+            return given, ".structuredslugs"
+        translated = crew.run([str(own.path), "--translate", "-"], given, self.seconds)
+        if translated.timed_out or translated.status != 0:
+            raise failure("does not translate the specification", translated, own, job.robot)
+        return translated.stdout, ".slugsin"
