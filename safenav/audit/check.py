@@ -58,9 +58,9 @@ from safenav.trace.records import (
     Request,
     Resolved,
     Synthesis,
-    Trace,
     Violation,
 )
+from safenav.trace.trace import Trace
 
 RULES: tuple[type[Rule], ...] = (
     HeaderRule,

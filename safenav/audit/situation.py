@@ -30,11 +30,11 @@ from safenav.trace.records import (
     Record,
     Resolved,
     Synthesis,
-    Trace,
     Truth,
     Violation,
 )
 from safenav.trace.setting import Need, ObstacleHeader
+from safenav.trace.trace import Trace
 from safenav.trace.vocabulary import (
     BlockReason,
     Ending,

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING
 import click
 
 from safenav.errors import ExitCode, UsageError
+from safenav.trace.trace import Trace
 
 if TYPE_CHECKING:
     from safenav.motion.file.records import Motion
-    from safenav.trace.records import Trace
+    from safenav.trace.trace import Trace
     from safenav.world.frame import Frame
 
 EPILOG = """\b

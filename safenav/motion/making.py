@@ -20,8 +20,8 @@ from safenav.motion.walker.mover import WalkerMover
 from safenav.motion.walker.pushes import pushed
 from safenav.scenario.motion import resolved
 from safenav.scenario.reading.catalogue import built_in
-from safenav.trace.records import Trace
 from safenav.trace.setting import RobotHeader
+from safenav.trace.trace import Trace
 
 SIDE = 2.7
 """Metres of a region if the trace does not say: as in the paper's code."""

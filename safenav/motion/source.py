@@ -8,7 +8,7 @@ from pathlib import Path
 
 from safenav.errors import Diagnostic, InputError
 from safenav.trace.reading import read_bytes
-from safenav.trace.records import Trace
+from safenav.trace.trace import Trace
 
 
 @dataclass(frozen=True)

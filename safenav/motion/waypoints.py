@@ -15,7 +15,8 @@ from dataclasses import dataclass
 from math import pi, remainder, tau
 
 from safenav.errors import Diagnostic, InputError, UsageError
-from safenav.trace.records import Move, Trace
+from safenav.trace.records import Move
+from safenav.trace.trace import Trace
 from safenav.world.frame import Frame
 
 COLUMNS = ("robot", "tick", "x", "y", "yaw", "region")

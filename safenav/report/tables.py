@@ -8,11 +8,12 @@ from collections.abc import Iterable
 
 from safenav.report.replay.timeline import EventKind, Replay
 from safenav.trace import records
+from safenav.trace.trace import Trace
 
 Row = Iterable[object]
 
 
-def tables(trace: records.Trace, replay: Replay) -> dict[str, str]:
+def tables(trace: Trace, replay: Replay) -> dict[str, str]:
     """The name of each table and its CSV text (RFC 4180, one heading line)."""
     return {
         "moves": _csv(("tick", "robot", "region", "row", "col", "name", "heading"), _moves(replay)),
@@ -40,7 +41,7 @@ def _events(replay: Replay) -> Iterable[Row]:
             yield e.tick, e.kind.value, e.robot, e.region, e.obstacle, e.text
 
 
-def _syntheses(trace: records.Trace) -> Iterable[Row]:
+def _syntheses(trace: Trace) -> Iterable[Row]:
     for line in trace.records:
         if isinstance(line, records.Synthesis):
             yield (

@@ -15,14 +15,8 @@ from typing import Any
 
 from safenav.errors import Diagnostic, InputError
 from safenav.trace.fields import WrongError, convert
-from safenav.trace.records import (
-    KINDS,
-    VERSION,
-    Discovered,
-    Header,
-    Record,
-    Trace,
-)
+from safenav.trace.records import KINDS, VERSION, Discovered, Header, Record
+from safenav.trace.trace import Trace
 
 _DIAGNOSTIC_LIMIT = 20
 _SCENARIO = re.compile(rb"^safenav[ \t]*:", re.MULTILINE)

@@ -153,21 +153,25 @@ class Discovered(Record):
 
 
 @dataclass(frozen=True)
-class Appeared(Record):
-    """An obstacle stands there from now on."""
+class ObstacleChange(Record):
+    """What happens to an obstacle by itself, or because somebody changed the world."""
 
-    type: ClassVar[str] = "appeared"
     obstacle: str
     cause: ChangeCause
 
 
 @dataclass(frozen=True)
-class Gone(Record):
+class Appeared(ObstacleChange):
+    """An obstacle stands there from now on."""
+
+    type: ClassVar[str] = "appeared"
+
+
+@dataclass(frozen=True)
+class Gone(ObstacleChange):
     """An obstacle went by itself, without being resolved."""
 
     type: ClassVar[str] = "gone"
-    obstacle: str
-    cause: ChangeCause
 
 
 @dataclass(frozen=True)
@@ -243,11 +247,9 @@ class Request(Record):
 
 
 @dataclass(frozen=True)
-class Push(Record):
-    """Objectives changed for a request, or so that ``helper`` gives way to ``requester`` (then
-    ``obstacle`` is None). ``objectives``: those in force after it."""
+class StackEntry(Record):
+    """An entry of the stack of objectives: who is to help whom, with which need of what."""
 
-    type: ClassVar[str] = "push"
     depth: Count
     objectives: Mapping[str, Objective]
     obstacle: str | None
@@ -259,18 +261,18 @@ class Push(Record):
 
 
 @dataclass(frozen=True)
-class Pop(Record):
+class Push(StackEntry):
+    """Objectives changed for a request, or so that ``helper`` gives way to ``requester`` (then
+    ``obstacle`` is None). ``objectives``: those in force after it."""
+
+    type: ClassVar[str] = "push"
+
+
+@dataclass(frozen=True)
+class Pop(StackEntry):
     """What was pushed is over; the fields tell the entry that was dropped."""
 
     type: ClassVar[str] = "pop"
-    depth: Count
-    objectives: Mapping[str, Objective]
-    obstacle: str | None
-    requester: str
-    helper: str | None
-    reason: StackReason = StackReason.REQUEST
-    helpers: tuple[str, ...] | None = None
-    need: Count | None = None
 
 
 @dataclass(frozen=True)
@@ -398,26 +400,3 @@ KINDS: Mapping[str, type[Record]] = {
     )
 }
 """All types of lines, by the ``type`` in the file."""
-
-
-@dataclass(frozen=True)
-class Trace:
-    """A whole trace. ``cut_off``: its last line was incomplete (the writer was killed).
-    ``ignored`` counts the lines of types that this version does not know."""
-
-    source: str
-    header: Header
-    records: tuple[Record, ...]
-    cut_off: bool
-    ignored: int
-
-    @property
-    def outcome(self) -> Outcome | None:
-        """How the run ended, or None if the trace does not say."""
-        return next((r for r in reversed(self.records) if isinstance(r, Outcome)), None)
-
-    @property
-    def obstacles(self) -> dict[str, ObstacleHeader]:
-        """All obstacles by name: those of the header, and those that were discovered later."""
-        found = [r.obstacle for r in self.records if isinstance(r, Discovered)]
-        return {o.name: o for o in (*self.header.scenario.obstacles, *found)}

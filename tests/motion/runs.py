@@ -14,7 +14,7 @@ from safenav.motion.making import motion_of
 from safenav.runtime.mission import Mission
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from safenav.trace.reading import read_bytes
-from safenav.trace.records import Trace
+from safenav.trace.trace import Trace
 from safenav.trace.writing import TraceWriter
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"

@@ -15,7 +15,8 @@ from safenav.motion.making import floor_of
 from safenav.motion.mover import Errand, Mover
 from safenav.motion.timing.order import Step, order_of
 from safenav.motion.timing.schedule import Schedule, scheduled
-from safenav.trace.records import Move, Resolved, Trace
+from safenav.trace.records import Move, Resolved
+from safenav.trace.trace import Trace
 
 SLOWED = int(os.environ.get("SAFENAV_MOTION_SLOWED", "20"))
 

@@ -11,7 +11,8 @@ from safenav.motion.check.finding import NEAR, Finding, Report
 from safenav.motion.check.paths import Array, discs
 from safenav.motion.check.room import Grid
 from safenav.motion.file.records import Action, Moving
-from safenav.trace.records import Resolved, Trace
+from safenav.trace.records import Resolved
+from safenav.trace.trace import Trace
 
 STILL = 1e-6
 """Metres that a body at rest may move by rounding."""

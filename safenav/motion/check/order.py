@@ -7,16 +7,9 @@ from dataclasses import dataclass, field
 
 from safenav.motion.check.finding import NEAR, Finding, Report
 from safenav.motion.file.records import Action, Moving
-from safenav.trace.records import (
-    Appeared,
-    Blocked,
-    Gone,
-    Move,
-    Resolved,
-    Synthesis,
-    Trace,
-)
+from safenav.trace.records import Appeared, Blocked, Gone, Move, Resolved, Synthesis
 from safenav.trace.setting import ObstacleHeader, RobotHeader, ScenarioHeader
+from safenav.trace.trace import Trace
 
 
 @dataclass(frozen=True)

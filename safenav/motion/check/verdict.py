@@ -26,7 +26,7 @@ from safenav.motion.file.records import (
     Segment,
     Track,
 )
-from safenav.trace.records import Trace
+from safenav.trace.trace import Trace
 
 SIDE = 2.7
 WALKER = ("omega", "height", "step", "aside", "friction", "swing", "size")

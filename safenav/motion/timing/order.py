@@ -16,13 +16,9 @@ from enum import StrEnum
 from heapq import heappop, heappush
 
 from safenav.motion.geometry import Floor
-from safenav.trace.records import (
-    Move,
-    Resolved,
-    Synthesis,
-    Trace,
-)
+from safenav.trace.records import Move, Resolved, Synthesis
 from safenav.trace.setting import ObstacleHeader, RobotHeader
+from safenav.trace.trace import Trace
 
 
 class Cause(StrEnum):

@@ -30,6 +30,7 @@ from safenav.report.replay.timeline import (
 from safenav.scenario.objective import Hold, Objective
 from safenav.trace import records, setting
 from safenav.trace.reading import read_trace
+from safenav.trace.trace import Trace
 from safenav.trace.wording import Wording, objective_of
 from safenav.world.map import Heading, Region, RegionMap
 
@@ -44,7 +45,7 @@ def read_replay(path: Path) -> Replay:
     return replay_of(read_trace(path))
 
 
-def replay_of(trace: records.Trace) -> Replay:
+def replay_of(trace: Trace) -> Replay:
     """The run that a trace tells. Raises InputError where it contradicts itself."""
     line = trace.header.line
     try:
@@ -84,7 +85,7 @@ class Telling:
     ended: int | None = None
 
     @classmethod
-    def begin(cls, trace: records.Trace) -> Telling:
+    def begin(cls, trace: Trace) -> Telling:
         header = trace.header.scenario
         try:
             world = RegionMap.from_grid(header.map.grid, header.map.names)

@@ -1,0 +1,31 @@
+"""A whole trace, as it was read."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from safenav.trace.records import Discovered, Header, Outcome, Record
+from safenav.trace.setting import ObstacleHeader
+
+
+@dataclass(frozen=True)
+class Trace:
+    """A whole trace. ``cut_off``: its last line was incomplete (the writer was killed).
+    ``ignored`` counts the lines of types that this version does not know."""
+
+    source: str
+    header: Header
+    records: tuple[Record, ...]
+    cut_off: bool
+    ignored: int
+
+    @property
+    def outcome(self) -> Outcome | None:
+        """How the run ended, or None if the trace does not say."""
+        return next((r for r in reversed(self.records) if isinstance(r, Outcome)), None)
+
+    @property
+    def obstacles(self) -> dict[str, ObstacleHeader]:
+        """All obstacles by name: those of the header, and those that were discovered later."""
+        found = [r.obstacle for r in self.records if isinstance(r, Discovered)]
+        return {o.name: o for o in (*self.header.scenario.obstacles, *found)}
