@@ -14,7 +14,7 @@ import yaml
 from campaigns.command import Command
 from campaigns.verdict import judge
 
-CASES = sorted((Path(__file__).parent / "cases").glob("*.yaml"))
+CASES = sorted((Path(__file__).parent / "cases").rglob("*.yaml"))
 
 
 @pytest.mark.parametrize("file", CASES, ids=lambda file: file.stem)

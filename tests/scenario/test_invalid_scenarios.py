@@ -14,7 +14,7 @@ from safenav.errors import ExitCode, InputError
 from safenav.scenario.reading.loader import load_scenario
 
 FOLDER = Path(__file__).parents[2] / "scenarios" / "invalid"
-FILES = sorted(FOLDER.glob("*.yaml"))
+FILES = sorted(FOLDER.rglob("*.yaml"))
 ANNOUNCEMENT = re.compile(r"# error: (\d+):(\d+): (.*)")
 
 

@@ -29,6 +29,7 @@ SCHEMA: dict[str, Any] = json.loads(schema_text())
 VALIDATOR = Draft202012Validator(SCHEMA)
 FOLDER = Path(__file__).parents[2] / "scenarios"
 VALID = sorted(FOLDER.glob("*.yaml"))
+BROKEN = {file.stem: file for file in sorted((FOLDER / "invalid").rglob("*.yaml"))}
 
 WELL_SHAPED = {
     "bad_event_patterns": False,
@@ -107,13 +108,13 @@ def test_the_built_in_catalogue_has_the_right_shape(name: str) -> None:
 
 
 def test_every_broken_scenario_is_judged() -> None:
-    readable = {f.stem for f in (FOLDER / "invalid").glob("*.yaml") if read(f) is not None}
+    readable = {name for name, file in BROKEN.items() if read(file) is not None}
     assert readable == set(WELL_SHAPED)
 
 
 @pytest.mark.parametrize(("name", "well_shaped"), WELL_SHAPED.items(), ids=list(WELL_SHAPED))
 def test_wrong_shapes_are_refused(name: str, well_shaped: bool) -> None:
-    assert VALIDATOR.is_valid(read(FOLDER / "invalid" / f"{name}.yaml")) is well_shaped
+    assert VALIDATOR.is_valid(read(BROKEN[name])) is well_shaped
 
 
 def definition(name: str) -> dict[str, Any]:
