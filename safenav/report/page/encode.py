@@ -1,4 +1,4 @@
-"""A replay as the compact data that the page carries (its types: front/src/run.ts).
+"""A replay as the compact data that the page carries (its types: front/src/run/run.ts).
 
 Values that change now and then are lists of [tick, value...]; ways are lists of regions and a
 letter for each heading: a thousand ticks of a robot take about five kilobytes.

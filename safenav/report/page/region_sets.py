@@ -3,7 +3,7 @@
 A set is a list of runs of consecutive regions; of each run the gap before it and its length are
 written as numbers in base 32, little end first, with one letter a digit: an upper half of the
 alphabet says that the number goes on (as in the base64 VLQ of source maps). A set within a
-radius of 4 takes about 20 letters. Its reader is front/src/sets.ts.
+radius of 4 takes about 20 letters. Its reader is front/src/run/sets.ts.
 """
 
 from __future__ import annotations

@@ -2,15 +2,15 @@
 
 import type { ComponentChildren } from "preact";
 import { useCallback, useEffect, useLayoutEffect, useMemo, useReducer, useRef, useState } from "preact/hooks";
-import { Button, Controls } from "./controls";
-import { Events } from "./events";
+import { Button, Controls } from "./panels/controls";
+import { Events } from "./panels/events";
 import { KEYS, listen } from "./keyboard";
-import { Legend, Obstacles, Robots, Stack } from "./panels";
-import type { Player } from "./player";
-import { eventsAfter, type EventKind, type Run } from "./run";
+import { Legend, Obstacles, Robots, Stack } from "./panels/sidebar";
+import type { Player } from "./run/player";
+import { eventsAfter, type EventKind, type Run } from "./run/run";
 import { applyTheme, EVERYONE, nextTheme, storedTheme, type Shown } from "./settings";
-import { viewersOf } from "./shading";
-import type { Choice, Hand, Stage } from "./stage";
+import { viewersOf } from "./map/shading";
+import type { Choice, Hand, Stage } from "./map/stage";
 
 const TOLD: ReadonlySet<EventKind> = new Set([
   "violation",

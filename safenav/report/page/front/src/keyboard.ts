@@ -1,8 +1,8 @@
 /** Keys of the page; what a focused control does with a key of its own goes first. */
 
-import type { Eye } from "./camera";
-import type { Player } from "./player";
-import { eventsAfter, type Run } from "./run";
+import type { Eye } from "./map/camera";
+import type { Player } from "./run/player";
+import { eventsAfter, type Run } from "./run/run";
 
 const PAN = 80;
 

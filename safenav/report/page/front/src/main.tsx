@@ -2,10 +2,10 @@
 
 import { render } from "preact";
 import { App } from "./app";
-import { followLinks } from "./link";
-import { Player } from "./player";
-import type { Run } from "./run";
-import { flatStage } from "./stage";
+import { followLinks } from "./run/link";
+import { Player } from "./run/player";
+import type { Run } from "./run/run";
+import { flatStage } from "./map/stage";
 import "./page.css";
 
 const run = JSON.parse(document.getElementById("run")!.textContent!) as Run;

@@ -2,13 +2,13 @@
 
 import { render } from "preact";
 import { App } from "./app";
-import { followLinks } from "./link";
-import { Player } from "./player";
-import type { Run } from "./run";
+import { followLinks } from "./run/link";
+import { Player } from "./run/player";
+import type { Run } from "./run/run";
 import { decoded, type Motion } from "./view3d/motion";
 import { stage3d } from "./view3d/stage";
 import "./page.css";
-import "./view3d.css";
+import "./view3d/view3d.css";
 
 const text = (id: string): string => document.getElementById(id)!.textContent!;
 const run = JSON.parse(text("run")) as Run;

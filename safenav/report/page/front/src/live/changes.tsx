@@ -1,10 +1,10 @@
 /** Changing the world of a run: what a click on the map does, and the panel that says so. */
 
 import { useState } from "preact/hooks";
-import { CELL } from "../camera";
-import { isWall } from "../floor";
-import { at, label, type Obstacle, type Robot, type Run } from "../run";
-import type { Hand } from "../stage";
+import { CELL } from "../map/camera";
+import { isWall } from "../map/floor";
+import { at, label, type Obstacle, type Robot, type Run } from "../run/run";
+import type { Hand } from "../map/stage";
 import type { Say } from "./player";
 
 export interface ObstacleKind {

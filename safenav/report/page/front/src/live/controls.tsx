@@ -1,9 +1,8 @@
 /** Run, pause, step, speed and seed of a run that goes on; its timeline is that of a replay. */
 
 import { useState } from "preact/hooks";
-import { Button, Timeline } from "../controls";
-import { SPEEDS } from "../player";
-import type { Run } from "../run";
+import { Button, SpeedButtons, Timeline } from "../panels/controls";
+import type { Run } from "../run/run";
 import type { LivePlayer, Say } from "./player";
 
 interface LiveControlsProps {
@@ -46,23 +45,7 @@ export function LiveControls({ run, player, tick, say }: LiveControlsProps) {
           tick <b>{tick}</b> of {run.last}
           {busy && <span class="quiet"> · thinking</span>}
         </p>
-        <div class="group speed">
-          <Button icon="slower" label="Slower" disabled={player.speed === SPEEDS[0]} onClick={() => player.faster(-1)} />
-          <label>
-            <span class="unseen">Speed</span>
-            <select value={String(player.speed)} onChange={(event) => player.setSpeed(Number(event.currentTarget.value))}>
-              {SPEEDS.map((speed) => (
-                <option value={String(speed)}>{speed} ticks/s</option>
-              ))}
-            </select>
-          </label>
-          <Button
-            icon="faster"
-            label="Faster"
-            disabled={player.speed === SPEEDS[SPEEDS.length - 1]}
-            onClick={() => player.faster(1)}
-          />
-        </div>
+        <SpeedButtons player={player} />
         <Again player={player} say={say} />
       </div>
     </section>

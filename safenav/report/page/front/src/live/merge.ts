@@ -1,6 +1,6 @@
 /** Joins what is new of a run to what the page has: `safenav/report/page/live.py` tells it. */
 
-import type { Frame, Obstacle, Progress, Robot, Run, RunEvent, Status, Task, View } from "../run";
+import type { Frame, Obstacle, Progress, Robot, Run, RunEvent, Status, Task, View } from "../run/run";
 
 interface RobotNews {
   path: number[];

@@ -3,7 +3,7 @@
  * goes back; then it stays where it was put while the run goes on.
  */
 
-import { Player } from "../player";
+import { Player } from "../run/player";
 
 export type Say = (does: string, data?: object) => void;
 

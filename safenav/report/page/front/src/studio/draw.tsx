@@ -2,11 +2,11 @@
 
 import type { ComponentChildren } from "preact";
 import { useEffect, useLayoutEffect, useMemo, useState } from "preact/hooks";
-import { Button } from "../controls";
+import { Button } from "../panels/controls";
 import type { Say } from "../live/player";
-import { MapView } from "../map";
-import { Camera } from "../camera";
-import { Player } from "../player";
+import { MapView } from "../map/map";
+import { Camera } from "../map/camera";
+import { Player } from "../run/player";
 import { applyTheme, nextTheme, storedTheme } from "../settings";
 import { useDrawingHand } from "./hand";
 import type { Chosen, Doc, Drawing, Pen, Verdict } from "./model";

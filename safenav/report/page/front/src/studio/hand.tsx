@@ -1,9 +1,9 @@
 /** The hand that draws: walls, floor, robots, obstacles, headings, objectives. */
 
 import { useRef, useState } from "preact/hooks";
-import { CELL } from "../camera";
+import { CELL } from "../map/camera";
 import type { Say } from "../live/player";
-import type { Hand } from "../stage";
+import type { Hand } from "../map/stage";
 import type { Chosen, Drawing, Pen, Problem, Verdict } from "./model";
 
 interface HandArgs {

@@ -7,8 +7,8 @@ import { outOfService, useWorldHand, World, type ObstacleKind, type Tool } from 
 import { LiveControls } from "../live/controls";
 import type { LivePlayer } from "../live/player";
 import type { Wire } from "../live/wire";
-import type { Run } from "../run";
-import { flatStage } from "../stage";
+import type { Run } from "../run/run";
+import { flatStage } from "../map/stage";
 
 interface LiveViewProps {
   run: Run | null;

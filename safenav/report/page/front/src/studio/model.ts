@@ -1,6 +1,6 @@
 /** What the studio tells of a scenario that is being drawn. */
 
-import type { Run } from "../run";
+import type { Run } from "../run/run";
 
 export interface DrawnRobot {
   name: string;

@@ -2,7 +2,7 @@
 
 import { useEffect, useState } from "preact/hooks";
 import type { Say } from "../live/player";
-import { label } from "../run";
+import { label } from "../run/run";
 import type { Chosen, Doc, Drawing, Pen, Problem, Verdict } from "./model";
 
 interface Drawn {

@@ -4,7 +4,7 @@ import { useEffect, useMemo, useReducer, useRef, useState } from "preact/hooks";
 import { merged, type News } from "../live/merge";
 import { LivePlayer, type RunState } from "../live/player";
 import { Wire, type Message } from "../live/wire";
-import type { Run } from "../run";
+import type { Run } from "../run/run";
 import { OpenMenu, SaveMenu } from "./begin";
 import { Draw } from "./draw";
 import { packedIn } from "./links";

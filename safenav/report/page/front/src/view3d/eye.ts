@@ -1,6 +1,6 @@
 /** The view of the 3D scene as the page's keys and panels know it; the scene moves its camera. */
 
-import type { Eye } from "../camera";
+import type { Eye } from "../map/camera";
 
 /** Around the map, from above, or after the robot with that number. */
 export type View = "orbit" | "top" | number;

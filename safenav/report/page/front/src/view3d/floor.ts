@@ -14,7 +14,7 @@ import {
   MeshLambertMaterial,
   PlaneGeometry,
 } from "three";
-import type { Run } from "../run";
+import type { Run } from "../run/run";
 import { themeColour } from "./colours";
 
 export const LOW = 0.35;

@@ -5,7 +5,7 @@
  */
 
 import { BoxGeometry, Color, DoubleSide, EdgesGeometry, Group, IcosahedronGeometry, LineBasicMaterial, LineSegments, Mesh, MeshLambertMaterial } from "three";
-import { at, type Obstacle, type Run, type Status } from "../run";
+import { at, type Obstacle, type Run, type Status } from "../run/run";
 import { themeColour } from "./colours";
 import { centreOf, isWall } from "./floor";
 import { sampleAt, type Motion, type Sampled } from "./motion";

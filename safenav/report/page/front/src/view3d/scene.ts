@@ -13,7 +13,7 @@ import {
   WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
-import { at, type Run } from "../run";
+import { at, type Run } from "../run/run";
 import type { Shown } from "../settings";
 import { bodyOf, type Body, type Doing } from "./bodies";
 import { themeColour } from "./colours";

@@ -1,9 +1,9 @@
 /** The stage of the 3D page: the scene on a canvas, and what chooses the camera and the walls. */
 
 import { useLayoutEffect, useReducer, useRef, useState } from "preact/hooks";
-import type { Run } from "../run";
+import type { Run } from "../run/run";
 import { calm } from "../settings";
-import type { Choice, Stage, StageProps } from "../stage";
+import type { Choice, Stage, StageProps } from "../map/stage";
 import { OrbitEye } from "./eye";
 import type { Motion, Sampled } from "./motion";
 import { RunScene } from "./scene";

@@ -1,6 +1,6 @@
 /** Small drawings: the signs of robots, obstacles and events, and those on buttons. */
 
-import type { EventKind, Robot, Run, Status } from "./run";
+import type { EventKind, Robot, Run, Status } from "../run/run";
 
 export function RobotSign({ robot, size = 26 }: { robot: Robot; size?: number }) {
   const { look } = robot;

@@ -3,9 +3,9 @@
 import type { ComponentChildren, ComponentType } from "preact";
 import { Camera, type Eye } from "./camera";
 import { MapView } from "./map";
-import type { Player } from "./player";
-import type { Run } from "./run";
-import type { Shown, Theme } from "./settings";
+import type { Player } from "../run/player";
+import type { Run } from "../run/run";
+import type { Shown, Theme } from "../settings";
 import { Tools } from "./tools";
 
 export interface StageProps {

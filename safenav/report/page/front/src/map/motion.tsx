@@ -2,9 +2,9 @@
 
 import { useLayoutEffect, useRef } from "preact/hooks";
 import { CELL, type Camera } from "./camera";
-import type { Player } from "./player";
-import { poseAt, separate, type Pose, type Robot, type Run } from "./run";
-import { calm } from "./settings";
+import type { Player } from "../run/player";
+import { poseAt, separate, type Pose, type Robot, type Run } from "../run/run";
+import { calm } from "../settings";
 
 const BODY = 0.28 * CELL;
 /** The least radius of a robot, in pixels. */

@@ -5,7 +5,7 @@
  * with every frame while a robot is followed. Lengths: cells for places, pixels for the screen.
  */
 
-import { clamp } from "./run";
+import { clamp } from "../run/run";
 
 /** Units of the drawings for one cell. */
 export const CELL = 40;

@@ -3,8 +3,8 @@
 import { memo } from "preact/compat";
 import { useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
 import { EventSign } from "./icons";
-import type { Player } from "./player";
-import type { EventKind, Run, RunEvent } from "./run";
+import type { Player } from "../run/player";
+import type { EventKind, Run, RunEvent } from "../run/run";
 
 const GROUPS: [name: string, kinds: EventKind[]][] = [
   [

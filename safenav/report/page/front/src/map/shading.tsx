@@ -1,9 +1,9 @@
 /** What robots see and believe, as shading of the floor: the same as in picture_shading.py. */
 
 import { memo } from "preact/compat";
-import { at, label, type Robot, type Run, type Told } from "./run";
-import { holds, runsOf, shapeOf, sizeOf } from "./sets";
-import { EVERYONE, type Shown } from "./settings";
+import { at, label, type Robot, type Run, type Told } from "../run/run";
+import { holds, runsOf, shapeOf, sizeOf } from "../run/sets";
+import { EVERYONE, type Shown } from "../settings";
 
 /** Hatches of robots that are looked for run in different directions. */
 const ANGLES = [45, -45, 15, -75, 75, -15];

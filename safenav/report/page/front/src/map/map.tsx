@@ -10,9 +10,9 @@ import { CELL, listenToPointers, type Camera } from "./camera";
 import { Floor, isWall } from "./floor";
 import { Knowledge } from "./knowledge";
 import { growth, Robots, Trails } from "./motion";
-import type { Player } from "./player";
-import { at, label, poseAt, transitAt, type Run } from "./run";
-import type { Shown } from "./settings";
+import type { Player } from "../run/player";
+import { at, label, poseAt, transitAt, type Run } from "../run/run";
+import type { Shown } from "../settings";
 import type { Hand } from "./stage";
 import { shadesAt, Shading, viewersOf } from "./shading";
 

@@ -1,12 +1,12 @@
 /** The side of the page: robots with their objectives, the stack, the obstacles, the legend. */
 
 import { memo } from "preact/compat";
-import type { Eye } from "./camera";
+import type { Eye } from "../map/camera";
 import { EventSign, RobotSign, StatusSign } from "./icons";
-import { ARROW } from "./knowledge";
+import { ARROW } from "../map/knowledge";
 import { DOINGS } from "./lanes";
-import { at, label, transitAt, type EventKind, type Frame, type Run, type Status } from "./run";
-import { Hatch, knowledgeOf, viewersOf } from "./shading";
+import { at, label, transitAt, type EventKind, type Frame, type Run, type Status } from "../run/run";
+import { Hatch, knowledgeOf, viewersOf } from "../map/shading";
 
 interface PanelProps {
   run: Run;

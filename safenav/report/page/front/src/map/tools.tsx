@@ -2,9 +2,9 @@
 
 import { useLayoutEffect, useReducer } from "preact/hooks";
 import type { Camera } from "./camera";
-import { Button } from "./controls";
+import { Button } from "../panels/controls";
 import { savePng, saveSvg } from "./picture";
-import type { Run } from "./run";
+import type { Run } from "../run/run";
 
 export function Tools({ run, camera, tick }: { run: Run; camera: Camera; tick: number }) {
   const [, redraw] = useReducer((count: number) => count + 1, 0);

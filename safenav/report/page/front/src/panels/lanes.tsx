@@ -2,8 +2,8 @@
 
 import { memo } from "preact/compat";
 import { useMemo } from "preact/hooks";
-import type { Player } from "./player";
-import { at, transitAt, type Robot, type Run } from "./run";
+import type { Player } from "../run/player";
+import { at, transitAt, type Robot, type Run } from "../run/run";
 
 export type Doing = "moving" | "waiting" | "helping" | "yielding" | "still";
 

@@ -2,7 +2,7 @@
 
 import { memo } from "preact/compat";
 import { CELL } from "./camera";
-import type { Run } from "./run";
+import type { Run } from "../run/run";
 
 /** Text below this many pixels is not shown. */
 const LEGIBLE = 8;

@@ -2,8 +2,8 @@
 
 import { memo } from "preact/compat";
 import { CELL } from "./camera";
-import { at, eventsAt, transitAt, type Run } from "./run";
-import type { Shown } from "./settings";
+import { at, eventsAt, transitAt, type Run } from "../run/run";
+import type { Shown } from "../settings";
 
 /** From the nose of a robot to the sign in the next region. */
 export const ARROW = "M20.5 0H29M24.5 -4.5L29.5 0L24.5 4.5";

@@ -3,8 +3,8 @@
 import { useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
 import { EventSign, Icon, type ButtonIcon } from "./icons";
 import { Axis, Lanes } from "./lanes";
-import { SPEEDS, type Player } from "./player";
-import type { EventKind, Run, RunEvent } from "./run";
+import { SPEEDS, type Player } from "../run/player";
+import type { EventKind, Run, RunEvent } from "../run/run";
 
 interface ControlsProps {
   run: Run;
@@ -35,33 +35,40 @@ export function Controls({ run, player, tick }: ControlsProps) {
           {player.timed && <Seconds player={player} />}
           <LinkButton tick={tick} />
         </p>
-        <div class="group speed">
-          <Button
-            icon="slower"
-            label="Slower"
-            disabled={player.speed === SPEEDS[0]}
-            onClick={() => player.faster(-1)}
-          />
-          <label>
-            <span class="unseen">Speed</span>
-            <select
-              value={String(player.speed)}
-              onChange={(event) => player.setSpeed(Number(event.currentTarget.value))}
-            >
-              {SPEEDS.map((speed) => (
-                <option value={String(speed)}>{player.timed ? `${speed} x` : `${speed} ticks/s`}</option>
-              ))}
-            </select>
-          </label>
-          <Button
-            icon="faster"
-            label="Faster"
-            disabled={player.speed === SPEEDS[SPEEDS.length - 1]}
-            onClick={() => player.faster(1)}
-          />
-        </div>
+        <SpeedButtons player={player} />
       </div>
     </section>
+  );
+}
+
+/** How fast ticks pass: slower, a choice, faster. */
+export function SpeedButtons({ player }: { player: Player }) {
+  return (
+    <div class="group speed">
+      <Button
+        icon="slower"
+        label="Slower"
+        disabled={player.speed === SPEEDS[0]}
+        onClick={() => player.faster(-1)}
+      />
+      <label>
+        <span class="unseen">Speed</span>
+        <select
+          value={String(player.speed)}
+          onChange={(event) => player.setSpeed(Number(event.currentTarget.value))}
+        >
+          {SPEEDS.map((speed) => (
+            <option value={String(speed)}>{player.timed ? `${speed} x` : `${speed} ticks/s`}</option>
+          ))}
+        </select>
+      </label>
+      <Button
+        icon="faster"
+        label="Faster"
+        disabled={player.speed === SPEEDS[SPEEDS.length - 1]}
+        onClick={() => player.faster(1)}
+      />
+    </div>
   );
 }
 
