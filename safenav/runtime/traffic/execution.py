@@ -72,10 +72,14 @@ def schedule(
     return Schedule(tuple(map(tuple, ways)), tuple(orders))
 
 
-def dues_of(states: Sequence[Joint]) -> list[dict[int, Count]]:
+def dues_of(states: Sequence[Joint], counts: Sequence[Count]) -> list[dict[int, Count]]:
     """For each robot what it must have counted before it leaves a place of its way: what the plan
-    relies on its having met there, by waiting. ``states``: those that the plan leads through."""
-    dues: list[dict[int, Count]] = [{} for _ in states[0].poses]
+    relies on its having met there, by waiting. ``states``: those that the plan leads through;
+    ``counts``: what is counted when it begins, which may be less than in the first of them."""
+    dues: list[dict[int, Count]] = [
+        {} if first == count else {0: first}
+        for first, count in zip(states[0].counts, counts, strict=True)
+    ]
     steps = [0] * len(dues)
     for before, after in pairwise(states):
         for robot, due in enumerate(dues):

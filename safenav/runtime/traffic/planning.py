@@ -91,11 +91,14 @@ class Traffic:
         return self.coordination.floor.problem.members[index].graph.pose(number)
 
     def _has_met(self, floor: Floor, index: int, due: Count) -> bool:
-        """Whether a robot has met what is due, or cannot by waiting: it does something else, or its
-        goals are steps."""
-        robot = self.state.robots[floor.names[index]]
+        """Whether a robot has met what is due, or cannot by waiting: it does something else, its
+        goals are steps, or nothing that it still has to meet is here."""
+        name, graph = floor.names[index], floor.problem.members[index].graph
+        robot = self.state.robots[name]
         formulas = formulas_of(robot.robot, self.state.scenario.map)
         if robot.assignment.role is not Role.OWN or (formulas and not formulas.met_by_staying):
+            return True
+        if not awaited_by(floor, name, robot.own) >> graph.number(robot.pose) & 1:
             return True
         rounds = self._course(floor).rounds
         return has_met(self._counts(floor, rounds)[index], due)
@@ -311,7 +314,8 @@ class Traffic:
         self._failures = 0
         if self._turning:
             self._certify(course, answer.states)
-        self._begin(floor, self._cut(course, start, answer.states, helping), reason)
+        states = self._cut(course, start, answer.states, helping)
+        self._begin(floor, states, self._counts(floor, course.rounds), reason)
 
     @property
     def _rounds(self) -> int:
@@ -366,11 +370,13 @@ class Traffic:
                 break
         return found
 
-    def _begin(self, floor: Floor, states: list[Joint], reason: str) -> None:
+    def _begin(
+        self, floor: Floor, states: list[Joint], counts: Sequence[Count], reason: str
+    ) -> None:
         sizes = [member.graph.size for member in floor.problem.members]
         poses = [state.poses for state in states]
         plan = schedule(poses, sizes, floor.problem.conflicts)
-        self.execution = Execution(plan, dues_of(states))
+        self.execution = Execution(plan, dues_of(states, counts))
         self._watch.begin_anew()
         self.state.emit(_record(self.state.tick, floor, plan, reason))
 

@@ -148,13 +148,24 @@ def test_a_plan_waits_until_what_it_counts_on_is_met() -> None:
     assert isinstance(found, Found)
     poses = [state.poses for state in found.states]
     ways = schedule(poses, [floor.world.size] * 2, floor.problem.conflicts).ways
-    dues = dues_of(found.states)
+    dues = dues_of(found.states, found.states[0].counts)
     assert [[ways[i][place] for place in due] for i, due in enumerate(dues)] == [[8], [6]]
     assert [list(due.values()) for due in dues] == [[(0, 0, 2)], [(0, 0, 2)]]
     run = Execution(schedule(poses, [floor.world.size] * 2, floor.problem.conflicts), dues)
     assert run.due(0) is None
     run.taken[0] = ways[0].index(8)
     assert run.due(0) == (0, 0, 2)
+
+
+def test_a_plan_waits_first_for_what_it_begins_with() -> None:
+    """A robot that stands on a target has not counted it yet, and the plan takes it for met."""
+    floor = Floor(SWAP, {"a": Bot("6", [6, 8]), "b": Bot("8", [6])})
+    found = search(floor).run()
+    assert isinstance(found, Found)
+    assert found.states[0].counts[0] != (0, 0, 0)
+    dues = dues_of(found.states, ((0, 0, 0), (0, 0, 0)))
+    assert dues[0][0] == found.states[0].counts[0]
+    assert 0 not in dues[1]
 
 
 @pytest.mark.parametrize(
