@@ -188,9 +188,13 @@ class OrderRule(Rule):
 
 
 def _begins_on_its_target(record: Goal, now: Situation) -> bool:
-    """Whether the goal may be one that a strategy met where it began: told at once, in
-    whosever turn that is."""
-    return any(synthesis.robot == record.robot for synthesis in now.turn.all(Synthesis))
+    """Whether the goal may be one that is met where an objective begins: told at once, in
+    whosever turn that is. A robot told by signals needs no new strategy for that."""
+    name = record.robot
+    if any(synthesis.robot == name for synthesis in now.turn.all(Synthesis)):
+        return True
+    told = now.header.coordination == "assignable"
+    return told and now.turn.objectives[name] != now.objectives[name]
 
 
 def _actor(record: Record, derived: bool) -> str | None:
