@@ -1245,7 +1245,8 @@ class Run:
                 raise RefusedError(f"{obstacle} can be resolved")
             what = "whatever the robots do, too few that can resolve it get there"
             self.claim("never", f"{obstacle} can never be resolved: {what}.")
-        blocked = {n for n in self.data if n in self.obstacles[obstacle]["blocks"]}
+        stage = 0 if record["reason"] == "untraversable" else self.done.get(obstacle, 0)
+        blocked = {n for n in self.data if self.blocks(obstacle, n, stage)}
         if blocked != set(record["robots"]):
             raise RefusedError(f"{obstacle} blocks {sorted(blocked)}")
         self.known.add(obstacle)

@@ -97,9 +97,10 @@ class Coordination:
         self.telling.install(attempt, errands, reason)
 
     def seal_what_is_never_resolved(self) -> None:
-        """What the closure of all that the team can do never resolves joins O."""
+        """What nobody can ever bring any further joins O. Of what can be brought further, though
+        never away, some robots may have all actions that are left then, and pass."""
         floor, closure = closed(self.state, self.requests, self.stop)
-        for gate in closure.never:
+        for gate in closure.stuck:
             self.tell.never_resolved(floor, gate, closure)
             self.requests.close(floor.gates[gate])
 

@@ -97,7 +97,7 @@ class Announcing:
         state.emit(records.Blocked(state.tick, obstacle.name, blocked, reason, proof))
 
     def never_resolved(self, floor: Floor, gate: int, closure: Closure) -> None:
-        """An obstacle joins O because the closure never resolves it."""
+        """An obstacle joins O because the closure never brings it any further."""
         request = self.requests.of(floor.gates[gate])
         assert request is not None
         needs = request.obstacle.needs
@@ -106,7 +106,7 @@ class Announcing:
             >= need.robots
             for need in needs
         )
-        if request.told is None:
+        if request.told is None or not able:
             self._request(request, floor, ())
         reason = vocabulary.BlockReason.UNRESOLVABLE
         if not able:

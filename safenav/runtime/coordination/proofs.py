@@ -25,11 +25,13 @@ class Reach:
 
 @dataclass(frozen=True)
 class Closure:
-    """What can be resolved and what never can; where each robot gets with the former resolved."""
+    """What can be resolved and what never can; where each robot gets with the former resolved.
+    ``stuck``: of what never is, that of which not even the next need can ever be met."""
 
     resolved: tuple[int, ...]
     never: tuple[int, ...]
     robots: tuple[Reach, ...]
+    stuck: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -76,7 +78,8 @@ def closure_of(solver: Solver, sets: Sets, stages: Stages) -> Closure:
         Reach(solver.reach(i, poses, stages), solver.goes_on(i, poses, stages))
         for i, poses in enumerate(sets)
     )
-    return Closure(resolved, never, robots)
+    stuck = tuple(gate for gate in never if stages[gate].need == given[gate].need)
+    return Closure(resolved, never, robots, stuck)
 
 
 def _enough(solver: Solver, gate: int, sets: Sets, stages: Stages) -> bool:
