@@ -7,8 +7,10 @@ travels as data. This module has bad input, spent resources, and broken tools.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import IntEnum
+
+from safenav.dataclass import dataclass
 
 
 class ExitCode(IntEnum):

@@ -8,9 +8,10 @@ more than ``NOISE_SECONDS``.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from safenav.batch.cases.case import Result
+from safenav.dataclass import dataclass
 
 RATIO = 1.5
 NOISE_SECONDS = 0.1

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 from typing import Protocol
 
 from safenav.batch.cases.case import Case, Result
 from safenav.batch.journal import StateFile
 from safenav.batch.workers.backend import Arrival, Backend
+from safenav.dataclass import dataclass
 
 Artifacts = Callable[[Result, Path | None], list[str]]
 """Keeps what helps to look into a failure (given its trace, if any); returns what it wrote."""

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from enum import StrEnum
 
+from safenav.dataclass import dataclass
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import Target
 from safenav.spec.specification import Constraint, Origin, Section, Specification

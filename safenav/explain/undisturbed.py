@@ -8,8 +8,8 @@ milliseconds where a synthesis would have to be asked. The objective is played b
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
+from safenav.dataclass import dataclass
 from safenav.scenario.objective import Ltl, Objective
 from safenav.scenario.pursuit import Pursuit
 from safenav.spec.objective import Memory

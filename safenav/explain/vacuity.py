@@ -9,9 +9,9 @@ specifications, HVC 2010, and Maoz, Ringert: On well-separation of GR(1) specifi
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import StrEnum
 
+from safenav.dataclass import dataclass
 from safenav.spec.specification import Constraint, Origin, Section, Specification
 from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.strategy import Strategy

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 
+from safenav.dataclass import dataclass
 from safenav.formula.syntax import (
     And,
     Comparison,

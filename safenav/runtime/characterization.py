@@ -5,8 +5,7 @@ Source: paper, Section V-A.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from safenav.dataclass import dataclass
 from safenav.runtime.checked_world import CheckedWorld
 from safenav.runtime.knowledge import Knowledge
 from safenav.scenario.model import Obstacle, Robot

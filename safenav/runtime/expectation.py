@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from safenav.dataclass import dataclass
 from safenav.scenario.event_pattern import EventKind, EventPattern
 from safenav.scenario.model import Expect
 from safenav.trace import records

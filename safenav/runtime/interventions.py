@@ -6,8 +6,9 @@ meets what the scenario holds. Only another objective is told, to the robot whos
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
+from safenav.dataclass import dataclass
 from safenav.errors import UsageError
 from safenav.runtime.coordination.algorithm import Coordination
 from safenav.runtime.knowledge import UNTRAVERSABLE

@@ -10,9 +10,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from contextlib import suppress
-from dataclasses import dataclass
 
 import safenav
+from safenav.dataclass import dataclass
 from safenav.errors import SafenavError, UsageError
 from safenav.explain.summary import explain_unrealizable
 from safenav.runtime.checked_world import CheckedWorld

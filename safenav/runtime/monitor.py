@@ -10,9 +10,10 @@ is said at its end.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import lru_cache
 
+from safenav.dataclass import dataclass
 from safenav.errors import ExitCode, SafenavError
 from safenav.formula.evaluator import evaluate
 from safenav.formula.parser import parse

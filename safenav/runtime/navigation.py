@@ -7,9 +7,9 @@ back to the state before and offers what else could be done from there (paper, S
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Protocol
 
+from safenav.dataclass import dataclass
 from safenav.runtime.progress import Progress
 from safenav.scenario.objective import Ltl, Patrol, Visit
 from safenav.spec.assignable import Switch

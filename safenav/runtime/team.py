@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import random
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import Enum
 
+from safenav.dataclass import dataclass
 from safenav.runtime.beliefs import Beliefs
 from safenav.runtime.knowledge import Knowledge
 from safenav.runtime.navigation import Planner

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import random
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Protocol, runtime_checkable
 
+from safenav.dataclass import dataclass
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.world.map import Region
 from safenav.world.moves import Pose

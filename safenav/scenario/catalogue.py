@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
+from safenav.dataclass import dataclass
 from safenav.scenario.model import ObstacleType, RobotModel
 
 

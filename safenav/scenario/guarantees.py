@@ -10,10 +10,11 @@ memory that the robot really has is asked before it is made (``remembered``).
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property, lru_cache
 from itertools import product
 
+from safenav.dataclass import dataclass
 from safenav.formula.evaluator import evaluate
 from safenav.formula.parser import parse
 from safenav.formula.syntax import Formula, variables

@@ -7,9 +7,10 @@ need not check it again.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import StrEnum
 
+from safenav.dataclass import dataclass
 from safenav.scenario.event_pattern import EventPattern
 from safenav.scenario.motion import Motion
 from safenav.scenario.objective import Objective

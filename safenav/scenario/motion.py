@@ -8,7 +8,8 @@ point of the group ``safenav.motion``.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+
+from safenav.dataclass import dataclass
 
 ENTRY_POINTS = "safenav.motion"
 

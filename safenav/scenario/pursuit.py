@@ -11,8 +11,7 @@ of this kind: theirs is what the synthesizer makes of them.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from safenav.dataclass import dataclass
 from safenav.scenario.objective import Cover, Hold, Patrol, Target, Visit, targets_of
 from safenav.world.map import Region
 

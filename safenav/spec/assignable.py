@@ -9,8 +9,9 @@ objective, and obstacles that turn out to be there for good still need a new str
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
+from safenav.dataclass import dataclass
 from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.objective import Ltl, Objective, Patrol, Visit
 from safenav.spec.movement import one_of

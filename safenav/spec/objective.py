@@ -10,8 +10,9 @@ already pursues the next goal: about the current state, every goal would cost an
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from safenav.dataclass import dataclass
 from safenav.scenario.objective import Cover, Hold, Ltl, Objective, Patrol, Visit, describe
 from safenav.scenario.pursuit import Pursuit
 from safenav.spec.movement import one_of

@@ -7,8 +7,9 @@ in a fixed order, constraints under a comment that says where they come from.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from enum import StrEnum
+
+from safenav.dataclass import dataclass
 
 
 class Owner(StrEnum):

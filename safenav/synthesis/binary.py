@@ -10,10 +10,10 @@ import hashlib
 import os
 import re
 import sysconfig
-from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from pathlib import Path
 
+from safenav.dataclass import dataclass
 from safenav.errors import SynthesizerError
 from safenav.synthesis.process import Crew
 

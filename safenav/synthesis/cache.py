@@ -15,9 +15,9 @@ import os
 import time
 import warnings
 from collections.abc import Iterable
-from dataclasses import dataclass
 from pathlib import Path
 
+from safenav.dataclass import dataclass
 from safenav.synthesis.verdict import Verdict
 
 VARIABLE = "SAFENAV_CACHE"

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from safenav.dataclass import dataclass
 from safenav.spec.specification import Owner, Section, Specification, Variable
 from safenav.synthesis.strategy import Strategy, bit_names
 from safenav.synthesis.verdict import SynthesisResult

@@ -18,11 +18,11 @@ import sys
 import threading
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from types import FrameType
 from typing import IO
 
+from safenav.dataclass import dataclass
 from safenav.errors import SynthesizerError
 
 _ROUTINE = re.compile(r"RESULT: |SLUGS: |slugs \d+\.\d+")

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Union
 
+from safenav.dataclass import dataclass
 from safenav.synthesis.answer import failure
 from safenav.synthesis.binary import Binary, find_own_binary
 from safenav.synthesis.process import Crew, Finished, limited

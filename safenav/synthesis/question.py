@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from enum import StrEnum
 
+from safenav.dataclass import dataclass
 from safenav.spec.specification import Section, Specification
 from safenav.synthesis.verdict import SynthesisResult, Verdict
 

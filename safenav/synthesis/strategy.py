@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from itertools import chain
 from typing import Any, overload
 
+from safenav.dataclass import dataclass
 from safenav.errors import SynthesizerError
 from safenav.spec.specification import Owner, Section, Specification, Variable
 

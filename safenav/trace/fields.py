@@ -12,11 +12,12 @@ import math
 import re
 import types
 from collections.abc import Callable, Mapping
-from dataclasses import MISSING, dataclass, fields, is_dataclass
+from dataclasses import MISSING, fields, is_dataclass
 from enum import StrEnum
 from functools import cache
 from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
 
+from safenav.dataclass import dataclass
 from safenav.trace.objective import Objective
 from safenav.trace.vocabulary import Least, Pattern
 

@@ -6,9 +6,9 @@ Obstacles and robots are named; poses are places, a region and a heading (null w
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Annotated
 
+from safenav.dataclass import dataclass
 from safenav.trace.vocabulary import Count, Pattern, Place, Sha256
 
 

@@ -3,16 +3,17 @@
 One frozen dataclass for each type of line. The reader, the writer and the JSON Schema are driven
 by the annotations: a field's JSON name is its name here, without the underscore that
 keeps it apart from a word of Python. A field with a default may be absent; one whose default is
-None is left out when it is None. Of safenav only this package is imported here, so that
-independent checkers can read traces.
+None is left out when it is None. Of safenav only this package and how a dataclass is made are
+imported here, so that independent checkers can read traces.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import ClassVar
 
+from safenav.dataclass import dataclass
 from safenav.trace.objective import Objective
 from safenav.trace.proofs import Proof
 from safenav.trace.setting import ObstacleHeader, ScenarioHeader

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Annotated
 
+from safenav.dataclass import dataclass
 from safenav.trace.objective import Objective
 from safenav.trace.vocabulary import Count, Heading, Json, Least, Region, Seconds
 

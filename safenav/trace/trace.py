@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from safenav.dataclass import dataclass
 from safenav.trace.records import Discovered, Header, Outcome, Record
 from safenav.trace.setting import ObstacleHeader
 

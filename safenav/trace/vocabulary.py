@@ -6,9 +6,10 @@ The reader and the JSON Schema follow these annotations; docs/trace.md explains 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from enum import StrEnum
 from typing import Annotated
+
+from safenav.dataclass import dataclass
 
 
 @dataclass(frozen=True)

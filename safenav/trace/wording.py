@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 
+from safenav.dataclass import dataclass
 from safenav.scenario.objective import Cover, Hold, Ltl, Objective, Patrol, Visit, describe
 from safenav.trace import records, vocabulary
 from safenav.trace.objective import Objective as TracedObjective

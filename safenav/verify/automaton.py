@@ -7,9 +7,9 @@ that the first fault that is found is also one of the nearest.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
+from safenav.dataclass import dataclass
 from safenav.errors import Diagnostic, InputError
 from safenav.formula.parser import FormulaError, parse
 from safenav.formula.syntax import Formula

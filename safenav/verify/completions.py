@@ -12,11 +12,11 @@ next inputs, say) satisfy all constraints. 2^n valuations are never gone through
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import product
 from math import prod
 from operator import itemgetter
 
+from safenav.dataclass import dataclass
 from safenav.errors import ResourceLimitError
 from safenav.formula.evaluator import evaluate
 from safenav.formula.syntax import (

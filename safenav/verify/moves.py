@@ -9,8 +9,8 @@ the robot came closer to its goal or waits for an assumption which did not hold.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 
+from safenav.dataclass import dataclass
 from safenav.errors import SynthesizerError
 from safenav.formula.evaluator import evaluate
 from safenav.spec.specification import Constraint, Owner, Section, Specification

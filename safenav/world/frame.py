@@ -3,8 +3,9 @@ origin is the pose of the south-western (lower left) corner of the map."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import cos, sin
+
+from safenav.dataclass import dataclass
 
 
 @dataclass(frozen=True)

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Collection
-from dataclasses import dataclass
 from enum import StrEnum
 
+from safenav.dataclass import dataclass
 from safenav.world.map import Heading, Region, RegionMap
 
 

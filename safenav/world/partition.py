@@ -18,9 +18,9 @@ beliefs (``safenav.spec.others.knowledge``).
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable
-from dataclasses import dataclass
 from functools import lru_cache
 
+from safenav.dataclass import dataclass
 from safenav.world.map import Region, RegionMap
 
 DOORWAY = 2

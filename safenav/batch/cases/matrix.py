@@ -20,10 +20,10 @@ import itertools
 import math
 import re
 from collections.abc import Sequence as Items
-from dataclasses import dataclass
 from typing import Any
 
 from safenav.batch.cases.variation import value_of
+from safenav.dataclass import dataclass
 from safenav.scenario.reading.loader import KEYS as SCENARIO_KEYS
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence

@@ -10,7 +10,7 @@ from __future__ import annotations
 import glob
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from difflib import get_close_matches
 from pathlib import Path, PurePath
 from typing import Any
@@ -18,6 +18,7 @@ from typing import Any
 from safenav.batch.cases.case import Case
 from safenav.batch.cases.matrix import Matrix, Named, is_matrix, read_matrix
 from safenav.batch.cases.references import References
+from safenav.dataclass import dataclass
 from safenav.errors import UsageError
 from safenav.scenario.yaml.document import DocumentError, Mapping, read_document
 from safenav.scenario.yaml.findings import Findings

@@ -11,7 +11,7 @@ import importlib
 import queue
 import time
 import uuid
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,7 @@ import safenav
 from safenav.batch.cases.case import Case, CaseVerdict, Conditions, Result, without_a_run
 from safenav.batch.cluster import remote
 from safenav.batch.workers.backend import Arrival
+from safenav.dataclass import dataclass
 from safenav.errors import SafenavError, UsageError
 
 _CONNECT_SECONDS = 10

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
 from safenav.batch.cases.case import Case, Result
+from safenav.dataclass import dataclass
 
 
 @dataclass(frozen=True)

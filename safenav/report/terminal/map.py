@@ -6,8 +6,9 @@ Two robots above each other (one flies) share a region's two characters.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from safenav.dataclass import dataclass
 from safenav.report.labels import labels
 from safenav.world.map import Heading, Region, RegionMap
 

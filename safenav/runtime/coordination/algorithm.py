@@ -11,8 +11,9 @@ Source: paper, Section V and Algorithm 1; docs/coordination.md.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from safenav.dataclass import dataclass
 from safenav.runtime.characterization import Violation
 from safenav.runtime.coordination.announcing import Announcing
 from safenav.runtime.coordination.asking import Answer, Attempt

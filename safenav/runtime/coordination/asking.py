@@ -6,9 +6,9 @@ Each robot climbs its ladder of specifications until one is realizable.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
 from weakref import WeakSet
 
+from safenav.dataclass import dataclass
 from safenav.errors import ResourceLimitError
 from safenav.runtime.coordination.ladder import Errand, Ladder
 from safenav.runtime.over import Stop

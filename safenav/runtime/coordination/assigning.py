@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass
 
+from safenav.dataclass import dataclass
 from safenav.runtime.coordination.duties import Duty, Settlement
 from safenav.runtime.coordination.floor import Floor
 from safenav.runtime.coordination.ladder import Errand

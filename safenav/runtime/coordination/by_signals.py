@@ -8,8 +8,9 @@ the team knows; its strategy knows none of that.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
+from safenav.dataclass import dataclass
 from safenav.runtime.coordination.asking import Answer, Asking, Attempt
 from safenav.runtime.coordination.ladder import Errand
 from safenav.runtime.coordination.strategies import Strategies

@@ -8,8 +8,9 @@ it concerns its obstacle or its robots. Nothing here remembers anything.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from safenav.dataclass import dataclass
 from safenav.runtime.coordination.problem import Stages
 from safenav.runtime.coordination.proofs import Proof, refute
 from safenav.runtime.coordination.solve import Plan, Sets, Solver, Step

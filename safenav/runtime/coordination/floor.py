@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
 from functools import lru_cache
 
+from safenav.dataclass import dataclass
 from safenav.runtime.coordination.problem import Gate, Member, Need, Problem, Stage, Stages
 from safenav.runtime.coordination.requests import Requests
 from safenav.runtime.formulas import formulas_of, graph_of

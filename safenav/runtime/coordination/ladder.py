@@ -7,8 +7,9 @@ weakest assumption about others that will do.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
+from safenav.dataclass import dataclass
 from safenav.explain.undisturbed import play
 from safenav.runtime.coordination.objectives import alternating
 from safenav.runtime.team import Assignment, RobotState, Role, TeamState

@@ -9,10 +9,10 @@ from the ``floor`` of those whom they block.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
 
+from safenav.dataclass import dataclass
 from safenav.runtime.poses import Mask, PoseGraph
 
 

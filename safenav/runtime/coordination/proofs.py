@@ -8,8 +8,7 @@ with them; the joint search has a proof of its own (``safenav.runtime.traffic``)
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from safenav.dataclass import dataclass
 from safenav.runtime.coordination.problem import Stages
 from safenav.runtime.coordination.solve import Sets, Solver, Step
 from safenav.runtime.poses import Mask

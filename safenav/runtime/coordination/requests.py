@@ -7,8 +7,9 @@ in it, when the obstacle is resolved, gone, or known to stay (paper, Section V-D
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from safenav.dataclass import dataclass
 from safenav.scenario.model import Obstacle
 from safenav.trace.objective import Objective
 from safenav.world.map import Region

@@ -11,8 +11,9 @@ go on (docs/coordination.md).
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from safenav.dataclass import dataclass
 from safenav.runtime.coordination.problem import Problem, SpentError, Stages, groups
 from safenav.runtime.poses import Mask
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
+from safenav.dataclass import dataclass
 from safenav.runtime.coordination.asking import Answer, Attempt
 from safenav.runtime.coordination.ladder import Errand
 from safenav.runtime.coordination.objectives import alternating

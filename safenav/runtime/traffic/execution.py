@@ -9,9 +9,10 @@ RA-L 2019). So no delay can break it, and every execution is a prefix of an orde
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import pairwise
 
+from safenav.dataclass import dataclass
 from safenav.runtime.traffic.joint import Count, Joint
 
 Ways = tuple[tuple[int, ...], ...]

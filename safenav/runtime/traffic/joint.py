@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from safenav.dataclass import dataclass
 from safenav.runtime.coordination.problem import Problem, Stage, Stages
 from safenav.runtime.poses import Mask, PoseGraph
 

@@ -14,10 +14,10 @@ import heapq
 import random
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from enum import Enum
 from itertools import count as counting
 
+from safenav.dataclass import dataclass
 from safenav.runtime.coordination.problem import Stages
 from safenav.runtime.poses import FAR, Mask
 from safenav.runtime.traffic.joint import Count, Course, Joint

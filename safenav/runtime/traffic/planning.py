@@ -10,10 +10,11 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
+from safenav.dataclass import dataclass
 from safenav.runtime.coordination.duties import settle
 from safenav.runtime.coordination.floor import Floor, awaited_by, counts_of
 from safenav.runtime.coordination.problem import SpentError, Stages

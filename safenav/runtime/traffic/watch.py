@@ -9,8 +9,8 @@ somewhere.
 from __future__ import annotations
 
 from collections.abc import Hashable
-from dataclasses import dataclass
 
+from safenav.dataclass import dataclass
 from safenav.runtime.poses import FAR
 
 

@@ -7,9 +7,9 @@ each know one item of the format; docs/scenario.md is its reference.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 
+from safenav.dataclass import dataclass
 from safenav.errors import Diagnostic, InputError
 from safenav.scenario.catalogue import Catalogue
 from safenav.scenario.model import Controllers, Coordination, Limits, Scenario, Until

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
+from safenav.dataclass import dataclass
 from safenav.errors import Diagnostic, InputError
 from safenav.scenario.yaml.document import Node, Place, clipped
 

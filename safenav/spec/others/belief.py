@@ -13,9 +13,9 @@ makes a set of regions shorter to write.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from functools import lru_cache
 
+from safenav.dataclass import dataclass
 from safenav.errors import UsageError
 from safenav.scenario.objective import Target
 from safenav.spec.movement import headings, step_formula

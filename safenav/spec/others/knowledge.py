@@ -18,9 +18,9 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from functools import lru_cache
 
+from safenav.dataclass import dataclass
 from safenav.world.map import Region, RegionMap
 from safenav.world.partition import Partition
 from safenav.world.sight import Regions, Visibility, as_mask, members, visible_from

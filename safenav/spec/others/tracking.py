@@ -7,8 +7,9 @@ exactly everybody is (``exact``), and where everybody may be (``belief``).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from safenav.dataclass import dataclass
 from safenav.scenario.model import Tracking
 from safenav.spec.others import belief, exact, nearby
 from safenav.spec.others.knowledge import Knowledge

@@ -9,13 +9,13 @@ from __future__ import annotations
 import re
 import struct
 import zlib
-from dataclasses import dataclass
 from io import BytesIO
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from safenav.dataclass import dataclass
 from safenav.world.files.flaws import Flaw, MapFileError
 from safenav.world.files.pixels import Blocked
 

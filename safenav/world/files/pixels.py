@@ -12,12 +12,12 @@ with a share above 0 is done in floating point, with a tolerance of a billionth.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
 from numpy.typing import NDArray
 
+from safenav.dataclass import dataclass
 from safenav.world.map import Region
 
 Blocked = NDArray[np.bool_]

@@ -7,10 +7,9 @@ free only if map_server says free: occupancy (how dark it is, or how bright if `
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from safenav.dataclass import dataclass
 from safenav.world.files.image import Image
 from safenav.world.files.pixels import Blocked
 
