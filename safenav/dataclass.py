@@ -37,7 +37,7 @@ else:
         return made if cls is None else made(cls)
 
 
-def _made(plain: type, *, frozen: bool, eq: bool) -> type:
+def _made(plain: type, *, frozen: bool, eq: bool) -> Any:
     cls: Any = _collected(init=False, repr=False, eq=False)(plain)
     own = cls.__dict__
     if "__init__" not in own:
@@ -54,14 +54,13 @@ def _made(plain: type, *, frozen: bool, eq: bool) -> type:
         names = frozenset(cls.__dataclass_fields__)
         cls.__setattr__ = _refuse(cls, names, "assign to", cls.__setattr__)
         cls.__delattr__ = _refuse(cls, names, "delete", cls.__delattr__)
-    return cls  # type: ignore[no-any-return]
+    return cls
 
 
-Writer = Callable[[type, dict[str, Any]], str] if TYPE_CHECKING else object
-"""Gives the text of a method, and into the dictionary what its text speaks of."""
+def _at_first_call(cls: Any, name: str, write: Callable[[Any, dict[str, Any]], str]) -> Any:
+    """A method that becomes another when it is called: ``write`` gives its text after the name,
+    and into the dictionary what the text speaks of."""
 
-
-def _at_first_call(cls: Any, name: str, write: Writer) -> Any:
     def first(self: Any, /, *args: Any, **named: Any) -> Any:
         given: dict[str, Any] = {}
         text = write(cls, given)
@@ -81,10 +80,10 @@ def _at_first_call(cls: Any, name: str, write: Writer) -> Any:
     return first
 
 
-def _init(cls: type, given: dict[str, Any]) -> str:
+def _init(cls: Any, given: dict[str, Any]) -> str:
     given |= {"_set": object.__setattr__, "_absent": MISSING}
     parameters, named, body = ["self"], ["*"], []
-    for f in fields(cls):  # type: ignore[arg-type]
+    for f in fields(cls):
         parameter = value = f.name
         if f.default_factory is not MISSING:
             given[f"_{f.name}"] = f.default_factory
@@ -106,16 +105,16 @@ def _init(cls: type, given: dict[str, Any]) -> str:
     return f"({', '.join(parameters)}): {'; '.join(body) or 'pass'}"
 
 
-def _eq(cls: type, _: dict[str, Any]) -> str:
-    names = [f.name for f in fields(cls) if f.compare]  # type: ignore[arg-type]
+def _eq(cls: Any, _: dict[str, Any]) -> str:
+    names = [f.name for f in fields(cls) if f.compare]
     return (
         "(self, other):\n  if other.__class__ is self.__class__: "
         f"return {_tuple('self', names)} == {_tuple('other', names)}\n  return NotImplemented"
     )
 
 
-def _hash(cls: type, _: dict[str, Any]) -> str:
-    hashed = [f for f in fields(cls) if (f.compare if f.hash is None else f.hash)]  # type: ignore[arg-type]
+def _hash(cls: Any, _: dict[str, Any]) -> str:
+    hashed = [f for f in fields(cls) if (f.compare if f.hash is None else f.hash)]
     return f"(self): return hash({_tuple('self', [f.name for f in hashed])})"
 
 

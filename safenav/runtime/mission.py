@@ -14,7 +14,6 @@ from contextlib import suppress
 import safenav
 from safenav.dataclass import dataclass
 from safenav.errors import SafenavError, UsageError
-from safenav.explain.summary import explain_unrealizable
 from safenav.runtime.checked_world import CheckedWorld
 from safenav.runtime.coordination.algorithm import Coordination
 from safenav.runtime.coordination.asking import Asking
@@ -188,6 +187,9 @@ class Mission:
         for name in attempt.failed:
             self._strategies.announce(attempt.answers[name], vocabulary.Reason.INITIAL)
         if attempt.failed:
+            # Imported where it is needed: most runs have nothing to explain.
+            from safenav.explain.summary import explain_unrealizable
+
             tasks = {name: attempt.answers[name] for name in attempt.failed}
             said = "; ".join(
                 explain_unrealizable(state.robots[name].robot, answer.task, self.scenario.map)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from safenav.explain.summary import explain_unrealizable
 from safenav.runtime.coordination.asking import Answer, Attempt
 from safenav.runtime.coordination.floor import Floor, poses_in
 from safenav.runtime.coordination.proofs import Closure, Proof, Tree
@@ -61,7 +60,7 @@ def nobody_goes_on(
     refused: Mapping[tuple[str, str], Answer],
 ) -> RunOver:
     """The end of a run in which the closure, or every choice, leaves somebody stuck."""
-    world = state.scenario.map
+    word = state.scenario.map.word
     said = []
     closure = proof
     while isinstance(closure, Tree):
@@ -84,18 +83,18 @@ def nobody_goes_on(
         if isinstance(robot.robot.objective, Ltl):
             said.append(f"{name} cannot meet its formulas with what it can reach")
         else:
-            said.append(explain_unrealizable(robot.robot, task, world))
+            said.append(_why_not(state, name, task))
     sealed = {name: state.knowledge.joined[name][0] for name in state.knowledge.given_up()}
     for obstacle, item in sealed.items():
         actions = " and ".join(f"'{need.action}'" for need in item.needs)
-        what = obstacle_words(obstacle, world.word)
+        what = obstacle_words(obstacle, word)
         able = [n for n, r in state.robots.items() if item.needs[0].action in r.robot.capabilities]
         if not able:
             said.append(f"no robot has the capability {actions} that removes {what}")
         else:
             said.append(f"{' and '.join(able)} cannot get to where {what} can be resolved")
     for name, obstacle in refused:
-        said.append(f"{name} has no strategy for going to {obstacle_words(obstacle, world.word)}")
+        said.append(f"{name} has no strategy for going to {obstacle_words(obstacle, word)}")
     never = bool(sealed) or (isinstance(closure, Closure) and bool(closure.never))
     cause = "never_resolvable" if never and isinstance(proof, Closure) else "unrealizable"
     return RunOver(
@@ -116,10 +115,17 @@ def no_strategy(state: TeamState, telling: Telling, attempt: Attempt) -> RunOver
     for name in attempt.failed:
         answer = attempt.answers[name]
         telling.announce(answer, Reason.BLOCKED)
-        said.append(explain_unrealizable(state.robots[name].robot, answer.task, state.scenario.map))
+        said.append(_why_not(state, name, answer.task))
         specs[name] = answer.result.spec_sha256
     verdict = Verdict(Outcome.OPERATOR_NEEDED, "; ".join(said), "unrealizable", None, specs)
     return RunOver(verdict)
+
+
+def _why_not(state: TeamState, name: str, task: Task) -> str:
+    # Imported where it is needed: most runs have nothing to explain.
+    from safenav.explain.summary import explain_unrealizable
+
+    return explain_unrealizable(state.robots[name].robot, task, state.scenario.map)
 
 
 def spent(question: str) -> RunOver:
