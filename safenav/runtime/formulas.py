@@ -77,11 +77,12 @@ def _formulas(robot: Robot, world: RegionMap) -> Formulas:
 
 
 @lru_cache(maxsize=64)
-def _plain_graph(world: RegionMap, mobility: Mobility) -> PoseGraph:
+def plain_graph(world: RegionMap, mobility: Mobility) -> PoseGraph:
+    """The poses of a mobility on a map and its steps, made once."""
     return PoseGraph(world, mobility)
 
 
 def graph_of(robot: Robot, world: RegionMap) -> PoseGraph:
     """The poses of a robot on a map and the steps that its guarantees allow, made once."""
     formulas = formulas_of(robot, world)
-    return _plain_graph(world, robot.model.mobility) if formulas is None else formulas.graph
+    return plain_graph(world, robot.model.mobility) if formulas is None else formulas.graph

@@ -79,16 +79,14 @@ class Asking:
     def attempt(self, errands: Mapping[str, Errand]) -> Attempt:
         """Ask for strategies for these robots. Raises ResourceLimitError if a synthesis runs out
         of time or memory, RunOver if the run is to end."""
-        ladders = {
-            name: list(self._ladder.candidates(name, errand)) for name, errand in errands.items()
-        }
+        ladders = {name: self._ladder.candidates(name, errand) for name, errand in errands.items()}
         answers: dict[str, Answer] = {}
-        rung = 0
         while True:
             asked = {
-                name: ladder[rung]
+                name: rung
                 for name, ladder in ladders.items()
-                if rung < len(ladder) and not (name in answers and answers[name].realizable)
+                if not (name in answers and answers[name].realizable)
+                and (rung := next(ladder, None)) is not None
             }
             if not asked:
                 return Attempt(errands, answers)
@@ -104,7 +102,6 @@ class Asking:
                     )
                 told = errands[name].assignment.objective
                 answers[name] = Answer(task, result, told, form, tried)
-            rung += 1
 
     def close(self) -> None:
         """End the processes that give moves on demand."""

@@ -10,8 +10,10 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from safenav.dataclass import dataclass
-from safenav.explain.undisturbed import play
+from safenav.runtime.coordination.literal import can_patrol
 from safenav.runtime.coordination.objectives import alternating
+from safenav.runtime.formulas import plain_graph
+from safenav.runtime.poses import region_mask
 from safenav.runtime.team import Assignment, RobotState, Role, TeamState
 from safenav.scenario.model import Coordination, Tracking
 from safenav.scenario.objective import Hold, Ltl, Objective, Patrol, Target, Visit, targets_of
@@ -77,15 +79,11 @@ class Ladder:
             yield vocabulary.Form.ALTERNATION, plain, Memory(index)
             return
         walls = self.state.knowledge.walls_for(state.robot, errand.avoid)
-        blocked = frozenset(known.region for known in walls)
-        mobility, pose = state.robot.model.mobility, state.next_pose
-        for form, memory in (
-            (literal, Memory(index)),
-            (vocabulary.Form.OTHER_MEMORY, Memory(1 - index)),
-        ):
-            solo = play(mobility, pose, objective, memory, self.state.scenario.map, blocked)
-            if solo.winnable:
-                yield form, objective, memory
+        blocked = region_mask(known.region for known in walls)
+        graph = plain_graph(self.state.scenario.map, state.robot.model.mobility)
+        for form, memory in ((literal, index), (vocabulary.Form.OTHER_MEMORY, 1 - index)):
+            if can_patrol(graph, state.next_pose, objective, memory, blocked):
+                yield form, objective, Memory(memory)
         yield vocabulary.Form.ALTERNATION, plain, Memory(index)
 
     @property
