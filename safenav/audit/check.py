@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from safenav.audit.rules.beliefs import BeliefRule, MissedBeliefRule
+from safenav.audit.rules.changes import ChangesRule, ServiceRule
 from safenav.audit.rules.motion import (
     CollisionRule,
     ContinuityRule,
@@ -97,6 +98,9 @@ RULES: tuple[type[Rule], ...] = (
     VerdictsRule,
     AppearedRule,
     GoneRule,
+    ChangesRule,
+    ServiceRule,
+    ServiceRule,
     PlanRule,
     FollowsPlanRule,
     OutcomeRule,

@@ -29,6 +29,7 @@ from safenav.trace.records import (
     Push,
     Record,
     Resolved,
+    Service,
     Synthesis,
     Truth,
     Violation,
@@ -138,6 +139,8 @@ class Situation:
         )
         self.done: dict[str, set[str]] = {name: set() for name in self.obstacles}
         self.discovered: set[str] = set()
+        self.out: set[str] = set()
+        """The robots that are out of service."""
         self.form: dict[tuple[str, Objective], Form | None] = {}
         self.outcome: Outcome | None = None
         self.turn = Turn(0, None, self.header_line, dict(self.objectives))
@@ -287,6 +290,8 @@ class Situation:
                 if record.at_once:
                     self.objectives[record.robot] = record.objective
                     self.progress[record.robot].reset(record.objective, record.line)
+            case Service():
+                (self.out.discard if record.active else self.out.add)(record.robot)
             case Gone():
                 self.status[record.obstacle] = Status.ABSENT
                 self.discovered.discard(record.obstacle)

@@ -1,7 +1,7 @@
-"""What somebody who watches a run does to its world: between two ticks, unknown to the team.
+"""What somebody who watches a run does to its world, between two ticks, and the scenario's changes.
 
-The team meets a closed region, an opened one, another truth or a robot that stands still as it
-meets what the scenario holds. Only another objective is told, to the robot whose it is.
+The team meets a closed region, an opened one or another truth as it meets what the scenario holds.
+Another objective is told to the robot whose it is; who is out of service, everybody knows.
 """
 
 from __future__ import annotations
@@ -68,6 +68,7 @@ class Serve:
 Intervention = Close | TakeAway | SetTruth | Give | Serve
 
 _USER = vocabulary.ChangeCause.USER
+_SCENARIO = vocabulary.ChangeCause.SCENARIO
 
 
 @dataclass
@@ -97,7 +98,15 @@ class Interventions:
         self._asked.append(wanted)
 
     def apply(self) -> None:
-        """Let everything that was asked for come about. May raise RunOver."""
+        """Let the scenario's changes of this tick and everything that was asked for come about. May
+        raise RunOver."""
+        for change in self.state.scenario.changes:
+            if change.at == self.state.tick:
+                robot = self._robot(change.robot)
+                if change.objective is not None:
+                    self._give(robot, change.objective, _SCENARIO)
+                if change.active is not None:
+                    self._serve(robot, change.active, _SCENARIO)
         asked, self._asked = self._asked, []
         for wanted in asked:
             self._bring_about(wanted)
@@ -119,20 +128,26 @@ class Interventions:
                 state.introduce(obstacle, truth)
                 state.emit(records.Truth(state.tick, name, truth, _USER))
             case Give(name, objective):
-                self._give(self._robot(name), objective)
+                self._give(self._robot(name), objective, _USER)
             case Serve(name, active):
-                robot = self._robot(name)
-                if robot.active != active:
-                    robot.active = active
-                    state.emit(records.Service(state.tick, name, active, _USER))
-                    if active:
-                        self.turns.back_in_service(robot)
+                self._serve(self._robot(name), active, _USER)
 
-    def _give(self, robot: RobotState, objective: Objective) -> None:
+    def _serve(self, robot: RobotState, active: bool, cause: vocabulary.ChangeCause) -> None:
+        """What it was to do for the team others do, if they can; what it wants itself waits."""
+        if robot.active == active:
+            return
+        self.turns.leave_plan(vocabulary.PlanEndReason.CHANGED, settling=True)
+        robot.active = active
+        self.state.emit(records.Service(self.state.tick, robot.name, active, cause))
+        if active:
+            self.turns.back_in_service(robot)
+        self.coordination.settle(vocabulary.Reason.SERVICE)
+
+    def _give(self, robot: RobotState, objective: Objective, cause: vocabulary.ChangeCause) -> None:
         state = self.state
         told = objective_in_trace(objective)
         own = robot.assignment.role is Role.OWN
-        state.emit(records.NewObjective(state.tick, robot.name, told, own, _USER))
+        state.emit(records.NewObjective(state.tick, robot.name, told, own, cause))
         self.turns.leave_plan(vocabulary.PlanEndReason.CHANGED, settling=True)
         robot.robot = replace(robot.robot, objective=objective)
         team = tuple(entry.robot for entry in state.robots.values())

@@ -66,13 +66,13 @@ class Turns:
         self._move(robot, robot.pose, {}, vocabulary.MovedBy.STAY)
 
     def back_in_service(self, robot: RobotState) -> None:
-        """The robot goes on from where it is, whatever the others have done meanwhile."""
-        if robot.planner is None or robot.transit is not None or self.traffic.active:
+        """The robot goes on from where it is, whatever the others have done meanwhile; a new
+        strategy, if it takes one, comes with what is settled right after it."""
+        if robot.planner is None or robot.transit is not None:
             return
         self.monitors.watch(robot.robot, robot.planner)
         robot.planner.node = None
-        if not self.strategies.relocate(robot):
-            self.coordination.resynthesize(robot, vocabulary.Reason.SERVICE)
+        self.strategies.relocate(robot)
 
     def _follow_strategy(self, robot: RobotState) -> None:
         """The strategy's answer to what is observed, unless the world or the team is against."""

@@ -41,12 +41,14 @@ class World(Protocol):
 @dataclass(frozen=True)
 class Change:
     """An obstacle has appeared, or has gone without being resolved. ``by_user``: somebody who
-    watches the run has brought it about. ``truth``: what resolving it will reveal."""
+    watches the run has brought it about. ``truth``: what resolving it will reveal; ``another``
+    than the last of that name had."""
 
     obstacle: Obstacle
     appeared: bool
     by_user: bool = False
     truth: bool | None = None
+    another: bool = False
 
 
 @runtime_checkable
@@ -130,7 +132,10 @@ class SimulatedWorld:
         for obstacle in scenario.obstacles:
             if obstacle.appears is None:
                 self._works.open[obstacle.region] = Work(obstacle)
-        self.truths = draw_truths(scenario)
+        self._drawn = draw_truths(scenario)
+        self.truths: dict[str, bool | None] = {}
+        for obstacle, truth in self._drawn.items():
+            self.truths.setdefault(obstacle.name, truth)
         self._brought: set[Obstacle] = set()
         self._taken_away: set[str] = set()
 
@@ -153,6 +158,7 @@ class SimulatedWorld:
     def bring(self, obstacle: Obstacle, truth: bool | None) -> None:
         """Let an obstacle appear at its tick ``appears``, as one of the scenario would."""
         assert obstacle.appears is not None
+        self._drawn[obstacle] = truth
         self._coming.append(obstacle)
         self._coming.sort(key=lambda coming: coming.appears or 0)
         self._brought.add(obstacle)
@@ -181,20 +187,22 @@ class SimulatedWorld:
             elif obstacle.region not in occupied and obstacle.region not in self._works.open:
                 self._coming.remove(obstacle)
                 self._works.open[obstacle.region] = Work(obstacle)
-                truth = self.truths[obstacle.name]
+                before = self.truths[obstacle.name]
+                truth = self._drawn.get(obstacle, before)
+                self.truths[obstacle.name] = truth
                 by_user = obstacle in self._brought
-                found.append(Change(obstacle, appeared=True, by_user=by_user, truth=truth))
+                found.append(Change(obstacle, True, by_user, truth, truth is not before))
         return found
 
 
-def draw_truths(scenario: Scenario) -> dict[str, bool | None]:
+def draw_truths(scenario: Scenario) -> dict[Obstacle, bool | None]:
     """What ``traversable`` is in this run: probabilities are drawn in the scenario's order
     from its seed, so that a run can be repeated."""
     generator = random.Random(scenario.seed)
-    truths: dict[str, bool | None] = {}
+    truths: dict[Obstacle, bool | None] = {}
     for obstacle in scenario.obstacles:
         truth = obstacle.traversable
         if isinstance(truth, float):
             truth = generator.random() < truth
-        truths[obstacle.name] = truth
+        truths[obstacle] = truth
     return truths

@@ -159,6 +159,17 @@ class Obstacle:
         return tuple(sorted(r for r in where if world.is_free(r)))
 
 
+@dataclass(frozen=True)
+class RobotChange:
+    """What a robot is told while the run goes on, at the beginning of tick ``at``: another
+    ``objective`` of its own, or whether it is in service (``active``); the other is None."""
+
+    at: int
+    robot: str
+    objective: Objective | None = None
+    active: bool | None = None
+
+
 class Coordination(StrEnum):
     """How the coordination layer reassigns robots (DESIGN section 5)."""
 
@@ -234,7 +245,8 @@ class Scenario:
     """Everything that a run needs. ``source`` is the file it came from, for messages.
 
     ``deadlock``: whether robots that wait for each other are told to give way.
-    ``partition``: the cells of beliefs, None for the rooms of the map.
+    ``partition``: the cells of beliefs, None for the rooms of the map. ``changes``: what robots
+    are told while the run goes on, by tick.
     """
 
     name: str
@@ -250,6 +262,7 @@ class Scenario:
     deadlock: bool = True
     partition: tuple[frozenset[Region], ...] | None = None
     controllers: Controllers = Controllers.AUTO
+    changes: tuple[RobotChange, ...] = ()
 
     def robot(self, name: str) -> Robot:
         """The robot of that name. Raises KeyError."""

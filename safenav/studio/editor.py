@@ -24,7 +24,7 @@ from safenav.studio.editing.document import Document
 from safenav.studio.editing.drawing import drawing_of, palette
 from safenav.studio.editing.judging import Judging
 from safenav.studio.editing.operations import edited
-from safenav.studio.editing.played import played, untold
+from safenav.studio.editing.played import played
 from safenav.studio.run.orders import Order
 from safenav.studio.session import Made, Message, Studio
 
@@ -283,9 +283,6 @@ class Editor(Studio):
             raise UsageError("nothing was played")
         if self.document.change(self._played()):
             self._changed()
-        lost = untold(self.run.records)
-        if lost:
-            self.tell({"is": "refused", "message": f"not part of a scenario: {'; '.join(lost)}"})
 
     def _played(self) -> str:
         assert self.run is not None

@@ -44,6 +44,7 @@ def scenario_header(
         seed=scenario.seed,
         coordination=scenario.coordination.value,
         partition=_partition(scenario),
+        changes=_changes(scenario),
     )
 
 
@@ -119,6 +120,19 @@ def _robot(robot: Robot, scenario: Scenario) -> setting.RobotHeader:
         timing=setting.Timing(model.timing.least, model.timing.most),
         motion=resolved(model.motion, model.size, model.speed),
     )
+
+
+def _changes(scenario: Scenario) -> tuple[setting.RobotChange, ...] | None:
+    found = tuple(
+        setting.RobotChange(
+            change.at,
+            change.robot,
+            None if change.objective is None else objective_in_trace(change.objective),
+            change.active,
+        )
+        for change in scenario.changes
+    )
+    return found or None
 
 
 def _partition(scenario: Scenario) -> tuple[tuple[int, ...], ...] | None:

@@ -74,6 +74,17 @@ class ObstacleHeader:
 
 
 @dataclass(frozen=True)
+class RobotChange:
+    """What a robot is told while the run goes on, at the beginning of tick ``at``: another
+    ``objective``, or whether it is in service (``active``)."""
+
+    at: Annotated[int, Least(1)]
+    robot: str
+    objective: Objective | None = None
+    active: bool | None = None
+
+
+@dataclass(frozen=True)
 class MapHeader:
     """The map. ``resolution``: metres that a region measures from west to east and from south
     to north. ``origin``: x, y (metres) and yaw (radians) of its south-western corner."""
@@ -110,7 +121,7 @@ class Limits:
 class ScenarioHeader:
     """The scenario, fully resolved. ``robots`` are in the order of their turns. ``world``:
     ``simulated`` or ``external``. ``partition``: the cells of beliefs, None where nobody keeps
-    any."""
+    any. ``changes``: what robots are told while the run goes on, by tick."""
 
     name: str
     map: MapHeader
@@ -122,3 +133,4 @@ class ScenarioHeader:
     coordination: str
     world: str = "simulated"
     partition: tuple[tuple[Region, ...], ...] | None = None
+    changes: tuple[RobotChange, ...] | None = None

@@ -108,6 +108,25 @@ def come_and_gone() -> list[Line]:
     return s.end("completed", {"cart": 1})
 
 
+def told() -> list[Line]:
+    """The cart is told to turn back, and stands still for two ticks."""
+    s = script(CORRIDOR, {"cart": robot("ground", [], 8, {"visit": [12]})}, [])
+    s.lines[0]["scenario"]["changes"] = [
+        {"at": 2, "robot": "cart", "objective": {"visit": [8]}, "active": None},
+        {"at": 3, "robot": "cart", "objective": None, "active": False},
+        {"at": 5, "robot": "cart", "objective": None, "active": True},
+    ]
+    change = {"robot": "cart", "cause": "scenario"}
+    s.next_tick().move("cart", 9)
+    s.next_tick().add("objective", objective={"visit": [8]}, at_once=True, **change)
+    s.synthesize("objective", "cart", objective={"visit": [8]}).move("cart", 10)
+    s.next_tick().add("service", active=False, **change).move("cart")
+    s.next_tick().move("cart")
+    s.next_tick().add("service", active=True, **change).move("cart", 9)
+    s.next_tick().move("cart", 8).goal("cart", 0, 1)
+    return s.end("completed", {"cart": 1})
+
+
 def lifted() -> list[Line]:
     """Two robots lift a beam together, after a third has sensed it."""
     beam = obstacle("beam", 10, "sense", [9], ["cart", "left", "right"]) | {
@@ -189,6 +208,7 @@ GOOD_PLANS: dict[str, Callable[[], list[Line]]] = {
     "planned": planned,
     "met_on_the_way": met_on_the_way,
     "come_and_gone": come_and_gone,
+    "told": told,
     "lifted": lifted,
     "given_up": given_up,
     "stuck": stuck,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import random
 from pathlib import Path
@@ -15,7 +16,10 @@ from safenav.report.replay.reading import replay_of
 from safenav.runtime.interventions import Close, Give, Intervention, Serve, SetTruth, TakeAway
 from safenav.runtime.world import SimulatedWorld
 from safenav.scenario.objective import Hold, Visit
-from safenav.trace.reading import read_trace
+from safenav.scenario.reading.loader import load_scenario_text
+from safenav.trace.reading import read_lines, read_trace
+from safenav.trace.records import Record, Request, Resolved
+from safenav.trace.writing import as_data
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 SEEDS = range(int(os.environ.get("SAFENAV_FUZZ", "0")) // 50 or 3)
@@ -95,3 +99,67 @@ def test_another_objective_is_met_instead_of_the_old_one() -> None:
         mission.step()
     assert mission.result.outcome == "completed"
     assert mission.state.robots["digit"].pose.region == 72
+
+
+ONE_DIGIT = (SCENARIOS / "case_study_1.yaml").read_text().split("expect:")[0]
+TWO_DIGITS = ONE_DIGIT.replace(
+    "obstacles:",
+    "  spare: {model: digit, start: 72, heading: east, avoids: [], objective: {patrol: [72, 69]}}\n"
+    "obstacles:",
+).replace(
+    "heading: east, objective: {patrol: [58", "heading: east, avoids: [], objective: {patrol: [58"
+)
+
+
+def played(text: str) -> tuple[Mission, list[Record]]:
+    """A run of a text, audited."""
+    records: list[Record] = []
+    mission = Mission(load_scenario_text(text), listeners=[records.append])
+    mission.run()
+    assert audit(read_lines(json.dumps(as_data(record)) for record in records)).findings == ()
+    return mission, records
+
+
+@pytest.mark.parametrize(
+    ("text", "changes", "outcome", "says", "helpers"),
+    [
+        (ONE_DIGIT, "{at: 12, robot: digit, service: out}", "operator_needed", "digit, which", 1),
+        (ONE_DIGIT, "{at: 3, robot: digit, service: out}", "operator_needed", "out of service", 0),
+        (TWO_DIGITS, "{at: 13, robot: spare, service: out}", "tick_limit", "spare has done", 2),
+        (
+            TWO_DIGITS,
+            "{at: 13, robot: spare, service: out}, {at: 40, robot: spare, service: back}",
+            "completed",
+            "",
+            2,
+        ),
+        (
+            ONE_DIGIT,
+            "{at: 2, robot: digit, service: out}, {at: 8, robot: digit, service: back}, "
+            "{at: 20, robot: quad, objective: {visit: [14, 16]}}",
+            "completed",
+            "",
+            1,
+        ),
+    ],
+    ids=["helper", "nobody", "replaced", "back", "both"],
+)
+def test_who_is_out_of_service_is_replaced_or_missed(
+    text: str, changes: str, outcome: str, says: str, helpers: int
+) -> None:
+    limits = text.replace("{ticks: 500}", "{ticks: 120}")
+    mission, records = played(f"{limits}\nchanges: [{changes}]\n")
+    assert mission.result is not None
+    assert (mission.result.outcome, says in mission.result.explanation) == (outcome, True)
+    asked = {r.helper for r in records if isinstance(r, Request)} - {None}
+    assert len(asked) == helpers
+
+
+def test_an_obstacle_that_comes_again_has_the_truth_of_its_entry() -> None:
+    """Two of one name, the second of which turns out otherwise."""
+    first, second = "{type: uncertainty, region: 43", "{type: uncertainty, region: 43, from: 15"
+    entries = f"[{first}, until: 15, traversable: true}}, {second}, traversable: false}}]"
+    text = (SCENARIOS / "case_study_3.yaml").read_text().split("obstacles:")[0]
+    _, records = played(f"{text}obstacles: {entries}\n")
+    found = [r.traversable for r in records if isinstance(r, Resolved)]
+    assert found == [True, False]

@@ -14,6 +14,7 @@ from jsonschema import Draft202012Validator
 from safenav.formula.syntax import RESERVED_WORDS
 from safenav.scenario.model import Controllers, Coordination, Outcome, ResolveAt, Tracking
 from safenav.scenario.reading import catalogue, loader
+from safenav.scenario.reading import changes as change_reader
 from safenav.scenario.reading import expectation as expectation_reader
 from safenav.scenario.reading import map as map_reader
 from safenav.scenario.reading import objective as objective_reader
@@ -32,6 +33,7 @@ VALID = sorted(FOLDER.glob("*.yaml"))
 BROKEN = {file.stem: file for file in sorted((FOLDER / "invalid").rglob("*.yaml"))}
 
 WELL_SHAPED = {
+    "bad_changes": False,
     "bad_event_patterns": False,
     "bad_expectations": False,
     "bad_formulas": True,
@@ -130,6 +132,7 @@ def definition(name: str) -> dict[str, Any]:
         (definition("map"), map_reader.KEYS, ()),
         (definition("robot"), robot_reader.KEYS, robot_reader.REQUIRED),
         (definition("obstacle"), obstacle_reader.KEYS, obstacle_reader.REQUIRED),
+        (definition("change"), change_reader.KEYS, change_reader.REQUIRED),
         (definition("objective"), objective_reader.KINDS, ()),
         (definition("ltl"), objective_reader.LTL_KEYS, ()),
         (definition("expect"), expectation_reader.KEYS, ()),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import os
 import random
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +13,10 @@ import pytest
 
 from safenav.audit.check import audit
 from safenav.errors import UsageError
-from safenav.runtime.interventions import Close, TakeAway
+from safenav.runtime.interventions import Close, Give, Intervention, Serve, SetTruth, TakeAway
 from safenav.runtime.mission import Mission
 from safenav.runtime.world import SimulatedWorld
+from safenav.scenario.objective import Hold, Visit
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import load_draft, load_scenario_text
 from safenav.studio.editing import beginnings
@@ -166,6 +168,26 @@ def test_random_edits_leave_a_text_that_reads_back(seed: int) -> None:
         assert draft.diagnostics
 
 
+def whatever(mission: Mission, world: SimulatedWorld, chance: random.Random) -> Intervention:
+    """A change of a running world, possible or not."""
+    kind = chance.choice(list(built_in().obstacles.values()))
+    one, other = chance.sample(sorted(mission.scenario.map.free), 2)
+    there = [obstacle.name for obstacle in world.standing().values()] or ["door@1"]
+    robot = chance.choice(mission.scenario.robots).name
+    truth = chance.random() < 0.5
+    objective = chance.choice([Hold(frozenset({one})), Visit((frozenset({one, other}),))])
+    return chance.choice(
+        [
+            TakeAway(chance.choice(there)),
+            SetTruth(chance.choice(there), truth),
+            Close(kind, one, truth if kind.has_truth else None),
+            Close(kind, one, truth if kind.has_truth else None),
+            Give(robot, objective),
+            Serve(robot, chance.random() < 0.6),
+        ]
+    )
+
+
 @pytest.mark.parametrize("seed", range(SEQUENCES // 2))
 def test_a_changed_run_saved_as_a_scenario_plays_the_same_way(seed: int) -> None:
     chance = random.Random(seed)
@@ -174,20 +196,10 @@ def test_a_changed_run_saved_as_a_scenario_plays_the_same_way(seed: int) -> None
     world, records = SimulatedWorld(scenario), list[Record]()
     mission = Mission(scenario, world=world, listeners=[records.append])
     mission.start()
-    kinds = list(built_in().obstacles.values())
     while mission.result is None:
-        if chance.random() < 0.12:
-            kind = chance.choice(kinds)
-            region = chance.choice(sorted(scenario.map.free))
-            there = [obstacle.name for obstacle in world.standing().values()]
-            try:
-                if there and chance.random() < 0.3:
-                    mission.intervene(TakeAway(chance.choice(there)))
-                else:
-                    truth = chance.random() < 0.5 if kind.has_truth else None
-                    mission.intervene(Close(kind, region, truth))
-            except UsageError:
-                pass
+        for _ in range(chance.choice((0, 0, 0, 0, 1, 2))):
+            with suppress(UsageError):
+                mission.intervene(whatever(mission, world, chance))
         mission.step()
         if mission.state.tick >= 60:
             mission.give_up()

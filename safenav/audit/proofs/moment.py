@@ -64,6 +64,8 @@ class Robot:
     not. ``formulas``: what it demands where it is written in formulas; None and not ``judged``
     if they cannot be read. ``conflicts``: those it must not share a region with.
 
+    ``out``: it is out of service, so it stands still and wants nothing else.
+
     What it has still to do, as far as its goal lines tell: ``rounds_left``, of which ``met``
     targets (those of ``covered``) are met already, and one of ``awaited`` is next."""
 
@@ -80,6 +82,7 @@ class Robot:
     rounds_left: int
     formulas: Formulas | None = None
     judged: bool = True
+    out: bool = False
 
 
 @dataclass(frozen=True)
@@ -101,6 +104,8 @@ class Moment:
         """The poses one step away on the free map, never backwards with a heading."""
         region, faced = pose
         found: list[Pose] = []
+        if robot.out:
+            return found
         for way, (south, east) in _WAYS.items():
             col = region % self.cols + east
             to = region + south * self.cols + east
@@ -136,6 +141,8 @@ class Moment:
         """The greatest part of a set of poses from which the robot reaches every target within
         that part, again and again."""
         kept = {pose for pose in inside if pose[0] not in walls}
+        if robot.out:
+            return frozenset(kept)
         if robot.formulas is not None:
             return self._live_by_formulas(robot, robot.formulas, kept)
         before: dict[Pose, list[Pose]] = {pose: [] for pose in kept}

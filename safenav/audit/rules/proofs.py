@@ -73,8 +73,9 @@ class ProofRule(Rule):
         return False
 
     def _given_up(self, record: Blocked, now: Situation) -> Iterator[Finding]:
-        """An obstacle that can never be resolved is closed for good to those whom it blocks."""
-        moment = moment_of(now, self._goals, self._never)
+        """An obstacle that can never be resolved, even if everybody is back in service, is closed
+        for good to those whom it blocks."""
+        moment = moment_of(now, self._goals, self._never, hopeful=True)
         if record.proof is not None:
             for problem in never_resolved_problems(_as_json(record.proof), moment, record.obstacle):
                 yield self.broken_by(record, None, problem)
@@ -85,9 +86,17 @@ class ProofRule(Rule):
         self._never.add(record.obstacle)
 
 
-def moment_of(now: Situation, goals: dict[str, list[Goal]], never: Collection[str]) -> Moment:
+def moment_of(
+    now: Situation,
+    goals: dict[str, list[Goal]],
+    never: Collection[str],
+    *,
+    hopeful: bool = False,
+) -> Moment:
     """The moment at a line of the trace. ``goals``: those since the last resolution. ``never``:
-    obstacles of which it was shown that nobody can ever resolve them."""
+    obstacles of which it was shown that nobody can ever resolve them. ``hopeful``: as if everybody
+    were in service."""
+    out = frozenset() if hopeful else frozenset(now.out)
     world = now.grid
     gates = {
         name: Gate(
@@ -109,7 +118,10 @@ def moment_of(now: Situation, goals: dict[str, list[Goal]], never: Collection[st
         world.rows,
         world.cols,
         _free(now),
-        {name: _robot(name, now, goals.get(name, [])) for name in now.header.robots},
+        {
+            name: replace(_robot(name, now, goals.get(name, [])), out=name in out)
+            for name in now.header.robots
+        },
         gates,
         {
             name: frozenset(

@@ -92,7 +92,8 @@ class RequestRule(Rule):
 class BidsRule(Rule):
     """Exactly the robots that have the action bid, each its distance under its own mobility
     (D 5.4). Obstacles that were met but not yet resolved, and robots in the way, may or may not
-    be counted as passable: the design leaves that open, so any bid in between is accepted."""
+    be counted as passable: the design leaves that open, so any bid in between is accepted. A robot
+    out of service gets nowhere."""
 
     name = "bids"
 
@@ -197,6 +198,8 @@ def _distances(robot: str, obstacle: str, now: Situation) -> tuple[int | None, i
         met = name in now.discovered and now.status[name] is Status.UNRESOLVED
         if (known or met) and robot in now.blocked_by(name):
             closed.add(other.region)
+    if robot in now.out:
+        return (0, 0) if (now.toward[robot] or now.region[robot]) in targets else (None, None)
     layer = now.header.robots[robot].layer
     others = {r for n, r in now.region.items() if now.header.robots[n].layer == layer}
     here, bound = now.region[robot], now.toward[robot]

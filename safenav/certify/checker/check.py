@@ -30,7 +30,7 @@ import json
 import re
 import sys
 import zipfile
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from itertools import chain, combinations, pairwise, product, repeat
 from math import prod
@@ -567,9 +567,10 @@ Stages = tuple[tuple[int, frozenset[str]], ...]
 
 class Team:
     """What the team can still do at a moment of the run. Obstacles that it does not know are
-    taken to be absent. ``refute`` lets robots pass through each other, ``exhaust`` does not."""
+    taken to be absent. ``refute`` lets robots pass through each other, ``exhaust`` does not.
+    ``out``: robots out of service, which stand still and want nothing else."""
 
-    def __init__(self, run: Run) -> None:
+    def __init__(self, run: Run, out: Collection[str] = ()) -> None:
         self.run, self.world, self.data = run, run.world, run.data
         self.names = list(run.data)
         self.start = tuple(robot.destination for robot in run.robots.values())
@@ -588,6 +589,9 @@ class Team:
             else:
                 places = [[(r, None) for r in aim] for aim in targets_of(data["objective"])]
                 self.aims[name] = [poses_of(aim, data["mobility"]) for aim in places]
+            if name in out:
+                self.aims[name] = [frozenset({run.robots[name].destination})]
+        self.out = out
         self._steps: dict[Any, list[Pose]] = {}
 
     def _formulas(self, name: str) -> list[frozenset[Pose]]:
@@ -647,12 +651,16 @@ class Team:
             moves = self.world.moves(self.data[name]["mobility"], pose)
             shut = blocked | self.shut[name]
             open_ = self.allowed.get(name)
-            self._steps[key] = [
-                after
-                for after in moves
-                if after[0] not in shut
-                if open_ is None or after == pose or (pose, after) in open_
-            ]
+            self._steps[key] = (
+                [pose]
+                if name in self.out
+                else [
+                    after
+                    for after in moves
+                    if after[0] not in shut
+                    if open_ is None or after == pose or (pose, after) in open_
+                ]
+            )
         return self._steps[key]
 
     def reach(self, name: str, poses: Iterable[Pose], stages: Stages) -> set[Pose]:
@@ -931,6 +939,8 @@ class Run:
         self.done: dict[str, int] = {}
         self.part: dict[str, set[str]] = {}
         """Who has met a part of an obstacle's next need."""
+        self.out: set[str] = set()
+        """Robots that are out of service."""
         self.barred: set[tuple[str, str]] = set()
         """Robots that have no strategy for serving an obstacle."""
         self.stack: list[Json] = []
@@ -1174,6 +1184,9 @@ class Run:
         self.data[name] = {**self.data[name], "objective": objective}
         robot.goals, robot.awaited = [], 0
         self.claim("changed", f"Tick {self.tick}: {said}, '{in_words(objective)}'.")
+
+    def _service(self, record: Json) -> None:
+        (self.out.discard if record["active"] else self.out.add)(record["robot"])
 
     def _gone(self, record: Json) -> None:
         for kept in (self.present, self.known):
@@ -1493,8 +1506,9 @@ class Run:
 
     def _outcome(self, record: Json) -> None:
         self.outcome, what, limits = record, record["outcome"], self.scenario["limits"]
-        if record["ticks"] != self.tick:
-            raise RefusedError(f"the run took {self.tick} ticks, not {record['ticks']}")
+        ran = -(-self.turn // len(self.robots))  # it may end before anybody moves in its last tick
+        if record["ticks"] != ran:
+            raise RefusedError(f"the run took {ran} ticks, not {record['ticks']}")
         if what == "completed":
             self._check_completed(self.scenario["until"].get("rounds") or 0)
         elif what == "operator_needed":
@@ -1537,12 +1551,14 @@ class Run:
             count = Team(self).exhaust(proof)
             said = f"no order of moves completes it from any of the {count} joint places"
         else:
-            team = Team(self)
+            team = Team(self, self.out)
             found = team.refute(proof, [{pose} for pose in team.start], team.stages)
             stuck = found & set(self.data)
             if not stuck:
                 raise RefusedError("everybody can go on, whatever can never be resolved")
             said = f"{' and '.join(sorted(stuck))} cannot go on, whatever the team does"
+            if self.out:
+                said += f" while {' and '.join(sorted(self.out))} stands still, out of service"
             if self.barred:
                 said += " (robots without a strategy for it do not serve an obstacle)"
         joint = proof is not None and proof["kind"] == "joint"

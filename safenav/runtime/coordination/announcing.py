@@ -72,6 +72,8 @@ class Announcing:
             cause = vocabulary.ChangeCause.WORLD
         kind = records.Appeared if change.appeared else records.Gone
         state.emit(kind(state.tick, name, cause))
+        if change.another and change.truth is not None:
+            state.emit(records.Truth(state.tick, name, change.truth, cause))
         request = self.requests.of(name)
         if request is not None:
             self._over.append(request)

@@ -31,8 +31,9 @@ def decided(
 
 
 def closed(state: TeamState, requests: Requests, stop: Stop) -> tuple[Floor, Closure]:
-    """What can ever be resolved, as things stand, and where everybody gets by that."""
-    floor = floor_of(state, requests)
+    """What can ever be resolved, as things stand, and where everybody gets by that; who is out of
+    service may come back."""
+    floor = floor_of(state, requests, hopeful=True)
     solver = Solver(floor.problem, stop.check)
     return floor, closure_of(solver, solver.sets(floor.poses, floor.stages), floor.stages)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from dataclasses import replace
 from functools import lru_cache
 
 from safenav.dataclass import dataclass
@@ -11,7 +12,7 @@ from safenav.runtime.coordination.requests import Requests
 from safenav.runtime.formulas import formulas_of, graph_of
 from safenav.runtime.poses import Mask, PoseGraph, bits, region_mask
 from safenav.runtime.progress import Progress
-from safenav.runtime.team import TeamState
+from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.traffic.joint import Count
 from safenav.scenario.model import Robot, Scenario
 from safenav.scenario.objective import Hold, Ltl, targets_of
@@ -41,8 +42,11 @@ def floor_of(
     state: TeamState,
     requests: Requests,
     refused: Collection[tuple[str, str]] = (),
+    *,
+    hopeful: bool = False,
 ) -> Floor:
-    """The problem at this moment. ``refused``: (robot, obstacle) where no strategy was found."""
+    """The problem at this moment. ``refused``: (robot, obstacle) where no strategy was found.
+    ``hopeful``: as if everybody were in service."""
     scenario = state.scenario
     robots = [entry.robot for entry in state.robots.values()]
     names = tuple(state.robots)
@@ -67,7 +71,10 @@ def floor_of(
         gates.append(Gate(obstacle.name, obstacle.region, blocks, needs, barred))
         done = frozenset(names.index(name) for name in work.done)
         stages.append(Stage(min(work.need, len(needs)), done))
-    members = tuple(_member(robot, state) for robot in robots)
+    members = tuple(
+        _member(robot, state) if hopeful or entry.active else _out_of_service(entry, state)
+        for robot, entry in zip(robots, state.robots.values(), strict=True)
+    )
     problem = Problem(members, tuple(gates), _conflicts(scenario))
     poses = tuple(
         member.graph.number(entry.next_pose)
@@ -131,6 +138,13 @@ def _member(robot: Robot, state: TeamState) -> Member:
         robot.capabilities,
         robot.model.timing.most,
     )
+
+
+def _out_of_service(robot: RobotState, state: TeamState) -> Member:
+    """A robot that stands still: it can do what is done from there, and wants nothing else."""
+    member = _member(robot.robot, state)
+    here = 1 << member.graph.number(robot.next_pose)
+    return replace(member, floor=here, targets=(here,), cyclic=False, holds=True)
 
 
 @lru_cache(maxsize=64)

@@ -93,6 +93,7 @@ def nobody_goes_on(
             said.append(f"no robot has the capability {actions} that removes {what}")
         else:
             said.append(f"{' and '.join(able)} cannot get to where {what} can be resolved")
+    said += _out_of_service(state, floor, closure)
     for name, obstacle in refused:
         said.append(f"{name} has no strategy for going to {obstacle_words(obstacle, word)}")
     never = bool(sealed) or (isinstance(closure, Closure) and bool(closure.never))
@@ -105,6 +106,21 @@ def nobody_goes_on(
             told(floor, proof),
         )
     )
+
+
+def _out_of_service(state: TeamState, floor: Floor, closure: Proof) -> list[str]:
+    """Who could help with what is never resolved as things stand, were it in service."""
+    said = []
+    for gate in closure.never if isinstance(closure, Closure) else ():
+        obstacle = state.knowledge.pending[floor.gates[gate]].obstacle
+        actions = {need.action for need in obstacle.needs}
+        what = obstacle_words(obstacle.name, state.scenario.map.word)
+        said += [
+            f"{name}, which could help with {what}, is out of service"
+            for name, robot in state.robots.items()
+            if not robot.active and actions & robot.robot.capabilities
+        ]
+    return said
 
 
 def no_strategy(state: TeamState, telling: Telling, attempt: Attempt) -> RunOver:

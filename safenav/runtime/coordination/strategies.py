@@ -92,6 +92,8 @@ class Strategies:
         it does not know, a pose that it does not keep out of."""
         state = self._state.robots[name]
         planner = state.planner
+        if not state.active and errand.assignment == state.assignment:
+            return False  # it asks for a move when it is back
         if planner is None or planner.node is None:
             return True
         old = planner.task

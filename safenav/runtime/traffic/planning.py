@@ -205,7 +205,7 @@ class Traffic:
         changed = False
         for index, robot in enumerate(self.state.robots.values()):
             objective = robot.robot.objective
-            if not isinstance(objective, Ltl) or robot.planner is None:
+            if not isinstance(objective, Ltl) or robot.planner is None or not robot.active:
                 continue
             if not guarantees_of(objective).remember_something:
                 continue
@@ -245,6 +245,8 @@ class Traffic:
         """The poses that a robot is to reach now; none for one that waits or has done all."""
         robot = self.state.robots[name]
         match robot.assignment.role:
+            case _ if not robot.active:
+                return 0
             case Role.HELPS:
                 return robot.assignment.goal
             case Role.OWN if robot.own.rounds < rounds:
@@ -300,6 +302,9 @@ class Traffic:
         if isinstance(answer, Exhausted) and floor is not plain:
             floor = plain  # the strategies' own ways are not all that there are
             course, start, search, answer = self._searched(floor, helping)
+        if isinstance(answer, Exhausted) and not all(r.active for r in self.state.robots.values()):
+            self._watch.begin_anew()  # somebody stands in the way who may come back
+            return
         if isinstance(answer, Exhausted):
             raise self._deadlock(floor, course, start, answer)
         if isinstance(answer, Spent):
@@ -352,7 +357,7 @@ class Traffic:
     def _each_has_counted(self, course: Course, start: Joint, state: Joint) -> bool:
         """Whether each robot that wants something has had it once."""
         for index, robot in enumerate(self.state.robots.values()):
-            if robot.assignment.role is not Role.OWN:
+            if robot.assignment.role is not Role.OWN or not robot.active:
                 continue
             if course.is_done(index, start.counts[index]):
                 continue

@@ -14,6 +14,7 @@ from safenav.errors import Diagnostic, InputError
 from safenav.scenario.catalogue import Catalogue
 from safenav.scenario.model import Controllers, Coordination, Limits, Scenario, Until
 from safenav.scenario.reading.catalogue import built_in, extended, read_catalogue
+from safenav.scenario.reading.changes import ChangeReader
 from safenav.scenario.reading.expectation import ExpectationReader
 from safenav.scenario.reading.map import read_map
 from safenav.scenario.reading.obstacles import read_obstacles
@@ -37,6 +38,7 @@ KEYS = (
     "map",
     "robots",
     "obstacles",
+    "changes",
     "until",
     "limits",
     "seed",
@@ -164,8 +166,12 @@ class _Loader:
         )
         obstacles_known = types_known and len(self._findings) == before
         all_known = obstacles_known and regions.world is not None
+        named = _names(item.get("robots"))
+        changes = ChangeReader(
+            regions, robots, frozenset(named), self._findings, self._reachable
+        ).read(item.get("changes"))
         expectations = ExpectationReader(
-            regions, obstacles if all_known else None, _names(item.get("robots")), self._findings
+            regions, obstacles if all_known else None, named, self._findings
         )
         expect = expectations.read(item.get("expect"))
         name = read.text(item.get("name"), "'name'", self._findings)
@@ -195,6 +201,7 @@ class _Loader:
             deadlock is not False,
             partition,
             controllers or Controllers.AUTO,
+            changes,
         )
 
     def _version(self, node: Node | None) -> None:

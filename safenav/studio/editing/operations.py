@@ -14,7 +14,7 @@ from ruamel.yaml.comments import CommentedMap, CommentedSeq
 from ruamel.yaml.scalarstring import LiteralScalarString
 
 from safenav.errors import UsageError
-from safenav.studio.editing.places import OBJECTIVES, Places
+from safenav.studio.editing.places import LISTS, OBJECTIVES, Places
 from safenav.studio.editing.round_trip import changed, parsed
 
 Operation = Mapping[str, Any]
@@ -186,6 +186,8 @@ def rename_robot(data: Any, told: Operation) -> None:
             listed = other.get(key) if isinstance(other, dict) else None
             if isinstance(listed, list) and old in listed:
                 listed[listed.index(old)] = new
+    for change in _changes_of(data, old):
+        change["robot"] = new
 
 
 def remove_robot(data: Any, told: Operation) -> None:
@@ -193,20 +195,16 @@ def remove_robot(data: Any, told: Operation) -> None:
     del data["robots"][told["robot"]]
     if not data["robots"]:
         data["robots"] = CommentedMap()
+    for change in _changes_of(data, told["robot"]):
+        data["changes"].remove(change)
+    if data.get("changes") == []:
+        del data["changes"]
 
 
 def add_obstacle(data: Any, told: Operation) -> None:
     """An obstacle of ``type`` at ``region``; ``from``, ``until`` and ``traversable`` if given."""
     places = Places(data)
-    obstacles = data.get("obstacles")
-    if not isinstance(obstacles, list):
-        index = list(data).index("robots") + 1 if "robots" in data else len(data)
-        if "obstacles" in data:
-            del data["obstacles"]
-        data.insert(index, "obstacles", CommentedSeq())
-        obstacles = data["obstacles"]
-    if len(obstacles) == 0:
-        obstacles.fa.set_block_style()
+    obstacles = _listed(data, "obstacles", after="robots")
     like = next((o["region"] for o in obstacles if isinstance(o, dict) and "region" in o), None)
     if like is None:
         like = next((r.get("start") for r in (data.get("robots") or {}).values()), [])
@@ -216,6 +214,49 @@ def add_obstacle(data: Any, told: Operation) -> None:
             new[key] = told[key]
     new.fa.set_flow_style()
     obstacles.append(new)
+
+
+def add_change(data: Any, told: Operation) -> None:
+    """What ``robot`` is told at tick ``at``: an ``objective`` (kind and regions as numbers, several
+    for a target of which any counts), or ``service``."""
+    new = CommentedMap({"at": told["at"], "robot": told["robot"]})
+    if told.get("objective") is not None:
+        ((kind, body),) = told["objective"].items()
+        targets = [_any_of(target) for target in (body if kind in LISTS else [body])]
+        value: Any = targets[0]
+        if kind in LISTS:
+            value = CommentedSeq(targets)
+            value.fa.set_flow_style()
+        new["objective"] = CommentedMap({kind: value})
+        new["objective"].fa.set_flow_style()
+    else:
+        new["service"] = told["service"]
+    new.fa.set_flow_style()
+    _listed(data, "changes", after="obstacles" if "obstacles" in data else "robots").append(new)
+
+
+def _any_of(target: Any) -> Any:
+    if not isinstance(target, list):
+        return target
+    regions = CommentedSeq(target)
+    regions.fa.set_flow_style()
+    found = CommentedMap({"any": regions})
+    found.fa.set_flow_style()
+    return found
+
+
+def _listed(data: Any, key: str, *, after: str) -> Any:
+    """The list of that name, made behind another key if there is none."""
+    listed = data.get(key)
+    if not isinstance(listed, list):
+        if key in data:
+            del data[key]
+        index = list(data).index(after) + 1 if after in data else len(data)
+        data.insert(index, key, CommentedSeq())
+        listed = data[key]
+    if len(listed) == 0:
+        listed.fa.set_block_style()
+    return listed
 
 
 def move_obstacle(data: Any, told: Operation) -> None:
@@ -302,6 +343,13 @@ def _robot(data: Any, told: Operation) -> Any:
     if not isinstance(robots, dict) or not isinstance(robots.get(told.get("robot")), dict):
         raise UsageError(f"there is no robot '{str(told.get('robot'))[:40]}'")
     return robots[told["robot"]]
+
+
+def _changes_of(data: Any, robot: str) -> list[Any]:
+    """What a robot is told while the run goes on."""
+    listed = data.get("changes")
+    entries = listed if isinstance(listed, list) else ()
+    return [entry for entry in entries if isinstance(entry, dict) and entry.get("robot") == robot]
 
 
 def _obstacle(data: Any, told: Operation) -> Any:

@@ -60,20 +60,24 @@ class Places:
             if not isinstance(robot, dict):
                 continue
             yield from self._one(robot, "start")
-            objective = robot.get("objective")
-            if not isinstance(objective, dict):
-                continue
-            for kind in OBJECTIVES:
-                told = objective.get(kind)
-                if kind in LISTS and isinstance(told, list):
-                    for index in range(len(told)):
-                        yield from self._target(told, index)
-                elif kind == "hold" and told is not None:
-                    yield from self._target(objective, kind)
+            yield from self._objective(robot.get("objective"))
+        changes = self.data.get("changes")
+        for change in changes if isinstance(changes, list) else ():
+            if isinstance(change, dict):
+                yield from self._objective(change.get("objective"))
         obstacles = self.data.get("obstacles")
         for obstacle in obstacles if isinstance(obstacles, list) else ():
             if isinstance(obstacle, dict):
                 yield from self._one(obstacle, "region")
+
+    def _objective(self, objective: Any) -> Iterator[tuple[Any, Callable[[Any], None]]]:
+        for kind in OBJECTIVES if isinstance(objective, dict) else ():
+            told = objective.get(kind)
+            if kind in LISTS and isinstance(told, list):
+                for index in range(len(told)):
+                    yield from self._target(told, index)
+            elif kind == "hold" and told is not None:
+                yield from self._target(objective, kind)
 
     def _target(self, holder: Any, key: Any) -> Iterator[tuple[Any, Callable[[Any], None]]]:
         value = holder[key]

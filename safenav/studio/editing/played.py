@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from safenav.studio.editing.operations import add_obstacle
+from safenav.studio.editing.operations import add_change, add_obstacle
 from safenav.studio.editing.places import Places
 from safenav.studio.editing.round_trip import changed
 from safenav.trace.records import (
@@ -27,17 +27,6 @@ def played(text: str, records: Sequence[Record], seed: int | None) -> str:
     if not any(_by_user(record) for record in records) and seed is None:
         return text
     return changed(text, lambda data: _replay(data, records, seed))
-
-
-def untold(records: Sequence[Record]) -> list[str]:
-    """The changes that no scenario can tell of, in words."""
-    found = []
-    for record in records:
-        if isinstance(record, NewObjective):
-            found.append(f"the objective that {record.robot} got at tick {record.tick}")
-        elif isinstance(record, Service) and not record.active:
-            found.append(f"{record.robot} out of service from tick {record.tick}")
-    return found
 
 
 def _by_user(record: Record) -> bool:
@@ -72,23 +61,44 @@ def _replay(data: Any, records: Sequence[Record], seed: int | None) -> None:
                 new["traversable"] = truth
             add_obstacle(data, new)
         elif isinstance(record, Gone):
-            entry = _entry(data, record.obstacle)
+            entry = _entry(data, record.obstacle, record.tick)
             if entry is not None:
                 entry["until"] = record.tick
         elif isinstance(record, Truth):
             truths[record.obstacle] = record.traversable
-            entry = _entry(data, record.obstacle)
+            entry = _entry(data, record.obstacle, record.tick)
             if entry is not None and record.obstacle in standing:
+                _settle_draws(data, records)
                 entry["traversable"] = record.traversable
+        elif isinstance(record, NewObjective):
+            told: dict[str, Any] = {"at": record.tick, "robot": record.robot}
+            add_change(data, told | {"objective": record.objective.data})
+        elif isinstance(record, Service):
+            service = "back" if record.active else "out"
+            add_change(data, {"at": record.tick, "robot": record.robot, "service": service})
     if seed is not None:
         data["seed"] = seed
 
 
-def _entry(data: Any, name: str) -> Any:
-    """The last obstacle of that name."""
+def _settle_draws(data: Any, records: Sequence[Record]) -> None:
+    """Put what the seed made of probabilities in their place: with one of them settled, the others
+    would be drawn anew."""
+    header = next(record for record in records if isinstance(record, Header))
+    entries = [entry for entry in data.get("obstacles") or () if isinstance(entry, dict)]
+    for entry, drawn in zip(entries, header.scenario.obstacles, strict=False):
+        if isinstance(entry.get("traversable"), dict) and drawn.traversable is not None:
+            entry["traversable"] = drawn.traversable
+
+
+def _entry(data: Any, name: str, tick: int) -> Any:
+    """The last obstacle of that name that has come by a tick."""
     kind, _, region = name.rpartition("@")
-    found = [entry for entry in _entries_in(data, int(region)) if entry.get("type") == kind]
-    return found[-1] if found else None
+    found = [
+        entry
+        for entry in _entries_in(data, int(region))
+        if entry.get("type") == kind and (entry.get("from") or 0) <= tick
+    ]
+    return max(found, key=lambda entry: entry.get("from") or 0, default=None)
 
 
 def _entries_in(data: Any, region: int) -> list[Any]:

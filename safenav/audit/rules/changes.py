@@ -1,0 +1,60 @@
+"""Rules on what robots are told while a run goes on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from safenav.audit.rules.rule import Finding, Rule
+from safenav.audit.situation import Situation
+from safenav.trace.records import Move, NewObjective, Record, Service
+from safenav.trace.setting import RobotChange
+from safenav.trace.vocabulary import ChangeCause
+
+
+class ServiceRule(Rule):
+    """A robot that is out of service begins no step; one that it has begun it ends (T)."""
+
+    name = "service"
+
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        if not isinstance(record, Move) or record.robot not in now.out:
+            return
+        if now.toward[record.robot] is not None:
+            return  # it is on its way
+        if record.to != record.from_ or record.toward is not None:
+            problem = f"{record.robot} moves, but is out of service"
+            yield self.broken_by(record, record.robot, problem)
+
+
+class ChangesRule(Rule):
+    """What the scenario lets robots be told, they are told at its tick, and nothing else in the
+    scenario's name; a robot that is out of service already is not told so again (T)."""
+
+    name = "changes"
+
+    def __init__(self) -> None:
+        self._told: list[RobotChange] = []
+        self._tick = 0
+
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        if isinstance(record, Move):
+            self._tick = record.tick
+        if not isinstance(record, NewObjective | Service):
+            return
+        if record.cause is not ChangeCause.SCENARIO:
+            return
+        if isinstance(record, Service):
+            told = RobotChange(record.tick, record.robot, active=record.active)
+        else:
+            told = RobotChange(record.tick, record.robot, record.objective)
+        self._told.append(told)
+        if told not in (now.header.changes or ()):
+            what = f"{record.robot} is told something in tick {record.tick}"
+            yield self.broken_by(record, record.robot, f"{what} that the scenario does not say")
+
+    def ending(self, now: Situation) -> Iterator[Finding]:
+        for change in now.header.changes or ():
+            if change.at > self._tick or change.objective is None or change in self._told:
+                continue
+            problem = f"{change.robot} is not told of its objective of tick {change.at}"
+            yield self.broken(change.at, change.robot, now.header_line, problem)

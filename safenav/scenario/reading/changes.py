@@ -1,0 +1,112 @@
+"""The ``changes:`` of a scenario: what robots are told while the run goes on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from safenav.scenario.model import Robot, RobotChange
+from safenav.scenario.objective import Ltl, Objective, targets_of
+from safenav.scenario.reachability import Reachability
+from safenav.scenario.reading.objective import ObjectiveReader
+from safenav.scenario.reading.obstacles import MOST_TICKS
+from safenav.scenario.reading.regions import RegionReader
+from safenav.scenario.yaml import fields as read
+from safenav.scenario.yaml.document import Mapping, Node, clipped
+from safenav.scenario.yaml.findings import Findings, suggestion
+
+KEYS = ("at", "robot", "objective", "service")
+REQUIRED = {
+    "at": "the tick from which it holds, for example 'at: 12'",
+    "robot": "the name of a robot of the team",
+}
+SERVICE = {"out": False, "back": True}
+
+
+class ChangeReader:
+    """Reads changes for the robots that could be read (``team``) of all that are ``named``."""
+
+    def __init__(
+        self,
+        regions: RegionReader,
+        team: Sequence[Robot],
+        named: frozenset[str],
+        findings: Findings,
+        reachable: bool,
+    ) -> None:
+        self._regions = regions
+        self._team = {robot.name: robot for robot in team}
+        self._named = named
+        self._findings = findings
+        self._reachable = reachable
+
+    def read(self, node: Node | None) -> tuple[RobotChange, ...]:
+        """The changes that could be read, by tick, those of one tick as they stand; what is wrong
+        with the others is reported."""
+        found = [
+            self._change(item) for item in read.sequence(node, "changes", self._findings) or ()
+        ]
+        return tuple(sorted((c for c in found if c is not None), key=lambda change: change.at))
+
+    def _change(self, node: Node) -> RobotChange | None:
+        item = read.mapping(node, "a change", self._findings, KEYS, REQUIRED)
+        if item is None:
+            return None
+        before = len(self._findings)
+        at = read.integer(
+            item.get("at"), "'at' of a change", self._findings, least=1, most=MOST_TICKS
+        )
+        name = read.text(item.get("robot"), "'robot' of a change", self._findings)
+        if name is not None and name not in self._named:
+            hint = suggestion(name, self._named)
+            self._findings.add(item.get("robot"), f"no robot is named '{clipped(name)}'", hint)
+        told = [key for key in ("objective", "service") if item.get(key) is not None]
+        if len(told) != 1:
+            what = "tells nothing" if not told else "tells two things at once"
+            hint = (
+                "give it an 'objective', or 'service: out' or 'service: back'; one for each change"
+            )
+            self._findings.add(node, f"a change of {clipped(name or 'a robot')} {what}", hint)
+        objective = self._objective(item, name)
+        active = self._service(item.get("service"), name)
+        if at is None or name is None or len(self._findings) > before:
+            return None
+        return RobotChange(at, name, objective, active)
+
+    def _objective(self, item: Mapping, name: str | None) -> Objective | None:
+        node = item.get("objective")
+        if node is None:
+            return None
+        robot = self._team.get(name or "")
+        reader = ObjectiveReader(self._regions, self._named, self._findings)
+        mobility = robot.model.mobility if robot is not None else None
+        found = reader.read(node, name or "a change", mobility)
+        if isinstance(found, Ltl):
+            hint = "formulas can be given from the beginning only: patrol, visit, cover or hold"
+            self._findings.add(node, f"objective of {name}: formulas in a change", hint)
+            return None
+        if found is not None and robot is not None:
+            self._check_reachable(robot, found, node)
+        return found
+
+    def _check_reachable(self, robot: Robot, objective: Objective, node: Node) -> None:
+        """Whatever it reaches later it reaches from its start, too."""
+        world = self._regions.world
+        if world is None or not self._reachable:
+            return
+        reach = Reachability(robot.model.mobility, robot.start, world)
+        for target in targets_of(objective):
+            if not reach.reaches(target):
+                where = " or ".join(world.label(region) for region in sorted(target))
+                start = world.label(robot.start.region)
+                found = f"objective of {robot.name}: {clipped(where, 80)} cannot be reached"
+                self._findings.add(node, found, f"it starts at {start}, and walls are between them")
+
+    def _service(self, node: Node | None, name: str | None) -> bool | None:
+        word = read.text(node, f"'service' of {name or 'a change'}", self._findings)
+        if word is None:
+            return None
+        if word not in SERVICE:
+            found = f"'service' of {name or 'a change'} is 'out' or 'back', not '{clipped(word)}'"
+            self._findings.add(node, found)
+            return None
+        return SERVICE[word]
