@@ -8,7 +8,7 @@ last one; each tick on its target is a round of ``hold``.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 
 from safenav.formula.evaluator import evaluate
@@ -32,6 +32,7 @@ class Progress:
         self._values: Mapping[str, int] = memory.values
         self._seen: set[int] = set()
         self._holding = False
+        self._completed = False  # a round, by what was met last
 
     @property
     def memory(self) -> Memory:
@@ -100,13 +101,21 @@ class Progress:
         again, self._holding = self._holding, isinstance(self.objective, Hold) and bool(met)
         fresh = [goal for goal in met if goal not in self._seen]
         self._seen.update(fresh)
-        if fresh and len(self._seen) == count:
+        self._completed = bool(fresh) and len(self._seen) == count
+        if self._completed:
             self.rounds += 1
             self._seen.clear()
         if again or (isinstance(self.objective, Ltl) and not self.objective.liveness):
             return []
         # In turn a target may count again in a round that began anew with the other one.
         return list(met if self._in_turn else fresh)
+
+    def counted(self, goals: Sequence[int]) -> list[tuple[int, int]]:
+        """The goals that were just met at once, each with the rounds that are done after it: the
+        last of them completes one, if any does."""
+        before = self.rounds - self._completed
+        last = len(goals) - 1
+        return [(goal, self.rounds if k == last else before) for k, goal in enumerate(goals)]
 
     @property
     def _in_turn(self) -> bool:

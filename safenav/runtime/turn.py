@@ -214,15 +214,10 @@ class Turns:
         if not robot.begun:
             self.strategies.begin(robot)
         elif robot.progress is progress and robot.pose == pose:
-            for goal in robot.progress.arrive(robot.pose.region, before, after):
+            met = progress.arrive(robot.pose.region, before, after)
+            for goal, rounds in progress.counted(met):
                 self.state.emit(
-                    records.Goal(
-                        self.state.tick,
-                        robot.name,
-                        goal,
-                        robot.pose.region,
-                        robot.progress.rounds,
-                    )
+                    records.Goal(self.state.tick, robot.name, goal, robot.pose.region, rounds)
                 )
         if strayed:
             self._go_on_from_elsewhere(robot)

@@ -41,6 +41,13 @@ def test_what_counts(
     assert progress.rounds == rounds
 
 
+def test_the_last_of_two_goals_at_once_completes_the_round() -> None:
+    progress = Progress(Cover((A, A | B)))
+    assert progress.counted(progress.begin(8, {})) == [(1, 0)]
+    assert progress.counted(progress.arrive(7, {}, {})) == [(0, 1)]
+    assert progress.counted(progress.arrive(7, {}, {})) == [(0, 1), (1, 2)]
+
+
 def test_formulas_count_on_steps_and_remember() -> None:
     objective = Ltl(liveness=("seen & region = 8", "region' = 9"), memory={"seen": None})
     progress = Progress(objective)

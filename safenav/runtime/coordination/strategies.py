@@ -74,10 +74,9 @@ class Strategies:
         state.begun = True
         values = state.planner.values() if state.planner is not None else {}
         region = state.pose.region
-        for goal in state.progress.begin(region, values):
-            self._state.emit(
-                records.Goal(self._state.tick, state.name, goal, region, state.progress.rounds)
-            )
+        met = state.progress.begin(region, values)
+        for goal, rounds in state.progress.counted(met):
+            self._state.emit(records.Goal(self._state.tick, state.name, goal, region, rounds))
 
     def stale(self, errands: Mapping[str, Errand], *, always: bool) -> dict[str, Errand]:
         """The errands for which a robot's strategy does not do (``always``: all)."""
