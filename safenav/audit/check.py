@@ -34,6 +34,7 @@ from safenav.audit.rules.obstacles import (
     BacktrackRule,
     BlockedRule,
     MissedResolutionRule,
+    NeedRule,
     ResolutionRule,
     ViolationRule,
 )
@@ -78,6 +79,7 @@ RULES: tuple[type[Rule], ...] = (
     MissedBeliefRule,
     ViolationRule,
     BacktrackRule,
+    NeedRule,
     ResolutionRule,
     MissedResolutionRule,
     BlockedRule,

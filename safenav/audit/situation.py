@@ -22,6 +22,7 @@ from safenav.trace.records import (
     Blocked,
     Goal,
     Gone,
+    Met,
     Move,
     NewObjective,
     Outcome,
@@ -96,6 +97,9 @@ class Turn:
     torn: bool = False
     advanced: set[str] = field(default_factory=set)
     """Obstacles of which a need was met in this turn, as far as that follows from the moves."""
+    met: dict[tuple[str, int], frozenset[str]] = field(default_factory=dict)
+    """The needs of obstacles that were met in this turn, and by whom; of the last need of each,
+    who could have met it."""
 
     def all(self, kind: type[L]) -> list[L]:
         return [record for record in self.records if isinstance(record, kind)]
@@ -137,6 +141,8 @@ class Situation:
         self._tells_needs = any(
             isinstance(record, Resolved) and record.need is not None for record in trace.records
         )
+        self.tells_met = any(isinstance(record, Met) for record in trace.records)
+        """Whether the trace has lines of its own for needs that are met."""
         self.done: dict[str, set[str]] = {name: set() for name in self.obstacles}
         self.discovered: set[str] = set()
         self.out: set[str] = set()
@@ -358,6 +364,8 @@ class Situation:
             need = self.need(name)
             group = self.standing(name) if need.together else self.done[name]
             last = self.stage[name] + 1 >= len(self.obstacles[name].all_needs)
+            if len(group) >= need.robots:
+                self.turn.met[name, self.stage[name]] = frozenset(group)
             if len(group) < need.robots or last or self._tells_needs:
                 return
             self.stage[name] += 1

@@ -31,6 +31,7 @@ _ASSUMED = {
 _TOLD = (
     "violation",
     "request",
+    "met",
     "resolved",
     "blocked",
     "appeared",
@@ -151,6 +152,9 @@ def _event(line: Mapping[str, Any]) -> str:
         case "request":
             helper = line.get("helper") or "nobody"
             return f"{line['requester']} asks for help with {line['obstacle']}: {helper}"
+        case "met":
+            who = ", ".join(line.get("robots") or [line["robot"]])
+            return f"{who}: need {line['need'] + 1} of {line['obstacle']} ({line['action']})"
         case "resolved":
             return f"{line['robot']} resolves {line['obstacle']}"
         case "blocked":

@@ -8,6 +8,7 @@ have stood since it was there.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from dataclasses import dataclass
 
 from safenav.runtime.world import Work, Works
 from safenav.scenario.model import Obstacle, Robot, Scenario
@@ -15,6 +16,19 @@ from safenav.spec.task import Known
 from safenav.world.map import Region
 
 UNTRAVERSABLE = "found to be untraversable"
+
+
+@dataclass(frozen=True)
+class Met:
+    """One of several needs of an obstacle was met by ``group``."""
+
+    obstacle: Obstacle
+    need: int
+    group: tuple[str, ...]
+
+    @property
+    def last(self) -> bool:
+        return self.need + 1 == len(self.obstacle.needs)
 
 
 class Knowledge:
@@ -50,16 +64,24 @@ class Knowledge:
         self.pending[obstacle.name] = self._known.open[obstacle.region] = work
         return True
 
-    def perform(self, robot: Robot, regions: Mapping[str, Region]) -> bool:
-        """Take note of what a robot does where it stands; whether that brought a pending
-        obstacle nearer to its resolution without resolving it."""
+    def perform(self, robot: Robot, regions: Mapping[str, Region]) -> tuple[bool, tuple[Met, ...]]:
+        """Take note of what a robot does where it stands: whether that brought a pending
+        obstacle nearer to its resolution without resolving it, and which needs are met by it."""
         before = [(work.need, work.done) for work in self.pending.values()]
+        works = [*self._known.open.values(), *self._unmet.open.values()]
+        needs = [work.need for work in works]
         kept = dict(self._known.open)
         self._known.perform(robot, regions)
         self._known.open = kept  # whether it is resolved, the world says
         self._unmet.perform(robot, regions)
         left = [(work.need, work.done) for work in self.pending.values() if not work.finished]
-        return any(entry not in before for entry in left)
+        met = tuple(
+            Met(work.obstacle, need, work.groups[need])
+            for work, first in zip(works, needs, strict=True)
+            for need in range(first, work.need)
+            if len(work.obstacle.needs) > 1
+        )
+        return any(entry not in before for entry in left), met
 
     def appear(self, obstacle: Obstacle) -> None:
         """An obstacle has come; nobody has met it."""

@@ -323,10 +323,14 @@ class Turns:
     def _act(self, robot: RobotState) -> None:
         """Let the robot do what it can where it stands; what that changes is settled at once."""
         state, knowledge = self.state, self.state.knowledge
-        further = knowledge.perform(robot.robot, state.regions())
+        further, met = knowledge.perform(robot.robot, state.regions())
         resolved = self.world.act(robot.robot)
         for obstacle, _ in resolved:
             state.introduce(obstacle)
+        gone = {obstacle.name for obstacle, _ in resolved}
+        for one in met:
+            if not one.last or one.obstacle.name in gone:  # else the world has it that it failed
+                self.coordination.tell.met(robot.robot, one)
         if resolved:
             self.leave_plan(vocabulary.PlanEndReason.CHANGED, settling=True)
             self.coordination.resolved(robot.robot, resolved)

@@ -64,12 +64,17 @@ class ChangingWorld(Protocol):
 @dataclass
 class Work:
     """How far an obstacle is resolved: the need that is next, and who has met its part of it;
-    ``helped``: all that had a part."""
+    ``groups``: by whom each need before it was met."""
 
     obstacle: Obstacle
     need: int = 0
     done: frozenset[str] = frozenset()
-    helped: tuple[str, ...] = ()
+    groups: tuple[tuple[str, ...], ...] = ()
+
+    @property
+    def helped(self) -> tuple[str, ...]:
+        """All that had a part."""
+        return tuple(dict.fromkeys(name for group in self.groups for name in group))
 
     @property
     def finished(self) -> bool:
@@ -108,12 +113,13 @@ class Works:
         if need.together:
             group = tuple(other.name for other in self.scenario.robots if there(other))
         else:
-            group = (*(n for n in work.done if n != robot.name), robot.name)
+            had = work.done | {robot.name}
+            group = tuple(other.name for other in self.scenario.robots if other.name in had)
         if len(group) < need.robots:
             if not need.together:
                 work.done = frozenset(group)
             return False
-        work.helped = tuple(dict.fromkeys((*work.helped, *group)))
+        work.groups = (*work.groups, group)
         work.need, work.done = work.need + 1, frozenset()
         return True
 

@@ -277,6 +277,21 @@ class Pop(StackEntry):
 
 
 @dataclass(frozen=True)
+class Met(Record):
+    """One of several needs of an obstacle was met: the ``need`` with that number, by ``robot``,
+    whose turn it is, ``at`` its region, doing ``action``. ``robots``: all that it took, where one
+    is not enough. With the last need a ``resolved`` line follows."""
+
+    type: ClassVar[str] = "met"
+    obstacle: str
+    need: Count
+    action: str
+    robot: str
+    at: Region
+    robots: tuple[str, ...] | None = None
+
+
+@dataclass(frozen=True)
 class Resolved(Record):
     """A need of an obstacle was met; with its last one (or its only one) the obstacle is
     resolved. ``robots``: all that took part, where one is not enough."""
@@ -390,6 +405,7 @@ KINDS: Mapping[str, type[Record]] = {
         Request,
         Push,
         Pop,
+        Met,
         Resolved,
         Blocked,
         Goal,

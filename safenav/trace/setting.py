@@ -72,6 +72,10 @@ class ObstacleHeader:
         """Its needs in order, also where the trace tells only one."""
         return self.needs or (Need(self.action, self.resolution_regions),)
 
+    def admits(self, robot: RobotHeader, stage: int) -> bool:
+        """Whether a robot has all actions that are left once ``stage`` needs are met."""
+        return all(need.action in robot.capabilities for need in self.all_needs[stage:])
+
 
 @dataclass(frozen=True)
 class RobotChange:

@@ -136,6 +136,8 @@ class Wording:
             case records.Pop():
                 over = f" ({self.obstacle(line.obstacle)})" if line.obstacle else ""
                 return f"objectives restored, depth {line.depth}{over}"
+            case records.Met():
+                return self._met(line)
             case records.Resolved():
                 return self._resolved(line)
             case records.Blocked():
@@ -221,6 +223,12 @@ class Wording:
         return (
             f"{asks}: {bids or 'nobody has the capability'}; {help_ if helpers else 'nobody helps'}"
         )
+
+    def _met(self, line: records.Met) -> str:
+        who = self._all(line.robots or (line.robot,))
+        verb = "meet" if line.robots else "meets"
+        what = f"need {line.need + 1} of {self.strong(self.obstacle(line.obstacle))}"
+        return f"{who} at {self._at(line.at)} {verb} {what}: {line.action}"
 
     def _resolved(self, line: records.Resolved) -> str:
         who = self._all(line.robots or (line.robot,))

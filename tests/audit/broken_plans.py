@@ -90,6 +90,12 @@ CASES_OF_PLANS: list[tuple[Any, ...]] = [
     ("resolution", "lifted", edit("resolved", {"need": 1}, need=0), 2, "right"),
     ("resolution", "lifted", edit("resolved", {"need": 0}, robots=["left"]), 1, "cart"),
     ("missed-resolution", "lifted", drop("resolved", need=1), 2, "right"),
+    ("need", "told_needs", drop("met", need=0), 1, "cart"),
+    ("need", "told_needs", edit("met", {"need": 0}, need=1), 1, "cart"),
+    ("need", "told_needs", edit("met", {"need": 0}, action="lift"), 1, "cart"),
+    ("need", "told_needs", edit("met", {"need": 0}, at=8), 1, "cart"),
+    ("need", "told_needs", edit("met", {"need": 1}, robots=["right", "cart"]), 2, "right"),
+    ("need", "told_needs", insert_after("met", {"need": 1}), 2, "right"),
     ("proof", "given_up", edit("outcome", {}, proof=None), 2, None),
     ("proof", "given_up", in_proof("robots", "digit", "live", to=False), 2, None),
     (

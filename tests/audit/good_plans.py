@@ -7,7 +7,7 @@ import json
 from collections.abc import Callable
 from typing import Any
 
-from audit.trace_script import Line, Script, obstacle, robot
+from audit.trace_script import Line, Script, find, obstacle, robot
 
 ROOM = """
 ######
@@ -155,6 +155,21 @@ def lifted() -> list[Line]:
     return s.end("completed", {"cart": 1, "left": 1, "right": 1})
 
 
+def told_needs() -> list[Line]:
+    """The same, with a line for each need, and one who does all that is left for another beam."""
+    lines = lifted()
+    del lines[find(lines, "resolved", need=0)]
+    last = find(lines, "resolved")
+    lines[last].update(robots=["cart", "left", "right"])
+    del lines[last]["need"]
+    first = {"obstacle": "beam@10", "need": 0, "action": "sense", "robot": "cart", "at": 9}
+    then = {"obstacle": "beam@10", "need": 1, "action": "lift", "robot": "right", "at": 11}
+    then["robots"] = ["left", "right"]
+    lines.insert(last, {"type": "met", "tick": 2, **then})
+    lines.insert(find(lines, "move", robot="cart") + 1, {"type": "met", "tick": 1, **first})
+    return lines
+
+
 def given_up() -> list[Line]:
     """Nobody can open the door between the drone and its target: the closure shows it."""
     s = script(
@@ -210,6 +225,7 @@ GOOD_PLANS: dict[str, Callable[[], list[Line]]] = {
     "come_and_gone": come_and_gone,
     "told": told,
     "lifted": lifted,
+    "told_needs": told_needs,
     "given_up": given_up,
     "stuck": stuck,
 }

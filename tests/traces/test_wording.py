@@ -64,6 +64,8 @@ def test_regions_and_robots_are_shown_as_the_teller_likes() -> None:
     assert wording.sentence(request) == f"{told}; DIGIT helps"
     second = records.Request(3, "door@47", "quad", {"digit": 1}, "digit", (47,), need=1)
     assert wording.sentence(second).startswith("QUAD asks for help with door@dock (need 2): ")
+    met = records.Met(5, "door@47", 0, "sense", "quad", 46)
+    assert wording.sentence(met) == "QUAD at gate 46 meets need 1 of *door@dock*: sense"
     both = records.Resolved(5, "beam@47", "digit", 46, False, None, robots=("digit", "rover"))
     assert wording.sentence(both) == (
         "DIGIT and ROVER at gate 46 resolve *beam@dock* (nobody had asked)"

@@ -12,6 +12,7 @@ from safenav.trace.records import (
     Backtrack,
     Blocked,
     Gone,
+    Met,
     Move,
     Record,
     Request,
@@ -139,6 +140,57 @@ def _group_problems(record: Resolved, now: Situation) -> Iterator[str]:
     for one in sorted(group - able - {record.robot}):
         when = "now" if need.together else "or stood"
         yield f"{one} has no part in it: it does not stand {when} where {name} is resolved"
+
+
+class NeedRule(Rule):
+    """Where a line says that one of several needs is met, it is the one that is next, and was met
+    in this turn by those who have its action and stand, all at once if they have to, where it is
+    performed. A trace that tells of any tells of all of them (D 3, T)."""
+
+    name = "need"
+
+    def __init__(self) -> None:
+        self._tells = False
+
+    def opening(self, now: Situation) -> Iterator[Finding]:
+        self._tells = now.tells_met
+        yield from ()
+
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        if isinstance(record, Met):
+            for problem in self._problems(record, now):
+                yield self.broken_by(record, record.robot, problem)
+
+    def turn(self, now: Situation) -> Iterator[Finding]:
+        move = now.turn.first(Move)
+        if not self._tells or now.turn.torn or move is None:
+            return
+        told = {(record.obstacle, record.need) for record in now.turn.all(Met)}
+        resolved = {record.obstacle for record in now.turn.all(Resolved)}
+        for name, need in now.turn.met.keys() - told:
+            count = len(now.obstacles[name].all_needs)
+            failed = need + 1 == count and name not in resolved  # another rule judges that
+            if count > 1 and not failed and now.status[name] is not Status.GIVEN_UP:
+                problem = f"no line tells that need {need + 1} of {name} is met"
+                yield self.broken_by(move, now.turn.robot, problem)
+
+    def _problems(self, record: Met, now: Situation) -> Iterator[str]:
+        name, needs = record.obstacle, now.obstacles[record.obstacle].all_needs
+        what = f"need {record.need + 1} of {name}"
+        group = now.turn.met.get((name, record.need))
+        if group is None or len(needs) < 2:
+            yield f"{what} is not met in this turn"
+            return
+        if any((r.obstacle, r.need) == (name, record.need) for r in now.turn.all(Met)):
+            yield f"{what} is met twice"
+        if record.action != needs[record.need].action:
+            yield f"{what} is to {needs[record.need].action}, not to {record.action}"
+        if record.at != now.region[record.robot]:
+            here = now.show(now.region[record.robot])
+            yield f"{record.robot} acts at {now.show(record.at)}, but is at {here}"
+        told = frozenset(record.robots or (record.robot,))
+        if told != group:
+            yield f"{what} is met by {_names(group)}, not by {_names(told)}"
 
 
 class MissedResolutionRule(Rule):

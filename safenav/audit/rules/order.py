@@ -16,6 +16,7 @@ from safenav.trace.records import (
     Discovered,
     Goal,
     Gone,
+    Met,
     Move,
     NewObjective,
     Plan,
@@ -38,6 +39,7 @@ _PHASES: dict[type[Record], tuple[int, ...]] = {
     Violation: (0,),
     Backtrack: (1,),
     Move: (2,),
+    Met: (3,),
     Resolved: (3,),
     Blocked: (3, 5),
     Pop: (3, 5),
@@ -199,6 +201,6 @@ def _begins_on_its_target(record: Goal, now: Situation) -> bool:
 
 def _actor(record: Record, derived: bool) -> str | None:
     """The robot of a line that only tells what the robot whose turn it is does."""
-    if isinstance(record, Backtrack | Resolved | Goal | Belief):
+    if isinstance(record, Backtrack | Met | Resolved | Goal | Belief):
         return record.robot
     return record.requester if isinstance(record, Request) and not derived else None

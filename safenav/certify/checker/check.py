@@ -1225,6 +1225,16 @@ class Run:
         """The obstacles that stand as far as lines say, but are resolved by what robots did."""
         return {o for o in self.present if self.done.get(o, 0) == len(self.needs(o))}
 
+    def _met(self, record: Json) -> None:
+        """A need of an obstacle is said to be met: it is, by robots that can do it."""
+        obstacle, stage = record["obstacle"], record["need"]
+        if obstacle not in self.present or not 0 <= stage < self.done.get(obstacle, 0):
+            raise RefusedError(f"need {stage + 1} of {obstacle} is not met")
+        action = self.needs(obstacle)[stage]["action"]
+        for name in record.get("robots") or [record["robot"]]:
+            if action != record["action"] or action not in self.data[name]["capabilities"]:
+                raise RefusedError(f"{name} has no part in need {stage + 1} of {obstacle}")
+
     def _resolved(self, record: Json) -> None:
         obstacle, data = record["obstacle"], self.obstacles[record["obstacle"]]
         if obstacle not in self.present or (not self.external and obstacle not in self._finished()):

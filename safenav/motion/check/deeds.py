@@ -11,7 +11,7 @@ from safenav.motion.check.finding import NEAR, Finding, Report
 from safenav.motion.check.paths import Array, discs
 from safenav.motion.check.room import Grid
 from safenav.motion.file.records import Action, Moving
-from safenav.trace.records import Resolved
+from safenav.trace.records import Met, Resolved
 from safenav.trace.trace import Trace
 
 STILL = 1e-6
@@ -30,7 +30,7 @@ def check_deeds(
     lines = {
         (name, record.obstacle, record.tick): record
         for record in trace.records
-        if isinstance(record, Resolved)
+        if isinstance(record, Met | Resolved)
         for name in (record.robot, *(record.robots or ()))
     }
     obstacles = trace.obstacles

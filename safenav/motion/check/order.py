@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from safenav.motion.check.finding import NEAR, Finding, Report
 from safenav.motion.file.records import Action, Moving
-from safenav.trace.records import Appeared, Blocked, Gone, Move, Resolved, Synthesis
+from safenav.trace.records import Appeared, Blocked, Gone, Met, Move, Resolved, Synthesis
 from safenav.trace.setting import ObstacleHeader, RobotHeader, ScenarioHeader
 from safenav.trace.trace import Trace
 
@@ -38,6 +38,10 @@ class _Run:
     bound: dict[str, float] = field(default_factory=dict)
     opened: dict[str, float] = field(default_factory=dict)
     """When obstacles that stand no more were resolved; 0 for one that never stood, or went."""
+    met: dict[str, tuple[int, float | None]] = field(default_factory=dict)
+    """How many needs of an obstacle lines have told to be met, and when the last of them was."""
+    tells_needs: bool = False
+    """Whether the trace has such lines."""
 
 
 def conflicts_of(scenario: ScenarioHeader) -> dict[str, frozenset[str]]:
@@ -123,6 +127,7 @@ def check_order(
     and after what a robot's strategy answers; actions are where and when they must be."""
     robots = trace.header.scenario.robots
     run = _Run(robots, {name: robot.start for name, robot in robots.items()})
+    run.tells_needs = any(isinstance(record, Met) for record in trace.records)
     waiting = list(actions)
     conflicts = conflicts_of(trace.header.scenario)
     pending: dict[str, Passage] = {}
@@ -147,10 +152,23 @@ def check_order(
                 arrived = pending.get(record.robot)
                 if arrived is not None:
                     run.left.setdefault(record.from_, {})[record.robot] = arrived.end
+        elif isinstance(record, Met):
+            obstacle = obstacles[record.obstacle]
+            done = _acted(obstacle, run, record, record.need, waiting, report)
+            run.met[record.obstacle] = record.need + 1, done
         elif isinstance(record, Resolved):
-            _acted(obstacles[record.obstacle], run, record, waiting, report)
+            obstacle = obstacles[record.obstacle]
+            last = len(obstacle.all_needs) - 1
+            need = record.need
+            met, done = run.met.get(record.obstacle, (0, None))
+            if met <= last:  # else a line of the last need has told who acts
+                need = last if need is None else need
+                done = _acted(obstacle, run, record, need, waiting, report)
+            if done is not None and need in (None, last):
+                run.opened[record.obstacle] = done
         elif isinstance(record, Appeared):
             run.opened.pop(record.obstacle, None)
+            run.met.pop(record.obstacle, None)
             closed.discard(record.obstacle)
         elif isinstance(record, Gone):
             run.opened[record.obstacle] = 0.0
@@ -188,8 +206,17 @@ def _entered(
     for name, obstacle in obstacles.items():
         if obstacle.region != step.to or step.robot not in obstacle.blocks or name in closed:
             continue
-        last = obstacle.all_needs[-1].action
-        if len(obstacle.all_needs) > 1 and last in run.robots[step.robot].capabilities:
+        stage, since = run.met.get(name, (0, None))
+        if run.tells_needs:
+            if since is not None and obstacle.admits(run.robots[step.robot], stage):
+                if since - step.begin > NEAR:
+                    early = since - step.begin
+                    what = f"enters region {step.to} {early:.3f} s before {name} lets it in"
+                    wrong("obstacle", what)
+                continue
+        elif len(obstacle.all_needs) > 1 and obstacle.admits(
+            run.robots[step.robot], len(obstacle.all_needs) - 1
+        ):
             continue  # it may enter once the other needs are met, to meet the last one
         opened = run.opened.get(name)
         if opened is None:
@@ -221,14 +248,16 @@ def _go_on(run: _Run, robot: str, done: Action, report: Report) -> None:
 def _acted(
     obstacle: ObstacleHeader,
     run: _Run,
-    record: Resolved,
+    record: Met | Resolved,
+    number: int,
     waiting: list[Action],
     report: Report,
-) -> None:
-    """All that take part act, after they have arrived, and at once if they are several."""
-    number = len(obstacle.all_needs) - 1 if record.need is None else record.need
+) -> float | None:
+    """All that take part act, after they have arrived, and at once if they are several. When the
+    last of them is done; None if nobody acts."""
     need = obstacle.all_needs[number]
-    helpers = (n for n in record.robots or () if run.at[n] in need.regions)
+    alone = isinstance(record, Met) and not need.together
+    helpers = (n for n in record.robots or () if run.at[n] in need.regions and not alone)
     able = (n for n in helpers if need.action in run.robots[n].capabilities)
     team = {record.robot: None, **dict.fromkeys(able)}
     spans = []
@@ -255,5 +284,4 @@ def _acted(
     if len(set(spans)) > 1:
         what = f"acts on {obstacle.name} at another time than the others"
         report(Finding(spans[0][0], record.robot, "action", what))
-    if spans and number == len(obstacle.all_needs) - 1:
-        run.opened[obstacle.name] = max(end for _, end in spans)
+    return max((end for _, end in spans), default=None)

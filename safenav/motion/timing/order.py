@@ -16,7 +16,7 @@ from enum import StrEnum
 from heapq import heappop, heappush
 
 from safenav.motion.geometry import Floor
-from safenav.trace.records import Move, Resolved, Synthesis
+from safenav.trace.records import Met, Move, Resolved, Synthesis
 from safenav.trace.setting import ObstacleHeader, RobotHeader
 from safenav.trace.trace import Trace
 
@@ -143,7 +143,9 @@ class _Order:
     resolved: dict[int, list[tuple[frozenset[str], int]]] = field(
         default_factory=lambda: defaultdict(list)
     )
-    """Deeds that resolved an obstacle of a region, and whom it blocked."""
+    """Deeds that opened a region, where an obstacle was, to those whom it blocked."""
+    last_met: dict[str, int] = field(default_factory=dict)
+    """Deeds that met the last need of an obstacle, which is about to be resolved."""
     turn: str | None = None
     transit: dict[str, _Transit] = field(default_factory=dict)
     at: dict[str, int] = field(default_factory=dict)
@@ -152,6 +154,8 @@ class _Order:
     def take(self, number: int, record: object) -> None:
         if isinstance(record, Move):
             self._move(number, record)
+        elif isinstance(record, Met):
+            self._met(record)
         elif isinstance(record, Resolved):
             self._resolved(record)
         elif isinstance(record, Synthesis) and self.turn is not None:
@@ -200,16 +204,42 @@ class _Order:
             found.append(After(self.cause[robot], Cause.SYNTHESIS))
         return found
 
-    def _resolved(self, record: Resolved) -> None:
-        """The deed with which an obstacle is resolved: of several needs, the last one."""
+    def _met(self, record: Met) -> None:
+        """The deed with which one of several needs is met. Robots that have all actions that are
+        left then are let in."""
         obstacle = self.obstacles[record.obstacle]
-        needs = obstacle.all_needs
-        number = len(needs) - 1 if record.need is None else record.need
-        need = needs[number]
+        deed = self._act(record, record.need)
+        if record.need == len(obstacle.all_needs) - 1:
+            self.last_met[record.obstacle] = deed
+            return
+        let_in = frozenset(
+            name
+            for name in obstacle.blocks & self.robots.keys()
+            if obstacle.admits(self.robots[name], record.need + 1)
+        )
+        self.resolved[obstacle.region].append((let_in, deed))
+
+    def _resolved(self, record: Resolved) -> None:
+        """An obstacle is resolved, by the deed of its last need, or, where no line has told of
+        that one, by this."""
+        obstacle = self.obstacles[record.obstacle]
+        last = len(obstacle.all_needs) - 1
+        number = last if record.need is None else record.need
+        deed = self.last_met.pop(record.obstacle, None)
+        if deed is None:
+            deed = self._act(record, number)
+        if number == last and record.traversable is not False:
+            self.resolved[obstacle.region].append((obstacle.blocks, deed))
+
+    def _act(self, record: Met | Resolved, number: int) -> int:
+        """The deed with which the need of that number is met; its node."""
+        obstacle = self.obstacles[record.obstacle]
+        need = obstacle.all_needs[number]
         others = tuple(
             name
             for name in record.robots or ()
             if name != record.robot
+            and (need.together or isinstance(record, Resolved))
             and self.at.get(name, self.robots[name].start) in need.regions
             and need.action in self.robots[name].capabilities
         )
@@ -234,8 +264,7 @@ class _Order:
             else:
                 self._stop_short(name, obstacle.region)
                 self.last[name] = deed.index
-        if number == len(needs) - 1 and record.traversable is not False:
-            self.resolved[obstacle.region].append((obstacle.blocks, deed.index))
+        return deed.index
 
     def _until_now(self, robot: str) -> list[After]:
         """What a robot does before it acts: not the step that it has begun, if it acts in the

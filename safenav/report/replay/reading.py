@@ -138,6 +138,8 @@ class Telling:
                 if line.helper is not None:
                     self._status(line.obstacle, line.tick, Status.REQUESTED)
                 self._about(line, EventKind.REQUEST, line.requester, line.obstacle)
+            case records.Met():
+                self._event(line, EventKind.RESOLVED, line.robot, line.at, line.obstacle)
             case records.Resolved():
                 untraversable = line.traversable is False
                 status = Status.BLOCKED if untraversable else Status.RESOLVED

@@ -93,6 +93,7 @@ class Story:
                 self._goal(event)
             case (
                 records.Assumption()
+                | records.Met()
                 | records.Appeared()
                 | records.Truth()
                 | records.NewObjective()

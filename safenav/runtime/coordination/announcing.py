@@ -11,7 +11,7 @@ from safenav.runtime.coordination.ladder import Errand
 from safenav.runtime.coordination.negatives import closure_told
 from safenav.runtime.coordination.proofs import Closure
 from safenav.runtime.coordination.requests import Request, Requests
-from safenav.runtime.knowledge import UNTRAVERSABLE
+from safenav.runtime.knowledge import UNTRAVERSABLE, Met
 from safenav.runtime.team import Role, TeamState
 from safenav.runtime.world import Change
 from safenav.scenario.model import Obstacle, Robot
@@ -41,6 +41,20 @@ class Announcing:
             self.state.objectives(),
         )
         request.told = None
+
+    def met(self, robot: Robot, met: Met) -> None:
+        """``robot`` has met one of the needs of an obstacle, with others or alone."""
+        self.state.emit(
+            records.Met(
+                self.state.tick,
+                met.obstacle.name,
+                met.need,
+                met.obstacle.needs[met.need].action,
+                robot.name,
+                self.state.robots[robot.name].pose.region,
+                robots=met.group if len(met.group) > 1 else None,
+            )
+        )
 
     def resolved(self, robot: Robot, obstacle: Obstacle, traversable: bool | None) -> None:
         """``robot`` has resolved an obstacle."""
