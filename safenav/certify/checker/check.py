@@ -31,6 +31,7 @@ import re
 import sys
 import zipfile
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from copy import copy
 from dataclasses import asdict, dataclass, field
 from itertools import chain, combinations, pairwise, product, repeat
 from math import prod
@@ -774,7 +775,14 @@ class Team:
 
     def exhaust(self, proof: Json) -> int:
         """Refuse unless no order of moves completes the mission. Returns the number of joint
-        states, each robot's step being one transition."""
+        states, each robot's step being one transition. Of a few robots of the team the rest, and
+        all that may yet be resolved, only stands in their way."""
+        if {*proof["robots"]} < {*self.names} and proof["robots"] and not self._open_in(proof):
+            few = copy(self)
+            few.names = [name for name in self.names if name in proof["robots"]]
+            few.start = tuple(self.run.robots[name].destination for name in few.names)
+            few.open, few.stages, few._steps = [], (), {}
+            return few.exhaust(proof)
         rounds, total = proof["goal"]["rounds"], self.run.scenario["until"]["rounds"]
         stages = {o: need for o, (need, _) in zip(self.open, self.stages, strict=True)}
         start = {name: [*pose] for name, pose in zip(self.names, self.start, strict=True)}
@@ -789,7 +797,8 @@ class Team:
                 raise RefusedError("the mission can be completed from here")
             for k, name in enumerate(self.names):
                 rivals = self.data[name].get("conflicts", ())
-                taken = {poses[self.names.index(other)][0] for other in rivals}
+                here = [self.names.index(other) for other in rivals if other in self.names]
+                taken = {poses[i][0] for i in here}
                 for pose in self.steps(name, poses[k], stage):
                     if pose[0] in taken:
                         continue
@@ -808,6 +817,10 @@ class Team:
         ):
             raise RefusedError(f"there are {len(told)} joint places, and not those of the proof")
         return len(told)
+
+    def _open_in(self, proof: Json) -> set[str]:
+        """The obstacles that a joint proof takes to be open."""
+        return {*proof["stages"]} - self.given_up
 
     def _progress(self, name: str) -> tuple[int, frozenset[int], int]:
         """How far a robot is: whose turn it is, what it has seen in this round, goals met or,

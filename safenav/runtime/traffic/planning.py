@@ -8,7 +8,6 @@ plan is the beginning of one for all of it (docs/coordination.md).
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import field, replace
 from itertools import pairwise
@@ -23,6 +22,7 @@ from safenav.runtime.over import RunOver, Stop, Verdict
 from safenav.runtime.poses import FAR, Mask, region_mask
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.runtime.traffic.aim import aim_of
+from safenav.runtime.traffic.deadlock import deadlock_of_few, deadlocked
 from safenav.runtime.traffic.execution import Execution, Schedule, dues_of, schedule
 from safenav.runtime.traffic.joint import Count, Course, Joint, has_met
 from safenav.runtime.traffic.joint_plan import Answer, Exhausted, Found, Search, Spent
@@ -31,7 +31,7 @@ from safenav.runtime.traffic.watch import Watch
 from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.model import Outcome
 from safenav.scenario.objective import Ltl
-from safenav.trace import proofs, records, vocabulary
+from safenav.trace import records, vocabulary
 from safenav.trace.header import heading_in_trace
 from safenav.world.moves import Pose
 
@@ -43,6 +43,8 @@ AHEAD = 2
 ROUNDS_FIRST = 4
 """Rounds of search for the first plan that is asked for; every fourth failure adds one."""
 MOST_FAILURES = 24
+LOOKS_FOR_FEW = (1, 6, MOST_FAILURES)
+"""After which searches that spent their budgets it is asked whether a few robots are deadlocked."""
 CERTIFICATE_ROUNDS = 1
 CERTIFICATE_PROOF = 2_000
 
@@ -57,6 +59,7 @@ class Traffic:
     execution: Execution | None = None
     wanted: str | None = None
     _failures: int = 0
+    _spent: int = 0
     _last: tuple[Course, Sequence[Joint]] | None = None
     _certified: dict[tuple[Joint, int, int], bool] = field(default_factory=dict)
 
@@ -306,8 +309,9 @@ class Traffic:
             self._watch.begin_anew()  # somebody stands in the way who may come back
             return
         if isinstance(answer, Exhausted):
-            raise self._deadlock(floor, course, start, answer)
+            raise deadlocked(self.state, replace(floor, stages=start.stages), course, answer)
         if isinstance(answer, Spent):
+            self._look_for_few(plain, course)
             local = None if self._turning else search.local()
             if local is None:
                 self._failures += 1
@@ -322,6 +326,17 @@ class Traffic:
             self._certify(course, answer.states)
         states = self._cut(course, start, answer.states, helping)
         self._begin(floor, states, self._counts(floor, course.rounds), reason)
+
+    def _look_for_few(self, floor: Floor, course: Course) -> None:
+        """When a search has spent its budget for the first time, and now and then: whether a few
+        of the robots can never complete. Raises RunOver with the proof."""
+        self._spent += 1
+        if self._spent not in LOOKS_FOR_FEW:
+            return
+        counts = self._counts(floor, course.rounds)
+        few = deadlock_of_few(floor, course.rounds, counts, self.stop.check)
+        if few is not None:
+            raise deadlocked(self.state, *few)
 
     @property
     def _rounds(self) -> int:
@@ -385,33 +400,6 @@ class Traffic:
         self.execution = Execution(plan, dues_of(states, counts))
         self._watch.begin_anew()
         self.state.emit(_record(self.state.tick, floor, plan, reason))
-
-    def _deadlock(self, floor: Floor, course: Course, start: Joint, answer: Exhausted) -> RunOver:
-        """The end of a run in which no order of moves completes the mission."""
-        label = self.state.scenario.map.label
-        names = [name for name in floor.names if self._rivals[name]]
-        where = ", ".join(f"{n} at {label(self.state.robots[n].pose.region)}" for n in names)
-        said = (
-            f"{where}: no order of moves lets everybody complete its objective; all "
-            f"{len(answer.states)} joint states that can be reached were looked at"
-        )
-        places = course.places(answer.states)
-        text = "".join(f"{line}\n" for line in places)
-        proof = proofs.Joint(
-            floor.names,
-            {
-                name: (robot.next_pose.region, heading_in_trace(robot.next_pose))
-                for name, robot in self.state.robots.items()
-            },
-            {
-                **{g: stage.need for g, stage in zip(floor.gates, start.stages, strict=True)},
-                **self.state.knowledge.given_up(),
-            },
-            proofs.JointGoal(course.rounds),
-            len(places),
-            hashlib.sha256(text.encode()).hexdigest(),
-        )
-        return RunOver(Verdict(Outcome.OPERATOR_NEEDED, said, "deadlock", proof))
 
 
 def _record(tick: int, floor: Floor, plan: Schedule, reason: str) -> records.Plan:

@@ -1,0 +1,125 @@
+"""Proofs of deadlock: no order of moves lets everybody complete, whatever is resolved.
+
+The joint states of a small team are exhausted by the search for a plan. Those of a large one never
+are. But two or three robots that cannot complete even with everybody else and all open obstacles
+away never will: both only take away what they can do.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from itertools import combinations, islice
+
+from safenav.runtime.coordination.floor import Floor
+from safenav.runtime.coordination.problem import Problem
+from safenav.runtime.over import RunOver, Verdict
+from safenav.runtime.team import TeamState
+from safenav.runtime.traffic.joint import Count, Course
+from safenav.runtime.traffic.joint_plan import Exhausted, Search
+from safenav.scenario.model import Outcome
+from safenav.trace import proofs
+from safenav.trace.header import heading_in_trace
+
+SIZES = (2, 3)
+MOST_GROUPS = 300
+"""Of each size, those who stand nearest to each other first."""
+STATES = 20_000
+"""Joint states of a group that are looked at."""
+
+
+def deadlock_of_few(
+    floor: Floor, rounds: int, counts: Sequence[Count], stopping: Callable[[], None]
+) -> tuple[Floor, Course, Exhausted] | None:
+    """Two or three robots of a larger team that cannot complete, as a floor of their own, and what
+    they can reach; None if none are found."""
+    for size in SIZES:
+        if size >= len(floor.names):
+            return None
+        for group in islice(_groups(floor, size), MOST_GROUPS):
+            stopping()
+            few = _only(floor, group)
+            course = Course(few.problem, rounds)
+            start = course.begun(few.poses, tuple(counts[i] for i in group), ())
+            wishes = [None] * size
+            search = Search(
+                course, lambda *_, w=wishes: w, start, course.completed, stopping=stopping
+            )
+            answer = search.run(1, STATES)
+            if isinstance(answer, Exhausted):
+                return few, course, answer
+    return None
+
+
+def _groups(floor: Floor, size: int) -> Iterator[tuple[int, ...]]:
+    """The groups in which everybody is in conflict with somebody, those who are near first."""
+    problem = floor.problem
+    cols = problem.members[0].graph.world.cols
+    places = [
+        divmod(pose % member.graph.size, cols)
+        for member, pose in zip(problem.members, floor.poses, strict=True)
+    ]
+
+    def spread(group: tuple[int, ...]) -> int:
+        rows, columns = zip(*(places[i] for i in group), strict=True)
+        return int(max(rows) - min(rows) + max(columns) - min(columns))
+
+    everybody = range(len(problem.members))
+    found = [
+        group
+        for group in combinations(everybody, size)
+        if all(problem.conflicts[i] & {*group} for i in group)
+    ]
+    yield from sorted(found, key=spread)
+
+
+def _only(floor: Floor, group: tuple[int, ...]) -> Floor:
+    """The floor with these robots alone, and without open obstacles."""
+    problem = floor.problem
+    conflicts = tuple(
+        frozenset(k for k, other in enumerate(group) if other in problem.conflicts[i])
+        for i in group
+    )
+    return replace(
+        floor,
+        problem=Problem(tuple(problem.members[i] for i in group), (), conflicts),
+        stages=(),
+        poses=tuple(floor.poses[i] for i in group),
+        names=tuple(floor.names[i] for i in group),
+        gates=(),
+    )
+
+
+def deadlocked(state: TeamState, floor: Floor, course: Course, answer: Exhausted) -> RunOver:
+    """The end of a run in which no order of moves of the robots of ``floor`` completes."""
+    label = state.scenario.map.label
+    names = [name for name in floor.names if state.rivals(state.robots[name].robot)]
+    where = ", ".join(f"{n} at {label(state.robots[n].pose.region)}" for n in names)
+    alone = ""
+    if len(floor.names) < len(state.robots):
+        alone = ", were everybody else and all that may be resolved out of their way"
+    said = (
+        f"{where}: no order of moves lets everybody complete its objective{alone}; all "
+        f"{len(answer.states)} joint states that can be reached were looked at"
+    )
+    places = course.places(answer.states)
+    text = "".join(f"{line}\n" for line in places)
+    proof = proofs.Joint(
+        floor.names,
+        {
+            name: (
+                state.robots[name].next_pose.region,
+                heading_in_trace(state.robots[name].next_pose),
+            )
+            for name in floor.names
+        },
+        {
+            **{g: stage.need for g, stage in zip(floor.gates, floor.stages, strict=True)},
+            **state.knowledge.given_up(),
+        },
+        proofs.JointGoal(course.rounds),
+        len(places),
+        hashlib.sha256(text.encode()).hexdigest(),
+    )
+    return RunOver(Verdict(Outcome.OPERATOR_NEEDED, said, "deadlock", proof))

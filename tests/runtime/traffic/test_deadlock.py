@@ -1,0 +1,48 @@
+"""Deadlocks of two or three robots of a large team, each with the other robots anywhere."""
+
+from __future__ import annotations
+
+from runtime.coordination.floors import Block, Bot, Floor
+from safenav.runtime.coordination.floor import Floor as Moment
+from safenav.runtime.traffic.deadlock import deadlock_of_few
+
+APART = ["######", "#....#", "##.###", "######", "#....#", "#....#", "######"]
+"""A corridor (7 to 10) with a bay (14), and a room (25 to 28, 31 to 34) without a way there."""
+
+
+def look(bots: dict[str, Bot], *blocks: Block) -> tuple[str, ...] | None:
+    """The robots that are found to be deadlocked."""
+    drawn = Floor(APART, bots, blocks)
+    moment = Moment(
+        drawn.problem,
+        drawn.problem.nothing_done,
+        drawn.poses,
+        tuple(bots),
+        tuple(gate.name for gate in drawn.problem.gates),
+    )
+    found = deadlock_of_few(moment, 1, drawn.counts, lambda: None)
+    return None if found is None else found[0].names
+
+
+def room(*places: int) -> dict[str, Bot]:
+    return {f"r{place}": Bot(f"{place}", [place]) for place in places}
+
+
+CROWD = room(25, 26, 28, 33)
+
+
+def test_two_are_deadlocked_whoever_else_is_there() -> None:
+    """Both only turn: they cannot come back out of the corridor's end."""
+    met = {"a": Bot("7e", [10]), "b": Bot("10w", [7])}
+    assert look({**CROWD, **met}) == ("a", "b")
+
+
+def test_three_are_deadlocked_where_each_two_of_them_are_not() -> None:
+    swap = {"a": Bot("7", [10]), "b": Bot("10", [7])}
+    assert look({**CROWD, **swap}) is None
+    assert look({**CROWD, **swap, "c": Bot("9", [8, 9])}) == ("a", "b", "c")
+
+
+def test_nobody_is_deadlocked_by_an_obstacle() -> None:
+    swap = {"a": Bot("7", [10]), "b": Bot("10", [7])}
+    assert look({**CROWD, **swap}, Block(14, [("push", 1, (14,), False)])) is None
