@@ -7,6 +7,7 @@ sentences; they only differ in how they show robots and regions.
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable, Iterable, Sequence
 
 from safenav.dataclass import dataclass
@@ -97,6 +98,9 @@ _BLOCKED = {
     vocabulary.BlockReason.UNRESOLVABLE: "whatever the team does, nobody ever gets to resolve it",
 }
 
+_LISTED_ROBOTS = 4
+"""A larger team is not listed by name where all of it is meant."""
+
 _PLAN_OVER = {
     vocabulary.PlanEndReason.REACHED: "everybody is where it leads",
     vocabulary.PlanEndReason.VIOLATION: "something stands in its way",
@@ -108,12 +112,14 @@ _PLAN_OVER = {
 class Wording:
     """How a run is told. ``word``: what a region is called in the names of obstacles and in
     objectives; ``place``: how it is shown where something happens (default: the same);
-    ``robot`` and ``strong`` dress up names of robots and what matters most."""
+    ``robot`` and ``strong`` dress up names of robots and what matters most; ``team``: how many
+    robots there are, where that is known."""
 
     word: Word = str
     place: Word | None = None
     robot: Callable[[str], str] = str
     strong: Callable[[str], str] = str
+    team: int | None = None
 
     def sentence(self, line: records.Record) -> str:
         """A line without its full stop. Raises TypeError for one that tells no event."""
@@ -242,8 +248,16 @@ class Wording:
         return (self.place or self.word)(region)
 
     def _all(self, names: Iterable[str]) -> str:
-        ordered = sorted(names) if isinstance(names, frozenset) else names
-        return listed(self.robot(name) for name in ordered)
+        if isinstance(names, frozenset):
+            if len(names) == self.team and self.team > _LISTED_ROBOTS:
+                return f"all {self.team} robots"
+            names = sorted(names, key=_natural)
+        return listed(self.robot(name) for name in names)
+
+
+def _natural(name: str) -> list[tuple[int, str]]:
+    """As people sort: ``rover_2`` before ``rover_10``."""
+    return [(int(part or 0), text) for text, part in re.findall(r"(\D*)(\d*)", name)]
 
 
 def synthesis_words(line: records.Synthesis) -> str:

@@ -87,6 +87,22 @@ def test_nothing_overlaps_on_a_desktop(
             assert name == other or apart, f"{name} overlaps {other}"
 
 
+@pytest.mark.parametrize("name", ["chain", "crowd"])
+def test_a_low_window_shows_map_state_and_events_at_once(
+    browser: Browser, pages: dict[str, Path], name: str
+) -> None:
+    """On a laptop the events began at the lower edge, and a long story lay over the choices."""
+    browser.open(pages[name], "#tick=6", width=1280, height=640)
+    below = {s: browser.one(s).rect for s in (".map", ".tools", ".story", ".below", ".controls")}
+    for (upper, a), (lower, b) in pairwise(below.items()):
+        assert a["y"] + a["height"] <= b["y"] + 0.5, f"{upper} lies over {lower}"
+    rows = browser.one(".events .list").rect
+    assert rows["y"] < 0.72 * 640 and rows["height"] > 0.22 * 640
+    for panel in (".robots", ".stack", ".obstacles"):
+        box = browser.one(panel).rect
+        assert box["height"] > 24 and box["y"] + box["height"] <= rows["y"], panel
+
+
 def test_marks_of_the_timeline_do_not_overlap(browser: Browser, pages: dict[str, Path]) -> None:
     for width in (390, 1280):
         browser.open(pages["crowd"], width=width, height=800)

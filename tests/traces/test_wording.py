@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import pytest
 
 from safenav.trace import records, vocabulary
@@ -46,6 +48,24 @@ def test_every_reason_of_a_synthesis_has_its_words(reason: vocabulary.Reason) ->
 def test_every_reason_to_block_has_its_words(reason: vocabulary.BlockReason) -> None:
     line = records.Blocked(1, "door@47", frozenset({"quad", "digit"}), reason)
     assert Wording().sentence(line).startswith("door@47 stays blocked for digit and quad: ")
+
+
+@pytest.mark.parametrize(
+    ("numbers", "team", "told"),
+    [
+        ((10, 2), None, "rover_2 and rover_10"),
+        ((2, 0, 1), 3, "rover_0, rover_1 and rover_2"),
+        (range(12), 12, "all 12 robots"),
+        ((11, 9, 10, 0, 1), 12, "rover_0, rover_1, rover_9, rover_10 and rover_11"),
+    ],
+    ids=["as people sort", "a small team", "all of a large one", "some of a large one"],
+)
+def test_robots_that_something_is_blocked_for(
+    numbers: Sequence[int], team: int | None, told: str
+) -> None:
+    names = frozenset(f"rover_{number}" for number in numbers)
+    line = records.Blocked(1, "door@47", names, vocabulary.BlockReason.UNRESOLVABLE)
+    assert f" stays blocked for {told}: " in Wording(team=team).sentence(line)
 
 
 def test_regions_and_robots_are_shown_as_the_teller_likes() -> None:

@@ -116,7 +116,7 @@ class Telling:
 
     @property
     def wording(self) -> Wording:
-        return Wording(self.map.word)
+        return Wording(self.map.word, team=len(self.header.robots))
 
     def tell(self, line: records.Record) -> None:
         """The next line. Raises ContradictionError if it does not fit those before."""

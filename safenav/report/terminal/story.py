@@ -41,6 +41,7 @@ class Story:
             scenario.map.label,
             self._name,
             lambda word: click.style(word, bold=True),
+            len(names),
         )
         self._closed: dict[Region, str] = {}
         self._barred: dict[Region, str] = {}

@@ -8,7 +8,7 @@ import { KEYS, listen } from "./keyboard";
 import { Legend, Obstacles, Robots, Stack } from "./panels/sidebar";
 import type { Player } from "./run/player";
 import { eventsAfter, type EventKind, type Run } from "./run/run";
-import { applyTheme, EVERYONE, nextTheme, storedTheme, type Shown } from "./settings";
+import { applyTheme, EVERYONE, nextTheme, storedTheme, useLow, type Shown } from "./settings";
 import { viewersOf } from "./map/shading";
 import type { Choice, Hand, Stage } from "./map/stage";
 
@@ -21,6 +21,9 @@ const TOLD: ReadonlySet<EventKind> = new Set([
   "assumption",
   "outcome",
 ]);
+
+/** More than these are told closely, whatever the height of the window. */
+const MANY_ROBOTS = 6;
 
 interface AppProps {
   run: Run;
@@ -77,6 +80,7 @@ export function App({ run, player, stage, extras = {} }: AppProps) {
     [run, player, eye],
   );
   const tick = player.tick;
+  const close = useLow() || run.robots.length > MANY_ROBOTS;
   return (
     <>
       <header>
@@ -112,10 +116,12 @@ export function App({ run, player, stage, extras = {} }: AppProps) {
         </section>
         {extras.controls ? extras.controls(tick) : <Controls run={run} player={player} tick={tick} />}
         <aside aria-label="State of the run">
-          {extras.beside}
-          <Robots run={run} tick={tick} eye={eye} />
-          <Stack run={run} tick={tick} />
-          <Obstacles run={run} tick={tick} />
+          <div class={`state ${close ? "close" : ""}`}>
+            {extras.beside}
+            <Robots run={run} tick={tick} eye={eye} />
+            <Stack run={run} tick={tick} />
+            <Obstacles run={run} tick={tick} />
+          </div>
           <Events run={run} player={player} tick={tick} point={point} />
         </aside>
       </main>

@@ -1,5 +1,7 @@
 /** What the reader of the page chose: theme and what the map shows. */
 
+import { useEffect, useState } from "preact/hooks";
+
 export type Theme = "auto" | "light" | "dark";
 
 export interface Shown {
@@ -43,3 +45,16 @@ export function nextTheme(theme: Theme): Theme {
 }
 
 export const calm = matchMedia("(prefers-reduced-motion: reduce)");
+
+const low = matchMedia("(max-height: 760px)");
+
+/** Whether the window is so low that what stands in it has to stand close. */
+export function useLow(): boolean {
+  const [is, setIs] = useState(low.matches);
+  useEffect(() => {
+    const follow = (): void => setIs(low.matches);
+    low.addEventListener("change", follow);
+    return () => low.removeEventListener("change", follow);
+  }, []);
+  return is;
+}

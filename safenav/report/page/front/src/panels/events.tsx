@@ -95,20 +95,24 @@ const Rows = memo(({ run, player, events, point }: RowsProps) => (
   </>
 ));
 
-/** Marks the rows of a tick and scrolls the list (never the page) to them. */
+/** Marks the rows of a tick and scrolls the list (never the page) to them: to all if they fit. */
 function mark(list: HTMLOListElement, events: RunEvent[], tick: number): void {
   for (const row of list.querySelectorAll("[aria-current]")) row.removeAttribute("aria-current");
-  let nearest = -1;
+  let first = -1;
+  let last = -1;
   events.forEach((event, i) => {
     if (event[0] > tick) return;
-    if (nearest < 0 || event[0] > events[nearest]![0]) nearest = i;
+    if (first < 0 || event[0] > events[first]![0]) first = i;
+    last = i;
     if (event[0] === tick) list.children[i]!.firstElementChild!.setAttribute("aria-current", "step");
   });
-  const row = list.children[Math.max(0, nearest)] as HTMLElement | undefined;
-  if (!row || list.scrollHeight <= list.clientHeight) return;
-  const top = row.offsetTop;
-  if (top < list.scrollTop || top + row.offsetHeight > list.scrollTop + list.clientHeight) {
-    list.scrollTop = top - list.clientHeight / 3;
+  const above = list.children[Math.max(0, first)] as HTMLElement | undefined;
+  const below = list.children[Math.max(0, last)] as HTMLElement | undefined;
+  if (!above || !below || list.scrollHeight <= list.clientHeight) return;
+  const top = above.offsetTop;
+  const height = below.offsetTop + below.offsetHeight - top;
+  if (top < list.scrollTop || top + height > list.scrollTop + list.clientHeight) {
+    list.scrollTop = top - Math.max(0, Math.min(list.clientHeight / 3, list.clientHeight - height));
   }
   trim(list);
 }

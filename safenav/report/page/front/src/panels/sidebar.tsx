@@ -41,7 +41,7 @@ export function Robots({ run, tick, eye }: PanelProps & { eye: Eye }) {
               </button>
               <div>
                 <p>
-                  <b>{robot.name}</b> <span class="quiet">{robot.model}</span>
+                  <b>{robot.name}</b> <span class="quiet model">{robot.model}</span>
                   {role && <span class={`role ${role[0]}`}>{role[1]}</span>}
                 </p>
                 <p class="objective">
