@@ -17,7 +17,7 @@ from typing import Any
 
 import safenav
 from safenav.certify.check import Result, Verdict, check_bundle
-from safenav.certify.evidence import counter_evidence, strategy_measures
+from safenav.certify.evidence import RulesEvidence, counter_evidence, strategy_measures
 from safenav.certify.measures import NoMeasureError
 from safenav.certify.page import page_of
 from safenav.certify.run import Kept, read_lines
@@ -104,6 +104,7 @@ def _files(
         **{f"source/{name}": data for name, data in sources.items()},
         **{name: (CHECKER / name).read_bytes() for name in PROGRAMS},
     }
+    rules = RulesEvidence(lines[0])
     for line in lines:
         if line["type"] != "synthesis":
             continue
@@ -115,6 +116,10 @@ def _files(
             name = f"measures/{spec}-{strategy}.json"
             if name not in files:
                 files[name] = _json(strategy_measures(text, kept.strategies[strategy]))
+            name = rules.name(line)
+            if name not in files and line.get("node") is not None:
+                found = rules.measures(line, text, kept.strategies[strategy])
+                files |= {name: _json(found)} if found is not None else {}
         failed = [tried["spec"] for tried in line.get("tried") or ()]
         failed += [spec] if line["verdict"] == "unrealizable" else []
         for spec in failed:
@@ -125,7 +130,17 @@ def _files(
             if proof is not None:
                 files[f"specs/{spec}.structuredslugs"] = kept.texts[spec].encode()
                 files[name] = proof
+        name = f"counterstrategies/{line['spec']}.json"
+        if line["verdict"] == "unrealizable" and name in files:
+            found = rules.measures(line, text, *_proof_of(files[name]))
+            files |= {rules.name(line): _json(found)} if found is not None else {}
     return files
+
+
+def _proof_of(data: bytes) -> tuple[bytes, Any]:
+    """The automaton of a counterstrategy, and all that is said about it."""
+    proof = json.loads(data)
+    return json.dumps(proof["automaton"]).encode(), proof
 
 
 def _counterstrategy(text: str, robot: str, synthesizer: Synthesizer) -> bytes | None:
@@ -147,7 +162,7 @@ def _json(data: Any) -> bytes:
 def _manifest(files: Mapping[str, bytes], claims: list[dict[str, Any]]) -> dict[str, Any]:
     return {
         "format": "safenav-bundle",
-        "version": 1,
+        "version": 2,
         "made_by": {
             "safenav": safenav.__version__,
             "python": platform.python_version(),

@@ -7,10 +7,13 @@ checked.
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from safenav.certify.checker.check import Task, World, circumstances
 from safenav.certify.checker.check_strategies import (
+    RefusedError,
     Row,
     Specification,
     Strategy,
@@ -19,7 +22,7 @@ from safenav.certify.checker.check_strategies import (
     count_completions,
     read_specification,
 )
-from safenav.certify.measures import measure
+from safenav.certify.measures import Measure, NoMeasureError, measure
 from safenav.errors import ResourceLimitError
 
 
@@ -43,9 +46,9 @@ def strategy_measures(text: str, strategy_json: bytes) -> list[dict[str, Any]]:
     spec = read_specification(text)
     strategy = _read(strategy_json, spec)
     cases = strategy.edge_cases()
-    fair = [cases.digits(c.formula) for c in spec.sections["ENV_LIVENESS"]]
+    fair = [cases.digits(c) for c in spec.sections["ENV_LIVENESS"]]
     return [
-        measure(strategy.next, cases.digits(goal.formula), fair).to_data()
+        measure(strategy.next, cases.digits(goal), fair).to_data()
         for goal in spec.sections["SYS_LIVENESS"]
     ]
 
@@ -58,16 +61,59 @@ def counter_evidence(text: str, strategy_json: bytes) -> CounterEvidence:
     spec = read_specification(text)
     strategy = _read(strategy_json, spec)
     cases = strategy.edge_cases()
-    fair = [cases.digits(c.formula) for c in spec.sections["ENV_LIVENESS"]]
-    goals = [cases.digits(c.formula) for c in spec.sections["SYS_LIVENESS"]]
+    fair = [cases.digits(c) for c in spec.sections["ENV_LIVENESS"]]
+    goals = [cases.digits(c) for c in spec.sections["SYS_LIVENESS"]]
     measures = [measure(strategy.next, met, ()).to_data() for met in fair]
-    measures.append(measure(strategy.next, None, goals).to_data())
+    measures.append(measure(strategy.next, "0" * cases.count, goals).to_data())
     chosen = [
         list(strategy.inputs[targets[0]]) if targets else _killing(spec, strategy, node)
         for node, targets in enumerate(strategy.next)
     ]
     start = list(strategy.inputs[0]) if strategy.count else _opening(spec)
     return CounterEvidence(start, chosen, measures)
+
+
+class RulesEvidence:
+    """Measures under the rules of the scenario itself, for ``synthesis`` lines of one run."""
+
+    def __init__(self, header: Mapping[str, Any]) -> None:
+        """``header``: the first line of the trace."""
+        self._scenario = header["scenario"]
+        self._world = World(self._scenario["map"])
+
+    def name(self, line: Mapping[str, Any]) -> str:
+        """The file for a line; lines about the same circumstances share one."""
+        return f"rules/{circumstances(line)}.json"
+
+    def measures(
+        self, line: Mapping[str, Any], text: str, strategy_json: bytes, counter: Any = None
+    ) -> list[dict[str, Any]] | None:
+        """A measure for each wish of the robot; with the evidence of a counterstrategy
+        (``counter``) one for each assumption, and one that a wish is missed for ever.
+
+        Where there is no measure, one that shows nothing; None where the strategy breaks another
+        rule. The checker says what is wrong.
+        """
+        strategy = _read(strategy_json, read_specification(text))
+        robot, cells = self._scenario["robots"][line["robot"]], self._scenario.get("partition")
+        try:
+            task = Task(self._world, robot, line, cells, strategy)
+            if counter is None:
+                _, wishes, assumed = task.explore_strategy(line["node"])
+                return [_measure(strategy, met, assumed) for met in wishes]
+            there, wishes, assumed = task.explore_counterstrategy(counter)
+        except RefusedError:
+            return None
+        found = [_measure(strategy, met, ()) for met in assumed]
+        return [*found, _measure(strategy, there, wishes)]
+
+
+def _measure(strategy: Strategy, met: str, excuses: Sequence[str]) -> dict[str, Any]:
+    """A measure about the edges that runs take; the others have ``-`` for a digit."""
+    try:
+        return measure(strategy.next, met.replace("-", "1"), excuses).to_data()
+    except NoMeasureError:
+        return Measure([0] * strategy.count, [None] * strategy.count).to_data()
 
 
 def _read(strategy_json: bytes, spec: Specification) -> Strategy:

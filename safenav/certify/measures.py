@@ -32,22 +32,18 @@ class Measure:
         return {"n": self.numbers, "a": self.assumptions}
 
 
-def measure(graph: Graph, met: str | None, excuses: Sequence[str]) -> Measure:
+def measure(graph: Graph, met: str, excuses: Sequence[str]) -> Measure:
     """The measure of a goal.
 
     ``met`` and each of ``excuses`` (assumptions, for a counterstrategy goals) have a digit ``1``
-    for each edge on which they are met, in the order of sources; ``met`` is None where nothing is
-    to be met. Raises NoMeasureError if there is none.
+    for each edge on which they are met, in the order of sources; edges that do not count are met.
+    Raises NoMeasureError if there is none.
     """
     offsets = [0]
     for targets in graph:
         offsets.append(offsets[-1] + len(targets))
     missing = [
-        [
-            (target, edge)
-            for edge, target in enumerate(targets, offsets[node])
-            if met is None or met[edge] == "0"
-        ]
+        [(target, edge) for edge, target in enumerate(targets, offsets[node]) if met[edge] == "0"]
         for node, targets in enumerate(graph)
     ]
     numbers = [0] * len(graph)

@@ -6,6 +6,7 @@ import hashlib
 import json
 import subprocess
 import sys
+from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
 from random import Random
@@ -14,6 +15,7 @@ from tempfile import mkdtemp
 import yaml
 
 from certify.missions import random_mission
+from safenav.certify.evidence import RulesEvidence
 from safenav.certify.record import bundle_of_run
 
 ROOT = Path(__file__).parents[2]
@@ -88,9 +90,30 @@ def files_of(bundle: Path) -> Files:
     return files
 
 
+def with_rules(files: Files) -> Files:
+    """With measures for altered ``synthesis`` lines, as good as a forger can get them."""
+    files = dict(files)
+    lines = [json.loads(line) for line in files["trace.jsonl"].splitlines()]
+    with suppress(Exception):  # what cannot be read has no measures
+        rules = RulesEvidence(lines[0])
+        for line in lines:
+            if line["type"] != "synthesis" or rules.name(line) in files:
+                continue
+            with suppress(Exception):
+                text = files[f"specs/{line['spec']}.structuredslugs"].decode()
+                if line.get("strategy"):
+                    data, proof = files[f"strategies/{line['strategy']}.json"], None
+                else:
+                    proof = json.loads(files[f"counterstrategies/{line['spec']}.json"])
+                    data = json.dumps(proof["automaton"]).encode()
+                found = rules.measures(line, text, data, proof)
+                files |= {} if found is None else {rules.name(line): json.dumps(found).encode()}
+    return files
+
+
 def rewrite(bundle: Path, files: Files, target: Path) -> Path:
     """A bundle with these files whose manifest was repaired; it claims what ``bundle`` does."""
-    manifest = json.loads((bundle / "manifest.json").read_bytes())
+    manifest, files = json.loads((bundle / "manifest.json").read_bytes()), with_rules(files)
     manifest["files"] = {
         name: {"sha256": hashlib.sha256(data).hexdigest(), "bytes": len(data)}
         for name, data in files.items()

@@ -119,7 +119,7 @@ def _flip_bit(nodes: dict[str, Any], source: Random) -> bool:
 
 
 def _measure(files: Files, source: Random) -> Files | None:
-    path = some(files, "measures", source)
+    path = some(files, source.choice(["measures", "rules"]), source)
     if path is None:
         return None
     document = json.loads(files[path])
@@ -344,10 +344,12 @@ MEASURE = "the strategy is the same, and the altered measure still falls"
 WEAKER = "the strategy is the same and is validated against the scenario itself, not by this line"
 ELSEWHERE = "another answer of the strategy that is correct as well, and not one of this run"
 
+STAYS = "where it waits it meets each of its goals"
+
 MUTANTS = (
     Mutant("a transition", _strategy(_redirect), ELSEWHERE),
     Mutant("a transition to a twin", _strategy(_redirect_to_a_twin), ELSEWHERE),
-    Mutant("waiting for ever", _strategy(_stay_for_ever)),
+    Mutant("waiting for ever", _strategy(_stay_for_ever), STAYS),
     Mutant("a transition gone", _strategy(_drop_edge)),
     Mutant("a bit of a state", _strategy(_flip_bit), ELSEWHERE),
     Mutant("a measure", _measure, MEASURE),

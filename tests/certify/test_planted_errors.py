@@ -114,7 +114,7 @@ EXERCISES = [
                 "goal' = 2 & region' = 24": "TRUE",
             }.get(c.formula, c.formula)
         ),
-        "misses the next target",
+        "forgets whose turn it is",
     ),
     Exercise(
         "a target of cover dropped",

@@ -31,12 +31,8 @@ from typing import Any
 MOST_EDGES = 500_000
 MOST_CASES = 1 << 20
 
-Key = str
-"""A variable's name, followed by ' where its next value is meant."""
-
-Formula = tuple[Any, ...]
-"""("var", key), ("num", n), ("const", truth), or an operator and its operands."""
-
+Key = str  # a variable's name, followed by ' where its next value is meant
+Formula = tuple[Any, ...]  # ("var", key), ("num", n), ("const", truth), or operator and operands
 Row = tuple[int, ...]
 
 
@@ -46,6 +42,11 @@ class RefusedError(Exception):
 
 class TooLargeError(Exception):
     """The evidence is larger than this checker takes on."""
+
+
+def require(holds: object, reason: str) -> None:
+    if not holds:
+        raise RefusedError(reason)
 
 
 # ---------------------------------------------------------------- specifications
@@ -95,24 +96,21 @@ def read_specification(text: str) -> Specification:
     """Read a text in structured slugs; what is not understood is refused."""
     sections: dict[str, list[tuple[int, str]]] = {s: [] for s in ("INPUT", "OUTPUT", *SECTIONS)}
     section = ""
-    for number, raw in enumerate(text.splitlines(), 1):
-        line = raw.strip()
+    for number, line in enumerate(map(str.strip, text.splitlines()), 1):
         if line.startswith("["):
             section = line.strip("[]")
         elif line and not line.startswith("#"):
-            if section not in sections:
-                raise RefusedError(f"line {number} stands in no section that there is")
+            require(section in sections, f"line {number} stands in no section that there is")
             sections[section].append((number, line))
     inputs = tuple(read_variable(line, number) for number, line in sections["INPUT"])
     outputs = tuple(read_variable(line, number) for number, line in sections["OUTPUT"])
     spec = Specification(inputs, outputs, {name: [] for name in SECTIONS})
-    if len(spec.variables) != len(inputs) + len(outputs):
-        raise RefusedError("a variable is declared twice")
-    now, later = {v.name for v in inputs}, {f"{v.name}'" for v in inputs}
-    every = now | set(spec.keys("outputs"))
+    require(len(spec.variables) == len(inputs) + len(outputs), "a variable is declared twice")
+    now, later = {*spec.keys("inputs")}, {*spec.keys("inputs'")}
+    every = now | {*spec.keys("outputs")}
     allowed = {"ENV_INIT": now, "SYS_INIT": every, "ENV_TRANS": every | later}
     for name in SECTIONS:
-        known = allowed.get(name, every | later | set(spec.keys("outputs'")))
+        known = allowed.get(name, every | later | {*spec.keys("outputs'")})
         for number, line in sections[name]:
             clause = read_clause(line, number)
             for key in clause.reads - known:
@@ -124,10 +122,10 @@ def read_specification(text: str) -> Specification:
 
 
 def read_clause(
-    text: str, line: int = 0, rename: Callable[[Formula], Formula] = lambda formula: formula
+    text: str, line: int = 0, rename: Callable[[Formula], Formula] | None = None
 ) -> Clause:
     try:
-        formula = rename(parse(text))
+        formula = rename(parse(text)) if rename else parse(text)
     except RefusedError as reason:
         raise RefusedError(f"line {line}: {reason}") from None
     return Clause(line, text, formula, frozenset(reads(formula)))
@@ -137,10 +135,9 @@ def read_variable(line: str, number: int = 0) -> Variable:
     match = re.fullmatch(r"(\w+)(?::(\d+)\.\.\.(\d+))?", line)
     if match is None or int(match[2] or 0) > int(match[3] or 0):
         raise RefusedError(f"line {number}: '{line}' declares no variable")
-    name = match[1]
+    name, least, most = match[1], int(match[2] or 0), int(match[3] or 1)
     if match[2] is None:
         return Variable(name, 0, 1, (name,), truth=True)
-    least, most = int(match[2]), int(match[3])
     size = (most - least).bit_length()
     bits = [f"{name}@0.{least}.{most}", *(f"{name}@{bit}" for bit in range(1, size))]
     return Variable(name, least, most, tuple(bits[:size]), truth=False)
@@ -153,23 +150,21 @@ _TOKEN = re.compile(
 )
 _SAME = {"&&": "&", "/\\": "&", "||": "|", "\\/": "|", "-->": "->", "<-->": "<->", "~": "!"}
 _COMPARISONS = ("=", "!=", "<", "<=", ">", ">=")
+# Operators, from the loosest to the tightest; equal ones are grouped to the left.
 _LEVELS = (("<->",), ("->",), ("^",), ("|",), ("&",), ("!",), _COMPARISONS, ("+",))
-"""Operators, from the loosest to the tightest; equal ones are grouped to the left."""
 
 
 def parse(text: str) -> Formula:
     """A formula as nested tuples."""
-    if rest := _TOKEN.sub("", text).strip():
-        raise RefusedError(f"cannot read '{rest[:20]}'")
+    rest = _TOKEN.sub("", text).strip()
+    require(not rest, f"cannot read '{rest[:20]}'")
     tokens = ["the end", *(_SAME.get(token, token) for token in reversed(_TOKEN.findall(text)))]
 
     def level(number: int) -> Formula:
         if number == len(_LEVELS):
             return atom()
         if "!" in _LEVELS[number]:
-            if tokens[-1] != "!":
-                return level(number + 1)
-            return (tokens.pop(), level(number))
+            return (tokens.pop(), level(number)) if tokens[-1] == "!" else level(number + 1)
         parts, sign = [level(number + 1)], tokens[-1]
         while sign in _LEVELS[number] and tokens[-1] == sign:
             tokens.pop()
@@ -182,8 +177,7 @@ def parse(text: str) -> Formula:
             formula = _next(atom())
         elif token == "(":
             formula = level(0)
-            if tokens.pop() != ")":
-                raise RefusedError("a bracket is open")
+            require(tokens.pop() == ")", "a bracket is open")
         elif token in ("TRUE", "FALSE"):
             formula = ("const", token == "TRUE")
         elif token.isdigit():
@@ -198,16 +192,14 @@ def parse(text: str) -> Formula:
         return formula
 
     formula = level(0)
-    if len(tokens) > 1:
-        raise RefusedError(f"'{tokens[-1]}' is not expected here")
+    require(len(tokens) == 1, f"'{tokens[-1]}' is not expected here")
     return formula
 
 
 def _next(formula: Formula) -> Formula:
     """The formula about the next values."""
-    if formula[0] == "var" and formula[1].endswith("'"):
-        raise RefusedError(f"{formula[1]} is primed twice")
     if formula[0] == "var":
+        require(not formula[1].endswith("'"), f"{formula[1]} is primed twice")
         return ("var", f"{formula[1]}'")
     return tuple(_next(part) if isinstance(part, tuple) else part for part in formula)
 
@@ -235,18 +227,17 @@ class Cases:
     digit for each case, the first case leftmost."""
 
     def __init__(self, count: int, variables: Mapping[str, Variable]) -> None:
-        self.count = count
-        self.all = (1 << count) - 1
-        self.variables = variables
+        self.count, self.all, self.variables = count, (1 << count) - 1, variables
         self.columns: dict[Key, list[int]] = {}
 
     def add(self, key: Key, columns: Iterable[str]) -> None:
         """The bits of a variable, lowest first; each is a string of digits, one a case."""
         self.columns[key] = [int(digits, 2) if digits else 0 for digits in columns]
 
-    def digits(self, formula: Formula) -> str:
-        """For each case 1 where a formula holds, else 0."""
-        return format(self.where(formula), f"0{self.count}b") if self.count else ""
+    def digits(self, *clauses: Clause) -> str:
+        """For each case 1 where all clauses hold, else 0."""
+        good = reduce(operator.and_, (self.where(c.formula) for c in clauses), self.all)
+        return format(good, f"0{self.count}b") if self.count else ""
 
     def where(self, formula: Formula) -> int:
         """The cases in which a formula holds."""
@@ -259,9 +250,9 @@ class Cases:
             return reduce(_LOGIC[kind], map(self.where, parts)) & self.all
         if kind in _COMPARISONS and len(parts) == 2:
             return self._compare(kind, *map(self._number, parts))
-        if kind == "var" and self.variables[parts[0].rstrip("'")].truth:
-            return self.columns[parts[0]][0]
-        raise RefusedError(f"a number ({parts[0]}) stands where a truth is needed")
+        truth = kind == "var" and self.variables[parts[0].rstrip("'")].truth
+        require(truth, f"a number ({parts[0]}) stands where a truth is needed")
+        return self.columns[parts[0]][0]
 
     def _number(self, term: Formula) -> list[int]:
         kind, *parts = term
@@ -269,8 +260,8 @@ class Cases:
             return [self.all * (parts[0] >> bit & 1) for bit in range(parts[0].bit_length())]
         if kind == "+":
             return reduce(self._plus, map(self._number, parts))
-        if kind != "var" or self.variables[parts[0].rstrip("'")].truth:
-            raise RefusedError("a truth stands where a number is needed")
+        truth = kind != "var" or self.variables[parts[0].rstrip("'")].truth
+        require(not truth, "a truth stands where a number is needed")
         least = self.variables[parts[0].rstrip("'")].least
         return self._plus(self.columns[parts[0]], self._number(("num", least)))
 
@@ -294,12 +285,13 @@ class Cases:
         return found if kind in ("!=", "<", ">") else self.all ^ found
 
 
+Keys = Sequence[Key]
+Clauses = Sequence[Clause]
+Rows = Sequence[Row]
+
+
 def count_completions(
-    spec: Specification,
-    wanted: Sequence[Key],
-    clauses: Sequence[Clause],
-    known: Sequence[Key],
-    rows: Sequence[Row],
+    spec: Specification, wanted: Keys, clauses: Clauses, known: Keys, rows: Rows
 ) -> list[int]:
     """For each row of values of the ``known`` variables: in how many ways can the ``wanted``
     ones be chosen such that the clauses hold? Wanted variables that no clause connects are counted
@@ -321,11 +313,7 @@ def count_completions(
 
 
 def complete(
-    spec: Specification,
-    wanted: Sequence[Key],
-    clauses: Sequence[Clause],
-    known: Sequence[Key],
-    rows: Iterable[Row],
+    spec: Specification, wanted: Keys, clauses: Clauses, known: Keys, rows: Iterable[Row]
 ) -> Iterator[tuple[Row, Row]]:
     """All pairs of a row and values of the ``wanted`` variables that satisfy the clauses. One
     variable after the other takes all its values, first the one by which most clauses can be
@@ -334,7 +322,7 @@ def complete(
     partial = list(dict.fromkeys(rows))
     values: list[Row] = [()]
     while True:
-        ready = [clause for clause in waiting if clause.reads <= set(order)]
+        ready = [clause for clause in waiting if clause.reads <= {*order}]
         waiting = [clause for clause in waiting if clause not in ready]
         step = max(1, MOST_CASES // len(values))
         blocks = (partial[first : first + step] for first in range(0, len(partial), step))
@@ -352,28 +340,20 @@ def complete(
 
 
 def _extended(
-    spec: Specification,
-    keys: Sequence[Key],
-    clauses: Sequence[Clause],
-    rows: Sequence[Row],
-    values: Sequence[Row],
+    spec: Specification, keys: Keys, clauses: Clauses, rows: Rows, values: Rows
 ) -> Iterator[Row]:
     """The rows, each extended by each of ``values``, that satisfy the clauses."""
     times, width = len(values), len(keys) - len(values[0])
     cases = Cases(len(rows) * times, spec.variables)
     for key in set().union(*(clause.reads for clause in clauses)):
         place, variable = keys.index(key), spec.variables[key.rstrip("'")]
-        column = [row[place] for row in rows] if place < width else [value for (value,) in values]
-        digits = [
-            ["01"[value - variable.least >> bit & 1] for value in column]
-            for bit in range(len(variable.bits))
-        ]
-        if place < width:
-            cases.add(key, ("".join(d * times for d in digit) for digit in digits))
-        else:
-            cases.add(key, ("".join(digit) * len(rows) for digit in digits))
-    good = ("&", ("const", True), *(clause.formula for clause in clauses))
-    for match in re.finditer("1", cases.digits(good)):
+        given = place < width  # each of its values stands for as many cases as there are values
+        column = [row[place] for row in rows] if given else [value for (value,) in values]
+        each, whole = (times, 1) if given else (1, len(rows))
+        bits = range(len(variable.bits))
+        digits = (["01"[v - variable.least >> bit & 1] * each for v in column] for bit in bits)
+        cases.add(key, ("".join(digit) * whole for digit in digits))
+    for match in re.finditer("1", cases.digits(*clauses)):
         row, value = divmod(match.start(), times)
         yield rows[row] + values[value]
 
@@ -391,18 +371,18 @@ class Strategy:
         self.next: list[list[int]] = [node["trans"] for node in nodes]
         self.variables = [*spec.inputs, *spec.outputs]
         names = [bit for variable in self.variables for bit in variable.bits]
-        if document["variables"] != names:
-            raise RefusedError("the strategy has other variables than the specification")
+        same = document["variables"] == names
+        require(same, "the strategy has other variables than the specification")
         for node, (state, targets) in enumerate(zip(states, self.next, strict=True)):
-            if len(state) != len(names) or not all(type(b) is int and b in (0, 1) for b in state):
-                raise RefusedError(f"node {node} does not hold {len(names)} bits")
-            if not all(type(t) is int and 0 <= t < self.count for t in targets):
-                raise RefusedError(f"node {node} has an edge to nowhere")
-        if (edges := sum(map(len, self.next))) > MOST_EDGES:
+            good = len(state) == len(names) and all(type(b) is int and b in (0, 1) for b in state)
+            require(good, f"node {node} does not hold {len(names)} bits")
+            good = all(type(t) is int and 0 <= t < self.count for t in targets)
+            require(good, f"node {node} has an edge to nowhere")
+        self.degrees = [len(targets) for targets in self.next]
+        if (edges := sum(self.degrees)) > MOST_EDGES:
             raise TooLargeError(f"{edges} edges; this checker takes {MOST_EDGES}")
         self._bits = {name: "".join("01"[s[k]] for s in states) for k, name in enumerate(names)}
-        self.inputs: list[Row] = self._rows(spec.inputs)
-        self.outputs: list[Row] = self._rows(spec.outputs)
+        self.inputs, self.outputs = self._rows(spec.inputs), self._rows(spec.outputs)
 
     def _rows(self, variables: Sequence[Variable]) -> list[Row]:
         """Each node's values of some variables."""
@@ -411,8 +391,8 @@ class Strategy:
             values = [variable.least] * self.count
             for power, bit in enumerate(variable.bits):
                 values = [v + (int(d) << power) for v, d in zip(values, self._bits[bit])]  # noqa: B905
-            if max(values, default=variable.least) > variable.most:
-                raise RefusedError(f"a node has {variable.name} = {max(values)}, beyond its range")
+            most = max(values, default=variable.least)
+            require(most <= variable.most, f"a node has {variable.name} = {most}, beyond its range")
             columns.append(values)
         return list(zip(*columns, strict=True)) if columns else [()] * self.count
 
@@ -426,11 +406,11 @@ class Strategy:
 
     def edge_cases(self) -> Cases:
         """One case an edge: values before it and after it (primed)."""
-        targets, degrees = list(chain(*self.next)), list(map(len, self.next))
+        targets = list(chain(*self.next))
         cases = Cases(len(targets), self.spec.variables)
         for variable in self.variables:
             digits = [self._bits[bit] for bit in variable.bits]
-            before = (map(operator.mul, column, degrees) for column in digits)
+            before = (map(operator.mul, column, self.degrees) for column in digits)
             cases.add(variable.name, map("".join, before))
             after = (map(column.__getitem__, targets) for column in digits)
             cases.add(f"{variable.name}'", map("".join, after))
@@ -442,73 +422,38 @@ class Strategy:
         for variable in self.variables:
             cases.add(variable.name, [self._bits[bit] for bit in variable.bits])
         clauses = (*self.spec.sections["ENV_INIT"], *self.spec.sections["SYS_INIT"])
-        good = ("&", ("const", True), *(clause.formula for clause in clauses))
-        return [match.start() for match in re.finditer("1", cases.digits(good))]
+        return [match.start() for match in re.finditer("1", cases.digits(*clauses))]
 
     def check_edges(self, cases: Cases, *sections: str) -> None:
         """Refuse unless all edges satisfy all formulas of some sections."""
         for clause in chain(*(self.spec.sections[section] for section in sections)):
             if cases.where(clause.formula) != cases.all:
-                edge = cases.digits(clause.formula).index("0")
-                source, target = list(self.pairs())[edge]
+                source, target = list(self.pairs())[cases.digits(clause).index("0")]
                 where = f"the edge from node {source} to node {target}"
                 raise RefusedError(f"{where} breaks '{clause.text}' (line {clause.line})")
 
 
-def check_strategy(spec: Specification, strategy: Strategy, measures: Any) -> list[int]:
+def check_strategy(spec: Specification, graph: Strategy, measures: Any) -> list[int]:
     """Refuse unless the strategy realizes the specification; returns its initial nodes."""
-    initial = strategy.initial()
+    initial = graph.initial()
     opening = (spec.keys("inputs"), spec.sections["ENV_INIT"])
     (allowed,) = count_completions(spec, *opening, (), [()])
-    if len({strategy.inputs[node] for node in initial}) != allowed:
-        raise RefusedError(f"{allowed} inputs are allowed to begin with, not all have a node")
-    cases = strategy.edge_cases()
-    strategy.check_edges(cases, "ENV_TRANS", "SYS_TRANS")
+    complete = len({graph.inputs[node] for node in initial}) == allowed
+    require(complete, f"{allowed} inputs are allowed to begin with, not all have a node")
+    cases = graph.edge_cases()
+    graph.check_edges(cases, "ENV_TRANS", "SYS_TRANS")
     now = [*spec.keys("inputs"), *spec.keys("outputs")]
-    rows = [(*i, *o) for i, o in zip(strategy.inputs, strategy.outputs, strict=True)]
+    rows = [(*i, *o) for i, o in zip(graph.inputs, graph.outputs, strict=True)]
     counts = count_completions(spec, spec.keys("inputs'"), spec.sections["ENV_TRANS"], now, rows)
-    for node, (targets, count) in enumerate(zip(strategy.next, counts, strict=True)):
-        answered = len({strategy.inputs[target] for target in targets})
-        if answered != len(targets):
-            raise RefusedError(f"node {node} has two answers to one input")
-        if answered != count:
-            raise RefusedError(f"node {node} answers {answered} of {count} allowed inputs")
-    assumptions = [cases.digits(clause.formula) for clause in spec.sections["ENV_LIVENESS"]]
-    goals = spec.sections["SYS_LIVENESS"]
-    if not isinstance(measures, list) or len(measures) != len(goals):
-        raise RefusedError(f"there are {len(goals)} goals, but not as many measures")
-    for goal, measure in zip(goals, measures, strict=True):
-        try:
-            check_measure(strategy, cases.digits(goal.formula), assumptions, measure)
-        except RefusedError as reason:
-            raise RefusedError(f"goal '{goal.text}' (line {goal.line}): {reason}") from None
+    for node, (targets, count) in enumerate(zip(graph.next, counts, strict=True)):
+        answered = len({graph.inputs[target] for target in targets})
+        require(answered == len(targets), f"node {node} has two answers to one input")
+        require(answered == count, f"node {node} answers {answered} of {count} allowed inputs")
+    assumptions = [cases.digits(clause) for clause in spec.sections["ENV_LIVENESS"]]
+    for goal, measure in pairs_of(spec.sections["SYS_LIVENESS"], measures):
+        what = f"goal '{goal.text}' (line {goal.line})"
+        check_measure(graph, what, cases.digits(goal), assumptions, measure)
     return initial
-
-
-def check_measure(strategy: Strategy, met: str | None, excuses: Sequence[str], given: Any) -> None:
-    """Refuse unless each infinite path meets the goal for ever, or one of the ``excuses`` never
-    again from some point on. ``met`` and each excuse: a digit an edge; without a goal ``met`` is
-    None.
-
-    A measure gives each node a number n and perhaps an excuse a. On each edge that does not meet
-    the goal n falls; or n and a stay the same, and a is not met on this edge. Why that is enough:
-    take a path that does not meet the goal any more. Its n never rises and is never negative, so
-    from some point on it stays. From there on a stays as well, and is not met.
-    """
-    numbers, which = given["n"], given["a"]
-    if not len(numbers) == len(which) == strategy.count:
-        raise RefusedError("the measure is for another number of nodes")
-    if not all(type(n) is int and n >= 0 for n in numbers):
-        raise RefusedError("the measure has a number that is no natural number")
-    if not all(a is None or (type(a) is int and 0 <= a < len(excuses)) for a in which):
-        raise RefusedError("the measure names an assumption that does not exist")
-    for edge, (source, target) in enumerate(strategy.pairs()):
-        if (met is not None and met[edge] == "1") or numbers[target] < numbers[source]:
-            continue
-        excuse = which[source]
-        same = numbers[target] == numbers[source] and excuse == which[target]
-        if not same or excuse is None or excuses[excuse][edge] == "1":
-            raise RefusedError(f"the measure does not fall from node {source} to node {target}")
 
 
 def check_counterstrategy(spec: Specification, graph: Strategy, evidence: Any) -> None:
@@ -520,33 +465,73 @@ def check_counterstrategy(spec: Specification, graph: Strategy, evidence: Any) -
     again and again (a measure for each), and misses a goal for ever (one measure, whose excuses
     are the goals).
     """
-    start, chosen, measures = evidence["start"], evidence["chosen"], evidence["measures"]
+    first, chosen = tuple(evidence["start"]), [tuple(values) for values in evidence["chosen"]]
     now, later = spec.keys("inputs"), spec.keys("inputs'")
-    for values in (start, *chosen):
-        for value, variable in zip(values, spec.inputs, strict=True):
-            if type(value) is not int or not variable.least <= value <= variable.most:
-                raise RefusedError(f"an input has {variable.name} = {value}, beyond its range")
-    first = tuple(start)
-    if not count_completions(spec, (), spec.sections["ENV_INIT"], now, [first])[0]:
-        raise RefusedError("the initial input is not allowed")
+    for value, variable in chain(*(zip(v, spec.inputs, strict=True) for v in (first, *chosen))):
+        good = type(value) is int and variable.least <= value <= variable.most
+        require(good, f"an input has {variable.name} = {value}, beyond its range")
+    begins = count_completions(spec, (), spec.sections["ENV_INIT"], now, [first])[0]
+    require(begins, "the initial input is not allowed")
     begun = {graph.outputs[n] for n in graph.initial() if graph.inputs[n] == first}
     opening = (spec.keys("outputs"), spec.sections["SYS_INIT"])
-    if count_completions(spec, *opening, now, [first])[0] != len(begun):
-        raise RefusedError("not all outputs that answer the initial input have a node")
+    good = count_completions(spec, *opening, now, [first])[0] == len(begun)
+    require(good, "not all outputs that answer the initial input have a node")
     rows = [(*i, *o, *c) for i, o, c in zip(graph.inputs, graph.outputs, chosen, strict=True)]
     keys = [*now, *spec.keys("outputs"), *later]
     legal = count_completions(spec, (), spec.sections["ENV_TRANS"], keys, rows)
     answers = count_completions(spec, spec.keys("outputs'"), spec.sections["SYS_TRANS"], keys, rows)
     for node, targets in enumerate(graph.next):
-        if not legal[node]:
-            raise RefusedError(f"the input chosen in node {node} is not allowed")
-        if any(graph.inputs[target] != tuple(chosen[node]) for target in targets):
-            raise RefusedError(f"an edge from node {node} has another input than the chosen one")
-        if not len({graph.outputs[t] for t in targets}) == len(targets) == answers[node]:
-            raise RefusedError(f"node {node} has {len(targets)} answers of {answers[node]}")
+        require(legal[node], f"the input chosen in node {node} is not allowed")
+        good = all(graph.inputs[target] == chosen[node] for target in targets)
+        require(good, f"an edge from node {node} has another input than the chosen one")
+        good = len({graph.outputs[t] for t in targets}) == len(targets) == answers[node]
+        require(good, f"node {node} has {len(targets)} answers of {answers[node]}")
     cases = graph.edge_cases()
     graph.check_edges(cases, "SYS_TRANS")
-    assumed = [cases.digits(clause.formula) for clause in spec.sections["ENV_LIVENESS"]]
-    goals = [cases.digits(clause.formula) for clause in spec.sections["SYS_LIVENESS"]]
-    for met, measure in zip([*assumed, None], measures, strict=True):
-        check_measure(graph, met, goals if met is None else (), measure)
+    assumed = [cases.digits(clause) for clause in spec.sections["ENV_LIVENESS"]]
+    goals = [cases.digits(clause) for clause in spec.sections["SYS_LIVENESS"]]
+    check_beaten(graph, assumed, goals, "0" * cases.count, evidence["measures"])
+
+
+def check_beaten(
+    graph: Strategy, assumed: list[str], goals: list[str], there: str, given: Any
+) -> None:
+    """Refuse unless measures show that each infinite path meets all assumptions again and again,
+    and from some point on no longer one of the goals. ``there``: 0 on the edges that are meant."""
+    for k, (met, measure) in enumerate(pairs_of([*assumed, there], given)):
+        last = k == len(assumed)
+        what = "a goal is missed for ever" if last else f"assumption {k} is met again and again"
+        check_measure(graph, what, met, goals if last else (), measure)
+
+
+def pairs_of(aims: Sequence[Any], measures: Any) -> Iterator[tuple[Any, Any]]:
+    matching = isinstance(measures, list) and len(measures) == len(aims)
+    require(matching, f"there are {len(aims)} goals, but not as many measures")
+    return zip(aims, measures, strict=True)
+
+
+def check_measure(graph: Strategy, goal: str, met: str, excuses: Sequence[str], given: Any) -> None:
+    """Refuse unless each infinite path meets the goal for ever, or one of the ``excuses`` never
+    again from some point on. ``met`` and each excuse: a digit an edge, 0 where they are missed
+    (and - on edges that no path in question takes).
+
+    A measure gives each node a number n and perhaps an excuse a. On each edge that does not meet
+    the goal n falls; or n and a stay the same, and a is not met on this edge. Why that is enough:
+    take a path that does not meet the goal any more. Its n never rises and is never negative, so
+    from some point on it stays. From there on a stays as well, and is not met.
+    """
+    numbers, which = given["n"], given["a"]
+    sized = len(numbers) == len(which) == graph.count
+    require(sized, f"{goal}: the measure is for another number of nodes")
+    natural = all(type(n) is int and n >= 0 for n in numbers)
+    require(natural, f"{goal}: the measure has a number that is no natural number")
+    known = all(a is None or (type(a) is int and 0 <= a < len(excuses)) for a in which)
+    require(known, f"{goal}: the measure names an assumption that does not exist")
+    for edge, (source, target) in enumerate(graph.pairs()):
+        if met[edge] != "0" or numbers[target] < numbers[source]:
+            continue
+        excuse = which[source]
+        same = numbers[target] == numbers[source] and excuse == which[target]
+        if not same or excuse is None or excuses[excuse][edge] != "0":
+            falls = f"the measure does not fall from node {source} to node {target}"
+            raise RefusedError(f"{goal}: {falls}")

@@ -1,0 +1,94 @@
+"""Runs that somebody changed while they went on are certified from their trace, and not forged."""
+
+from functools import lru_cache
+from pathlib import Path
+from tempfile import mkdtemp
+from typing import Any
+
+import pytest
+
+from certify.making import SCENARIOS, files_of, rewrite, run_checker, shipped
+from certify.mutants import lines_of, with_lines
+from safenav import Mission, TraceWriter, built_in, load_scenario
+from safenav.certify.record import bundle_of_trace
+from safenav.runtime.interventions import Close, Give, Serve
+from safenav.scenario.objective import Visit
+
+Line = dict[str, Any]
+OUT, BACK = 3, 8
+
+
+@lru_cache
+def changed() -> Path:
+    """A run in which the quadcopter is out of service for some ticks, a door closes, and the
+    humanoid is given other targets."""
+    scenario = load_scenario(SCENARIOS / "case_study_1.yaml")
+    folder = Path(mkdtemp(prefix="safenav-changed-"))
+    with TraceWriter(folder / "run.jsonl") as writer:
+        mission = Mission(scenario, listeners=[writer])
+        mission.start()
+        while mission.result is None:
+            tick = mission.state.tick
+            if tick in (OUT, BACK):
+                mission.intervene(Serve("quad", tick == BACK))
+            if tick == BACK + 1:
+                mission.intervene(Close(built_in().obstacles["door"], 44, None))
+                targets = (frozenset({58}), frozenset({71}))
+                mission.intervene(Give("digit", Visit(targets)))
+            mission.step()
+    bundle_of_trace(folder / "run.jsonl", folder / "bundle")
+    return folder / "bundle"
+
+
+def said_of(lines: list[Line], tmp_path: Path) -> tuple[int, str]:
+    files = with_lines(files_of(changed()), lines)
+    return run_checker(rewrite(changed(), files, tmp_path / "bundle"))
+
+
+def test_a_run_that_was_changed_is_accepted() -> None:
+    kinds = {line["type"] for line in lines_of(files_of(changed()))}
+    assert kinds >= {"service", "appeared", "objective"}
+    status, said = run_checker(changed())
+    assert status == 0, said
+    assert "is given another objective" in said
+
+
+def test_a_robot_out_of_service_that_goes_on_is_refused(tmp_path: Path) -> None:
+    """The line that takes it out of service is told one tick too early."""
+    lines = lines_of(files_of(changed()))
+    out = next(line for line in lines if line["type"] == "service")
+    lines.remove(out)
+    first = next(k for k, line in enumerate(lines) if line.get("tick") == 1)
+    lines.insert(first, {**out, "tick": 1})
+    status, said = said_of(lines, tmp_path)
+    assert status == 1
+    assert "goes on, though it is out of service" in said
+
+
+@pytest.mark.parametrize("active", [True, False])
+def test_a_service_line_that_changes_nothing_is_refused(active: bool, tmp_path: Path) -> None:
+    lines = lines_of(files_of(changed()))
+    for line in lines:
+        if line["type"] == "service":
+            line["active"] = active
+    status, said = said_of(lines, tmp_path)
+    assert status == 1
+    assert "as it was before" in said
+
+
+def test_an_objective_that_nobody_gave_is_refused(tmp_path: Path) -> None:
+    lines = [line for line in lines_of(files_of(changed())) if line["type"] != "objective"]
+    assert said_of(lines, tmp_path)[0] == 1
+
+
+def test_a_request_gives_nobody_targets_that_serve_nothing(tmp_path: Path) -> None:
+    """The robot is not synthesized again after it, so that nothing else depends on the line."""
+    bundle = shipped("one way")
+    lines = lines_of(files_of(bundle))
+    push = next(line for line in lines if line["type"] == "push")
+    push["objectives"]["r2"] = {"visit": [29, 30]}
+    status, said = run_checker(
+        rewrite(bundle, with_lines(files_of(bundle), lines), tmp_path / "bundle")
+    )
+    assert status == 1
+    assert "r2 is given what serves no request" in said
