@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 from safenav.certify.checker.check import Task, World, circumstances
@@ -43,8 +44,8 @@ def strategy_measures(text: str, strategy_json: bytes) -> list[dict[str, Any]]:
 
     Raises NoMeasureError if the strategy starves a goal.
     """
-    spec = read_specification(text)
-    strategy = _read(strategy_json, spec)
+    strategy = _read(strategy_json, text)
+    spec = strategy.spec
     cases = strategy.edge_cases()
     fair = [cases.digits(c) for c in spec.sections["ENV_LIVENESS"]]
     return [
@@ -58,8 +59,8 @@ def counter_evidence(text: str, strategy_json: bytes) -> CounterEvidence:
 
     Raises NoMeasureError if it does not beat the robot, LookupError if no input begins it.
     """
-    spec = read_specification(text)
-    strategy = _read(strategy_json, spec)
+    strategy = _read(strategy_json, text)
+    spec = strategy.spec
     cases = strategy.edge_cases()
     fair = [cases.digits(c) for c in spec.sections["ENV_LIVENESS"]]
     goals = [cases.digits(c) for c in spec.sections["SYS_LIVENESS"]]
@@ -94,7 +95,7 @@ class RulesEvidence:
         Where there is no measure, one that shows nothing; None where the strategy breaks another
         rule. The checker says what is wrong.
         """
-        strategy = _read(strategy_json, read_specification(text))
+        strategy = _read(strategy_json, text)
         robot, cells = self._scenario["robots"][line["robot"]], self._scenario.get("partition")
         try:
             task = Task(self._world, robot, line, cells, strategy)
@@ -116,10 +117,14 @@ def _measure(strategy: Strategy, met: str, excuses: Sequence[str]) -> dict[str, 
         return Measure([0] * strategy.count, [None] * strategy.count).to_data()
 
 
-def _read(strategy_json: bytes, spec: Specification) -> Strategy:
-    """A strategy as the checker reads it. Raises ResourceLimitError if that is too much for it."""
+@lru_cache(maxsize=2)
+def _read(strategy_json: bytes, text: str) -> Strategy:
+    """A strategy as the checker reads it, kept for the next question about it.
+
+    Raises ResourceLimitError if that is too much for the checker.
+    """
     try:
-        return Strategy(json.loads(strategy_json), spec)
+        return Strategy(json.loads(strategy_json), read_specification(text))
     except TooLargeError as error:
         raise ResourceLimitError(f"a strategy is too large to be certified: {error}") from error
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 from collections.abc import Mapping, Sequence
 from html import escape
 from typing import Any
@@ -40,7 +41,7 @@ th, td { text-align: left; vertical-align: top; padding: .3rem .6rem .3rem 0;
   border-bottom: 1px solid var(--line); overflow-wrap: anywhere; }
 code { font: .82rem/1.4 ui-monospace, monospace; overflow-wrap: anywhere; }
 .words th, .words td { overflow-wrap: normal; } .words td:first-child { white-space: nowrap; }
-.files { table-layout: fixed; } .files th:first-child { width: 47%; }
+.files { table-layout: fixed; } .files th:first-child { width: 34%; }
 .files th:last-child { width: 11%; } .files td:last-child { overflow-wrap: normal; }
 li { margin: .35rem 0; } .evidence { font-size: .85rem; }
 pre { white-space: pre-wrap; overflow-wrap: anywhere; font-size: .78rem; background: #f4f5f6;
@@ -143,9 +144,13 @@ def _guaranteed(facts: Mapping[str, Any]) -> str:
 def _link(path: str, line: int | None) -> str:
     if line is not None:
         return f'<a href="#line-{line}">{escape(path)}, line {line}</a>'
+    return f'<a href="#{_anchor(path)}">{_short(path)}</a>'
+
+
+def _short(path: str) -> str:
+    """A file's name, without the end of a sum in it."""
     folder, _, name = path.rpartition("/")
-    shown = f"{folder}/{name[:12]}&hellip;" if len(name) > 24 else escape(path)
-    return f'<a href="#{_anchor(path)}">{shown}</a>'
+    return f"{folder}/{name[:12]}&hellip;" if len(name) > 40 else escape(path)
 
 
 def _anchor(path: str) -> str:
@@ -186,7 +191,8 @@ def _happened(facts: Mapping[str, Any]) -> str:
 
 
 def _open(facts: Mapping[str, Any]) -> str:
-    items = "".join(f"<li>{escape(text)}</li>" for text in facts["not_covered"])
+    told = [re.sub("`(.*?)`", r"<code>\1</code>", escape(text)) for text in facts["not_covered"]]
+    items = "".join(f"<li>{text}</li>" for text in told)
     return f"<h2>What is not covered</h2><ul>{items}</ul>"
 
 
@@ -199,7 +205,8 @@ def _evidence(facts: Mapping[str, Any], lines: Sequence[Mapping[str, Any]]) -> s
         for number in sorted(named)
     ]
     rows = [
-        f'<tr id="{_anchor(path)}"><td><a href="{escape(path)}">{escape(path)}</a></td>'
+        f'<tr id="{_anchor(path)}"><td>'
+        f'<a href="{escape(path)}" title="{escape(path)}">{_short(path)}</a></td>'
         f"<td><code>{about['sha256']}</code></td><td>{about['bytes']}</td></tr>"
         for path, about in facts["files"].items()
     ]
