@@ -34,6 +34,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from copy import copy
 from dataclasses import asdict, dataclass, field
 from functools import partial
+from importlib import import_module
 from itertools import accumulate, chain, combinations, pairwise, product, repeat
 from math import prod
 from pathlib import Path
@@ -42,6 +43,8 @@ from typing import Any
 if __name__ == "__main__":
     sys.dont_write_bytecode = True  # a bundle stays as it is
     sys.path.insert(0, str(Path(__file__).resolve().parent))
+elif __package__:  # the maker of bundles has these two files in a package
+    sys.modules["check_strategies"] = import_module(f"{__package__}.check_strategies")
 
 from check_strategies import (
     Formula,
@@ -1193,6 +1196,7 @@ class Run:
             found = obstacle in self.untraversable
             require(found, f"nobody has found {obstacle} untraversable")
         else:
+            require(proof, f"{obstacle} is called unresolvable without a proof")
             moment = (self.tick, self.turn, proof)  # one proof serves several obstacles
             if self.refuted is None or self.refuted[0] != moment:
                 self.refuted = moment, Team(self).never(proof or {})
