@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import gc
 import importlib
 import os
 import sys
@@ -113,6 +114,8 @@ def group() -> None:
 def main() -> None:
     """Entry point of the ``safenav`` command."""
     warnings.showwarning = _warn
+    # Strategies and searches are millions of objects and hardly a cycle: look for cycles seldom.
+    gc.set_threshold(100_000, 20, 100)
     try:
         status = group.main(standalone_mode=False)
         sys.exit(status if isinstance(status, int) else ExitCode.OK)

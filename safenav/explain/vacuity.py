@@ -110,10 +110,10 @@ def _lacking(automaton: Automaton, parts: dict[int, int], count: int) -> dict[in
     lacking = {part: set(range(count)) for part in set(parts.values())}
     formulas = [clause.formula for clause in automaton.clauses(Section.ENV_LIVENESS)]
     for k, unmet in enumerate(automaton.violated(formulas)):
-        missing = set(unmet)
+        missing = automaton.edges.flags(unmet)
         for index, (source, target) in enumerate(automaton.edges):
             part = parts.get(source)
-            if index not in missing and part is not None and part == parts.get(target):
+            if not missing[index] and part is not None and part == parts.get(target):
                 lacking[part].discard(k)
     return lacking
 

@@ -6,8 +6,9 @@ that the first fault that is found is also one of the nearest.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cached_property, lru_cache
+from operator import itemgetter
 
 from safenav.dataclass import dataclass
 from safenav.errors import Diagnostic, InputError
@@ -16,9 +17,9 @@ from safenav.formula.syntax import Formula
 from safenav.spec.specification import Constraint, Owner, Section, Specification
 from safenav.synthesis.export import in_words
 from safenav.synthesis.strategy import Field, Strategy
-from safenav.verify.bitparallel import Evaluator, Vector, add, rows_of
+from safenav.verify.bitparallel import Evaluator, Vector, add
 from safenav.verify.completions import Completions, Condition, Row, Slot, condition_of
-from safenav.verify.cycles import Edge
+from safenav.verify.edges import Edges
 from safenav.verify.failures import Failure, Fault
 
 _BLOCK_EDGES = 1 << 16
@@ -56,7 +57,8 @@ class Automaton:
                 if target not in self._parent:
                     self._parent[target] = node
                     self.nodes.append(target)
-        self.edges: list[Edge] = [(n, t) for n in self.nodes for t in strategy.transitions[n]]
+        self.edges = Edges(self.nodes, strategy.transitions)
+        self._parts: dict[Owner, dict[int, Row]] = {owner: {} for owner in Owner}
 
     def clauses(self, section: Section) -> list[Clause]:
         return clauses(self.spec, section)
@@ -64,43 +66,49 @@ class Automaton:
     @cached_property
     def values(self) -> dict[int, Row]:
         """All variables of each node, in the specification's order."""
-        ordered = [self._fields[variable.name] for variable in self.spec.variables]
-        states = self.strategy.states
-        return {n: tuple([field.decode(states[n]) for field in ordered]) for n in self.nodes}
+        states = [self.strategy.states[node] for node in self.nodes]
+        columns = [_decoded(self._fields[v.name], states) for v in self.spec.variables]
+        rows: Iterable[Row] = zip(*columns, strict=True) if columns else [()] * len(states)
+        return dict(zip(self.nodes, rows, strict=True))
 
     def part(self, node: int, owner: Owner) -> Row:
         """The inputs or the outputs of a node, in the specification's order."""
-        return self._parts[owner][node]
+        found = self._parts[owner].get(node)
+        if found is None:
+            state = self.strategy.states[node]
+            found = tuple([self._fields[v.name].decode(state) for v in self.spec.owned(owner)])
+            self._parts[owner][node] = found
+        return found
 
     @cached_property
-    def _parts(self) -> dict[Owner, dict[int, Row]]:
-        variables = self.spec.variables
-        columns = {o: [i for i, v in enumerate(variables) if v.owner is o] for o in Owner}
-        return {
-            owner: {n: tuple([row[i] for i in own]) for n, row in self.values.items()}
-            for owner, own in columns.items()
-        }
+    def inputs(self) -> dict[int, int]:
+        """For each node a number of its inputs: the same for the same inputs, and for no others."""
+        fields = [self._fields[v.name] for v in self.spec.owned(Owner.INPUT)]
+        bits = _bits([column for field in fields for column in field.columns])
+        states = self.strategy.states
+        numbers: dict[Row, int] = {}
+        return {n: numbers.setdefault(bits(states[n]), len(numbers)) for n in self.nodes}
 
-    def violated(self, formulas: Sequence[Formula]) -> list[list[int]]:
-        """For each formula, the edges (by index, ascending) that do not satisfy it."""
-        found: list[list[int]] = [[] for _ in formulas]
+    def violated(self, formulas: Sequence[Formula]) -> list[int]:
+        """For each formula, the plane of the edges that do not satisfy it."""
+        found = [0] * len(formulas)
         for start in range(0, len(self.edges), _BLOCK_EDGES):
-            block = self.edges[start : start + _BLOCK_EDGES]
-            evaluator = self._evaluator(block)
-            for indices, formula in zip(found, formulas, strict=True):
+            evaluator = self._evaluator(slice(start, start + _BLOCK_EDGES))
+            for k, formula in enumerate(formulas):
                 wrong = evaluator.everywhere ^ evaluator.holds(formula)
                 if wrong:
-                    indices.extend(start + row for row in rows_of(wrong))
+                    found[k] |= wrong << start
         return found
 
     def range_failures(self) -> Iterator[Failure]:
         """Integers whose bits hold more than their range."""
-        for place, column in zip(self.current, range(len(self.current)), strict=True):
-            for node in self.nodes:
-                if self.values[node][column] not in place.range:
-                    detail = f"{place.variable.declaration}, found {self.values[node][column]}"
-                    yield self.failure(Fault.RANGE, node, detail=detail)
-                    break
+        for column, place in enumerate(self.current):
+            allowed = place.range
+            if all(v in allowed for v in {row[column] for row in self.values.values()}):
+                continue
+            node = next(n for n in self.nodes if self.values[n][column] not in allowed)
+            detail = f"{place.variable.declaration}, found {self.values[node][column]}"
+            yield self.failure(Fault.RANGE, node, detail=detail)
 
     def completions(
         self, known: Sequence[Slot], unknown: Sequence[Slot], found: Sequence[Clause]
@@ -147,9 +155,11 @@ class Automaton:
         values = {p.variable.name: v for p, v in zip(places, row, strict=True)}
         return in_words(self.strategy, values, places[0].variable.owner)
 
-    def _evaluator(self, block: Sequence[Edge]) -> Evaluator:
+    def _evaluator(self, block: slice) -> Evaluator:
+        """Of formulas on some of the edges."""
         width = len(self.strategy.states[0])
-        ends = [b"".join([self._digits[edge[end]] for edge in block]) for end in (0, 1)]
+        sources, targets = self.edges.sources[block], self.edges.targets[block]
+        ends = [b"".join(map(self._digits.__getitem__, end)) for end in (sources, targets)]
 
         def lookup(name: str, primed: bool) -> Vector:
             field = self._fields[name]
@@ -161,7 +171,7 @@ class Automaton:
                 return raw
             return add(raw, evaluator.constant(field.base))
 
-        evaluator = Evaluator(len(block), lookup)
+        evaluator = Evaluator(len(sources), lookup)
         return evaluator
 
     @cached_property
@@ -172,6 +182,26 @@ class Automaton:
     def _digits(self) -> dict[int, bytes]:
         states = self.strategy.states
         return {node: bytes(states[node]).translate(_DIGITS) for node in self.nodes}
+
+
+def _decoded(field: Field, states: Sequence[Sequence[int]]) -> list[int]:
+    """The values of a variable in some states; each is worked out once."""
+    bits = list(map(_bits(field.columns), states))
+    # Of a state only the variable's own columns are looked at: any with these bits will do.
+    values = {
+        key: field.decode(state) for key, state in dict(zip(bits, states, strict=True)).items()
+    }
+    return list(map(values.__getitem__, bits))
+
+
+def _bits(columns: Sequence[int]) -> Callable[[Sequence[int]], Row]:
+    """What some columns of a state hold."""
+    if len(columns) > 1:
+        return itemgetter(*columns)
+    if not columns:
+        return lambda _: ()
+    (column,) = columns
+    return lambda state: (state[column],)
 
 
 def clauses(spec: Specification, section: Section) -> list[Clause]:

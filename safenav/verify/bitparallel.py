@@ -149,12 +149,6 @@ def add(left: Vector, right: Vector) -> Vector:
     return total
 
 
-def rows_of(plane: int) -> list[int]:
-    """The numbers of the rows in a plane, ascending."""
-    digits = f"{plane:b}"[::-1]
-    found = []
-    place = digits.find("1")
-    while place >= 0:
-        found.append(place)
-        place = digits.find("1", place + 1)
-    return found
+def first_row(plane: int) -> int:
+    """The number of the first row in a plane that is not empty."""
+    return (plane & -plane).bit_length() - 1

@@ -18,6 +18,7 @@ from safenav.formula.evaluator import evaluate
 from safenav.spec.specification import Owner, Section, Specification
 from safenav.synthesis.strategy import Strategy
 from safenav.verify.automaton import Automaton, Clause, clauses
+from safenav.verify.bitparallel import first_row
 from safenav.verify.cycles import fair_cycle
 from safenav.verify.failures import Failure, Fault
 
@@ -56,7 +57,7 @@ def counterstrategy_failures(automaton: Automaton) -> Iterator[Failure]:
     for k, clause in enumerate((*assumed, *promised)):
         if violated[k]:
             fault = Fault.FORBIDDEN_INPUT if k < len(assumed) else Fault.BROKEN_GUARANTEE
-            source, target = automaton.edges[violated[k][0]]
+            source, target = automaton.edges[first_row(violated[k])]
             yield automaton.failure(fault, source, successor=target, clause=clause)
     yield from _answer_failures(automaton, assumed, promised)
     live = violated[len(assumed) + len(promised) :]
@@ -135,17 +136,15 @@ def _answer_failures(
             return
 
 
-def _starvation(
-    automaton: Automaton, assumption: Clause, unmet: Sequence[int]
-) -> Iterator[Failure]:
+def _starvation(automaton: Automaton, assumption: Clause, unmet: int) -> Iterator[Failure]:
     """A cycle of transitions that do not meet the assumption."""
     cycle = fair_cycle(automaton.edges, unmet, ())
     if cycle is not None:
         yield automaton.failure(Fault.STARVED_ASSUMPTION, cycle[0], clause=assumption, cycle=cycle)
 
 
-def _goals_met(automaton: Automaton, unmet: Sequence[Sequence[int]]) -> Iterator[Failure]:
+def _goals_met(automaton: Automaton, unmet: Sequence[int]) -> Iterator[Failure]:
     """A component in which each goal is met somewhere."""
-    cycle = fair_cycle(automaton.edges, range(len(automaton.edges)), unmet)
+    cycle = fair_cycle(automaton.edges, (1 << len(automaton.edges)) - 1, unmet)
     if cycle is not None:
         yield automaton.failure(Fault.GOALS_MET, cycle[0], cycle=cycle)

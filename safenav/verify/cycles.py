@@ -5,27 +5,21 @@ Liveness is about what happens again and again, so all of it is decided on cycle
 
 from __future__ import annotations
 
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
+from itertools import chain, compress
 
-Edge = tuple[int, int]
+from safenav.verify.edges import Edge, Edges
+
 Successors = Mapping[int, Sequence[int]]
 
 
 def cyclic_parts(edges: Iterable[Edge]) -> dict[int, int]:
     """The nodes that lie on a cycle of ``edges``, each with the number of its component."""
     successors: dict[int, list[int]] = {}
-    indegree: dict[int, int] = {}
     for source, target in edges:
         successors.setdefault(source, []).append(target)
-        indegree[target] = indegree.get(target, 0) + 1
-    _strip_sources(successors, indegree)
-    parts: dict[int, int] = {}
-    for number, component in enumerate(_components(successors)):
-        if len(component) > 1 or component[0] in successors.get(component[0], ()):
-            for node in component:
-                parts[node] = number
-    return parts
+    return _cyclic_parts(successors)
 
 
 def closed_walk(edges: Iterable[Edge], required: Sequence[Edge]) -> tuple[int, ...]:
@@ -46,26 +40,39 @@ def closed_walk(edges: Iterable[Edge], required: Sequence[Edge]) -> tuple[int, .
     return tuple(walk[:-1])
 
 
-def fair_cycle(
-    edges: Sequence[Edge], allowed: Sequence[int], unmet: Sequence[Sequence[int]]
-) -> tuple[int, ...] | None:
-    """A closed walk over the ``allowed`` edges (by index) on which each condition is met by
-    some edge; None if there is none. ``unmet`` are for each condition the edges that do not
-    meet it."""
-    parts = cyclic_parts(edges[i] for i in allowed)
-    inside: dict[int, list[int]] = {}
-    for i in allowed:
-        source, target = edges[i]
-        part = parts.get(source)
-        if part is not None and part == parts.get(target):
-            inside.setdefault(part, []).append(i)
-    missing = [frozenset(indices) for indices in unmet]
-    for indices in inside.values():
-        witnesses = [next((i for i in indices if i not in wrong), None) for wrong in missing]
-        if None not in witnesses:
-            required = [edges[i] for i in witnesses if i is not None]
-            return closed_walk([edges[i] for i in indices], required)
-    return None
+def fair_cycle(edges: Edges, allowed: int, unmet: Sequence[int]) -> tuple[int, ...] | None:
+    """A closed walk over the ``allowed`` edges on which each condition is met by some edge; None
+    if there is none. ``unmet`` are for each condition the edges that do not meet it; all these
+    sets are planes (``verify.bitparallel``)."""
+    may = edges.flags(allowed)
+    successors: dict[int, list[int]] = {}
+    for node, targets, first in edges.by_node():
+        kept = list(compress(targets, may[first : first + len(targets)]))
+        if kept:
+            successors[node] = kept
+    parts = _cyclic_parts(successors)
+    left = set(parts.values())
+    # The condition that the fewest edges meet decides first: usually it leaves no component.
+    for plane in sorted((allowed & ~plane for plane in unmet), key=int.bit_count):
+        if left:
+            left &= {part for part, _ in _inside(edges, plane, parts)}
+    if not left:
+        return None
+    within = [(part, edge) for part, edge in _inside(edges, allowed, parts) if part in left]
+    chosen = within[0][0]
+    required = [
+        next(edge for part, edge in _inside(edges, allowed & ~plane, parts) if part == chosen)
+        for plane in unmet
+    ]
+    return closed_walk([edge for part, edge in within if part == chosen], required)
+
+
+def _inside(edges: Edges, plane: int, parts: Mapping[int, int]) -> Iterator[tuple[int, Edge]]:
+    """Those edges of a set that stay in a component, with its number."""
+    for edge in compress(edges, edges.flags(plane)):
+        part = parts.get(edge[0])
+        if part is not None and part == parts.get(edge[1]):
+            yield part, edge
 
 
 def shortest_path(successors: Successors, start: int, goals: Container[int]) -> list[int]:
@@ -84,6 +91,17 @@ def shortest_path(successors: Successors, start: int, goals: Container[int]) -> 
                 parent[successor] = node
                 queue.append(successor)
     raise ValueError("there is no path")
+
+
+def _cyclic_parts(successors: dict[int, list[int]]) -> dict[int, int]:
+    """The same from successor lists, which are used up."""
+    _strip_sources(successors, dict(Counter(chain.from_iterable(successors.values()))))
+    parts: dict[int, int] = {}
+    for number, component in enumerate(_components(successors)):
+        if len(component) > 1 or component[0] in successors.get(component[0], ()):
+            for node in component:
+                parts[node] = number
+    return parts
 
 
 def _strip_sources(successors: dict[int, list[int]], indegree: dict[int, int]) -> None:

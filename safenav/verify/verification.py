@@ -20,6 +20,7 @@ from safenav.formula.evaluator import evaluate
 from safenav.spec.specification import Constraint, Owner, Section, Specification
 from safenav.synthesis.strategy import Strategy
 from safenav.verify.automaton import Automaton, Clause
+from safenav.verify.bitparallel import first_row
 from safenav.verify.counterstrategy import counterstrategy_failures, counterstrategy_starts
 from safenav.verify.cycles import fair_cycle
 from safenav.verify.failures import Failure, Fault, Verification
@@ -67,7 +68,7 @@ def _strategy_failures(automaton: Automaton) -> Iterator[Failure]:
     goals = automaton.clauses(Section.SYS_LIVENESS)
     together = [*assumed, *promised, *fair, *goals]
     violated = iter(automaton.violated([clause.formula for clause in together]))
-    forbidden: set[int] = set()
+    forbidden = 0
     for clauses_of, fault in (
         (assumed, Fault.FORBIDDEN_INPUT),
         (promised, Fault.BROKEN_GUARANTEE),
@@ -75,9 +76,9 @@ def _strategy_failures(automaton: Automaton) -> Iterator[Failure]:
         for clause in clauses_of:
             wrong = next(violated)
             if fault is Fault.FORBIDDEN_INPUT:
-                forbidden.update(wrong)
+                forbidden |= wrong
             if wrong:
-                source, target = automaton.edges[wrong[0]]
+                source, target = automaton.edges[first_row(wrong)]
                 yield automaton.failure(fault, source, successor=target, clause=clause)
     yield from _successor_failures(automaton, assumed, forbidden)
     unfair = [next(violated) for _ in fair]
@@ -116,30 +117,31 @@ def _why_no_start(automaton: Automaton) -> Constraint | None:
 
 
 def _successor_failures(
-    automaton: Automaton, assumed: Sequence[Clause], forbidden: set[int]
+    automaton: Automaton, assumed: Sequence[Clause], forbidden: int
 ) -> Iterator[Failure]:
     """One successor for each allowed next input: as many different ones as are allowed."""
     completions = automaton.completions(automaton.current, automaton.next_inputs, assumed)
     rows = [automaton.values[node] for node in automaton.nodes]
     allowed = completions.count(rows)
-    edge = 0
+    banned = automaton.edges.flags(forbidden) if forbidden else b""
     reported: set[Fault] = set()
-    for node, row, count in zip(automaton.nodes, rows, allowed, strict=True):
-        targets = automaton.strategy.transitions[node]
-        inputs = [automaton.part(target, Owner.INPUT) for target in targets]
-        different = set(inputs)
-        if len(different) < len(inputs) and Fault.SEVERAL_SUCCESSORS not in reported:
+    told = automaton.inputs.__getitem__
+    by_node = automaton.edges.by_node()
+    for (node, targets, first), row, count in zip(by_node, rows, allowed, strict=True):
+        different = set(map(told, targets))
+        if len(different) < len(targets) and Fault.SEVERAL_SUCCESSORS not in reported:
             reported.add(Fault.SEVERAL_SUCCESSORS)
+            inputs = [automaton.part(target, Owner.INPUT) for target in targets]
             twice = next(i for k, i in enumerate(inputs) if i in inputs[:k])
             detail = f"for {automaton.move_in_words(automaton.next_inputs, twice)}"
             yield automaton.failure(Fault.SEVERAL_SUCCESSORS, node, detail=detail)
+        legal = targets
         if forbidden:
-            legal = {i for k, i in enumerate(inputs) if edge + k not in forbidden}
-        else:
-            legal = different
-        edge += len(targets)
-        if len(legal) != count and Fault.MISSING_SUCCESSOR not in reported:
-            missing = next((i for i in completions.each(row) if i not in legal), None)
+            legal = [t for k, t in enumerate(targets, first) if not banned[k]]
+            different = set(map(told, legal))
+        if len(different) != count and Fault.MISSING_SUCCESSOR not in reported:
+            there = {automaton.part(target, Owner.INPUT) for target in legal}
+            missing = next((i for i in completions.each(row) if i not in there), None)
             if missing is not None:
                 reported.add(Fault.MISSING_SUCCESSOR)
                 detail = f"for {automaton.move_in_words(automaton.next_inputs, missing)}"
@@ -147,7 +149,7 @@ def _successor_failures(
 
 
 def _starvation(
-    automaton: Automaton, goal: Clause, missing: Sequence[int], unfair: Sequence[Sequence[int]]
+    automaton: Automaton, goal: Clause, missing: int, unfair: Sequence[int]
 ) -> Iterator[Failure]:
     """A component of the transitions that miss the goal in which every assumption is met."""
     cycle = fair_cycle(automaton.edges, missing, unfair)
