@@ -60,6 +60,7 @@ class Traffic:
     wanted: str | None = None
     _failures: int = 0
     _spent: int = 0
+    _starved: str = ""
     _last: tuple[Course, Sequence[Joint]] | None = None
     _certified: dict[tuple[Joint, int, int], bool] = field(default_factory=dict)
 
@@ -241,7 +242,7 @@ class Traffic:
                 distance = member.graph.distances(goal, allowed)[floor.poses[index]]
             told = (robot.assignment.objective, goal, floor.stages)
             if self._watch.look(name, told, distance, self.state.tick) and found is None:
-                found = f"{name} gets no nearer to where it wants to be"
+                found, self._starved = f"{name} gets no nearer to where it wants to be", name
         return found
 
     def _goal(self, floor: Floor, name: str, rounds: int) -> Mask:
@@ -266,10 +267,20 @@ class Traffic:
         owns = {name: robot.own for name, robot in self.state.robots.items()}
         return counts_of(floor, owns, rounds)
 
-    def _search(self, floor: Floor, course: Course, start: Joint) -> Search:
+    def _search(
+        self, floor: Floor, course: Course, start: Joint, wishes: Mapping[int, Mask] | None = None
+    ) -> Search:
+        """A search for a plan. ``wishes``: of robots at first, in place of what they are told."""
+
+        def guide(stages: Stages, poses: tuple[int, ...]) -> list[Mask | None]:
+            found = self._guide(floor, stages, poses)
+            for robot, wish in (wishes or {}).items() if stages == start.stages else ():
+                found[robot] = wish
+            return found
+
         return Search(
             course,
-            lambda stages, poses: self._guide(floor, stages, poses),
+            guide,
             start,
             course.completed,
             seed=self.state.scenario.seed + self.state.tick,
@@ -325,7 +336,10 @@ class Traffic:
         if self._turning:
             self._certify(course, answer.states)
         states = self._cut(course, start, answer.states, helping)
-        self._begin(floor, states, self._counts(floor, course.rounds), reason)
+        counts = self._counts(floor, course.rounds)
+        if self._changes_nothing(plain, states, counts):
+            states = self._leg(plain, course, start) or states
+        self._begin(floor, states, counts, reason)
 
     def _look_for_few(self, floor: Floor, course: Course) -> None:
         """When a search has spent its budget for the first time, and now and then: whether a few
@@ -337,6 +351,33 @@ class Traffic:
         few = deadlock_of_few(floor, course.rounds, counts, self.stop.check)
         if few is not None:
             raise deadlocked(self.state, *few)
+
+    def _changes_nothing(
+        self, floor: Floor, states: Sequence[Joint], counts: Sequence[Count]
+    ) -> bool:
+        """Whether a plan moves nobody, and lets nobody wait for what it still has to meet."""
+        if len({state.poses for state in states}) > 1:
+            return False
+        dues = enumerate(dues_of(states, counts))
+        return all(self._has_met(floor, i, count) for i, due in dues for count in due.values())
+
+    def _leg(self, floor: Floor, course: Course, start: Joint) -> list[Joint] | None:
+        """Moves by which at least the robot that starves gets to where it wants to be: formulas may
+        remember, so that a plan for all takes for met what is not. None if there are none, or the
+        team could not go on after them."""
+        index = floor.index(self._starved)
+        goal = self._goal(self._aimed(floor), self._starved, self.state.scenario.until.rounds)
+        search = self._search(floor, course, start, {index: goal})
+        search.goal = lambda state: (
+            state.stages != start.stages or bool(goal >> state.poses[index] & 1)
+        )
+        answer = search.run(1)
+        if not isinstance(answer, Found):
+            return None
+        after = self._search(floor, course, answer.states[-1])
+        if self._turning and not isinstance(after.run(1), Found):
+            return None
+        return list(answer.states)
 
     @property
     def _rounds(self) -> int:
