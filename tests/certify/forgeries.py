@@ -237,6 +237,7 @@ def _given_up(files: Files, source: Random) -> Files | None:
 
 
 ORDERS = "the moves keep this order as well"
+ASKED = "who was asked is not claimed, and the robot named can do something about the obstacle"
 
 FORGERIES = (
     Mutant("a place of a closure gone", _proof("closure", _place_gone)),
@@ -252,7 +253,7 @@ FORGERIES = (
     Mutant("a step of a plan", _line(("plan",), _step)),
     Mutant("an order of a plan", _line(("plan",), _order), ORDERS),
     Mutant("whose way it is", _line(("plan",), _owner)),
-    Mutant("who helps", _line(("push", "pop"), _helper)),
+    Mutant("who helps", _line(("push", "pop"), _helper), ASKED),
     Mutant("what a request is about", _line(("push", "pop"), _obstacle)),
     Mutant("a completed run cut: deadlock", _deadlock),
     Mutant("given up for no reason", _given_up),

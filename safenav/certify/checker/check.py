@@ -1404,10 +1404,11 @@ class Run:
         if obstacle is not None:
             met = obstacle in self.known and record["requester"] in self.data
             require(met, f"nobody has met {obstacle}")
-            able = all(
-                name in self.data and self.capable(obstacle, name) for name in helpers if name
-            )
-            require(able, f"a helper can do nothing about {obstacle}")
+            first = self.stages[obstacle][0]
+            needed = {need["action"] for need in self.needs(obstacle)[first : first + 1]}
+            for name in filter(None, helpers):
+                able = needed <= {*self.data[name]["capabilities"]}
+                require(able, f"{name} is to help with {obstacle}, but cannot meet its next need")
         self.stack.append(record)
         self._put_in_force(record)
 
