@@ -20,7 +20,7 @@ import yaml
 from campaigns.command import Command, Ended
 from campaigns.judge import independent, joint
 from campaigns.judge.literal import can_patrol
-from campaigns.judge.mission import Mission, read_mission
+from campaigns.judge.mission import Mission, NotJudgedError, read_mission
 from campaigns.judge.replay import Ending, replay, rounds_done
 from campaigns.judge.situation import Answer, Situation, at_start
 
@@ -56,10 +56,13 @@ def judge(
         early = _broken_off(run, lines)
         if early is not None:
             return Judgement(*early, run.seconds, lines)
-        mission = read_mission(data)
-        ending = replay(mission, lines)
         outcome = lines[-1]
-        kind, detail = _judge_outcome(mission, ending, outcome, run, budget)
+        try:
+            mission = read_mission(data)
+        except NotJudgedError as error:
+            kind, detail = _by_its_word(outcome, str(error))
+        else:
+            kind, detail = _judge_outcome(mission, replay(mission, lines), outcome, run, budget)
         if data.get("coordination") == "assignable":
             kind, detail = _told_by_signals(lines) or (kind, detail)
         if kind in (*GOOD, UNDECIDED):
@@ -130,6 +133,13 @@ def _told_by_signals(lines: tuple[Mapping[str, Any], ...]) -> tuple[str, str] | 
         if line["type"] == "synthesis" and line["reason"] not in ("initial", "blocked"):
             return "synthesized again", f"tick {line['tick']}, {line['robot']}: {line['reason']}"
     return None
+
+
+def _by_its_word(outcome: Mapping[str, Any], unread: str) -> tuple[str, str]:
+    """What a run says whose formulas the judge does not read: only check-trace judges that."""
+    proven = outcome["outcome"] == "operator_needed"
+    kind = "proven" if proven else str(outcome["outcome"])
+    return kind, f"the judge does not read {unread}"
 
 
 def _judge_outcome(
