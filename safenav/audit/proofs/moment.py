@@ -144,7 +144,7 @@ class Moment:
         if robot.out:
             return frozenset(kept)
         if robot.formulas is not None:
-            return self._live_by_formulas(robot, robot.formulas, kept)
+            return frozenset(pose for pose, _ in self._states(robot, robot.formulas, kept))
         before: dict[Pose, list[Pose]] = {pose: [] for pose in kept}
         for pose in kept:
             for to in self.steps(robot, pose):
@@ -157,11 +157,21 @@ class Moment:
             if len(kept) == size:
                 return frozenset(kept)
 
-    def _live_by_formulas(
-        self, robot: Robot, formulas: Formulas, inside: set[Pose]
-    ) -> frozenset[Pose]:
-        """The same where goals are met by steps, and staying is a step, too: over poses with the
-        memory of the objective."""
+    def goes_on(
+        self, robot: Robot, walls: frozenset[int], memory: Mapping[str, int] | None
+    ) -> bool:
+        """Whether a robot alone can go on for ever from where it is, with the ``memory`` of its
+        formulas if that is known."""
+        inside = self.closure(robot, [robot.pose], walls)
+        if robot.formulas is None or memory not in robot.formulas.valuations:
+            return bool(self.live(robot, inside, walls))
+        kept = {pose for pose in inside if pose[0] not in walls}
+        number = robot.formulas.valuations.index(memory)
+        return (robot.pose, number) in self._states(robot, robot.formulas, kept)
+
+    def _states(self, robot: Robot, formulas: Formulas, inside: set[Pose]) -> set[tuple[Pose, int]]:
+        """What ``live`` is where goals are met by steps, and staying is a step, too: poses with the
+        memory of the objective, by number."""
         steps = [
             ((pose, i), (to, j), goals)
             for pose in inside
@@ -180,7 +190,7 @@ class Moment:
                 met = {one for one, _, goals in within if goal in goals or not formulas.liveness}
                 kept = _reaching(met, before, kept)
             if len(kept) == size:
-                return frozenset(pose for pose, _ in kept)
+                return kept
 
     def without(self, gates: Iterable[str]) -> Moment:
         """The same with these gates away."""

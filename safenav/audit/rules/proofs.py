@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import asdict, replace
 from itertools import product
 from typing import Any
@@ -23,6 +23,7 @@ from safenav.trace.records import (
     Outcome,
     Record,
     Resolved,
+    Synthesis,
 )
 from safenav.trace.vocabulary import BlockReason, Ending
 
@@ -37,6 +38,8 @@ class ProofRule(Rule):
     def __init__(self) -> None:
         self._goals: dict[str, list[Goal]] = {}
         self._never: set[str] = set()
+        self._memory: dict[tuple[str, str], Mapping[str, int] | None] = {}
+        """What a robot remembered that had no strategy, by its name and specification."""
 
     def line(self, record: Record, now: Situation) -> Iterator[Finding]:
         if isinstance(record, Goal):
@@ -45,6 +48,8 @@ class ProofRule(Rule):
         elif isinstance(record, Resolved):
             if now.is_last_need(record):
                 self._goals.clear()
+        elif isinstance(record, Synthesis):
+            self._memory[record.robot, record.spec] = record.memory
         elif isinstance(record, Appeared | Gone):
             self._never.discard(record.obstacle)
         elif isinstance(record, Blocked) and record.reason is not BlockReason.UNTRAVERSABLE:
@@ -65,10 +70,12 @@ class ProofRule(Rule):
         """Whether some robot has lost its objective for good, as a synthesis says: alone, and
         with all away that may yet be resolved, it cannot go on for ever."""
         moment = moment_of(now, self._goals, self._never)
-        for name in (record.unrealizable or {}).keys() & moment.robots.keys():
-            robot, walls = moment.robots[name], moment.sealed[name]
-            reached = moment.closure(robot, [robot.pose], walls)
-            if not robot.judged or not moment.live(robot, reached, walls):
+        for name, spec in (record.unrealizable or {}).items():
+            robot = moment.robots.get(name)
+            memory = self._memory.get((name, spec))
+            if robot is None:
+                continue
+            if not robot.judged or not moment.goes_on(robot, moment.sealed[name], memory):
                 return True
         return False
 
