@@ -1,14 +1,22 @@
-"""For all tests: interrupts are heard, and syntheses are kept for this test run alone.
+"""For all tests: interrupts are heard, syntheses are kept for this test run alone, and each
+process has one browser.
 
 A shell starts background jobs with SIGINT ignored, and programs pass that on to theirs.
 """
+
+from __future__ import annotations
 
 import os
 import shutil
 import signal
 import tempfile
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import pytest
+
+if TYPE_CHECKING:
+    from report.browser import Browser
 
 _KEPT = "SAFENAV_TEST_CACHE"
 
@@ -21,3 +29,20 @@ def pytest_configure(config: pytest.Config) -> None:
         os.environ[_KEPT] = folder
         config.add_cleanup(lambda: shutil.rmtree(folder, ignore_errors=True))
     os.environ["SAFENAV_CACHE"] = os.environ[_KEPT]
+
+
+@pytest.fixture(scope="session")
+def chromium() -> Iterator[Browser]:
+    from report.browser import Browser  # skips where there is no selenium
+
+    found = Browser()
+    yield found
+    found.driver.quit()
+
+
+@pytest.fixture(scope="module")
+def browser(chromium: Browser) -> Iterator[Browser]:
+    """A browser that shows nothing yet, and nothing when the module has ended."""
+    chromium.leave()
+    yield chromium
+    chromium.leave()

@@ -17,14 +17,15 @@ from selenium.webdriver.chrome.service import Service  # noqa: E402
 from selenium.webdriver.common.by import By  # noqa: E402
 from selenium.webdriver.common.keys import Keys  # noqa: E402
 from selenium.webdriver.remote.webelement import WebElement  # noqa: E402
+from selenium.webdriver.support.ui import Select  # noqa: E402
 
-__all__ = ["Browser", "Keys"]
+__all__ = ["Browser", "Keys", "Select"]
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 
 
 class Browser:
-    """Opens pages from disk, in a window of a given size."""
+    """Opens pages in a window of a given size."""
 
     def __init__(self, solid: bool = False) -> None:
         """``solid``: draw three dimensions by software, which makes flat pages slow."""
@@ -49,6 +50,17 @@ class Browser:
         scheme: str = "light",
         motion: str = "no-preference",
     ) -> None:
+        """The page of a file, freshly loaded."""
+        self.visit(page.as_uri() + fragment, width, height, scheme, motion)
+
+    def visit(
+        self,
+        address: str,
+        width: int = 1280,
+        height: int = 800,
+        scheme: str = "light",
+        motion: str = "no-preference",
+    ) -> None:
         """The page, freshly loaded, under the conditions of a screen and its owner."""
         metrics = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 600}
         self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
@@ -57,10 +69,14 @@ class Browser:
             {"name": "prefers-reduced-motion", "value": motion},
         ]
         self.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": features})
-        self.driver.get("about:blank")
+        self.leave()
         self.driver.get_log("browser")
-        self.driver.get(page.as_uri() + fragment)
+        self.driver.get(address)
         self.wait(lambda: self.all("header h1"))
+
+    def leave(self) -> None:
+        """Show nothing, so that nothing moves, asks or is complained of any more."""
+        self.driver.get("about:blank")
 
     def errors(self) -> list[str]:
         """What the console complained of since the page was opened."""
@@ -91,10 +107,14 @@ class Browser:
         actions.perform()
 
     def wait(self, condition: Callable[[], object], seconds: float = 300.0) -> None:
+        """Until the condition holds. Asking costs time of the processor, so the longer it takes,
+        the longer are the pauses."""
         limit = time.monotonic() + seconds
+        pause = 0.01
         while not condition():
             assert time.monotonic() < limit, "waited for something that did not happen"
-            time.sleep(0.02)
+            time.sleep(pause)
+            pause = min(1.3 * pause, 0.1)
 
     @property
     def tick(self) -> int:

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from report import made_traces, team_trace
-from report.browser import Browser
 from safenav.report.page.html import page_of
 from safenav.report.replay.reading import read_replay
 from safenav.report.replay.timeline import Replay
@@ -34,13 +32,6 @@ def traces(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
 @pytest.fixture(scope="session")
 def replays(traces: dict[str, Path]) -> dict[str, Replay]:
     return {name: read_replay(path) for name, path in traces.items()}
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    found = Browser()
-    yield found
-    found.driver.quit()
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from report.browser import Browser, Keys
+from report.browser import Browser, Keys, Select
 from safenav.audit.check import audit
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from safenav.trace.reading import read_bytes
@@ -30,12 +30,7 @@ class Board:
     def __init__(self, browser: Browser, address: str) -> None:
         self.browser = browser
         self.address = address
-        browser.driver.get("about:blank")
-        browser.driver.get_log("browser")
-        metrics = {"width": 1400, "height": 900, "deviceScaleFactor": 1, "mobile": False}
-        browser.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
-        browser.driver.get(address)
-        browser.wait(lambda: browser.all("header h1"), MINUTES)
+        browser.visit(address, width=1400, height=900)
 
     def at(self, region: int) -> tuple[int, int]:
         """The middle of a region, in pixels of the window."""
@@ -73,6 +68,10 @@ class Board:
         assert found, f"no button {label!r}"
         found[0].click()
 
+    def fast(self) -> None:
+        """Let the run go on as fast as the page offers."""
+        Select(self.browser.one(".speed select")).select_by_value("64")
+
     @property
     def text(self) -> str:
         return str(self.browser.run("return document.querySelector('.text textarea')?.value"))
@@ -83,13 +82,6 @@ class Board:
     def saved(self, name: str) -> bytes:
         with urllib.request.urlopen(self.address + "save/" + name, timeout=MINUTES) as response:
             return bytes(response.read())
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    found = Browser()
-    yield found
-    found.driver.quit()
 
 
 @pytest.fixture
@@ -143,6 +135,8 @@ def test_case_study_1_is_drawn_run_and_undone(board: Board, tmp_path: Path) -> N
     assert (tmp_path / "mine.yaml").read_text() == board.text
 
     board.choose("▶ Run")
+    browser.wait(lambda: browser.all(".speed select"), MINUTES)
+    board.fast()
     browser.wait(lambda: browser.all(".badge.good"), MINUTES)
     trace = read_bytes(board.saved("trace"))
     assert audit(trace).findings == ()
@@ -209,6 +203,7 @@ def test_a_door_is_closed_by_a_click_and_the_saved_scenario_plays_the_same(board
     browser.wait(lambda: browser.all("header h1"), MINUTES)
     board.choose("To the run")
     browser.wait(lambda: browser.tick >= 5, MINUTES)
+    board.fast()
     browser.button("Run").click()
     browser.wait(lambda: browser.all(".badge.good"), MINUTES)
     trace = read_bytes(board.saved("trace"))
