@@ -1,4 +1,4 @@
-"""The ``safenav`` command as a process of its own, without the time that its start takes.
+"""Commands as processes of their own, without the time that their start takes.
 
 Most of what a short command costs is the start of Python and the imports. Here a program that
 has imported all of safenav forks for each command: the command has its own process, working
@@ -44,8 +44,20 @@ def safenav(
     text: str = "",
 ) -> Done:
     """Run ``safenav ARGUMENTS...`` with ``text`` on its standard input; warnings are errors."""
+    return program("safenav.cli", *arguments, cwd=cwd, env=env, text=text)
+
+
+def program(
+    module: str,
+    *arguments: object,
+    cwd: Path | None = None,
+    env: Mapping[str, str] | None = None,
+    text: str = "",
+) -> Done:
+    """Run a module's ``main`` in the same way; what it returns is the exit status."""
     words = [str(argument) for argument in arguments]
-    asked = {"words": words, "cwd": str(cwd or Path.cwd()), "env": dict(env or os.environ)}
+    place, environment = str(cwd or Path.cwd()), dict(env or os.environ)
+    asked = {"module": module, "words": words, "cwd": place, "env": environment}
     with (
         tempfile.TemporaryFile() as given,
         tempfile.TemporaryFile() as out,
@@ -62,7 +74,7 @@ def safenav(
         for stream in (out, err):
             stream.seek(0)
             texts.append(stream.read().decode())
-    return subprocess.CompletedProcess(["safenav", *words], status, *texts)
+    return subprocess.CompletedProcess([module, *words], status, *texts)
 
 
 def _ask(files: list[int]) -> int:
@@ -127,7 +139,7 @@ def _become(files: list[int]) -> NoReturn:
     sys.argv = ["-c", *asked["words"]]
     status = 0
     try:
-        importlib.import_module("safenav.cli").main()
+        status = importlib.import_module(asked["module"]).main() or 0
     except SystemExit as ended:
         status = ended.code if isinstance(ended.code, int) else int(ended.code is not None)
     except BaseException:

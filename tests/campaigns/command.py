@@ -10,7 +10,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,7 +20,8 @@ BINARY = Path(sys.executable).parent / "safenav"
 @dataclass(frozen=True)
 class Ended:
     """How a call ended. ``exit``: its status, None if only SIGKILL ended it. ``interrupted``:
-    SIGINT was sent, because its time was over; ``deaf``: for how many seconds it went on."""
+    SIGINT was sent, because its time was over; ``deaf``: for how many seconds it went on;
+    ``seen``: what ``look`` saw at that moment."""
 
     exit: int | None
     output: str
@@ -28,24 +29,34 @@ class Ended:
     seconds: float
     interrupted: bool = False
     deaf: float = 0.0
+    seen: bytes = b""
 
 
 class Command:
     """Calls the installed program, each time in a process of its own."""
 
-    def call(self, arguments: Sequence[str | Path], seconds: float, patience: float = 5.0) -> Ended:
+    def call(
+        self,
+        arguments: Sequence[str | Path],
+        seconds: float,
+        patience: float = 5.0,
+        look: Callable[[], bytes] = bytes,
+    ) -> Ended:
         """Run ``safenav`` with these arguments. After ``seconds`` it gets a SIGINT, after
-        ``patience`` more a SIGKILL."""
+        ``patience`` more a SIGKILL. It stands still while ``look`` is called."""
         words = list(map(str, arguments))
         with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
             begun = time.monotonic()
             process = self._start(words, out.fileno(), err.fileno())
             exit_status = _wait(process, begun + seconds)
             interrupted = exit_status is None
-            deaf = 0.0
+            deaf, seen = 0.0, b""
             if exit_status is None:
+                os.kill(process, signal.SIGSTOP)
+                seen = look()
                 sent = time.monotonic()
                 os.kill(process, signal.SIGINT)
+                os.kill(process, signal.SIGCONT)
                 exit_status = _wait(process, sent + patience)
                 deaf = time.monotonic() - sent
             if exit_status is None:
@@ -56,7 +67,7 @@ class Command:
             for stream in (out, err):
                 stream.seek(0)
                 texts.append(stream.read().decode(errors="replace"))
-        return Ended(exit_status, texts[0], texts[1], spent, interrupted, deaf)
+        return Ended(exit_status, texts[0], texts[1], spent, interrupted, deaf, seen)
 
     def _start(self, words: list[str], out: int, err: int) -> int:
         process = subprocess.Popen(

@@ -7,13 +7,11 @@ crowds, which take longer, a fifth).
 from __future__ import annotations
 
 import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
-TESTS = Path(__file__).parents[1]
+import warm
 
 BOUNDED = {
     "apart": 20,
@@ -31,17 +29,8 @@ LONG = ("crowd", "crowd_hidden")
 
 def play(tmp_path: Path, family: str, seeds: int, *options: str) -> None:
     """One campaign in a process of its own: 1 is a finding, told on its output."""
-    done = subprocess.run(
-        [
-            *(sys.executable, "-m", "campaigns", "--family", family, "--seeds", f"0:{seeds}"),
-            *("--forked", "--out", str(tmp_path), *options),
-        ],
-        cwd=TESTS,
-        env=os.environ | {"PYTHONPATH": str(TESTS)},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    which = ("--family", family, "--seeds", f"0:{seeds}")
+    done = warm.program("campaigns.__main__", *which, "--forked", "--out", tmp_path, *options)
     found = "".join(file.read_text(encoding="utf-8") for file in sorted(tmp_path.iterdir()))
     assert done.returncode == 0, done.stdout + done.stderr + found
 

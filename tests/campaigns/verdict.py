@@ -80,11 +80,16 @@ def judge_interrupted(
     with tempfile.TemporaryDirectory() as folder:
         file, trace = Path(folder) / "mission.yaml", Path(folder) / "mission.jsonl"
         file.write_text(yaml.safe_dump(dict(data), sort_keys=False), encoding="utf-8")
-        run = command.call(["run", file, "--no-map", "--trace", trace], after, patience)
+        run = command.call(
+            ["run", file, "--no-map", "--trace", trace],
+            after,
+            patience,
+            look=lambda: trace.read_bytes() if trace.exists() else b"",
+        )
         lines = read_lines(trace)
         if run.exit is None:
             return Judgement("deaf", f"SIGINT did not end it in {patience:.0f} s", run.seconds)
-        if not run.interrupted or not lines:
+        if not run.interrupted or not lines or b'"type":"outcome"' in run.seen:
             return Judgement("completed", "it ended, or was ended, before it began", run.deaf)
         told = (run.output[-300:] + run.errors[-900:]).strip()
         if run.exit != 130 or "Traceback" in run.errors:
