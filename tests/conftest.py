@@ -11,24 +11,35 @@ import shutil
 import signal
 import tempfile
 from collections.abc import Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
 
+from once import FOLDER
+
 if TYPE_CHECKING:
     from report.browser import Browser
-
-_KEPT = "SAFENAV_TEST_CACHE"
 
 
 def pytest_configure(config: pytest.Config) -> None:
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
-    if _KEPT not in os.environ:  # else another process of this test run has made it
-        folder = tempfile.mkdtemp(prefix="safenav-cache-")
-        os.environ[_KEPT] = folder
+    if FOLDER not in os.environ:  # else another process of this test run has made it
+        folder = tempfile.mkdtemp(prefix="safenav-tests-")
+        os.environ[FOLDER] = folder
         config.add_cleanup(lambda: shutil.rmtree(folder, ignore_errors=True))
-    os.environ["SAFENAV_CACHE"] = os.environ[_KEPT]
+    os.environ["SAFENAV_CACHE"] = str(Path(os.environ[FOLDER]) / "cache")
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Each worker begins with the slow ones of its share: what it has at its end is short, so
+    that the others can take it over and all end together."""
+    share = -(-len(items) // int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1"))) or 1
+    for first in range(0, len(items), share):
+        part = slice(first, first + share)
+        items[part] = sorted(items[part], key=lambda item: "slow" not in item.keywords)
 
 
 @pytest.fixture(scope="session")

@@ -10,18 +10,25 @@ import fcntl
 import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 
-import pytest
+from safenav.runtime.mission import Mission
+from safenav.scenario.reading.loader import load_scenario
+from safenav.trace.writing import TraceWriter
+
+FOLDER = "SAFENAV_TEST_FOLDER"
+"""The variable that names the folder of this test run; it is removed at the end."""
+
+SCENARIOS = Path(__file__).parents[1] / "scenarios"
 
 
-def made_once(factory: pytest.TempPathFactory, name: str, make: Callable[[Path], object]) -> Path:
+def made_once(name: str, make: Callable[[Path], object]) -> Path:
     """The folder ``name`` as ``make`` has filled it: by whoever comes first; the others wait.
 
     What is in it is shared, so nobody changes it.
     """
-    base = factory.getbasetemp()
-    shared = base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
+    shared = Path(os.environ[FOLDER]) / "made"
     folder, done = shared / name, shared / f"{name}.done"
     with locked(shared / f"{name}.lock"):
         if not done.exists():
@@ -29,6 +36,17 @@ def made_once(factory: pytest.TempPathFactory, name: str, make: Callable[[Path],
             make(folder)
             done.touch()
     return folder
+
+
+@cache
+def trace_of_shipped(name: str) -> Path:
+    """The trace of ``scenarios/NAME.yaml``, played once."""
+
+    def play(folder: Path) -> None:
+        with TraceWriter(folder / f"{name}.jsonl") as writer:
+            Mission(load_scenario(SCENARIOS / f"{name}.yaml"), listeners=[writer]).run()
+
+    return made_once(f"trace of {name}", play) / f"{name}.jsonl"
 
 
 @contextmanager

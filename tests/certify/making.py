@@ -7,14 +7,14 @@ import json
 import subprocess
 import sys
 from contextlib import suppress
-from functools import lru_cache
+from functools import cache
 from pathlib import Path
 from random import Random
-from tempfile import mkdtemp
 
 import yaml
 
 from certify.missions import random_mission
+from once import made_once
 from safenav.certify.evidence import RulesEvidence
 from safenav.certify.record import bundle_of_run
 
@@ -25,12 +25,18 @@ Files = dict[str, bytes]
 """A bundle as data: content by name, without the manifest."""
 
 
-@lru_cache(maxsize=64)
-def bundle_at(scenario: Path) -> Path:
-    """The bundle of a scenario's run; not to be changed."""
-    target = Path(mkdtemp(prefix="safenav-bundle-")) / scenario.stem
-    bundle_of_run(scenario, target)
-    return target
+@cache
+def bundle_at(name: str, text: str) -> Path:
+    """The bundle of the run of a scenario that is given as text; not to be changed."""
+
+    def make(folder: Path) -> None:
+        scenario = folder / f"{name}.yaml"
+        scenario.write_text(text)
+        bundle_of_run(scenario, folder / name)
+
+    return (
+        made_once(f"bundle of {name} {hashlib.sha256(text.encode()).hexdigest()[:8]}", make) / name
+    )
 
 
 NEGATIVES = {
@@ -54,33 +60,26 @@ ONE_WAY = 177
 """Seed of a random one in which only one-way choices are left."""
 
 
-@lru_cache
+@cache
 def negative(name: str) -> Path:
     """The bundle of a mission that nobody can complete."""
-    scenario = Path(mkdtemp(prefix="safenav-scenario-")) / f"{name.replace(' ', '_')}.yaml"
     if name in NEGATIVES:
         limits = "until: {rounds: 1}\nlimits: {ticks: 40}\n"
-        scenario.write_text(f"safenav: 1\nname: {name}\n{limits}{NEGATIVES[name]}")
+        text = f"safenav: 1\nname: {name}\n{limits}{NEGATIVES[name]}"
     else:
-        scenario.write_text(yaml.safe_dump(random_mission(Random(ONE_WAY)), sort_keys=False))
-    return bundle_at(scenario)
+        text = yaml.safe_dump(random_mission(Random(ONE_WAY)), sort_keys=False)
+    return bundle_at(name.replace(" ", "_"), text)
 
 
+@cache
 def shipped(name: str) -> Path:
     """The bundle of a shipped scenario; ``hello, assignable`` is hello with goals that are
     assigned at runtime."""
     if name in (*NEGATIVES, "one way"):
         return negative(name)
     name, _, assignable = name.partition(", ")
-    scenario = SCENARIOS / f"{name}.yaml"
-    return bundle_at(_assignable(scenario) if assignable else scenario)
-
-
-@lru_cache
-def _assignable(scenario: Path) -> Path:
-    copy = Path(mkdtemp(prefix="safenav-scenario-")) / scenario.name
-    copy.write_text(scenario.read_text() + "coordination: assignable\n")
-    return copy
+    text = (SCENARIOS / f"{name}.yaml").read_text()
+    return bundle_at(Path(name).name, text + "coordination: assignable\n" * bool(assignable))
 
 
 def files_of(bundle: Path) -> Files:

@@ -53,11 +53,11 @@ def test_a_program_that_would_not_run_everywhere_is_refused(program: bytes, word
 
 
 @pytest.fixture(scope="module")
-def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def wheel() -> Path:
     def make(folder: Path) -> None:
         subprocess.run([sys.executable, SCRIPT, folder], check=True, timeout=900)
 
-    (found,) = made_once(tmp_path_factory, "dist", make).glob("*.whl")
+    (found,) = made_once("dist", make).glob("*.whl")
     return found
 
 

@@ -7,28 +7,24 @@ from functools import cache
 from hashlib import sha256
 from pathlib import Path
 
+from once import SCENARIOS, made_once, trace_of_shipped
 from safenav.motion.file.reading import parsed
 from safenav.motion.file.records import Motion
 from safenav.motion.file.writing import text_of
 from safenav.motion.making import motion_of
 from safenav.runtime.mission import Mission
-from safenav.scenario.reading.loader import load_scenario, load_scenario_text
+from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.reading import read_bytes
 from safenav.trace.trace import Trace
 from safenav.trace.writing import TraceWriter
 
-SCENARIOS = Path(__file__).parents[2] / "scenarios"
 SHIPPED = sorted(path.stem for path in SCENARIOS.glob("*.yaml"))
 
 
 @cache
 def trace_bytes(name: str) -> bytes:
     """The trace of a shipped scenario, as its file."""
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "trace.jsonl"
-        with TraceWriter(path) as writer:
-            Mission(load_scenario(SCENARIOS / f"{name}.yaml"), listeners=[writer]).run()
-        return path.read_bytes()
+    return trace_of_shipped(name).read_bytes()
 
 
 def played(text: str) -> bytes:
@@ -40,6 +36,7 @@ def played(text: str) -> bytes:
         return path.read_bytes()
 
 
+@cache
 def trace_of(name: str) -> Trace:
     return read_bytes(trace_bytes(name), f"{name}.jsonl")
 
@@ -51,5 +48,10 @@ def digest_of(name: str) -> str:
 @cache
 def motion(name: str) -> Motion:
     """The motion of a shipped scenario, as a reader of its file has it."""
-    made = motion_of(trace_of(name), digest_of(name))
-    return parsed(text_of(made).encode(), f"{name}.motion.jsonl")
+    file = f"{name}.motion.jsonl"
+
+    def make(folder: Path) -> None:
+        made = motion_of(trace_of(name), digest_of(name))
+        (folder / file).write_bytes(text_of(made).encode())
+
+    return parsed((made_once(f"motion of {name}", make) / file).read_bytes(), file)

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from motion.runs import digest_of, trace_of
+from once import made_once
 from safenav.errors import UsageError
 from safenav.motion.check.verdict import check_motion
 from safenav.motion.file.reading import parsed
@@ -22,8 +24,11 @@ NAME = "case_study_1"
 
 @cache
 def windy(gust: float, seed: int = 1) -> Motion:
-    made = motion_of(trace_of(NAME), digest_of(NAME), None, Disturbances(seed, gust=gust))
-    return parsed(text_of(made).encode(), "windy")
+    def make(folder: Path) -> None:
+        made = motion_of(trace_of(NAME), digest_of(NAME), None, Disturbances(seed, gust=gust))
+        (folder / "windy").write_bytes(text_of(made).encode())
+
+    return parsed((made_once(f"{gust} {seed}", make) / "windy").read_bytes(), "windy")
 
 
 def errors(motion: Motion) -> np.ndarray:

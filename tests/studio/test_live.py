@@ -5,11 +5,11 @@ from __future__ import annotations
 import asyncio
 import json
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
 
+from once import trace_of_shipped
 from safenav.audit.check import audit
 from safenav.report.page.encode import encoded
 from safenav.report.page.live import LiveRun
@@ -168,14 +168,9 @@ def test_a_run_that_is_ended_leaves_a_sound_trace_and_can_begin_anew(served: Ser
 
 
 @pytest.mark.parametrize("name", ["case_study_1", "case_study_3_beliefs", "team_of_six"])
-def test_the_news_of_all_ticks_are_the_whole(name: str, tmp_path: Path) -> None:
+def test_the_news_of_all_ticks_are_the_whole(name: str) -> None:
     """What a page that was there from the beginning has, and one that was opened later."""
-    from safenav import Mission, TraceWriter, load_scenario
-
-    file = tmp_path / "run.jsonl"
-    with TraceWriter(file) as writer:
-        Mission(load_scenario(SCENARIOS / f"{name}.yaml"), listeners=[writer]).run()
-    trace = read_bytes(file.read_bytes())
+    trace = read_bytes(trace_of_shipped(name).read_bytes())
     live = LiveRun(trace.header, "run.jsonl")
     page = live.whole()
     tick = 0
