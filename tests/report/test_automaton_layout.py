@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from safenav.report.picture.automaton_layout import Point, laid_out, layers_of
+from safenav.report.picture.automaton_layout import BoxLayout, Point, laid_out, layers_of
 
 BOX = (90.0, 44.0)
 
@@ -23,8 +23,16 @@ def graphs(draw: st.DrawFn) -> list[list[int]]:
 
 @given(graphs())
 @settings(max_examples=150, deadline=None)
-def test_boxes_are_apart_and_on_the_page(transitions: list[list[int]]) -> None:
+def test_whatever_the_graph_nothing_overlaps_and_every_transition_is_drawn(
+    transitions: list[list[int]],
+) -> None:
     layout = laid_out((0,), transitions, BOX)
+    boxes_are_apart_and_on_the_page(layout)
+    every_transition_has_an_arrow_from_box_to_box(layout, transitions)
+    no_arrow_passes_through_a_box(layout)
+
+
+def boxes_are_apart_and_on_the_page(layout: BoxLayout) -> None:
     for (x, y), (to_x, to_y) in combinations(layout.centres, 2):
         assert abs(x - to_x) >= BOX[0] or abs(y - to_y) >= BOX[1]
     for x, y in layout.centres:
@@ -34,10 +42,9 @@ def test_boxes_are_apart_and_on_the_page(transitions: list[list[int]]) -> None:
         assert all(0 <= x <= layout.width and 0 <= y <= layout.height for x, y in arrow.points)
 
 
-@given(graphs())
-@settings(max_examples=150, deadline=None)
-def test_every_transition_has_an_arrow_from_box_to_box(transitions: list[list[int]]) -> None:
-    layout = laid_out((0,), transitions, BOX)
+def every_transition_has_an_arrow_from_box_to_box(
+    layout: BoxLayout, transitions: list[list[int]]
+) -> None:
     drawn = sorted((arrow.source, arrow.target) for arrow in layout.arrows)
     assert drawn == sorted((n, s) for n, successors in enumerate(transitions) for s in successors)
     for arrow in layout.arrows:
@@ -45,10 +52,7 @@ def test_every_transition_has_an_arrow_from_box_to_box(transitions: list[list[in
         assert _on_border(arrow.points[-1], layout.centres[arrow.target])
 
 
-@given(graphs())
-@settings(max_examples=150, deadline=None)
-def test_no_arrow_passes_through_a_box(transitions: list[list[int]]) -> None:
-    layout = laid_out((0,), transitions, BOX)
+def no_arrow_passes_through_a_box(layout: BoxLayout) -> None:
     for arrow in layout.arrows:
         for here, there in pairwise(arrow.points):
             assert not any(_crosses(here, there, centre) for centre in layout.centres)

@@ -31,16 +31,20 @@ def exact(blocked: list[list[bool]], layout: Layout, share: float) -> frozenset[
     """The rule of the module, one region and one pixel after the other."""
     pixels_down, pixels_aside = len(blocked), len(blocked[0])
     found = set()
+    souths = [(layout.rows - 1 - row) * layout.height for row in range(layout.rows)]
+    wests = [col * layout.width for col in range(layout.cols)]
+    heights = [
+        [shared(s, s + layout.height, pixels_down - 1 - y) for y in range(pixels_down)]
+        for s in souths
+    ]
+    widths = [[shared(w, w + layout.width, x) for x in range(pixels_aside)] for w in wests]
     for row in range(layout.rows):
         for col in range(layout.cols):
-            south = (layout.rows - 1 - row) * layout.height
-            west = col * layout.width
             free = sum(
-                shared(south, south + layout.height, pixels_down - 1 - y)
-                * shared(west, west + layout.width, x)
-                for y in range(pixels_down)
-                for x in range(pixels_aside)
-                if not blocked[y][x]
+                height * width
+                for y, height in enumerate(heights[row])
+                for x, width in enumerate(widths[col])
+                if height and width and not blocked[y][x]
             )
             part = 1 - free / (layout.height * layout.width)
             if part > 0 and part >= Fraction(str(share)):  # the number as it is written
