@@ -62,8 +62,7 @@ class Browser:
         motion: str = "no-preference",
     ) -> None:
         """The page, freshly loaded, under the conditions of a screen and its owner."""
-        metrics = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 600}
-        self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
+        self.resize(width, height)
         features = [
             {"name": "prefers-color-scheme", "value": scheme},
             {"name": "prefers-reduced-motion", "value": motion},
@@ -73,6 +72,10 @@ class Browser:
         self.driver.get_log("browser")
         self.driver.get(address)
         self.wait(lambda: self.all("header h1"))
+
+    def resize(self, width: int, height: int) -> None:
+        metrics = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 600}
+        self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
 
     def leave(self) -> None:
         """Show nothing, so that nothing moves, asks or is complained of any more."""
