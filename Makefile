@@ -18,8 +18,10 @@ run: install ## install everything, build slugs/, run case study 1
 	$(BIN)/safenav run scenarios/case_study_1.yaml --trace build/case_study_1.jsonl
 	@echo "See it in 3D: $(BIN)/safenav replay build/case_study_1.jsonl --3d"
 
-# One worker more than jobs: some tests wait (for a cluster, a browser, a time limit).
-test: install lint slugs-test ## lint, types, C++ tests, Python tests
+# Lint beside the C++ build. One worker more than jobs: some tests wait (for a cluster, a browser,
+# a time limit).
+test: install ## lint, types, C++ tests, Python tests
+	@$(MAKE) --no-print-directory --jobs=$(JOBS) lint slugs-test
 	$(BIN)/pytest -n $$(( $(JOBS) + 1 )) --dist worksteal
 
 QUICK := tests/architecture tests/audit tests/formula tests/scenario tests/spec tests/traces tests/world
@@ -49,7 +51,7 @@ slugs: install ## build the synthesizer alone: slugs/build/slugs
 	$(CMAKE) --build $(SLUGS_BUILD) --parallel $(JOBS)
 
 slugs-test: slugs ## unit tests of the synthesizer
-	ctest --test-dir $(SLUGS_BUILD) --output-on-failure 2>/dev/null || $(BIN)/ctest --test-dir $(SLUGS_BUILD) --output-on-failure
+	$$(command -v ctest || echo $(BIN)/ctest) --test-dir $(SLUGS_BUILD) --output-on-failure --parallel $(JOBS)
 
 lint: install ## ruff, mypy --strict, clang-format
 	$(BIN)/ruff check .
@@ -69,7 +71,9 @@ fuzz: install slugs ## long campaigns: games, proofs, missions; with clang the r
 	SAFENAV_FUZZ=$(FUZZ) SAFENAV_RANDOM_GAMES=$(FUZZ) $(BIN)/pytest -n $(JOBS) --dist worksteal \
 	  tests/fuzz tests/campaigns tests/certify tests/motion/test_random_missions.py \
 	  tests/slugs/test_random_games.py tests/slugs/test_serve.py \
-	  tests/runtime/test_random_teams.py \
+	  tests/runtime/test_random_teams.py tests/runtime/test_beliefs.py \
+	  tests/oracle/test_agreement.py tests/synthesis/test_reading.py \
+	  tests/synthesis/test_verify_random.py \
 	  tests/studio/test_editing.py tests/studio/test_random_sessions.py \
 	  tests/runtime/test_interventions.py
 	@if command -v clang++ >/dev/null; then \

@@ -62,7 +62,7 @@ def quiet(scenario: Scenario) -> Synthesizer:
     )
 
 
-@campaign(250)
+@campaign(120)
 @given(scenarios())
 def test_every_mission_ends_well(data: dict[str, Any]) -> None:
     try:

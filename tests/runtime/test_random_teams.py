@@ -18,8 +18,8 @@ from safenav.scenario.model import Outcome
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.writing import TraceWriter
 
-WANTED = int(os.environ.get("SAFENAV_FUZZ", "60"))
-BATCH = 20
+WANTED = int(os.environ.get("SAFENAV_FUZZ", "40"))
+BATCH = 10
 
 REGRESSIONS = {
     686: "a robot on its way to where it will wait was taken to wait there already",

@@ -38,7 +38,7 @@ request'
 request & floor = 3
 floor = 0
 """
-GAMES = int(os.environ.get("SAFENAV_RANDOM_GAMES", "1000")) // 10
+GAMES = int(os.environ.get("SAFENAV_RANDOM_GAMES", "500")) // 10
 BATCH = 20
 
 

@@ -125,6 +125,8 @@ def _corpus() -> Path:
 
 CORPUS = sorted(_corpus().glob("*/*.structuredslugs"))
 LARGE = ("basicEvasion", "Belief_Evasion_fine")
+if "SAFENAV_FUZZ" not in os.environ:  # among the tests, slugs alone checks these two strategies
+    LARGE = (*LARGE, "coop_0_quad", "Belief_Evasion_coarse")
 
 
 @pytest.mark.skipif(not CORPUS, reason="no corpus of specifications; set SAFENAV_CORPUS")

@@ -7,6 +7,7 @@ path is one, the constraint is violated, the cycle misses what it is said to mis
 from __future__ import annotations
 
 import json
+import os
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -38,7 +39,7 @@ from safenav.verify.verification import (
     verify_strategy,
 )
 
-GAMES = 600
+GAMES = int(os.environ.get("SAFENAV_RANDOM_GAMES", "400"))
 KINDS = ("bit", "missing", "extra", "redirected", "rank", "initial")
 AT_LEAST = 30
 
