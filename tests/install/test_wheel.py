@@ -99,7 +99,7 @@ def test_a_new_environment_without_compiler_plays_a_scenario_elsewhere(
 ) -> None:
     fresh, elsewhere = tmp_path / "fresh", tmp_path / "elsewhere"
     elsewhere.mkdir()
-    subprocess.run([sys.executable, "-m", "venv", fresh], check=True)
+    subprocess.run([sys.executable, "-m", "venv", "--without-pip", fresh], check=True)
     environment = {"PATH": str(fresh / "bin"), "HOME": str(tmp_path), "NO_COLOR": "1"}
     assert shutil.which("c++", path=environment["PATH"]) is None
 
@@ -111,7 +111,8 @@ def test_a_new_environment_without_compiler_plays_a_scenario_elsewhere(
         return done.stdout
 
     program = str(fresh / "bin" / "safenav")
-    say(str(fresh / "bin" / "pip"), "install", "--quiet", str(wheel))
+    into = ("--python", str(fresh / "bin" / "python"))
+    say(sys.executable, "-m", "pip", *into, "install", "--quiet", str(wheel))
     say(program, "new", "x.yaml")
     assert "completed" in say(program, "run", "x.yaml", "--html", "x.html")
     assert "safenav" in (elsewhere / "x.html").read_text(encoding="utf-8")
