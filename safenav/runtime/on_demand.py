@@ -15,11 +15,13 @@ from safenav.verify.moves import MoveCheck
 
 class OnDemand:
     """The moves of a running synthesizer. Raises SynthesizerError if it has ended, or if what it
-    answers breaks the specification."""
+    answers breaks the specification. ``most``: how many nodes a listed strategy may have; beyond
+    that nothing is looked up in what would be the list."""
 
-    def __init__(self, served: ServedStrategy) -> None:
+    def __init__(self, served: ServedStrategy, most: int) -> None:
         self.specification = served.specification
         self._served = served
+        self._most = most
         self._check = MoveCheck(served.specification)
         self._inputs = {variable.name for variable in self.specification.owned(Owner.INPUT)}
         self._positions: list[Position] = []
@@ -43,9 +45,16 @@ class OnDemand:
         return self._number(position)
 
     def find(self, values: Mapping[str, int]) -> int | None:
-        """The first node that was met with these values, None without one."""
-        for node, position in enumerate(self._positions):
-            if all(position.values[name] == value for name, value in values.items()):
+        """The node that a list has first with these values, None without one. Where a list would
+        be too long, the first node of those that were met."""
+        position = self._served.find(values, self._most)
+        if position is not None:
+            self._check.position(position)
+            if any(position.values[name] != value for name, value in values.items()):
+                raise self._check.wrong("a node with other values than were asked for")
+            return self._number(position)
+        for node, met in enumerate(self._positions):
+            if all(met.values[name] == value for name, value in values.items()):
                 return node
         return None
 

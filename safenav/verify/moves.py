@@ -42,12 +42,20 @@ class MoveCheck:
         self._sections = {section: _Section(tuple(clauses(spec, section))) for section in Section}
         self._inputs = [variable.name for variable in spec.owned(Owner.INPUT)]
 
+    def position(self, position: Position) -> None:
+        """A play may go on from here: its values, its goal and what it waits for exist. That the
+        moves from it keep the specification shows when they are made."""
+        self._ranges(position.values)
+        count = max(1, len(self._sections[Section.SYS_LIVENESS].clauses))
+        if not 0 <= position.goal < count:
+            raise self.wrong(f"goal {position.goal}, of {count}")
+
     def start(self, position: Position) -> None:
         """A play may begin here."""
-        self._ranges(position.values)
+        self.position(position)
         for section in (Section.ENV_INIT, Section.SYS_INIT):
             for constraint in self._sections[section].broken(position.values):
-                raise self._wrong(f"a start that breaks {constraint.origin}", constraint)
+                raise self.wrong(f"a start that breaks {constraint.origin}", constraint)
 
     def refusal(self, here: Position, inputs: Values) -> None:
         """No answer to these next inputs: then an assumption excludes them."""
@@ -55,18 +63,18 @@ class MoveCheck:
             return
         following = {**here.values, **{name: inputs[name] for name in self._inputs}}
         if not any(self._sections[Section.ENV_TRANS].broken(here.values, following)):
-            raise self._wrong("no answer, though every assumption is kept")
+            raise self.wrong("no answer, though every assumption is kept")
 
     def move(self, here: Position, inputs: Values, move: Move) -> None:
         """The answer to these next inputs: allowed, and closer to the goal."""
         before, after = here.values, move.to.values
         if any(after[name] != inputs[name] for name in self._inputs):
-            raise self._wrong("an answer to other inputs than were given")
+            raise self.wrong("an answer to other inputs than were given")
         self._ranges(after)
         for constraint in self._sections[Section.ENV_TRANS].broken(before, after):
-            raise self._wrong(f"an answer although {constraint.origin} is broken", constraint)
+            raise self.wrong(f"an answer although {constraint.origin} is broken", constraint)
         for constraint in self._sections[Section.SYS_TRANS].broken(before, after):
-            raise self._wrong(f"a move that breaks {constraint.origin}", constraint)
+            raise self.wrong(f"a move that breaks {constraint.origin}", constraint)
         self._progress(here, move)
 
     def _progress(self, here: Position, move: Move) -> None:
@@ -74,27 +82,27 @@ class MoveCheck:
         count = max(1, len(goals))
         before, after = here.values, move.to.values
         if not 0 <= here.goal < count or move.to.goal != (here.goal + move.met) % count:
-            raise self._wrong(f"goal {move.to.goal} after goal {here.goal}, of {count}")
+            raise self.wrong(f"goal {move.to.goal} after goal {here.goal}, of {count}")
         for number in range(min(move.met, len(goals))):
             goal = goals[(here.goal + number) % count]
             if not evaluate(goal.formula, before, after):
                 said = f"that it meets {goal.constraint.origin}, which it does not"
-                raise self._wrong(said, goal.constraint)
+                raise self.wrong(said, goal.constraint)
         awaited = here.measure.assumption
         fair = self._sections[Section.ENV_LIVENESS].clauses
         if awaited is not None and not 0 <= awaited < len(fair):
-            raise self._wrong(f"to wait for assumption {awaited}, of {len(fair)}")
+            raise self.wrong(f"to wait for assumption {awaited}, of {len(fair)}")
         holds = awaited is None or evaluate(fair[awaited].formula, before, after)
         if move.to.measure.distance < 0 or not falls(here, move, holds):
             goal_said = str(goals[here.goal].constraint.origin) if goals else "its goal"
-            raise self._wrong(
+            raise self.wrong(
                 f"a move that comes no closer to {goal_said}: from {here.measure.distance} to "
                 f"{move.to.measure.distance}, and nothing excuses that"
             )
 
     def _ranges(self, values: Values) -> None:
         if not self._within(values):
-            raise self._wrong("a value outside its range")
+            raise self.wrong("a value outside its range")
 
     def _within(self, values: Values) -> bool:
         return all(
@@ -103,7 +111,8 @@ class MoveCheck:
             if variable.bounds is not None and variable.name in values
         )
 
-    def _wrong(self, said: str, constraint: Constraint | None = None) -> SynthesizerError:
+    def wrong(self, said: str, constraint: Constraint | None = None) -> SynthesizerError:
+        """The error about an answer; ``constraint``: what it breaks."""
         formula = f" [{constraint.formula}]" if constraint is not None else ""
         return SynthesizerError(
             f"the synthesizer gave a wrong answer about {self._spec.robot}: {said}{formula}"

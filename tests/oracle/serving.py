@@ -107,8 +107,32 @@ def difference(
                     return f"from node {number} to {successor} nothing excuses waiting: {answer}"
             if not kept:
                 return f"from node {number} to {successor}: {before} becomes {measure}"
+    lost = _lookups(server, names, nodes)
+    if lost is not None:
+        return lost
     status = server.close()
     return None if status == 0 else f"exit status {status}"
+
+
+def _lookups(server: Server, names: list[str], nodes: list[dict[str, Any]]) -> str | None:
+    """Where the nodes that are found by all or some of their values differ from the listed ones."""
+    for number in {*range(min(len(nodes), 5)), len(nodes) // 2, len(nodes) - 1} if nodes else ():
+        for step in (1, 2, 3):
+            columns = range(number % step, len(names), step)
+            wanted = {names[c]: nodes[number]["state"][c] for c in columns}
+            first = next(
+                n for n in nodes if all(n["state"][c] == wanted[names[c]] for c in columns)
+            )
+            found = server.ask({"find": wanted, "nodes": len(nodes)})
+            if (found["state"], found["goal"]) != (first["state"], first["rank"]):
+                return f"finds {found} for {wanted}, not {first}"
+    states = {tuple(node["state"]) for node in nodes}
+    for missing in range(min(2 ** len(names), 64)):
+        state = [missing >> c & 1 for c in range(len(names))]
+        if tuple(state) not in states:
+            found = server.ask({"find": dict(zip(names, state, strict=True)), "nodes": len(nodes)})
+            return None if found == {"state": None} else f"finds {found}, which is not listed"
+    return None
 
 
 def _number(node: dict[str, Any]) -> int:

@@ -67,7 +67,7 @@ def pids_of(mission: Mission) -> list[int]:
     return found
 
 
-@pytest.mark.parametrize("name", ["case_study_2", "case_study_3_beliefs", "beam"])
+@pytest.mark.parametrize("name", ["case_study_2", "case_study_3_beliefs", "beam", "two_digits"])
 def test_moves_on_demand_are_those_of_the_list(played: Played, name: str) -> None:
     scenario = load_scenario(SCENARIOS / f"{name}.yaml")
     listed = played(replace(scenario, controllers=Controllers.LISTED))

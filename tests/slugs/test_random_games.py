@@ -2,7 +2,7 @@
 
 A failure is shrunk before it is shown, so the message holds a specification of a few lines.
 `SAFENAV_RANDOM_GAMES` sets the number of games: few for a slow (sanitized) binary, many for a long
-night. `make fuzz` plays thousands.
+night; `SAFENAV_FUZZ_FIRST` shifts their seeds. `make fuzz` plays thousands.
 """
 
 import os
@@ -18,6 +18,7 @@ from oracle.rendering import to_slugsin
 
 BATCH = 50
 GAMES = int(os.environ.get("SAFENAV_RANDOM_GAMES", "300"))
+FIRST = int(os.environ.get("SAFENAV_FUZZ_FIRST", "0"))
 BATCHES = range((GAMES + BATCH - 1) // BATCH)
 DENSE = range((GAMES + 59) // 60)
 DEEP = range((GAMES + 249) // 250)
@@ -34,7 +35,7 @@ def duel(slugs_binary: Path, tmp_path: Path) -> Duel:
 @pytest.mark.parametrize("batch", BATCHES)
 def test_random_games_are_played_as_by_the_oracle(duel: Duel, batch: int) -> None:
     """Both languages; both flags, alone and together; every certificate checked twice."""
-    for seed in range(batch * BATCH, (batch + 1) * BATCH):
+    for seed in range(FIRST + batch * BATCH, FIRST + (batch + 1) * BATCH):
         specification = random_specification(
             Random(seed), integers=seed % 3 == 0, bits=3 + seed % 4
         )
@@ -47,6 +48,7 @@ def test_random_games_are_played_as_by_the_oracle(duel: Duel, batch: int) -> Non
 @pytest.mark.parametrize("seed", range(40))
 def test_games_with_many_goals(duel: Duel, seed: int) -> None:
     """Long lists of assumptions and guarantees: the order of goals and ranks matters."""
+    seed += FIRST
     specification = random_specification(Random(seed), bits=4, many_goals=True)
     assert len(specification.sys_liveness) >= 6
     _compare(duel, specification, seed)
@@ -58,7 +60,7 @@ def test_the_verdict_alone_takes_shortcuts_to_the_same_end(
     """Without a strategy a goal may be reached by way of others, see reached_goals.hpp."""
     file = tmp_path / "game.slugsin"
     verdicts = []
-    for seed in range(150):
+    for seed in range(FIRST, FIRST + 150):
         game = random_specification(Random(seed), bits=4 + seed % 4, many_goals=True)
         file.write_text(to_slugsin(game, Random(seed)))
         alone, strategy = (
@@ -75,20 +77,21 @@ def test_the_verdict_alone_takes_shortcuts_to_the_same_end(
 @pytest.mark.parametrize("seed", range(40))
 def test_games_of_eight_bits(duel: Duel, seed: int) -> None:
     """Longer plays than in the tiny games."""
+    seed += FIRST
     _compare(duel, random_specification(Random(seed), integers=seed % 2 == 0, bits=8), seed)
 
 
 @pytest.mark.parametrize("seed", DENSE)
 def test_games_that_need_reordering(duel: Duel, seed: int) -> None:
     """Thousands of nodes at 2,048 states: sifting and collection must not change a byte."""
-    _compare(duel, dense_game(Random(seed)), seed)
+    _compare(duel, dense_game(Random(FIRST + seed)), seed)
 
 
 @pytest.mark.parametrize("batch", DEEP)
 def test_deep_formulas_are_read_as_they_are_meant(duel: Duel, batch: int) -> None:
     """Precedence, aliases, sums and buffers, nested; the translation is compared each time."""
     eager = Duel(duel.binary, duel.folder, duel.abilities, translations=1.0)
-    for seed in range(batch * BATCH, (batch + 1) * BATCH):
+    for seed in range(FIRST + batch * BATCH, FIRST + (batch + 1) * BATCH):
         _compare(eager, deep_formulas(Random(seed), integers=seed % 2 == 0), seed)
 
 

@@ -39,6 +39,7 @@ request & floor = 3
 floor = 0
 """
 GAMES = int(os.environ.get("SAFENAV_RANDOM_GAMES", "500")) // 10
+FIRST = int(os.environ.get("SAFENAV_FUZZ_FIRST", "0"))
 BATCH = 20
 
 
@@ -87,6 +88,46 @@ def test_what_the_strategy_does_not_have_is_refused(
     assert server.close() == 0
 
 
+def test_a_node_is_found_as_a_list_would_have_it_first(own_slugs: Path, lift: Path) -> None:
+    server = begin(own_slugs, lift)
+    third = {"floor@0.0.3": 1, "floor@1": 1}
+    found = server.ask({"find": third, "nodes": 13})
+    assert (found["state"], found["goal"], found["distance"]) == ([1, 1, 1], 0, 0)
+    move = server.ask({"state": found["state"], "goal": found["goal"], "inputs": [1]})
+    assert (move["met"], move["goal"]) == (1, 1)
+    first = server.ask({"start": {}})
+    assert server.ask({"find": {}, "nodes": 1}) == first
+    assert server.ask({"find": {**third, "request": 0}, "nodes": 13}) == {"state": None}
+    assert server.close() == 0
+
+
+def test_many_initial_nodes_are_met_as_far_as_it_takes(own_slugs: Path, tmp_path: Path) -> None:
+    """A million of them; their numbers are the values of the outputs, the first one highest."""
+    file = tmp_path / "open.slugsin"
+    file.write_text("[OUTPUT]\n" + "".join(f"x{bit}\n" for bit in range(20)))
+    server = begin(own_slugs, file)
+    for number, most in ((5, 5), (5, 6), (3, 6), (300, 301), (300, 300), (300, 1000)):
+        wanted = {f"x{bit}": number >> (19 - bit) & 1 for bit in range(20)}
+        found = server.ask({"find": wanted, "nodes": most})["state"]
+        assert found == (list(wanted.values()) if number < most else None)
+    assert server.close() == 0
+
+
+def test_nothing_is_found_beyond_so_many_nodes(own_slugs: Path, tmp_path: Path) -> None:
+    """A counter to 999: node n is the number n."""
+    file = tmp_path / "count.structuredslugs"
+    file.write_text("[OUTPUT]\nx:0...999\n[SYS_INIT]\nx = 0\n[SYS_TRANS]\nx' = x + 1 | x = 999\n")
+    server = begin(own_slugs, file)
+    names = server.greeting["variables"]
+    bits = {name: 1 for name in names if name != names[0]}
+    assert len(names) == 10
+    late = {name: 900 >> bit & 1 for bit, name in enumerate(names)}
+    for most, state in ((0, None), (900, None), (901, list(late.values())), (900, None)):
+        assert server.ask({"find": late, "nodes": most})["state"] == state
+    assert server.ask({"find": bits, "nodes": 1000}) == {"state": None}
+    assert server.close() == 0
+
+
 def test_a_lost_state_is_refused(own_slugs: Path, tmp_path: Path) -> None:
     file = tmp_path / "trap.slugsin"
     file.write_text("[OUTPUT]\nx\n[SYS_INIT]\n! x\n[SYS_TRANS]\n| ! x x'\n[SYS_LIVENESS]\n! x\n")
@@ -99,7 +140,9 @@ def test_a_lost_state_is_refused(own_slugs: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("request_", "error"),
     [
-        ({}, 'expected either "start" or all'),
+        ({}, 'expected "start", or "find" and "nodes", or "state", "goal" and "inputs"'),
+        ({"find": {}}, 'expected "start", or "find" and "nodes"'),
+        ({"start": {}, "nodes": 1}, 'expected "start", or "find" and "nodes"'),
         ({"state": [0, 0], "goal": 0, "inputs": [0]}, "found 2 bits"),
         ({"state": [0, 0, 2], "goal": 0, "inputs": [0]}, "found 2, expected 0 or 1"),
         ({"state": [0, 0, 0], "goal": 2, "inputs": [0]}, "goal 2 does not exist: there are 2"),
@@ -150,7 +193,7 @@ def test_served_moves_are_those_of_the_listed_strategy(
 ) -> None:
     """Random games, with and without a bias for action: every edge, and a measure that falls."""
     played = 0
-    for seed in range(batch * BATCH, (batch + 1) * BATCH):
+    for seed in range(FIRST + batch * BATCH, FIRST + (batch + 1) * BATCH):
         source = Random(seed)
         specification = random_specification(source, integers=seed % 3 == 0, bits=4 + seed % 3)
         played += _compare(own_slugs, tmp_path, specification, seed)
@@ -159,7 +202,7 @@ def test_served_moves_are_those_of_the_listed_strategy(
 
 @pytest.mark.parametrize("seed", range(4))
 def test_served_moves_of_large_diagrams(own_slugs: Path, tmp_path: Path, seed: int) -> None:
-    _compare(own_slugs, tmp_path, dense_game(Random(seed)), seed)
+    _compare(own_slugs, tmp_path, dense_game(Random(FIRST + seed)), seed)
 
 
 def _compare(binary: Path, folder: Path, specification: Specification, seed: int) -> int:

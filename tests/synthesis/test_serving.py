@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from safenav.errors import SynthesizerError
+from safenav.runtime.on_demand import OnDemand
 from safenav.spec.specification import Specification
 from safenav.synthesis.binary import Binary
 from safenav.synthesis.cache import Cache
@@ -49,6 +50,31 @@ def test_following_the_moves_visits_the_listed_strategy(
                 assert (dict(move.to.values), move.to.goal) == (dict(after.values), after.rank)
                 measures[successor] = move.to
                 assert falls(here, move, assumption_holds=False)
+
+
+def test_a_position_is_found_where_the_list_has_it_first(
+    patrol: Specification, slugs: Binary, served: ServedStrategy
+) -> None:
+    """By all values and by the region alone; OnDemand finds what a listed strategy finds."""
+    listed = Synthesizer(slugs, cache=Cache.off()).synthesize(patrol).strategy
+    assert listed is not None
+    with served:
+        planned = OnDemand(served, len(listed.nodes))
+        for node in listed.nodes:
+            for wanted in (dict(node.values), {"region": node.values["region"]}):
+                first = listed.find(wanted)
+                assert first is not None
+                found = served.find(wanted, len(listed.nodes))
+                assert found is not None
+                assert (dict(found.values), found.goal) == (
+                    listed.values(first),
+                    listed.nodes[first].rank,
+                )
+                number = planned.find(wanted)
+                assert number is not None
+                assert planned.values(number) == listed.values(first)
+        assert served.find({"region": 9}, len(listed.nodes)) is None
+        assert served.find({}, 0) is None
 
 
 def test_only_what_the_strategy_has_is_answered(served: ServedStrategy) -> None:

@@ -51,7 +51,8 @@ class Strategies:
     def _install(self, answer: Answer, reason: vocabulary.Reason) -> None:
         """Put a strategy in force; its robot's assignment must be the one that it is for."""
         served = answer.result.served
-        strategy = answer.result.strategy if served is None else OnDemand(served)
+        most = self._state.scenario.limits.states
+        strategy = answer.result.strategy if served is None else OnDemand(served, most)
         assert strategy is not None
         state = self._state.robots[answer.task.robot.name]
         planner = Planner.start(answer.task, strategy)

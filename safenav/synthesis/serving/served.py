@@ -91,17 +91,12 @@ class ServedStrategy:
 
     def start(self, values: Mapping[str, int]) -> Position | None:
         """The first initial state with these values (of any variables); None without one."""
-        given: dict[str, int] = {}
-        for field in self._fields:
-            if field.variable.name in values:
-                bits = field.encode(values[field.variable.name])
-                if bits is None:
-                    return None
-                given |= {self._names[column]: bit for column, bit in bits}
-        answer = self._talk.ask({"start": given})
-        if answer.get("state", ()) is None:
-            return None
-        return self._position(self._bits(answer, "state", self._width), answer)
+        return self._first("start", values)
+
+    def find(self, values: Mapping[str, int], most: int) -> Position | None:
+        """The first of the first ``most`` nodes of the listed strategy with these values (of any
+        variables); None without one."""
+        return self._first("find", values, {"nodes": most})
 
     def move(self, here: Position, inputs: Mapping[str, int]) -> Move | None:
         """What the strategy does about these next inputs (all of them); None if the environment
@@ -144,6 +139,21 @@ class ServedStrategy:
         trace: TracebackType | None,
     ) -> None:
         self.close()
+
+    def _first(
+        self, asked: str, values: Mapping[str, int], besides: Mapping[str, int] | None = None
+    ) -> Position | None:
+        given: dict[str, int] = {}
+        for field in self._fields:
+            if field.variable.name in values:
+                bits = field.encode(values[field.variable.name])
+                if bits is None:
+                    return None
+                given |= {self._names[column]: bit for column, bit in bits}
+        answer = self._talk.ask({asked: given, **(besides or {})})
+        if answer.get("state", ()) is None:
+            return None
+        return self._position(self._bits(answer, "state", self._width), answer)
 
     def _position(self, state: Sequence[int], answer: Mapping[str, Any]) -> Position:
         goal, distance, assumption = (answer.get(k) for k in ("goal", "distance", "assumption"))

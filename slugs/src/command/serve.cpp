@@ -55,13 +55,17 @@ public:
 
 private:
   void respond(const std::string &request) {
-    std::optional<std::vector<std::optional<bool>>> start;
+    std::optional<OnDemandStrategy::Values> start, wanted;
     std::optional<std::vector<bool>> state, inputs;
-    std::optional<std::uint64_t> goal;
+    std::optional<std::uint64_t> goal, nodes;
     JsonReader json("request", request);
     json.object([&](const std::string &key) {
       if (key == "start")
         start = given(json);
+      else if (key == "find")
+        wanted = given(json);
+      else if (key == "nodes")
+        nodes = json.natural();
       else if (key == "state")
         state = bits(json, specification_.variables.size(), "\"state\" needs one for each variable");
       else if (key == "inputs")
@@ -69,21 +73,25 @@ private:
       else if (key == "goal")
         goal = json.natural();
       else
-        throw BadRequest{"found \"" + printable(key) + "\", expected start, or state, goal and inputs"};
+        throw BadRequest{"found \"" + printable(key) +
+                         "\", expected start, or find and nodes, or state, goal and inputs"};
     });
     json.end();
-    if (start && !state && !inputs && !goal)
-      return begin(*start);
-    if (start || !state || !inputs || !goal)
-      throw BadRequest{"expected either \"start\" or all of \"state\", \"goal\" and \"inputs\""};
+    const bool asks_for_move = state || inputs || goal;
+    if (start && !wanted && !nodes && !asks_for_move)
+      return tell(strategy_.start(*start));
+    if (wanted && nodes && !start && !asks_for_move)
+      return tell(strategy_.find(*wanted, *nodes));
+    if (start || wanted || nodes || !state || !inputs || !goal)
+      throw BadRequest{"expected \"start\", or \"find\" and \"nodes\", or \"state\", \"goal\" and "
+                       "\"inputs\""};
     if (*goal >= guarantees_)
       throw BadRequest{"goal " + std::to_string(*goal) + " does not exist: there are " +
                        std::to_string(guarantees_)};
     move(*state, static_cast<std::uint32_t>(*goal), *inputs);
   }
 
-  void begin(const std::vector<std::optional<bool>> &values) {
-    const std::optional<Position> position = strategy_.start(values);
+  void tell(const std::optional<Position> &position) {
     if (!position) {
       out_ << "{\"state\": null}";
       return;
@@ -136,8 +144,8 @@ private:
     return result;
   }
 
-  std::vector<std::optional<bool>> given(JsonReader &json) {
-    std::vector<std::optional<bool>> values(specification_.variables.size());
+  OnDemandStrategy::Values given(JsonReader &json) {
+    OnDemandStrategy::Values values(specification_.variables.size());
     json.object([&](const std::string &name) {
       const auto &variables = specification_.variables;
       const auto known = std::find_if(variables.begin(), variables.end(),

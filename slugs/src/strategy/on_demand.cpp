@@ -23,15 +23,11 @@ std::vector<Word> packed(const std::vector<bool> &state) {
 
 OnDemandStrategy::OnDemandStrategy(Game &game, const Fixpoint &fixpoint)
     : game_(game), fixpoint_(fixpoint), initial_(fixpoint.winning() & game.env_init & game.sys_init),
-      allowed_(game, fixpoint), cofactor_(game.store, game.guarantees),
-      successors_(game, Successors::Answers::Least), ranks_(game.store, cofactor_, game.guarantees),
-      no_collection_(game.store) {
-  allowed_.prepare_cofactors();
-  game_.store.collect();
-  collect_at_ = game_.store.live_nodes() + (1u << 18);
+      steps_(game, fixpoint), no_collection_(game.store) {
+  steps_.prepare();
 }
 
-std::optional<Position> OnDemandStrategy::start(const std::vector<std::optional<bool>> &values) {
+std::optional<Position> OnDemandStrategy::start(const Values &values) {
   BddStore &store = game_.store;
   make_room();
   // Given values first: then a value can be chosen for the others without going back.
@@ -54,6 +50,54 @@ std::optional<Position> OnDemandStrategy::start(const std::vector<std::optional<
   return position(std::move(state), 0);
 }
 
+std::optional<Position> OnDemandStrategy::find(const Values &values, std::size_t most) {
+  make_room();
+  bool begun = true;
+  if (!listed_) {
+    listed_.emplace(game_, steps_);
+    left_ = 0;
+    begun = listed_->begin(initial_, most);
+  }
+  const std::optional<std::size_t> found = place_of(values, most);
+  std::optional<Position> result;
+  if (found) {
+    const NodeTable &nodes = listed_->nodes();
+    std::vector<bool> state(values.size());
+    for (std::size_t bit = 0; bit < state.size(); ++bit)
+      state[bit] = get_bit(nodes.state(*found), bit);
+    result = position(std::move(state), nodes.rank(*found));
+  }
+  // Whoever asks for more must begin anew.
+  if (!begun)
+    listed_.reset();
+  else if (!found)
+    listed_->forget();
+  return result;
+}
+
+// The first number below `most` of a node with these values.
+std::optional<std::size_t> OnDemandStrategy::place_of(const Values &values, std::size_t most) {
+  const NodeTable &nodes = listed_->nodes();
+  const auto is_wanted = [&](const Word *state) {
+    for (std::size_t bit = 0; bit < values.size(); ++bit)
+      if (values[bit] && *values[bit] != get_bit(state, bit))
+        return false;
+    return true;
+  };
+  for (std::size_t id = 0; id < most; ++id) {
+    while (id == nodes.size()) {
+      if (left_ == nodes.size())
+        return std::nullopt;
+      if ((left_ & 0x3FF) == 0)
+        listed_->make_room();
+      listed_->leave(left_++);
+    }
+    if (is_wanted(nodes.state(id)))
+      return id;
+  }
+  return std::nullopt;
+}
+
 std::variant<Move, Refusal> OnDemandStrategy::move(const std::vector<bool> &state, std::uint32_t goal,
                                                    const std::vector<bool> &inputs) {
   assert(goal < game_.guarantees.size() && state.size() == game_.store.bits() &&
@@ -66,12 +110,12 @@ std::variant<Move, Refusal> OnDemandStrategy::move(const std::vector<bool> &stat
   if (!store.evaluate(fixpoint_.winning().edge(), values))
     return Refusal::StateNotWinning;
   const std::vector<Word> words = packed(state);
-  const Edge f = allowed_.transitions(words.data(), goal, input_cube(inputs));
+  const Edge f = steps_.allowed.transitions(words.data(), goal, input_cube(inputs));
   if (f == bdd_false)
     return Refusal::InputsNotAllowed;
-  const Word *const found = successors_.of(f)[0];
-  const Ranks::Step step = ranks_.from(words.data(), goal);
-  const std::uint32_t next_goal = ranks_.advance(step, found);
+  const Word *const found = steps_.successors.of(f)[0];
+  const Ranks::Step step = steps_.ranks.from(words.data(), goal);
+  const std::uint32_t next_goal = steps_.ranks.advance(step, found);
   std::vector<bool> next(state.size());
   for (std::uint32_t bit = 0; bit < state.size(); ++bit)
     values[next_var(bit)] = next[bit] = get_bit(found, bit);
@@ -116,13 +160,11 @@ Edge OnDemandStrategy::input_cube(const std::vector<bool> &inputs) {
 }
 
 void OnDemandStrategy::make_room() {
-  if (game_.store.live_nodes() <= collect_at_)
+  if (!steps_.crowded())
     return;
-  ranks_.forget();
-  cofactor_.forget();
-  successors_.forget();
-  allowed_.forget();
-  game_.store.collect();
+  if (listed_)
+    listed_->forget();
+  steps_.forget();
 }
 
 } // namespace slugs

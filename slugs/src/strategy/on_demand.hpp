@@ -13,11 +13,10 @@
 
 #include "game/fixpoint.hpp"
 #include "game/game.hpp"
-#include "strategy/allowed_moves.hpp"
-#include "strategy/ranks.hpp"
-#include "strategy/state_cofactor.hpp"
-#include "strategy/successors.hpp"
+#include "strategy/strategy_nodes.hpp"
+#include "strategy/strategy_steps.hpp"
 
+#include <cstddef>
 #include <optional>
 #include <variant>
 #include <vector>
@@ -45,14 +44,20 @@ class OnDemandStrategy {
 public:
   OnDemandStrategy(Game &game, const Fixpoint &fixpoint);
 
-  // The first initial node whose variables have these values, as far as given.
-  std::optional<Position> start(const std::vector<std::optional<bool>> &values);
+  using Values = std::vector<std::optional<bool>>; // by variable, as far as given
+
+  // The first initial node whose variables have these values.
+  std::optional<Position> start(const Values &values);
+  // The first of the first `most` nodes of the explicit strategy whose variables
+  // have these values.  Nodes are met as far as that takes, and once.
+  std::optional<Position> find(const Values &values, std::size_t most);
   // The successor that the explicit strategy has for these next inputs, by
   // variable; outputs are ignored.  `goal` is a guarantee.
   std::variant<Move, Refusal> move(const std::vector<bool> &state, std::uint32_t goal,
                                    const std::vector<bool> &inputs);
 
 private:
+  std::optional<std::size_t> place_of(const Values &values, std::size_t most);
   Position position(std::vector<bool> state, std::uint32_t goal) const;
   Edge input_cube(const std::vector<bool> &inputs);
   void make_room();
@@ -60,12 +65,10 @@ private:
   Game &game_;
   const Fixpoint &fixpoint_;
   Bdd initial_;
-  AllowedMoves allowed_;
-  StateCofactor cofactor_;
-  Successors successors_;
-  Ranks ranks_;
-  CollectionPause no_collection_; // from when all of these are there
-  std::size_t collect_at_ = 0;
+  StrategySteps steps_;
+  CollectionPause no_collection_;       // from when all of these are there
+  std::optional<StrategyNodes> listed_; // since something was to be found
+  std::size_t left_ = 0;                // the nodes whose successors it has met
 };
 
 } // namespace slugs
