@@ -265,6 +265,14 @@ def amba_command(masters: int) -> None:
     click.echo(published.amba(masters), nl=False)
 
 
+@main.command("synt15")
+@click.option("--masters", type=click.IntRange(2), default=4, show_default=True)
+@click.option("--coupled", is_flag=True, help="Lock requests come with requests: harder.")
+def synt15_command(masters: int, coupled: bool) -> None:
+    """Arbitrate the AMBA AHB bus, as revised (published)."""
+    click.echo(published.synt15(masters, coupled), nl=False)
+
+
 @main.command("genbuf")
 @click.option("--senders", type=click.IntRange(2), default=4, show_default=True)
 def genbuf_command(senders: int) -> None:

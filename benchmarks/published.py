@@ -6,8 +6,9 @@ Reactive synthesizers are compared on these.  Each function gives structuredslug
   Sa'ar (Synthesis of Reactive(1) Designs, JCSS 2012), with monitors for the properties that are
   not transitions.  Known as jcss12 in collections.
 - `genbuf`: IBM's generalized buffer between many senders and two receivers (same source).
-- `bunny`: a robot with very many goals and a turtle that crosses its field (Filippidis, Murray and
-  Holzmann, A multi-paradigm language for reactive synthesis, SYNT 2015).
+- `synt15`: the same arbiter as revised by Filippidis, Murray and Holzmann (A multi-paradigm
+  language for reactive synthesis, SYNT 2015).
+- `bunny`: a robot with very many goals and a turtle that crosses its field (the same paper).
 - `belief`: a robot that delivers while it evades adversaries out of sight (after the belief maps of
   safe locomotion planning, in which there is one adversary).
 """
@@ -231,30 +232,126 @@ def genbuf(senders: int) -> str:
     )
 
 
+def synt15(masters: int, coupled: bool = False) -> str:
+    """The AMBA AHB arbiter as revised: fewer inputs, and processes in place of monitors.
+
+    Of all lock requests two are left: that of the master which has been granted the bus, and that
+    of the one which owns it.  Three processes speak of locked bursts: the owner of one of
+    unspecified length gives up its lock at some time, the arbiter holds the bus for it until then,
+    and counts the transfers of a burst of four.  Each process has a place in its program and the
+    number of the edge that it takes; see `bunny` for whose turn it is.
+
+    The revision needs no assumption that a lock request comes with one for the bus.  `coupled`
+    assumes it, of both, and grants only on request: a harder game, with the same verdict.
+    """
+    if masters < 2:
+        raise ValueError("a bus needs at least two masters")
+    every = range(masters)
+    single, four, unspecified = 0, 1, 2
+    begins = {burst: f"(lock & start & burst = {burst})" for burst in (four, unspecified)}
+    requests = [f"request{i}" for i in every]
+    inputs = ["ready", *requests, "grantee_locks", "master_locks", "withdrawing"]
+    monitors = ["lock", "lockmemo", "decided", "holding", "counting"]
+    others = ("another_of_theirs", "another_of_ours")
+
+    def edges(name: str, *choices: str) -> str:
+        return _any([f"({name}' = {k} & {choice})" for k, choice in enumerate(choices)])
+
+    def burst_lock(place: str) -> tuple[str, ...]:
+        """A locked burst of unspecified length, from its beginning until it is given up."""
+        return (
+            f"!{place} & !{begins[unspecified]} & !{place}'",
+            f"!{place} & {begins[unspecified]} & {place}'",
+            f"{place} & master_locks' & {place}'",
+            f"{place} & !master_locks' & !{place}'",
+        )
+
+    env_coupled = [
+        f"({who} = {i} & {locks}') -> request{i}'"
+        for i in every
+        for who, locks in (("grant", "grantee_locks"), ("master", "master_locks"))
+    ]
+    sys_coupled = [
+        *(f"(grant != {i} & grant' = {i}) -> request{i}'" for i in every if i > 0),
+        "(decide & " + _all([f"!{name}'" for name in requests]) + ") -> grant' = 0",
+    ]
+    return _text(
+        f"AMBA AHB arbiter, revised, {masters} masters",
+        INPUT=[*inputs, "burst:0...2", "withdraw_edge:0...3", *others],
+        OUTPUT=[
+            *(f"{name}:0...{masters - 1}" for name in ("master", "grant")),
+            *("start", "decide", *monitors, "count:0...3", "hold_edge:0...3", "count_edge:0...3"),
+        ],
+        ENV_INIT=[*(f"!{name}" for name in inputs), f"burst = {single}"],
+        SYS_INIT=[
+            *("master = 0", "grant = 0", "start", "decide", "count = 0"),
+            *(f"!{name}" for name in monitors),
+        ],
+        ENV_TRANS=[
+            *(env_coupled if coupled else ()),
+            "master = grant -> (master_locks' <-> grantee_locks')",
+            edges("withdraw_edge", *burst_lock("withdrawing")),
+            *(f"!{name}'" for name in others),
+        ],
+        SYS_TRANS=[
+            "!ready -> !start'",
+            "ready -> (master' = grant & (lock' <-> lockmemo'))",
+            "!start' -> (master' = master & (lock' <-> lock))",
+            "decided' <-> decide",
+            "decided -> (lockmemo' <-> grantee_locks')",
+            "!decided -> (lockmemo' <-> lockmemo)",
+            "!decide -> grant' = grant",
+            *(sys_coupled if coupled else ()),
+            edges("hold_edge", *burst_lock("holding")),
+            edges(
+                "count_edge",
+                f"!counting & !{begins[four]} & !counting' & count' = 0",
+                f"!counting & {begins[four]} & counting' & (ready <-> count' = 1)"
+                " & (!ready <-> count' = 0)",
+                "counting & !(ready & count = 3) & counting' & (ready -> count' = count + 1)"
+                " & (!ready -> count' = count)",
+                "counting & ready & count = 3 & !counting' & count' = 0",
+            ),
+            "(holding' | counting') -> !start'",
+        ],
+        ENV_LIVENESS=["ready", "!withdrawing"],
+        SYS_LIVENESS=[f"!request{i} | master = {i}" for i in every],
+    )
+
+
 def bunny(size: int) -> str:
     """A robot visits every cell of two opposite sides of its field; a turtle is in the way.
 
-    The turtle walks to and fro in one direction and appears anywhere in the other.  What each may
-    do in one turn is a choice: its number is a variable, too.
+    The turtle walks to and fro in one direction and appears anywhere in the other.  Both are
+    processes of the language of the paper, and have what its translation gives a process: the
+    number of what it does in one turn is a variable, so is where it stands in its program (one
+    place, as it repeats one choice), and so is whose turn it is among its side's processes (of
+    which there is one; before the first turn that is open).
     """
     if size < 2:
         raise ValueError("a field has at least two cells a side")
     turtle = ("(turn' = 0 & yt = yt' + 1)", "(turn' = 1 & yt' = yt + 1)", "turn' = 2")
     walk = ("(go' = 0 & x = x' + 1)", "(go' = 1 & x' = x + 1)")
     walk += ("(go' = 2 & y = y' + 1)", "(go' = 3 & y' = y + 1)", "go' = 4")
+    others = ("another_of_theirs", "another_of_ours")
     return _text(
         f"a robot with {2 * size} goals and a turtle",
-        INPUT=["turn:0...5", f"xt:1...{size - 1}", f"yt:0...{size}"],
-        OUTPUT=[f"x:0...{size}", f"y:0...{size}", "go:0...5"],
-        ENV_INIT=["yt = 0"],
-        SYS_INIT=["x = 0", "y = 0"],
-        ENV_TRANS=["turn' = 0 | turn' = 1 | yt' = yt", " | ".join(turtle)],
+        INPUT=["turn:0...5", "place_of_turtle", f"xt:1...{size - 1}", f"yt:0...{size}", *others],
+        OUTPUT=["place_of_robot", f"x:0...{size}", f"y:0...{size}", "go:0...5"],
+        ENV_INIT=["yt = 0", "!place_of_turtle"],
+        SYS_INIT=["x = 0", "y = 0", "!place_of_robot"],
+        ENV_TRANS=[
+            "turn' = 0 | turn' = 1 | yt' = yt",
+            " | ".join(turtle),
+            *(f"!{name}'" for name in ("place_of_turtle", *others)),
+        ],
         SYS_TRANS=[
             "go' = 2 | go' = 3 | y' = y",
             "go' = 0 | go' = 1 | x' = x",
             " | ".join(walk),
             "!(x = xt & y = yt)",
             "!(xt' = x & yt' = y)",
+            "!place_of_robot'",
         ],
         ENV_LIVENESS=["yt = 0"],
         SYS_LIVENESS=[f"x = {side} & y = {row}" for side in (0, size) for row in range(size)],

@@ -20,6 +20,8 @@ FAMILIES = Path(__file__).resolve().parents[2] / "benchmarks" / "families.py"
         "regions --rows 4 --cols 4 --adversary four",
         "errands --size 4 --goals 3",
         "arbiter --clients 3",
+        "synt15 --masters 2",
+        "synt15 --masters 2 --coupled",
         "genbuf --senders 2",
         "bunny --size 2",
         "belief --rows 5 --cols 5",
@@ -44,6 +46,23 @@ def test_family_is_won_by_moving(slugs_binary: Path, tmp_path: Path, arguments: 
         [slugs_binary, "--check", strategy, file], capture_output=True, text=True, check=False
     )
     assert checked.returncode == 0, checked.stdout + checked.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "nodes"),
+    [("genbuf --senders 2", 381), ("bunny --size 2", 230), ("bunny --size 4", 1074)],
+)
+def test_a_written_family_is_the_published_one(
+    slugs_binary: Path, tmp_path: Path, arguments: str, nodes: int
+) -> None:
+    """So many nodes has the strategy of the published file of this size."""
+    file = tmp_path / "family.structuredslugs"
+    with file.open("w") as out:
+        subprocess.run([sys.executable, FAMILIES, *arguments.split()], stdout=out, check=True)
+    listed = subprocess.run(
+        [slugs_binary, "--explicitStrategy", file], capture_output=True, text=True, check=True
+    ).stdout
+    assert listed.count("State ") == nodes
 
 
 @pytest.mark.parametrize(
