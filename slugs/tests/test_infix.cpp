@@ -4,6 +4,7 @@
 #include "expect.hpp"
 #include "reading.hpp"
 
+#include <cstdlib>
 #include <functional>
 #include <random>
 #include <vector>
@@ -181,6 +182,61 @@ void test_a_long_sum_of_few_variables_is_a_small_formula() {
       EXPECT_EQ(reading::holds(s, formula, x | (y - 3) << 3), 1500 * x + 1500 * y == 15000);
 }
 
+// Sums of more different variables than adders are good for, on both sides, with
+// bounds at and next to the value: see read/long_sums.hpp.
+void test_sums_of_many_variables_are_those_of_true_integers() {
+  std::mt19937 random(11);
+  constexpr std::uint32_t count = 24;
+  std::string header = "[OUTPUT]\n";
+  for (std::uint32_t i = 0; i < count; ++i)
+    header += "x" + std::to_string(i) + ": " + std::to_string(i % 3) + "..." +
+              std::to_string(i % 3 + (i % 2 ? 1 : 3)) + "\n";
+  for (int round = 0; round < 120; ++round) {
+    std::uint64_t bits = random();
+    bits = bits << 32 | random();
+    bits &= (std::uint64_t{1} << count / 2 * 3) - 1;
+    std::int64_t sides[2] = {0, 0};
+    std::string lines[2] = {"0", "0"};
+    const std::uint32_t terms = 10 + random() % 20;
+    std::uint32_t place[count];
+    for (std::uint32_t i = 0; i < count; ++i)
+      place[i] = i / 2 * 3 + (i % 2 ? 2 : 0);
+    for (std::uint32_t k = 0; k < terms; ++k) {
+      const std::uint32_t i = random() % count;
+      const int side = random() % 4 ? 0 : 1;
+      lines[side] += "+x" + std::to_string(i);
+      sides[side] += i % 3 + static_cast<std::int64_t>((bits >> place[i]) & (i % 2 ? 1 : 3));
+    }
+    // What makes both sides equal, or nearly so.
+    const std::int64_t difference = sides[0] - sides[1] + static_cast<std::int64_t>(random() % 3) - 1;
+    lines[difference < 0 ? 0 : 1] += "+" + std::to_string(std::abs(difference));
+    sides[difference < 0 ? 0 : 1] += std::abs(difference);
+    for (int relation = 0; relation < 6; ++relation) {
+      const Specification s =
+          reading::read(header + "[SYS_LIVENESS]\n" + lines[0] + relations[relation] + lines[1] + "\n");
+      EXPECT_EQ(reading::holds(s, reading::only(s, Section::SysLiveness), bits),
+                related(sides[0], relation, sides[1]));
+    }
+  }
+}
+
+void test_a_sum_of_too_many_amounts_is_added_up() {
+  std::string header = "[OUTPUT]\n", line;
+  for (int i = 0; i < 14; ++i) {
+    header += "x" + std::to_string(i) + ":0..." + (i == 0 ? "2147483647" : i == 1 ? "1" : "0") + "\n";
+    line += (i ? "+x" : "x") + std::to_string(i);
+  }
+  for (int i = 14; i < 30; ++i) {
+    header += "x" + std::to_string(i) + ":0...1\n";
+    line += "+x" + std::to_string(i);
+  }
+  const Specification s = reading::read(header + "[SYS_LIVENESS]\n" + line + " = 2147483647 + 1\n");
+  EXPECT(s.formulas.size() < 5000);
+  const FormulaId formula = reading::only(s, Section::SysLiveness);
+  EXPECT(reading::holds(s, formula, (std::uint64_t{1} << 32) - 1));
+  EXPECT(!reading::holds(s, formula, (std::uint64_t{1} << 31) - 1));
+}
+
 void test_large_numbers_do_not_wrap_around() {
   const Specification s = reading::read("[OUTPUT]\nx:0...2147483647\n[SYS_INIT]\n"
                                         "x + x + x + 5 = 2147483647 + 2147483647 + 2147483647 + 5\n");
@@ -197,6 +253,8 @@ int main() {
     test_grouping_and_spellings();
     test_comparisons_are_those_of_true_integers();
     test_a_long_sum_of_few_variables_is_a_small_formula();
+    test_sums_of_many_variables_are_those_of_true_integers();
+    test_a_sum_of_too_many_amounts_is_added_up();
     test_large_numbers_do_not_wrap_around();
   });
 }

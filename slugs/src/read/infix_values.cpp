@@ -3,6 +3,7 @@
 #include "read/infix_values.hpp"
 
 #include "read/diagnostics.hpp"
+#include "read/long_sums.hpp"
 #include "read/ranges.hpp"
 
 #include <utility>
@@ -182,18 +183,28 @@ Value ValueAlgebra::arithmetic(Token op, Value left, const Value &right) const {
 FormulaId ValueAlgebra::comparison(Token op, const IntegerValue &left, const IntegerValue &right) const {
   switch (op) {
   case Token::Equal:
-    return equal(pool_, left, right);
+    return are_equal(left, right);
   case Token::Unequal:
-    return pool_.negation(equal(pool_, left, right));
+    return pool_.negation(are_equal(left, right));
   case Token::Less:
-    return less(pool_, left, right);
+    return is_less(left, right);
   case Token::LessEqual:
-    return pool_.negation(less(pool_, right, left));
+    return pool_.negation(is_less(right, left));
   case Token::Greater:
-    return less(pool_, right, left);
+    return is_less(right, left);
   default:
-    return pool_.negation(less(pool_, left, right));
+    return pool_.negation(is_less(left, right));
   }
+}
+
+FormulaId ValueAlgebra::are_equal(const IntegerValue &left, const IntegerValue &right) const {
+  const std::optional<FormulaId> sums = equal_long_sums(pool_, left, right, pacer_);
+  return sums ? *sums : equal(pool_, left, right);
+}
+
+FormulaId ValueAlgebra::is_less(const IntegerValue &left, const IntegerValue &right) const {
+  const std::optional<FormulaId> sums = less_of_long_sums(pool_, left, right, pacer_);
+  return sums ? *sums : less(pool_, left, right);
 }
 
 // A variable against a number that lies outside its range is legal (generated

@@ -71,6 +71,7 @@ public:
     advance();
     return taken;
   }
+  BudgetPacer &pacer() const { return pacer_; }
   // The token that begins at a column where one did before.
   Lexeme at(int column) const;
 
