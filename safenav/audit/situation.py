@@ -31,6 +31,7 @@ from safenav.trace.records import (
     Record,
     Resolved,
     Service,
+    Signal,
     Synthesis,
     Truth,
     Violation,
@@ -126,6 +127,8 @@ class Situation:
         self.objectives: dict[str, Objective] = {n: r.objective for n, r in robots.items()}
         self.progress = {n: Progress.at_start(r.objective, r.start) for n, r in robots.items()}
         self.toward: dict[str, Region | None] = dict.fromkeys(robots)
+        self.signals: dict[str, Signal] = {}
+        """What each robot was told last, where robots are told by signals."""
         self.beliefs: dict[tuple[str, str], Belief] = {}
         self.stack: list[StackEntry] = []
         self.listed = {
@@ -264,6 +267,8 @@ class Situation:
                 self.region[record.robot] = record.to
                 self.heading[record.robot] = record.heading
                 self.toward[record.robot] = record.toward
+                if record.signal is not None:
+                    self.signals[record.robot] = record.signal
                 self._perform(record.robot)
             case Belief():
                 self.beliefs[record.robot, record.of] = record

@@ -127,3 +127,22 @@ def test_a_broken_rule_is_named_with_tick_and_robot(
     assert {finding.rule for finding in audit.findings} == {rule}
     first = audit.findings[0]
     assert (first.tick, first.robot) == (tick, robot_name)
+
+
+def test_who_is_leaving_a_target_does_not_meet_it_once_more() -> None:
+    """Both targets are one region: staying there for a tick would meet the second."""
+    s = Script("....\n####", {"slow": robot("ground", [], 0, {"visit": [1, 1]})}, [])
+    s.next_tick().move("slow", 1).goal("slow", 0, 0)
+    s.next_tick().set_out("slow", 2)
+    s.next_tick().move("slow", 2)
+    assert not check_trace(text(s.end("interrupted", {"slow": 0}))).findings
+
+
+@pytest.mark.parametrize(("assigned", "rules"), [(1, []), (0, ["hold"])])
+def test_who_holds_leaves_only_where_signals_send_it(assigned: int, rules: list[str]) -> None:
+    s = Script("....\n####", {"a": robot("ground", [], 0, {"hold": 0})}, [])
+    s.next_tick().move("a").goal("a", 0, 1)
+    s.next_tick().move("a", 1)
+    s.lines[-1]["signal"] = {"request": True, "assigned": assigned, "wait": False}
+    audit = check_trace(text(s.end("interrupted", {"a": 1})))
+    assert [f.rule for f in audit.findings] == rules

@@ -116,6 +116,8 @@ class MissedGoalRule(Rule):
         if progress is None or turn.robot is None or now.is_cut_short():
             return
         robot, here = turn.robot, now.region[turn.robot]
+        if now.toward[robot] is not None:
+            return  # it is leaving: only who ends a step, or stays, meets something
         met = {goal.goal for goal in turn.all(Goal)}
         if now.alternates(robot) and progress.awaited is None:
             return  # which target is next is not known yet
@@ -216,6 +218,9 @@ class HoldRule(Rule):
         toward = now.toward[turn.robot]
         here = now.region[turn.robot] if toward is None else toward
         target = objective.targets[0]
+        signal = now.signals.get(turn.robot)
+        if signal is not None and signal.request and signal.assigned not in target:
+            return  # it is told to go elsewhere, for the next of several needs
         if turn.origin in target and here not in target:
             problem = f"{turn.robot} holds, but leaves for {now.show(here)}"
             yield self.broken(turn.tick, turn.robot, turn.line, problem)
