@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+import warm
 from batch.made_scenarios import SlugsLog, Write, scenario
 from batch.running import SAFENAV, environment, safenav, started, wait_until
 
@@ -119,7 +120,8 @@ def test_an_address_where_nothing_answers_is_bad_input(write: Write, slugs: Slug
     del slugs
     write("a.yaml")
     safenav("a.yaml", "--out", "out")
-    done = safenav("a.yaml", "--dask", "tcp://127.0.0.1:9", "--out", "out")
+    words = ("batch", "a.yaml", "--dask", "tcp://127.0.0.1:9", "--out", "out")
+    done = warm.program("batch.impatient", *words, env=environment())
     assert done.returncode == 2
     assert len(Path("out/state.jsonl").read_text().splitlines()) == 1  # still there
     assert "no Dask cluster answers at tcp://127.0.0.1:9" in done.stderr

@@ -1,0 +1,12 @@
+"""The ``safenav`` command, but it waits one second for a cluster, where nothing can answer."""
+
+from __future__ import annotations
+
+from unittest.mock import patch
+
+
+def main() -> None:
+    from safenav import cli
+
+    with patch("safenav.batch.cluster.dask._CONNECT_SECONDS", 1):
+        cli.main()
