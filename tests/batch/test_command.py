@@ -8,12 +8,14 @@ import pty
 import signal
 import subprocess
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from batch.made_scenarios import SlugsLog, Write
 from batch.running import SAFENAV, environment, safenav, started, wait_until
+from safenav.synthesis.cache import Cache
 
 pytestmark = pytest.mark.usefixtures("slugs")
 
@@ -37,6 +39,30 @@ def test_a_scenario_comes_from_standard_input(write: Write) -> None:
         check=False,
     )
     assert "1 passed" in done.stdout, done.stdout + done.stderr
+
+
+def test_times_are_those_of_the_run_and_not_those_that_the_cache_remembers(
+    write: Write, tmp_path: Path, slugs: SlugsLog, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The answer took a day when it was found; to read it takes none of that."""
+    folder = tmp_path / "cache"
+    monkeypatch.setenv("SAFENAV_CACHE", str(folder))
+    write("a.yaml")
+    assert safenav("a.yaml").returncode == 0
+    cache = Cache(folder)
+    for file in folder.rglob("*.answer"):
+        entry = cache.load(file.stem)
+        assert entry is not None
+        cache.store(file.stem, replace(entry, seconds=86_400.0))
+    done = safenav("a.yaml", "--results", "now.json", "--junit", "now.xml", "--csv", "now.csv")
+    assert len(slugs.pids) == 1, "the second run was answered by the cache"
+    (result,) = json.loads(Path("now.json").read_text())["results"]
+    assert (result["syntheses"], result["synthesis_seconds"]) == (1, 0.0)
+    assert 0 < result["seconds"] <= result["wall_seconds"] < 3_600
+    (case,) = ET.parse("now.xml").iter("testcase")
+    assert float(case.get("time", "nan")) < 3_600
+    for text in (done.stdout, Path("now.csv").read_text()):
+        assert "86400" not in text
 
 
 def test_a_wrong_expectation_is_exit_1_and_a_reason(write: Write) -> None:
