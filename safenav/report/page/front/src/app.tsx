@@ -23,7 +23,7 @@ const TOLD: ReadonlySet<EventKind> = new Set([
 ]);
 
 /** More than these are told closely, whatever the height of the window. */
-const MANY_ROBOTS = 6;
+const MANY_ROBOTS = 4;
 
 interface AppProps {
   run: Run;
