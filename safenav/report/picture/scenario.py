@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from safenav.report.labels import labels
 from safenav.report.replay.perception import Shading
 from safenav.report.replay.timeline import Hidden, Placed, Scene, Status
-from safenav.report.terminal.map import MapPicture, Marker, draw, letters
+from safenav.report.terminal.map import MapPicture, Marker, draw
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import Objective, describe, targets_of
 from safenav.trace.wording import obstacle_words
@@ -53,7 +54,7 @@ def scenario_text(scenario: Scenario, width: int) -> list[str]:
 
     Free regions show their numbers if the map is then no wider than ``width``.
     """
-    sign = letters([robot.name for robot in scenario.robots])
+    sign = labels([robot.name for robot in scenario.robots])
     digits = len(str(scenario.map.size - 1))
     mark = max(len(label) for label in [" ", *sign.values()])
     numbered = scenario.map.cols * (digits + mark + 2) <= width

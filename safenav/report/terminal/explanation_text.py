@@ -20,7 +20,8 @@ from safenav.explain.explanation import (
     WitnessEnd,
 )
 from safenav.explain.summary import why_words
-from safenav.report.terminal.map import MapPicture, Marker, draw, letters
+from safenav.report.labels import labels
+from safenav.report.terminal.map import MapPicture, Marker, draw
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import describe
 from safenav.spec.others.nearby import busy
@@ -246,7 +247,7 @@ def _constraint_words(constraint: Constraint) -> str:
 
 def _picture(found: Explanation, scenario: Scenario) -> list[str]:
     """The map with the robots at the start, targets, and the regions out of reach blank."""
-    names = letters([robot.name for robot in scenario.robots])
+    names = labels([robot.name for robot in scenario.robots])
     markers = [Marker(names[r.name], r.start.region, r.start.heading) for r in scenario.robots]
     targets = sorted(frozenset().union(*found.task.targets)) if found.task.targets else []
     wanted = MapPicture(markers, targets=targets)

@@ -9,7 +9,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import field
 
 from safenav.dataclass import dataclass
-from safenav.report.labels import labels
 from safenav.world.map import Heading, Region, RegionMap
 
 ARROWS = {Heading.NORTH: "^", Heading.EAST: ">", Heading.SOUTH: "v", Heading.WEST: "<"}
@@ -36,11 +35,6 @@ class MapPicture:
     closed: Mapping[Region, str] = field(default_factory=dict)
     barred: Mapping[Region, str] = field(default_factory=dict)
     targets: Sequence[Region] = ()
-
-
-def letters(names: Sequence[str]) -> dict[str, str]:
-    """The sign of each robot, that of the page and the pictures."""
-    return labels(names)
 
 
 def draw(world: RegionMap, picture: MapPicture) -> list[str]:

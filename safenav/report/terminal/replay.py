@@ -12,9 +12,10 @@ from dataclasses import replace
 
 import click
 
+from safenav.report.labels import labels
 from safenav.report.replay.perception import shading_lines, shading_of, viewers
 from safenav.report.replay.timeline import EventKind, Replay, Status
-from safenav.report.terminal.map import MapPicture, Marker, draw, letters
+from safenav.report.terminal.map import MapPicture, Marker, draw
 from safenav.scenario.objective import targets_of
 from safenav.trace.wording import objective_words
 
@@ -33,7 +34,7 @@ def frame(replay: Replay, tick: int, recent: int = 6) -> list[str]:
     """One moment as lines of text, with the last ``recent`` events up to it."""
     scene = replay.scene(tick)
     names = [track.name for track in replay.robots]
-    sign = letters(names)
+    sign = labels(names)
     robots = [
         Marker(sign[track.name], track.regions[tick], track.headings[tick])
         for track in replay.robots

@@ -10,7 +10,8 @@ from collections.abc import Callable
 
 import click
 
-from safenav.report.terminal.map import MapPicture, Marker, draw, letters
+from safenav.report.labels import labels
+from safenav.report.terminal.map import MapPicture, Marker, draw
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import describe, targets_of
 from safenav.trace import records, vocabulary
@@ -30,7 +31,7 @@ class Story:
         self._echo = echo
         self._maps = maps
         names = [robot.name for robot in scenario.robots]
-        self._letters = letters(names)
+        self._letters = labels(names)
         self._colours = {n: _COLOURS[i % len(_COLOURS)] for i, n in enumerate(names)}
         self._poses: dict[str, tuple[Region, Heading | None]] = {
             r.name: (r.start.region, r.start.heading) for r in scenario.robots
