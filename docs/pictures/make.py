@@ -17,6 +17,7 @@ from pathlib import Path
 
 from PIL import Image
 from selenium.webdriver.remote.webelement import WebElement
+from selenium.webdriver.support.ui import Select
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
@@ -136,7 +137,9 @@ def _studio(browser: Browser) -> None:
         time.sleep(0.5)
         _keep(browser, HERE / "studio_draw.png")
         browser.one("button.run").click()
-        browser.wait(lambda: browser.all(".controls.live") and browser.tick >= 3, 60)
+        browser.wait(lambda: browser.all(".controls.live"), 60)
+        Select(browser.one(".controls.live .speed select")).select_by_value("2")
+        browser.wait(lambda: browser.tick >= 3, 60)
         _named(browser, "Close: door").click()
         _click(browser, "svg.floor .numbers text:nth-child(24)")
         browser.wait(lambda: browser.all('[data-obstacle="door@44"]') and browser.tick >= 10, 60)

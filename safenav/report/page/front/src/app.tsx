@@ -80,7 +80,8 @@ export function App({ run, player, stage, extras = {} }: AppProps) {
     [run, player, eye],
   );
   const tick = player.tick;
-  const close = useLow() || run.robots.length > MANY_ROBOTS;
+  const low = useLow();
+  const close = low || extras.beside !== undefined || run.robots.length > MANY_ROBOTS;
   return (
     <>
       <header>
