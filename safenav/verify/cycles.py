@@ -51,28 +51,27 @@ def fair_cycle(edges: Edges, allowed: int, unmet: Sequence[int]) -> tuple[int, .
         if kept:
             successors[node] = kept
     parts = _cyclic_parts(successors)
-    left = set(parts.values())
-    # The condition that the fewest edges meet decides first: usually it leaves no component.
-    for plane in sorted((allowed & ~plane for plane in unmet), key=int.bit_count):
-        if left:
-            left &= {part for part, _ in _inside(edges, plane, parts)}
+    inside: list[int] = []  # the edges that stay in a component, and its number
+    owners: list[int] = []
+    for node, targets, first in edges.by_node():
+        part = parts.get(node)
+        if part is None:
+            continue
+        for index, target in enumerate(targets, first):
+            if parts.get(target) == part and may[index]:
+                inside.append(index)
+                owners.append(part)
+    missing = [edges.flags(plane) for plane in unmet]
+    left = set(owners)
+    for misses in missing:
+        met = [not misses[index] for index in inside] if left else []
+        left &= set(compress(owners, met))
     if not left:
         return None
-    within = [(part, edge) for part, edge in _inside(edges, allowed, parts) if part in left]
-    chosen = within[0][0]
-    required = [
-        next(edge for part, edge in _inside(edges, allowed & ~plane, parts) if part == chosen)
-        for plane in unmet
-    ]
-    return closed_walk([edge for part, edge in within if part == chosen], required)
-
-
-def _inside(edges: Edges, plane: int, parts: Mapping[int, int]) -> Iterator[tuple[int, Edge]]:
-    """Those edges of a set that stay in a component, with its number."""
-    for edge in compress(edges, edges.flags(plane)):
-        part = parts.get(edge[0])
-        if part is not None and part == parts.get(edge[1]):
-            yield part, edge
+    chosen = next(part for part in owners if part in left)
+    walked = [index for index, part in zip(inside, owners, strict=True) if part == chosen]
+    required = [next(index for index in walked if not misses[index]) for misses in missing]
+    return closed_walk([edges[i] for i in walked], [edges[i] for i in required])
 
 
 def shortest_path(successors: Successors, start: int, goals: Container[int]) -> list[int]:
