@@ -38,6 +38,8 @@ else:
 
 
 def _made(plain: type, *, frozen: bool, eq: bool) -> Any:
+    if not plain.__doc__:  # else the standard library works out a signature to put there
+        plain.__doc__ = plain.__name__
     cls: Any = _collected(init=False, repr=False, eq=False)(plain)
     own = cls.__dict__
     if "__init__" not in own:

@@ -9,8 +9,6 @@ import sys
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
-from shlex import quote
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -116,6 +114,8 @@ def command(
     listeners: list[Listener] = [ledger]
     with ExitStack() as stack:
         if (html is not None or motion is not None) and trace is None:
+            from tempfile import TemporaryDirectory
+
             trace = Path(stack.enter_context(TemporaryDirectory())) / f"{scenario.stem}.jsonl"
         if trace is not None:
             listeners.append(stack.enter_context(TraceWriter(trace)))
@@ -212,6 +212,8 @@ def _while_heard(listener: Listener) -> Listener:
 
 def _next_steps(outcome: str, scenario: Path, trace: Path | None, html: Path | None) -> list[str]:
     """Commands that show what went wrong."""
+    from shlex import quote
+
     name = quote(str(scenario))
     steps = []
     if html is not None:

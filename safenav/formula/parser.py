@@ -8,8 +8,8 @@ limited all the same, because every later walk over the tree recurses.
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 
+from safenav.dataclass import dataclass
 from safenav.errors import ExitCode, SafenavError
 from safenav.formula.syntax import (
     And,
@@ -53,7 +53,7 @@ def parse(text: str) -> Formula:
     return _Parser(_tokens(text)).whole()
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class _Token:
     kind: str
     text: str

@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import os
 import re
-import sysconfig
+from collections.abc import Iterator
 from functools import cached_property, lru_cache
 from pathlib import Path
 
@@ -79,12 +79,7 @@ def find_binary() -> Binary:
 
 def find_own_binary() -> Binary | None:
     """safenav's own binary: in the installed package, else built in the source tree."""
-    places = [_PACKAGE / _INSIDE_PACKAGE]
-    places += [
-        Path(sysconfig.get_path(scheme)) / _PACKAGE.name / _INSIDE_PACKAGE
-        for scheme in ("platlib", "purelib")
-    ]
-    for place in places:
+    for place in _own_places():
         if _executable(place):
             return Binary(place, ours=True)
     recorded = _recorded_by_installer()
@@ -92,6 +87,15 @@ def find_own_binary() -> Binary | None:
         return Binary(recorded, ours=True)
     built = _PACKAGE.parent / "slugs" / "build" / "slugs"
     return Binary(built, ours=True) if _executable(built) else None
+
+
+def _own_places() -> Iterator[Path]:
+    yield _PACKAGE / _INSIDE_PACKAGE
+    # Imported where it is needed: it reads how Python itself was built.
+    import sysconfig
+
+    for scheme in ("platlib", "purelib"):
+        yield Path(sysconfig.get_path(scheme)) / _PACKAGE.name / _INSIDE_PACKAGE
 
 
 def _named_by_environment(named: str) -> Binary:

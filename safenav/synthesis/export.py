@@ -19,7 +19,7 @@ from safenav.world.map import Heading
 if TYPE_CHECKING:
     import networkx
 
-_NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+_NOT_XML = "[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]"  # slow to compile
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ def to_networkx(strategy: Strategy) -> networkx.DiGraph[int]:
     initial = frozenset(strategy.initial())
     graph: networkx.DiGraph[int] = networkx.DiGraph()
     graph.graph["robot"] = spec.robot
-    graph.graph["title"] = _NOT_XML.sub("?", spec.title)
+    graph.graph["title"] = re.sub(_NOT_XML, "?", spec.title)
     inputs = []
     for node, values in _decoded(strategy):
         words = [in_words(strategy, values, owner) for owner in (Owner.OUTPUT, Owner.INPUT)]
@@ -124,5 +124,7 @@ def _decoded(strategy: Strategy) -> Iterator[tuple[int, dict[str, int]]]:
 
 
 def _quoted(text: str) -> str:
-    escaped = _NOT_XML.sub("?", text).replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
+    escaped = (
+        re.sub(_NOT_XML, "?", text).replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
+    )
     return f'"{escaped}"'

@@ -6,6 +6,7 @@ Each robot climbs its ladder of specifications until one is realizable.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from typing import TYPE_CHECKING
 from weakref import WeakSet
 
 from safenav.dataclass import dataclass
@@ -18,10 +19,12 @@ from safenav.scenario.objective import Objective
 from safenav.spec.compile import compile_task
 from safenav.spec.task import Task
 from safenav.synthesis.question import Listener as SynthesisListener
-from safenav.synthesis.serving.served import ServedStrategy
 from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.verdict import SynthesisResult, Verdict
 from safenav.trace import records, vocabulary
+
+if TYPE_CHECKING:
+    from safenav.synthesis.serving.served import ServedStrategy
 
 
 @dataclass(frozen=True)

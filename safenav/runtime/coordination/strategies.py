@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 from safenav.dataclass import dataclass
 from safenav.runtime.coordination.asking import Answer, Attempt
 from safenav.runtime.coordination.ladder import Errand
 from safenav.runtime.coordination.objectives import alternating
 from safenav.runtime.navigation import Planner
-from safenav.runtime.on_demand import OnDemand
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.scenario.model import Tracking
 from safenav.scenario.objective import Ltl, Patrol, Visit
@@ -22,6 +22,10 @@ from safenav.synthesis.verdict import SynthesisResult
 from safenav.trace import records, vocabulary
 from safenav.trace.header import heading_in_trace, objective_in_trace
 from safenav.world.moves import Pose
+
+if TYPE_CHECKING:
+    from safenav.runtime.on_demand import OnDemand
+    from safenav.synthesis.serving.served import ServedStrategy
 
 
 @dataclass(frozen=True)
@@ -52,7 +56,7 @@ class Strategies:
         """Put a strategy in force; its robot's assignment must be the one that it is for."""
         served = answer.result.served
         most = self._state.scenario.limits.states
-        strategy = answer.result.strategy if served is None else OnDemand(served, most)
+        strategy = _on_demand(served, most) if served is not None else answer.result.strategy
         assert strategy is not None
         state = self._state.robots[answer.task.robot.name]
         planner = Planner.start(answer.task, strategy)
@@ -203,6 +207,13 @@ def _memory(task: Task) -> dict[str, int] | None:
             return dict(task.memory.values)
         case _:
             return None
+
+
+def _on_demand(served: ServedStrategy, most: int) -> OnDemand:
+    # Imported where it is needed: most strategies are listed.
+    from safenav.runtime.on_demand import OnDemand
+
+    return OnDemand(served, most)
 
 
 def _sorted(poses: frozenset[Pose]) -> list[Pose]:

@@ -10,10 +10,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any
 
 import yaml
+
+from safenav.dataclass import dataclass
 
 MAX_DEPTH = 50
 MAX_NODES = 100_000
@@ -24,7 +26,7 @@ MAX_NUMBER_LENGTH = 100
 _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Place:
     """Line and column, both from 1."""
 
@@ -32,7 +34,7 @@ class Place:
     column: int = 1
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Scalar:
     """A number, truth value, null or text.
 
@@ -48,13 +50,13 @@ class Scalar:
     literal: bool = False
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Sequence:
     place: Place
     items: tuple[Node, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Mapping:
     """Keys are text and differ from each other."""
 
@@ -296,13 +298,10 @@ def _syntax_hint(error: yaml.MarkedYAMLError) -> str:
 
 
 def _bad_character(text: str, error: yaml.reader.ReaderError) -> tuple[Place, str, str]:
-    match = _CONTROL.search(text)
+    match = yaml.reader.Reader.NON_PRINTABLE.search(text)
     place = _place_of(text, match.start()) if match else Place()
     shown = f"the character U+{ord(match.group()):04X}" if match else str(error.reason)
     return place, f"not text: {clipped(shown, 120)}", "remove it; is this a text file?"
-
-
-_CONTROL = re.compile("[^\t\n\r\x20-\x7e\x85\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
 def _place_of(text: str, index: int) -> Place:
