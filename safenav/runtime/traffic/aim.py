@@ -9,11 +9,11 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Collection
+from functools import cached_property
 from itertools import pairwise
 
 from safenav.formula.evaluator import evaluate
 from safenav.formula.parser import parse
-from safenav.runtime.navigation import Planner
 from safenav.scenario.objective import Ltl
 from safenav.synthesis.strategy import Strategy
 from safenav.world.map import Heading
@@ -21,56 +21,86 @@ from safenav.world.moves import Pose
 
 MOST_NODES = 20_000
 
+Row = tuple[int, ...]
+"""What formulas speak of in a node: region, heading if there is one, memory."""
 
-def aim_of(planner: Planner, met: Collection[int]) -> Pose | None:
-    """The pose that a robot is to come to first; None if that is where it stands, or unknown (as
-    it is where nobody lists the strategy). ``met``: the goals of its formulas that it has met in
-    this round."""
-    objective = planner.task.objective
-    if planner.node is None or not isinstance(objective, Ltl):
+
+class Aims:
+    """Where a robot with formulas is going by one strategy of its own. What was found is kept."""
+
+    def __init__(self, strategy: Strategy, objective: Ltl) -> None:
+        self.strategy = strategy
+        self._objective = objective
+        self._goals = tuple(parse(line) for line in objective.liveness)
+        self._names = tuple(
+            name for name in ("region", "heading", *objective.memory) if name in strategy.values(0)
+        )
+        self._met: dict[tuple[Row, Row], frozenset[int]] = {}
+        self._found: dict[tuple[int, frozenset[int]], Pose | None] = {}
+
+    def aim(self, node: int, met: Collection[int]) -> Pose | None:
+        """The pose that the robot is to come to first; None if that is where it stands, or unknown.
+        ``met``: the goals of its formulas that it has met in this round."""
+        key = node, frozenset(met)
+        if key not in self._found:
+            way = self._way(*key)
+            self._found[key] = None if way is None else self._milestone(way)
+        return self._found[key]
+
+    def _way(self, node: int, met: frozenset[int]) -> list[int] | None:
+        """The shortest way of the strategy from a node by which one of the other goals is met."""
+        rows, transitions = self._rows, self.strategy.transitions
+        before: dict[int, int | None] = {node: None}
+        queue = deque([node])
+        while queue and len(before) < MOST_NODES:
+            here = queue.popleft()
+            for after in transitions[here]:
+                if self._goals_of(rows[here], rows[after]) - met:
+                    return [*_back(before, here), after]
+                if after not in before:
+                    before[after] = here
+                    queue.append(after)
         return None
-    strategy = planner.strategy
-    if not isinstance(strategy, Strategy):
+
+    def _goals_of(self, before: Row, after: Row) -> frozenset[int]:
+        """The goals that a step between such nodes meets."""
+        found = self._met.get((before, after))
+        if found is None:
+            one = dict(zip(self._names, before, strict=True))
+            other = dict(zip(self._names, after, strict=True))
+            goals = enumerate(self._goals)
+            found = frozenset(i for i, goal in goals if evaluate(goal, one, other))
+            self._met[before, after] = found
+        return found
+
+    def _milestone(self, way: list[int]) -> Pose | None:
+        """The first pose of a way that is not the present one and where something is remembered,
+        or the goal is met."""
+        rows = [self._rows[node] for node in way]
+        memory = sum(name in ("region", "heading") for name in self._names)
+        here = self._pose(rows[0])
+        for step, (before, after) in enumerate(pairwise(rows)):
+            if step == len(rows) - 2 or before[memory:] != after[memory:]:
+                for pose in (self._pose(before), self._pose(after)):
+                    if pose != here:
+                        return pose
         return None
-    goals = [parse(line) for i, line in enumerate(objective.liveness) if i not in met]
-    before: dict[int, int | None] = {planner.node: None}
-    queue = deque([planner.node])
-    while queue and len(before) < MOST_NODES:
-        node = queue.popleft()
-        values = strategy.values(node)
-        for after in strategy.transitions[node]:
-            later = strategy.values(after)
-            if any(evaluate(goal, values, later) for goal in goals):
-                return _milestone(planner, [*_way(before, node), after], objective)
-            if after not in before:
-                before[after] = node
-                queue.append(after)
-    return None
+
+    def _pose(self, row: Row) -> Pose:
+        heading = Heading(row[1]) if "heading" in self._names else None
+        return Pose(row[0], heading)
+
+    @cached_property
+    def _rows(self) -> list[Row]:
+        fields = {field.variable.name: field for field in self.strategy.fields}
+        wanted = [fields[name] for name in self._names]
+        return [tuple(field.decode(state) for field in wanted) for state in self.strategy.states]
 
 
-def _milestone(planner: Planner, way: list[int], objective: Ltl) -> Pose | None:
-    """The first pose of a way that is not the present one and where something is remembered, or
-    the goal is met."""
-    values = [planner.strategy.values(node) for node in way]
-    here = _pose(values[0])
-    for step, (before, after) in enumerate(pairwise(values)):
-        last = step == len(values) - 2
-        if last or any(before[name] != after[name] for name in objective.memory):
-            for pose in (_pose(before), _pose(after)):
-                if pose != here:
-                    return pose
-    return None
-
-
-def _way(before: dict[int, int | None], last: int) -> list[int]:
+def _back(before: dict[int, int | None], last: int) -> list[int]:
     way = []
     node: int | None = last
     while node is not None:
         way.append(node)
         node = before[node]
     return way[::-1]
-
-
-def _pose(values: dict[str, int]) -> Pose:
-    heading = values.get("heading")
-    return Pose(values["region"], None if heading is None else Heading(heading))

@@ -21,7 +21,7 @@ from safenav.runtime.formulas import formulas_of
 from safenav.runtime.over import RunOver, Stop, Verdict
 from safenav.runtime.poses import FAR, Mask, region_mask
 from safenav.runtime.team import RobotState, Role, TeamState
-from safenav.runtime.traffic.aim import aim_of
+from safenav.runtime.traffic.aim import Aims
 from safenav.runtime.traffic.deadlock import deadlock_of_few, deadlocked
 from safenav.runtime.traffic.execution import Execution, Schedule, dues_of, schedule
 from safenav.runtime.traffic.joint import Count, Course, Joint, has_met
@@ -31,6 +31,7 @@ from safenav.runtime.traffic.watch import Watch
 from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.model import Outcome
 from safenav.scenario.objective import Ltl
+from safenav.synthesis.strategy import Strategy
 from safenav.trace import records, vocabulary
 from safenav.trace.header import heading_in_trace
 from safenav.world.moves import Pose
@@ -61,6 +62,7 @@ class Traffic:
     _failures: int = 0
     _spent: int = 0
     _starved: str = ""
+    _aims: dict[str, Aims] = field(default_factory=dict)
     _last: tuple[Course, Sequence[Joint]] | None = None
     _certified: dict[tuple[Joint, int, int], bool] = field(default_factory=dict)
 
@@ -215,7 +217,7 @@ class Traffic:
                 continue
             if robot.assignment.role is not Role.OWN or self._has_done_all(robot):
                 continue
-            aim = aim_of(robot.planner, robot.own.seen)
+            aim = self._aim(robot, objective)
             if aim is not None:
                 goal = 1 << members[index].graph.number(aim)
                 members[index] = replace(members[index], targets=(goal,))
@@ -223,6 +225,16 @@ class Traffic:
         if not changed:
             return floor
         return replace(floor, problem=replace(floor.problem, members=tuple(members)))
+
+    def _aim(self, robot: RobotState, objective: Ltl) -> Pose | None:
+        """Where a robot is going by its own strategy, if somebody lists that."""
+        planner = robot.planner
+        if planner is None or planner.node is None or not isinstance(planner.strategy, Strategy):
+            return None
+        aims = self._aims.get(robot.name)
+        if aims is None or aims.strategy is not planner.strategy:
+            aims = self._aims[robot.name] = Aims(planner.strategy, objective)
+        return aims.aim(planner.node, robot.own.seen)
 
     def _has_done_all(self, robot: RobotState) -> bool:
         return robot.own.rounds >= self.state.scenario.until.rounds
