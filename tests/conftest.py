@@ -36,7 +36,10 @@ def pytest_configure(config: pytest.Config) -> None:
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Each worker begins with the slow ones of its share: what it has at its end is short, so
     that the others can take it over and all end together."""
-    share = -(-len(items) // int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1"))) or 1
+    workers = int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "0"))
+    if not workers:
+        return
+    share = -(-len(items) // workers) or 1
     for first in range(0, len(items), share):
         part = slice(first, first + share)
         items[part] = sorted(items[part], key=lambda item: "slow" not in item.keywords)

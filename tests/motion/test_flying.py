@@ -23,6 +23,8 @@ from safenav.trace.reading import read_bytes
 
 NAME = "case_study_1"
 
+pytestmark = pytest.mark.slow
+
 
 @cache
 def windy(gust: float) -> Motion:

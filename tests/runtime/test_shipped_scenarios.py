@@ -15,6 +15,7 @@ from safenav.trace.reading import read_bytes
 SHIPPED = sorted(SCENARIOS.glob("*.yaml"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
 def test_audit_finds_nothing(path: Path) -> None:
     scenario = load_scenario(path)

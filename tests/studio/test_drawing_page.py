@@ -20,6 +20,7 @@ from safenav.trace.records import Appeared, Move, Resolved
 from studio.serving import MINUTES, SCENARIOS, Served
 
 SHIPPED = load_scenario(SCENARIOS / "case_study_1.yaml")
+pytestmark = pytest.mark.slow
 BLANK_WALLS = [21, 34, 43, 60, 73]
 """What the map of case study 1 has beyond its border."""
 
