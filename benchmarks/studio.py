@@ -1,0 +1,111 @@
+"""How soon the studio knows what is wrong with an edit, on 60 x 80 regions with 12 robots.
+
+    python benchmarks/studio.py [--rows 60] [--cols 80] [--robots 12]
+
+CPU seconds (user and system, this process or the one that judges), so that a busy machine does not
+count. Bars: the text judged (syntax, places, what is drawn) within 1 s, the realizability of one
+robot within 5 s, also where nothing is in the synthesis cache.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+sys.path[:0] = [str(ROOT)]
+
+from safenav.scenario.reading.loader import load_draft  # noqa: E402
+from safenav.studio.editing.drawing import drawing_of  # noqa: E402
+from safenav.studio.editing.operations import edited  # noqa: E402
+from safenav.studio.run.orders import Order  # noqa: E402
+
+
+def scenario(
+    rows: int, cols: int, robots: int, models: tuple[str, str] = ("quadcopter", "digit")
+) -> str:
+    """Halls of 10 x 10 regions with doors between them; robots of two models in turn."""
+
+    def free(row: int, col: int) -> bool:
+        inside = 0 < row < rows - 1 and 0 < col < cols - 1
+        return (
+            inside
+            and (row % 10 != 0 or col % 10 in (4, 5))
+            and (col % 10 != 0 or row % 10 in (4, 5))
+        )
+
+    lines = ["safenav: 1", "map:", "  grid: |"]
+    for row in range(rows):
+        lines.append("    " + "".join(".#"[not free(row, col)] for col in range(cols)))
+    lines.append("robots:")
+    for number in range(robots):
+        row, col = 3 + 10 * (number % (rows // 10)), 3 + 10 * (number // (rows // 10))
+        there = f"[[{row}, {col}], [{row}, {cols - 4 - number % 6}]]"
+        robot = f"model: {models[number % 2]}, start: [{row}, {col}], heading: east"
+        lines.append(f"  r{number}: {{{robot}, objective: {{visit: {there}}}}}")
+    lines += ["obstacles:", "  - {type: door, region: [14, 10]}", "limits: {ticks: 2000}"]
+    return "\n".join(lines) + "\n"
+
+
+def judged(text: str, cache: str) -> tuple[str, float, float]:
+    """The first verdict of the process that judges; CPU and wall seconds until then."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    begun = time.perf_counter()
+    process = subprocess.Popen(
+        [sys.executable, "-m", "safenav.studio.editing.judge"],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "SAFENAV_CACHE": cache},
+    )
+    assert process.stdin is not None and process.stdout is not None
+    with process.stdin as orders, process.stdout as answers:
+        orders.write(Order(text, "scenario.yaml").line())
+        orders.close()
+        answer = json.loads(answers.readline())
+        wall = time.perf_counter() - begun
+        process.kill()
+    process.wait()
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return f"{answer['robot']} {answer['verdict']}", cpu, wall
+
+
+def main() -> None:
+    """Measure and print one line a figure."""
+    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    options.add_argument("--rows", type=int, default=60)
+    options.add_argument("--cols", type=int, default=80)
+    options.add_argument("--robots", type=int, default=12)
+    chosen = options.parse_args()
+    size = (chosen.rows, chosen.cols, chosen.robots)
+    print(f"{chosen.rows} x {chosen.cols} regions, {chosen.robots} robots; CPU seconds")
+    text = scenario(*size)
+    for name, operation in {
+        "paint a wall": {"op": "paint", "regions": [5 * chosen.cols + 5], "wall": True},
+        "move a robot": {"op": "move_robot", "robot": "r1", "region": 2 * chosen.cols + 5},
+    }.items():
+        begun = time.process_time()
+        text = edited(text, operation)
+        draft = load_draft(text, "scenario.yaml", reachable=False)
+        assert draft.world is not None
+        drawing_of(text, draft.world, draft.catalogue)
+        told = time.process_time() - begun
+        assert load_draft(text, "scenario.yaml").scenario is not None
+        whole = time.process_time() - begun
+        print(f"{name}: {told:.2f} until it is drawn and judged, {whole:.2f} with all targets")
+    for models in (("quadcopter", "digit"), ("digit", "quadcopter")):
+        with tempfile.TemporaryDirectory() as cache:
+            answer, cpu, wall = judged(scenario(*size, models), cache)
+        print(f"{models[0]} {answer}: {cpu:.2f} ({wall:.2f} on the clock)")
+
+
+if __name__ == "__main__":
+    main()
