@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from safenav.errors import Diagnostic, InputError
 from safenav.scenario.reading import map as map_reader
-from safenav.scenario.reading.loader import load_scenario_text
+from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from safenav.world.files.flaws import MapFileError
 from safenav.world.files.image import read_image
 from safenav.world.files.movingai import read_movingai
@@ -79,6 +79,22 @@ def test_names_and_paths_work_as_everywhere(tmp_path: Path) -> None:
     scenario = load_scenario_text(text, str(tmp_path / "scenario.yaml"))
     assert scenario.map.names == {"dock": 14}
     assert scenario.robots[0].start.region == 14
+
+
+def test_a_file_outside_of_the_folder_is_told_before_it_is_read(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    (tmp_path / "lab").mkdir()
+    scenario = tmp_path / "lab" / "lab.yaml"
+    for outside, file in ((False, "beside.map"), (True, "../there.map"), (True, "../gone.map")):
+        caplog.clear()
+        (tmp_path / "lab" / "beside.map").write_bytes((MAPS / "rooms.map").read_bytes())
+        (tmp_path / "there.map").write_bytes((MAPS / "rooms.map").read_bytes())
+        scenario.write_text(f"safenav: 1\nmap: {{movingai: {file}}}\nrobots: {{}}\n")
+        with pytest.raises(InputError):
+            load_scenario(scenario)
+        told = [f"{scenario} reads a file outside of its folder" in m for m in caplog.messages]
+        assert told == [True] * outside
 
 
 def test_dust_and_walls_off_the_grid_are_walls_unless_a_share_is_asked_for() -> None:

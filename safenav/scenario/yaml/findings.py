@@ -49,6 +49,11 @@ class Findings:
         self._files.append(file)
         return other
 
+    @property
+    def home(self) -> Reach:
+        """The folder of the input itself."""
+        return Reach(Path(self._files[0]).parent)
+
     def read_from(self, text: str) -> None:
         """The text of this file, for messages to quote."""
         self._texts[self.file] = text.split("\n")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import stat
 import sys
+from functools import cache
 from pathlib import Path
 
 from safenav.scenario.yaml.document import Document, DocumentError, Node, Place, read_document
@@ -45,14 +46,29 @@ def read_bytes(path: Path, findings: Findings, named_at: Node, limit: int) -> by
 
 
 def _refuse_outside(path: Path, findings: Findings, named_at: Node | None) -> None:
-    """Raises before a file is touched that an input from elsewhere must not name."""
+    """Raises before a file is touched that an input from elsewhere must not name; of one that the
+    user has named it is told when it reads files outside of its folder."""
     reach = findings.reach
-    if named_at is None or reach is None or reach.holds(path):
+    if named_at is None:
+        return
+    if reach is None:
+        if not findings.home.holds(path):
+            _tell_outside(findings.file, path)
+        return
+    if reach.holds(path):
         return
     if reach.folder is None:
         raise _UnusableError("not read: this scenario names files, and may read none", "draw it")
     where = f"put it into {reach.folder}"
     raise _UnusableError("not read: it is outside the folder of the scenario", where)
+
+
+@cache
+def _tell_outside(file: str, path: Path) -> None:
+    """Once for each, on standard error unless somebody listens to the log."""
+    from logging import getLogger  # only needed here
+
+    getLogger("safenav").warning("note: %s reads a file outside of its folder: %s", file, path)
 
 
 def _report(error: _UnusableError, path: Path, findings: Findings, named_at: Node | None) -> None:
