@@ -94,6 +94,7 @@ bench: install slugs ## measure (never part of the tests)
 	$(BIN)/python benchmarks/explain.py
 	$(BIN)/python benchmarks/batch.py
 	$(BIN)/python benchmarks/replay.py
+	$(BIN)/python benchmarks/studio.py
 	$(BIN)/python benchmarks/moves.py
 	$(BIN)/python benchmarks/motion.py
 

@@ -144,6 +144,7 @@ def _studio(browser: Browser) -> None:
         _click(browser, "svg.floor .numbers text:nth-child(24)")
         browser.wait(lambda: browser.all('[data-obstacle="door@44"]') and browser.tick >= 10, 60)
         browser.button("Pause the run").click()
+        browser.wait(lambda: browser.one(".badge").text == "paused", 60)
         time.sleep(0.6)
         _keep(browser, HERE / "studio_run.png")
 

@@ -7,12 +7,13 @@ import base64
 import zlib
 from collections.abc import Mapping
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 from safenav.errors import Diagnostic, InputError, UsageError
 from safenav.outfile import write_whole
+from safenav.scenario.model import Scenario
 from safenav.scenario.reading.bare_map import Division
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import Draft, load_draft
@@ -96,7 +97,7 @@ class Editor(Studio):
             self._judging.judge(self._order_of(self.document.text))
 
     async def made(self, name: str) -> Made | None:
-        """A download: the scenario, the one that was played, a bundle, or what a run gives."""
+        """A download: the scenario, the one that was played, a picture, or what a run gives."""
         stem = "scenario" if self.path is None else self.path.stem
         if name == "scenario":
             return f"{stem}.yaml", self.document.text.encode(), "application/yaml"
@@ -104,8 +105,6 @@ class Editor(Studio):
             return f"{stem}-played.yaml", self._played().encode(), "application/yaml"
         if name == "picture" and self._draft.scenario is not None:
             return f"{stem}.svg", await asyncio.to_thread(self._picture), "image/svg+xml"
-        if name == "bundle" and self.run is not None:
-            return f"{stem}.zip", await asyncio.to_thread(self._bundle), "application/zip"
         return await super().made(name)
 
     async def uploaded(self, name: str, content: bytes, about: Mapping[str, str]) -> None:
@@ -189,7 +188,9 @@ class Editor(Studio):
     def _changed(self) -> None:
         """The text is another one: tell everybody, and judge it. Whether robots can get to their
         targets takes longer on large maps, and is told when it is known."""
+        before = self._draft.scenario
         self._draft, self._checked = self._drafted(reachable=False), False
+        first = _altered(before, self._draft.scenario)
         self._draw()
         self.tell(self._told())
         self.tell(self._hello())
@@ -197,7 +198,8 @@ class Editor(Studio):
             self._checking.cancel()
         self._checking = asyncio.create_task(self._check(self.document.revision))
         hopeless = self._draft.world is None
-        self._judging.judge(None if hopeless else self._order_of(self.document.text))
+        order = replace(self._order_of(self.document.text), first=first)
+        self._judging.judge(None if hopeless else order)
 
     async def _check(self, revision: int) -> None:
         await asyncio.sleep(0.1)
@@ -295,17 +297,12 @@ class Editor(Studio):
         assert self._draft.scenario is not None
         return svg_of(scene_of(self._draft.scenario)).encode()
 
-    def _bundle(self) -> bytes:
-        """The run as a bundle: with its proof and its checker, packed."""
-        from safenav.certify.record import bundle_of_trace
 
-        assert self.run is not None
-        with TemporaryDirectory() as folder:
-            trace = Path(folder) / "run.jsonl"
-            trace.write_bytes(self.run.trace)
-            out = Path(folder) / "bundle.zip"
-            bundle_of_trace(trace, out)
-            return out.read_bytes()
+def _altered(before: Scenario | None, after: Scenario | None) -> tuple[str, ...]:
+    """The robots that are not what they were."""
+    if before is None or after is None:
+        return ()
+    return tuple(robot.name for robot in after.robots if robot not in before.robots)
 
 
 def _problem(found: Diagnostic) -> dict[str, Any]:

@@ -29,6 +29,12 @@ HEADERS = {
     "Cache-Control": "no-store",
 }
 
+APART = (
+    "sandbox allow-scripts allow-downloads; default-src 'none'; script-src 'unsafe-inline'; "
+    "style-src 'unsafe-inline'; img-src data: blob:; frame-ancestors 'none'"
+)
+"""The policy of a page that is whole by itself and may not ask the studio for anything."""
+
 
 @dataclass(frozen=True)
 class Guard:

@@ -19,6 +19,7 @@ from safenav.scenario.reading.loader import load_with_catalogue
 from safenav.scenario.yaml.source import STDIN
 from safenav.studio.run.live import Run
 from safenav.studio.run.orders import Order
+from safenav.studio.saving import SAVERS
 
 Message = Mapping[str, Any]
 Made = tuple[str, bytes, str]
@@ -95,16 +96,15 @@ class Studio:
         await wanted(data)
 
     async def made(self, name: str) -> Made | None:
-        """What a page saves: the trace, or the replay as one page."""
+        """What a page saves of the run."""
         if self.run is None or not self.run.lines:
             return None
+        if name not in SAVERS:
+            return None
+        make, ending, kind = SAVERS[name]
         stem = Path(self._order.file).stem or "scenario"
-        if name == "trace":
-            return f"{stem}.jsonl", self.run.trace, "application/jsonl"
-        if name == "replay":
-            content = await asyncio.to_thread(_replay, self.run.trace, f"{stem}.jsonl")
-            return f"{stem}.html", content, "text/html"
-        return None
+        content = await asyncio.to_thread(make, self.run.trace, f"{stem}.jsonl")
+        return f"{stem}{ending}", content, kind
 
     async def uploaded(self, name: str, content: bytes, about: Mapping[str, str]) -> None:
         """Take a file that a page sends. Raises UsageError where there is no editor."""
@@ -196,11 +196,3 @@ def _seed(data: Message) -> int | None:
     if seed is not None and (not isinstance(seed, int) or not 0 <= seed < 2**63):
         raise UsageError("a seed is a number from 0 on")
     return seed
-
-
-def _replay(trace: bytes, name: str) -> bytes:
-    from safenav.report.page.html import page_of
-    from safenav.report.replay.reading import replay_of
-    from safenav.trace.reading import read_bytes
-
-    return page_of(replay_of(read_bytes(trace, name)), name).encode()

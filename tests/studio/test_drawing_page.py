@@ -118,10 +118,12 @@ def test_case_study_1_is_drawn_run_and_undone(board: Board, tmp_path: Path) -> N
         board.click(start)
         browser.wait(lambda: browser.all(".chosen"), MINUTES)
         board.choose("Patrol: to and fro")
-        for target in targets:
-            before = board.text
-            board.click(target)
-            browser.wait(lambda before=before: board.text != before, MINUTES)  # type: ignore[misc]
+        before = board.text
+        board.click(targets[0])
+        browser.wait(lambda: browser.all("text.order"), MINUTES)
+        assert board.text == before, "half a patrol would be a mistake"
+        board.click(targets[1])
+        browser.wait(lambda before=before: board.text != before, MINUTES)  # type: ignore[misc]
         board.until(robot)
         browser.press(Keys.ESCAPE)
     drawn = load_scenario_text(board.text)

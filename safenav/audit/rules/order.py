@@ -193,8 +193,9 @@ def _begins_on_its_target(record: Goal, now: Situation) -> bool:
     """Whether the goal may be one that is met where an objective begins: told at once, in
     whosever turn that is. A robot told by signals needs no new strategy for that."""
     name = record.robot
-    begun = (*now.turn.all(Synthesis), *now.turn.all(NewObjective))
-    if any(beginning.robot == name for beginning in begun):
+    begun = {line.robot for line in now.turn.all(Synthesis)}
+    begun |= {line.robot for line in now.turn.all(NewObjective)}
+    if name in begun:
         return True
     told = now.header.coordination == "assignable"
     return told and now.turn.objectives[name] != now.objectives[name]

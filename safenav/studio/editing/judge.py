@@ -30,7 +30,7 @@ def main() -> None:
     if scenario is None:
         return
     verdicts: dict[str, dict[str, Any]] = {}
-    for robot in scenario.robots:
+    for robot in sorted(scenario.robots, key=lambda robot: robot.name not in order.first):
         verdicts[robot.name] = _verdict(scenario, robot.name)
         if verdicts[robot.name]["verdict"] != "unrealizable":
             _say(out, verdicts[robot.name])

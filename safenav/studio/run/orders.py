@@ -26,13 +26,15 @@ DONE, REFUSED, FAILED = "~done", "~refused", "~failed"
 @dataclass(frozen=True)
 class Order:
     """A scenario to run. ``folder``: where it may read files; None for nowhere, and ``trusted``
-    for anywhere (the user has named the file). ``seed``: instead of its own."""
+    for anywhere (the user has named the file). ``seed``: instead of its own. ``first``: robots that
+    are judged before the others."""
 
     text: str
     file: str
     folder: str | None = None
     trusted: bool = False
     seed: int | None = None
+    first: tuple[str, ...] = ()
 
     @property
     def reach(self) -> Reach | None:

@@ -1,4 +1,4 @@
-/* sources eb9bdd96b4f36ac5d0a03ad7d5a35f2aa6dd89c0d85c23dc81b694e0bc07e568 */
+/* sources 3a5219cb80526599547586973ca6b4a29c6ebb811f16a7c6b4080c49ba132e16 */
 /* Contains Preact:
 The MIT License (MIT)
 

@@ -13,7 +13,7 @@ interface LiveControlsProps {
 }
 
 export function LiveControls({ run, player, tick, say }: LiveControlsProps) {
-  const { phase, busy } = player.state;
+  const { phase } = player.state;
   const running = phase === "running";
   const ended = phase === "ended";
   return (
@@ -43,7 +43,6 @@ export function LiveControls({ run, player, tick, say }: LiveControlsProps) {
         </div>
         <p class="clock">
           tick <b>{tick}</b> of {run.last}
-          {busy && <span class="quiet"> · thinking</span>}
         </p>
         <SpeedButtons player={player} />
         <Again player={player} say={say} />
@@ -66,7 +65,7 @@ function Again({ player, say }: { player: LivePlayer; say: Say }) {
         <input
           type="number"
           min={0}
-          placeholder={String(player.state.seed ?? "as drawn")}
+          placeholder={String(player.state.seed ?? "own")}
           value={seed}
           onInput={(event) => setSeed(event.currentTarget.value)}
         />

@@ -3,6 +3,7 @@
 import { useState } from "preact/hooks";
 import type { Say } from "../live/player";
 import { linkOf, packedIn } from "./links";
+import { RunDownloads } from "./live";
 import type { Doc } from "./model";
 
 export function OpenMenu({ templates, say, complain }: { templates: Record<string, string>; say: Say; complain(words: string): void }) {
@@ -99,21 +100,13 @@ export function SaveMenu({ doc, folder, ran, say, tell }: { doc: Doc; folder: bo
         {ran && (
           <>
             <hr />
-            <a href="save/trace" download>
-              Trace of the run
-            </a>
-            <a href="save/replay" download>
-              Replay (HTML page)
-            </a>
+            <RunDownloads />
             <a href="save/played" download>
               Scenario as it was played
             </a>
             <button type="button" onClick={() => say("keep")}>
               Edit it as it was played
             </button>
-            <a href="save/bundle" download>
-              Bundle with proofs
-            </a>
           </>
         )}
       </div>

@@ -133,7 +133,7 @@ function hintOf(pen: Pen, drawing: Drawing): string {
     case "name":
       return "Click a region, then write its name at the left.";
     case "robot":
-      return `Click where a ${pen.model} starts.`;
+      return `Click where a ${pen.model} starts; click a robot that is there to say where it goes.`;
     case "obstacle":
       return `Click a free region that a ${pen.type} closes; no robot knows of it.`;
     case "objective":

@@ -84,13 +84,18 @@ export function useDrawingHand(args: HandArgs): Hand {
       held.current = { what: "paint", wall: pen.does === "wall", regions: new Set([region]), last: [x, y] };
       redraw((n) => n + 1);
     } else if (pen.does === "robot") {
-      edit("add_robot", { model: pen.model, region, ...(pen.turns && { heading: "east" }) });
+      const there = robotAt(region);
+      if (there) {
+        setPen({ does: "select" });
+        choose({ robot: there.name });
+      } else edit("add_robot", { model: pen.model, region, ...(pen.turns && { heading: "east" }) });
     } else if (pen.does === "obstacle") edit("add_obstacle", { type: pen.type, region });
     else if (pen.does === "name") choose({ region });
     else {
       const regions = [...pen.regions, region];
       const most = pen.kind === "hold" ? 1 : pen.kind === "patrol" ? 2 : Infinity;
-      edit("set_objective", { robot: pen.robot, kind: pen.kind, regions: regions.slice(-most) });
+      const whole = pen.kind !== "patrol" || regions.length >= 2;
+      if (whole) edit("set_objective", { robot: pen.robot, kind: pen.kind, regions: regions.slice(-most) });
       if (regions.length >= most) setPen({ does: "select" });
       else setPen({ ...pen, regions });
     }
@@ -158,7 +163,7 @@ export function useDrawingHand(args: HandArgs): Hand {
           square(drawing.obstacles[chosen.obstacle]!.region, "picked", "picked")
         )}
         {chosen && "region" in chosen && chosen.region < rows * cols && square(chosen.region, "picked", "picked")}
-        {order.length > 1 &&
+        {(order.length > 1 || pen.does === "objective") &&
           order.map((region, i) => {
             const { x, y } = at(region);
             return (

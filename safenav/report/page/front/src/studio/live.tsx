@@ -77,18 +77,35 @@ function Badge({ player, run }: { player: LivePlayer; run: Run }) {
   return <p class="badge cut">{busy ? "thinking" : phase}</p>;
 }
 
-/** What can be saved of a run. */
+/** What can be saved of a run, so far. */
+export function RunDownloads() {
+  return (
+    <>
+      <a href="save/trace" download>
+        Trace of the run
+      </a>
+      <a href="save/replay" download>
+        Replay (HTML page)
+      </a>
+      <a href="save/3d" target="_blank" rel="noopener">
+        Look at it in 3D
+      </a>
+      <a href="save/frames" download>
+        Pictures of all ticks (for a video)
+      </a>
+      <a href="save/bundle" download>
+        Bundle with proofs
+      </a>
+    </>
+  );
+}
+
 function Saving() {
   return (
     <details class="menu">
       <summary>Save</summary>
       <div>
-        <a href="save/trace" download>
-          Trace (JSON Lines)
-        </a>
-        <a href="save/replay" download>
-          Replay (HTML page)
-        </a>
+        <RunDownloads />
       </div>
     </details>
   );

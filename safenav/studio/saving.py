@@ -1,0 +1,91 @@
+"""What is saved of a run: a replay, one in 3D, a picture of each tick, a bundle."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from collections.abc import Callable, Mapping
+from hashlib import sha256
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from safenav.errors import UsageError
+
+MOST_FRAMES = 1000
+
+
+def replay_page(trace: bytes, name: str) -> bytes:
+    """The replay as one HTML page."""
+    from safenav.report.page.html import page_of
+    from safenav.report.replay.reading import replay_of
+    from safenav.trace.reading import read_bytes
+
+    return page_of(replay_of(read_bytes(trace, name)), name).encode()
+
+
+def page_3d(trace: bytes, name: str) -> bytes:
+    """The run so far in 3D as one HTML page. Raises UsageError without the extra ``motion``."""
+    try:
+        from safenav.motion.making import motion_of
+    except ModuleNotFoundError as missing:
+        raise UsageError(
+            f"the 3D page needs {missing.name}\n    install it: pip install 'safenav[motion]'"
+        ) from missing
+    from safenav.report.replay.reading import replay_of
+    from safenav.report.view3d.encode import encoded_motion
+    from safenav.report.view3d.html import page3d_of
+    from safenav.trace.reading import read_bytes
+
+    read = read_bytes(trace, name)
+    replay = replay_of(read)
+    motion = motion_of(read, sha256(trace).hexdigest())
+    return page3d_of(replay, name, encoded_motion(motion, replay.last)).encode()
+
+
+def frames(trace: bytes, name: str) -> bytes:
+    """A picture of every tick, zipped: PNG, or SVG without the extra ``pictures``. Raises
+    UsageError for a run that is too long."""
+    from safenav.report.picture.raster import png_of
+    from safenav.report.picture.scene import Options, svg_of
+    from safenav.report.replay.reading import replay_of
+    from safenav.trace.reading import read_bytes
+
+    replay = replay_of(read_bytes(trace, name))
+    if replay.last >= MOST_FRAMES:
+        raise UsageError(
+            f"pictures of {replay.last + 1} ticks are too many: at most {MOST_FRAMES}\n"
+            "    save the trace, and take a part: safenav replay run.jsonl --gif --ticks 0-500"
+        )
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w") as files:
+        for tick in range(replay.last + 1):
+            svg = svg_of(replay.scene(tick), Options(legend=False))
+            try:
+                files.writestr(f"tick-{tick:04}.png", png_of(svg, 960))
+            except UsageError:  # nothing draws pixels here
+                files.writestr(f"tick-{tick:04}.svg", svg)
+    return packed.getvalue()
+
+
+def bundle(trace: bytes, name: str) -> bytes:
+    """The run with its proofs and their checker, zipped. Raises SafenavError where the checker does
+    not accept it."""
+    from safenav.certify.record import bundle_of_trace
+
+    with TemporaryDirectory() as folder:
+        file, out = Path(folder) / name, Path(folder) / "bundle.zip"
+        file.write_bytes(trace)
+        bundle_of_trace(file, out)
+        return out.read_bytes()
+
+
+Saver = Callable[[bytes, str], bytes]
+
+SAVERS: Mapping[str, tuple[Saver, str, str]] = {
+    "trace": (lambda trace, _: trace, ".jsonl", "application/jsonl"),
+    "replay": (replay_page, ".html", "text/html"),
+    "3d": (page_3d, ".3d.html", "text/html"),
+    "frames": (frames, "-frames.zip", "application/zip"),
+    "bundle": (bundle, ".zip", "application/zip"),
+}
+"""By the name in its address: what makes it, the end of its file's name, its media type."""

@@ -1,0 +1,96 @@
+"""What a run gives to take away, also one that somebody changed and that is not over."""
+
+from __future__ import annotations
+
+import io
+import json
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from safenav.errors import UsageError
+from safenav.runtime.interventions import Close, Give, Serve
+from safenav.runtime.mission import Mission
+from safenav.scenario.objective import Hold
+from safenav.scenario.reading.bare_map import Division
+from safenav.scenario.reading.catalogue import built_in
+from safenav.scenario.reading.loader import load_draft, load_scenario
+from safenav.studio import saving
+from safenav.studio.editing import beginnings
+from safenav.trace.records import Record
+from safenav.trace.writing import as_data
+from studio.serving import ROOT, SCENARIOS
+
+MAPS = ROOT / "tests" / "maps"
+
+
+@pytest.fixture(scope="module")
+def trace() -> bytes:
+    """Eight ticks of case study 1, changed in every way."""
+    records: list[Record] = []
+    mission = Mission(load_scenario(SCENARIOS / "case_study_1.yaml"), listeners=[records.append])
+    mission.start()
+    for change in (
+        Close(built_in().obstacles["door"], 44),
+        Serve("digit", False),
+        Give("digit", Hold(frozenset({72}))),
+        Serve("digit", True),
+    ):
+        mission.intervene(change)
+        mission.step()
+        mission.step()
+    mission.give_up()
+    return "".join(json.dumps(as_data(record)) + "\n" for record in records).encode()
+
+
+def test_a_picture_of_every_tick(trace: bytes) -> None:
+    lines = trace.splitlines(keepends=True)
+    short = b"".join(line for line in lines if json.loads(line).get("tick", 0) <= 1)
+    with zipfile.ZipFile(io.BytesIO(saving.frames(short, "run.jsonl"))) as files:
+        names = files.namelist()
+        assert names == ["tick-0000.png", "tick-0001.png"]
+        assert all(files.read(name).startswith(b"\x89PNG") for name in names)
+
+
+def test_too_many_pictures_are_refused(trace: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(saving, "MOST_FRAMES", 3)
+    with pytest.raises(UsageError, match="at most 3"):
+        saving.frames(trace, "run.jsonl")
+
+
+def test_the_run_so_far_in_three_dimensions(trace: bytes) -> None:
+    page = saving.page_3d(trace, "run.jsonl")
+    assert b'id="motion"' in page and b"</html>" in page
+
+
+def test_the_bundle_of_a_changed_run_is_accepted_by_its_own_checker(
+    trace: bytes, tmp_path: Path
+) -> None:
+    with zipfile.ZipFile(io.BytesIO(saving.bundle(trace, "run.jsonl"))) as files:
+        files.extractall(tmp_path)
+    (checker,) = tmp_path.rglob("check.py")
+    command = [sys.executable, "-I", "-S", str(checker), str(checker.parent)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "digit is given another objective" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("name", "companions", "division"),
+    [
+        ("rooms.png", [], Division(7, 13)),
+        ("office.yaml", ["office.pgm"], Division(10, 10)),
+        ("rooms.map", [], Division()),
+    ],
+    ids=["image", "ros", "movingai"],
+)
+def test_a_scenario_begins_with_a_map_of_every_kind(
+    name: str, companions: list[str], division: Division
+) -> None:
+    files = {file: (MAPS / file).read_bytes() for file in (name, *companions)}
+    text = beginnings.on_map(name, files, division)
+    world = load_draft(text, name).world
+    assert world is not None and 0 < len(world.free) < world.size
