@@ -4,6 +4,11 @@
 #include "expect.hpp"
 #include "reading.hpp"
 
+#include "read/declarations.hpp"
+
+#include <atomic>
+#include <string>
+
 using namespace slugs;
 
 namespace {
@@ -115,6 +120,33 @@ void test_what_each_section_may_use() {
     }
 }
 
+// Thousands of declarations take time before the first constraint is read.
+void test_declarations_look_at_the_limits() {
+  std::string text = "[OUTPUT]\n";
+  for (int i = 0; i < 3000; ++i)
+    text += "x" + std::to_string(i) + ":0...2\n";
+  const Source source("test", text);
+  Diagnostics diagnostics(source);
+  const Sections sections = read_sections(source, diagnostics);
+  const std::atomic<bool> interrupted{true};
+  Budget spent;
+  spent.interrupted = &interrupted;
+  const auto stops = [](auto work) {
+    try {
+      work();
+      return false;
+    } catch (const LimitReached &) {
+      return true;
+    }
+  };
+  BudgetPacer pacer(spent), other(spent), unlimited{Budget()};
+  Specification none, all;
+  EXPECT(stops([&] { declare_structured(sections, source, none, diagnostics, pacer); }));
+  EXPECT(!stops([&] { declare_structured(sections, source, all, diagnostics, unlimited); }));
+  EXPECT_EQ(all.integers.size(), std::size_t{3000});
+  EXPECT(stops([&] { limit_ranges(all, other); }));
+}
+
 } // namespace
 
 int main() {
@@ -126,5 +158,6 @@ int main() {
     test_languages_are_told_by_content();
     test_buffers_nest_and_may_use_earlier_entries();
     test_what_each_section_may_use();
+    test_declarations_look_at_the_limits();
   });
 }

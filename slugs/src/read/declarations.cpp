@@ -15,10 +15,11 @@ namespace {
 
 class Declarer {
 public:
-  Declarer(const Source &source, Specification &specification, Diagnostics &diagnostics)
-      : source_(source), specification_(specification), diagnostics_(diagnostics) {}
+  Declarer(const Source &source, Specification &specification, Diagnostics &diagnostics, BudgetPacer &pacer)
+      : source_(source), specification_(specification), diagnostics_(diagnostics), pacer_(pacer) {}
 
   void slugsin(const Declaration &declaration) {
+    pacer_.step();
     const std::string_view line = source_.line(declaration.line);
     const std::string_view text = trimmed(line);
     const Place place{declaration.line, static_cast<int>(text.data() - line.data()) + 1,
@@ -34,7 +35,8 @@ public:
   }
 
   void structured(const Declaration &declaration) {
-    const std::vector<Lexeme> lexemes = lex_structured(source_.line(declaration.line), declaration.line);
+    const std::vector<Lexeme> lexemes =
+        lex_structured(source_.line(declaration.line), declaration.line, pacer_);
     const Lexeme &name = lexemes[0];
     if (name.token != Token::Name)
       return fail(name, "the name of a variable");
@@ -125,9 +127,11 @@ private:
                           static_cast<std::uint32_t>(specification_.variables.size()),
                           width(static_cast<std::uint64_t>(range.max - range.min)),
                           declaration.line};
-    for (std::uint32_t bit = 0; bit < integer.bits; ++bit)
+    for (std::uint32_t bit = 0; bit < integer.bits; ++bit) {
+      pacer_.step();
       if (fresh(bit_name(integer, bit), name.place))
         specification_.variables.push_back({bit_name(integer, bit), integer.owner, integer.line});
+    }
     specification_.integers.push_back(integer);
   }
 
@@ -142,36 +146,39 @@ private:
   const Source &source_;
   Specification &specification_;
   Diagnostics &diagnostics_;
+  BudgetPacer &pacer_;
   std::unordered_map<std::string, int> lines_;
 };
 
 } // namespace
 
 void declare_slugsin(const Sections &sections, const Source &source, Specification &specification,
-                     Diagnostics &diagnostics) {
-  Declarer declarer(source, specification, diagnostics);
+                     Diagnostics &diagnostics, BudgetPacer &pacer) {
+  Declarer declarer(source, specification, diagnostics, pacer);
   for (const Declaration &declaration : sections.declarations)
     declarer.slugsin(declaration);
 }
 
 void declare_structured(const Sections &sections, const Source &source, Specification &specification,
-                        Diagnostics &diagnostics) {
-  Declarer declarer(source, specification, diagnostics);
+                        Diagnostics &diagnostics, BudgetPacer &pacer) {
+  Declarer declarer(source, specification, diagnostics, pacer);
   for (const Owner owner : {Owner::Input, Owner::Output})
     for (const Declaration &declaration : sections.declarations)
       if (declaration.owner == owner)
         declarer.structured(declaration);
 }
 
-void limit_ranges(Specification &specification) {
+void limit_ranges(Specification &specification, BudgetPacer &pacer) {
   FormulaPool &pool = specification.formulas;
   for (const Integer &integer : specification.integers) {
     if (!needs_limit(integer))
       continue;
     const auto limit = [&](bool next) {
       std::vector<FormulaId> bits;
-      for (std::uint32_t bit = 0; bit < integer.bits; ++bit)
+      for (std::uint32_t bit = 0; bit < integer.bits; ++bit) {
+        pacer.step();
         bits.push_back(pool.variable(integer.first + bit, next));
+      }
       const FormulaId above = less(pool, {integer.max - integer.min, {}}, bit_vector(std::move(bits)));
       return Constraint{pool.negation(above), integer.line, integer.name + ":" + range_text(integer), true};
     };

@@ -191,9 +191,8 @@ Lexeme Lexer::at(int column) const {
   return result;
 }
 
-std::vector<Lexeme> lex_structured(std::string_view line, int number) {
-  BudgetPacer unlimited{Budget()};
-  Lexer lexer(line, number, Words::Structured, unlimited);
+std::vector<Lexeme> lex_structured(std::string_view line, int number, BudgetPacer &pacer) {
+  Lexer lexer(line, number, Words::Structured, pacer);
   std::vector<Lexeme> all{lexer.take()};
   // No declaration has as many; what a message needs of longer ones is among them.
   while (all.back().token != Token::End && all.size() < 100)

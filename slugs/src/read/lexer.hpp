@@ -95,7 +95,7 @@ private:
 };
 
 // All tokens of a line of structuredslugs, for declarations.
-std::vector<Lexeme> lex_structured(std::string_view line, int number);
+std::vector<Lexeme> lex_structured(std::string_view line, int number, BudgetPacer &pacer);
 
 // "'->'", "name 'x'", "the end of the line": for "found ..., expected ...".
 std::string describe(const Lexeme &lexeme);

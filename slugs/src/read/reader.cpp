@@ -103,7 +103,7 @@ Specification read_specification(const Source &source, Diagnostics &diagnostics,
   budget.check();
   const Language language = language_of(sections, source, pacer);
   (language == Language::Slugsin ? declare_slugsin : declare_structured)(sections, source, specification,
-                                                                         diagnostics);
+                                                                         diagnostics, pacer);
   const Scope scope(specification);
   FormulaPool &pool = specification.formulas;
   PrefixParser prefix(scope, pool, diagnostics);
@@ -124,7 +124,7 @@ Specification read_specification(const Source &source, Diagnostics &diagnostics,
       specification[section].push_back({formula, number, std::string(kept), false});
     }
   }
-  limit_ranges(specification);
+  limit_ranges(specification, pacer);
   return specification;
 }
 
