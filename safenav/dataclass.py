@@ -17,6 +17,7 @@ the first instance on. Classes with slots or an order use the standard library's
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import MISSING, FrozenInstanceError, fields
 from dataclasses import dataclass as _collected
 from reprlib import recursive_repr
@@ -24,7 +25,6 @@ from sys import modules
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
     from dataclasses import dataclass as dataclass  # what type checkers are to take it for
 else:
 
@@ -35,6 +35,15 @@ else:
             return _made(plain, frozen=frozen, eq=eq)
 
         return made if cls is None else made(cls)
+
+
+_all: list[Callable[[], object]] = []
+
+
+def compile_all() -> None:
+    """Compile the methods of all classes now: for a process that copies of itself are made of."""
+    while _all:
+        _all.pop()()
 
 
 def _made(plain: type, *, frozen: bool, eq: bool) -> Any:
@@ -63,7 +72,7 @@ def _at_first_call(cls: Any, name: str, write: Callable[[Any, dict[str, Any]], s
     """A method that becomes another when it is called: ``write`` gives its text after the name,
     and into the dictionary what the text speaks of."""
 
-    def first(self: Any, /, *args: Any, **named: Any) -> Any:
+    def compiled() -> Any:
         given: dict[str, Any] = {}
         text = write(cls, given)
         scope: dict[str, Any] = {}
@@ -75,8 +84,12 @@ def _at_first_call(cls: Any, name: str, write: Callable[[Any, dict[str, Any]], s
             types = {f.name: f.type for f in fields(cls) if f.init}
             method.__annotations__ = {**types, "return": None}
         setattr(cls, name, method)
-        return method(self, *args, **named)
+        return method
 
+    def first(self: Any, /, *args: Any, **named: Any) -> Any:
+        return compiled()(self, *args, **named)
+
+    _all.append(compiled)
     first.__name__ = name
     first.__qualname__ = f"{cls.__qualname__}.{name}"
     return first

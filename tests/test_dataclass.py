@@ -135,3 +135,14 @@ def test_one_that_is_unpickled_before_any_is_made() -> None:
 @ours.dataclass(frozen=True)
 class Fresh:
     value: int
+
+
+@ours.dataclass(frozen=True)
+class Waiting:
+    value: int = 3
+
+
+def test_all_can_be_compiled_before_any_is_made() -> None:
+    ours.compile_all()
+    assert str(inspect.signature(Waiting)) == "(value: 'int' = 3) -> None"
+    assert Waiting() == Waiting(3) != Waiting(4)

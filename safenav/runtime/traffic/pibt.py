@@ -83,29 +83,31 @@ class Generator:
 
     def _take(self, robot: int, pose: int, waiting: frozenset[int]) -> bool:
         region = pose % self._sizes[robot]
-        conflicts, following, regions = self._conflicts[robot], self._next, self._regions
+        conflicts, following = self._conflicts[robot], self._next
         entered = self._entered.get(region)
-        if entered is None:
-            self._entered[region] = [robot]
-        else:
+        if entered is not None:
             for other in entered:
                 if other in conflicts:
                     return False
+        pushed = []
+        if region != self._regions[robot]:
+            for other in self._now.get(region, ()):
+                if other not in conflicts:
+                    continue
+                if other in waiting:
+                    return False
+                after = following.get(other)
+                if after is None:
+                    pushed.append(other)
+                elif after % self._sizes[other] == region:
+                    return False
+        # Nothing was changed so far: most poses are refused by then.
+        if entered is None:
+            self._entered[region] = [robot]
+        else:
             entered.append(robot)
         following[robot] = pose
         self._trail.append(robot)
-        if region == regions[robot] or region not in self._now:
-            return True
-        pushed = []
-        for other in self._now[region]:
-            if other not in conflicts:
-                continue
-            if other in waiting:
-                return False
-            if other not in following:
-                pushed.append(other)
-            elif following[other] % self._sizes[other] == region:
-                return False
         if pushed:
             behind = waiting | {robot}
             for other in pushed:
