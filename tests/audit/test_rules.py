@@ -7,7 +7,7 @@ import pytest
 from audit.broken_plans import CASES_OF_PLANS
 from audit.broken_traces import CASES as CASES_OF_OLD
 from audit.good_traces import GOOD
-from audit.trace_script import Line, Mutation, Script, find, robot, text
+from audit.trace_script import Line, Mutation, Script, find, obstacle, robot, text
 from safenav.audit.check import NAMES_RULE, RULES, check_trace
 
 CASES = [*CASES_OF_OLD, *CASES_OF_PLANS]
@@ -145,4 +145,29 @@ def test_who_holds_leaves_only_where_signals_send_it(assigned: int, rules: list[
     s.next_tick().move("a", 1)
     s.lines[-1]["signal"] = {"request": True, "assigned": assigned, "wait": False}
     audit = check_trace(text(s.end("interrupted", {"a": 1})))
+    assert [f.rule for f in audit.findings] == rules
+
+
+@pytest.mark.parametrize(
+    ("coordination", "rules"), [("assignable", []), ("resynthesis", ["rounds"])]
+)
+def test_told_by_signals_a_count_may_begin_anew_with_each_need(
+    coordination: str, rules: list[str]
+) -> None:
+    """What a robot is to do for the next need has no line of its own there."""
+    vault = obstacle("vault", 3, "sense", [1], []) | {
+        "needs": [{"action": "sense", "regions": [1]}, {"action": "push", "regions": [3]}]
+    }
+    robots = {
+        "a": robot("ground", [], 2, {"ltl": {"liveness": ["region = 2"]}}),
+        "b": robot("air", ["sense"], 0, {"hold": 0}),
+    }
+    s = Script("....\n####", robots, [vault])
+    s.lines[0]["scenario"]["coordination"] = coordination
+    s.next_tick().move("a").goal("a", 0, 1).move("b").goal("b", 0, 1)
+    s.next_tick().move("a").goal("a", 0, 2).move("b", 1)
+    s.lines[-1]["by"] = "stay"
+    s.add("met", obstacle="vault@3", need=0, action="sense", robot="b", at=1)
+    s.next_tick().move("a").goal("a", 0, 1).move("b")
+    audit = check_trace(text(s.end("interrupted", {"a": 1, "b": 1})))
     assert [f.rule for f in audit.findings] == rules

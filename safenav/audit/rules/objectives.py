@@ -12,6 +12,7 @@ from safenav.trace.records import (
     Assumption,
     Blocked,
     Goal,
+    Met,
     Move,
     NewObjective,
     Pop,
@@ -130,8 +131,9 @@ class MissedGoalRule(Rule):
 class RoundsRule(Rule):
     """Rounds add up: of as many goals in a row as there are targets, exactly one completes a
     round, and the outcome tells the last number. Counting may begin anew when the robot gets
-    another objective or strategy, and when an obstacle is resolved or joins O; with a pop it
-    may also go on where it was before the push (D 5.8, T)."""
+    another objective or strategy, and when an obstacle is resolved or joins O (of robots told by
+    signals: when a need of it is met); with a pop it may also go on where it was before the push
+    (D 5.8, T)."""
 
     name = "rounds"
 
@@ -142,7 +144,8 @@ class RoundsRule(Rule):
         self._pushed: list[dict[str, int]] = []
 
     def line(self, record: Record, now: Situation) -> Iterator[Finding]:
-        if isinstance(record, Resolved | Blocked | Push | Pop):
+        told = isinstance(record, Met) and now.header.coordination == "assignable"
+        if told or isinstance(record, Resolved | Blocked | Push | Pop):
             self._unsure.update(now.header.robots)
         if isinstance(record, Push):
             self._pushed.append(dict(self._last))
