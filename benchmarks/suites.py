@@ -79,6 +79,7 @@ WRITTEN = {
     "genbuf_60": (published.genbuf(60), 3.0),
     "genbuf_80": (published.genbuf(80), 5.0),
     "genbuf_100": (published.genbuf(100), 8.0),
+    **{f"synt15_{n}_written": (published.synt15(n), 1.0) for n in (31, 37, 45)},
     "bunny_20": (published.bunny(20), 2.0),
     "bunny_50": (published.bunny(50), 25.0),
     "belief_7x13_2": (published.belief(7, 13, 2), 5.0),
