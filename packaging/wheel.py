@@ -1,6 +1,9 @@
 """Build the wheel that installs without a compiler, and name the platforms that it runs on.
 
-    python packaging/wheel.py dist
+    python packaging/wheel.py dist [BUILD]
+
+BUILD is a folder in which what was compiled is kept for the next time; without it everything is
+compiled, as a release should be.
 
 The wheel holds Python files and one program. On Linux the program is linked statically, so it
 asks nothing of the system but its kernel: the wheel may then call itself manylinux_2_17, which
@@ -27,11 +30,12 @@ _DYNAMIC, _INTERPRETER = 2, 3
 """Program headers (p_type) that only a program with shared libraries has."""
 
 
-def build(folder: Path) -> Path:
-    """The wheel, in ``folder``, under its final name."""
+def build(folder: Path, kept: Path | None = None) -> Path:
+    """The wheel, in ``folder``, under its final name; ``kept``: where to compile."""
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as scratch:
-        _run("pip", "wheel", str(ROOT), "--no-deps", "--quiet", "-w", scratch, *_settings(scratch))
+        settings = _settings(kept or Path(scratch) / "build")
+        _run("pip", "wheel", str(ROOT), "--no-deps", "--quiet", "-w", scratch, *settings)
         (built,) = Path(scratch).glob("*.whl")
         if platform.system() == "Linux":
             machine = machine_of(program_in(built))
@@ -43,11 +47,11 @@ def build(folder: Path) -> Path:
     return wheel
 
 
-def _settings(scratch: str) -> list[str]:
+def _settings(compiled: Path) -> list[str]:
     """A build of its own: nothing of a developer's build folder gets into the wheel. It compiles
     several sources at once, which takes half the time."""
     defined = ("SLUGS_PORTABLE=ON", "CMAKE_UNITY_BUILD=ON")
-    settings = [f"cmake.define.{one}" for one in defined] + [f"build-dir={scratch}/build"]
+    settings = [f"cmake.define.{one}" for one in defined] + [f"build-dir={compiled.resolve()}"]
     return [word for setting in settings for word in ("--config-settings", setting)]
 
 
@@ -81,4 +85,4 @@ def _run(module: str, *arguments: str) -> None:
 
 
 if __name__ == "__main__":
-    print(build(Path(sys.argv[1] if len(sys.argv) > 1 else "dist")))
+    print(build(*map(Path, sys.argv[1:] or ["dist"])))

@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 import yaml
 
-from once import made_once
+from once import locked, made_once
 
 ROOT = Path(__file__).parents[2]
 SCRIPT = ROOT / "packaging" / "wheel.py"
@@ -55,7 +55,9 @@ def test_a_program_that_would_not_run_everywhere_is_refused(program: bytes, word
 @pytest.fixture(scope="module")
 def wheel() -> Path:
     def make(folder: Path) -> None:
-        subprocess.run([sys.executable, SCRIPT, folder], check=True, timeout=900)
+        kept = ROOT / "build" / "wheel"
+        with locked(kept.with_suffix(".lock")):
+            subprocess.run([sys.executable, SCRIPT, folder, kept], check=True, timeout=900)
 
     (found,) = made_once("dist", make).glob("*.whl")
     return found
