@@ -50,13 +50,14 @@ def outputs(safenav: Command, tmp_path: Path) -> dict[str, str]:
     assert run.returncode == 1, run.stdout + run.stderr
     terminal = safenav("replay", "run.jsonl", "--terminal")
     assert safenav("replay", "run.jsonl", "--svg", "last", "-o", "last.svg").returncode == 0
-    safenav("batch", "s.yaml", "--junit", "report.xml", "--out", "out")
+    batch = safenav("batch", "s.yaml", "--junit", "report.xml", "--out", "out")
     svg = ElementTree.parse(tmp_path / "last.svg")
     junit = ElementTree.parse(tmp_path / "report.xml")
     return {
         "story": run.stdout,
         "terminal": terminal.stdout,
         "picture": " ".join(e.text or "" for e in svg.iter() if e.text),
+        "batch": batch.stdout,
         "junit": " ".join([*junit.getroot().itertext(), *_attributes(junit)]),
     }
 
