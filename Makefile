@@ -32,7 +32,7 @@ quick: install lint ## lint, types and unit tests, in under a minute
 install: $(VENV)/.installed
 
 # Editable: Python files are used from the tree; the C++ side is rebuilt when it changes.
-$(VENV)/.installed: pyproject.toml safenav/__init__.py slugs/CMakeLists.txt $(wildcard slugs/src/*/*) $(wildcard slugs/include/*) | toolchain
+$(VENV)/.installed: pyproject.toml safenav/__init__.py slugs/CMakeLists.txt $(wildcard slugs/src/*/* slugs/src/*/*/*) $(wildcard slugs/include/*) | toolchain
 	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
 	@touch $@

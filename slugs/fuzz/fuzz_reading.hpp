@@ -3,7 +3,7 @@
 #pragma once
 
 #include "read/reader.hpp"
-#include "read/translate.hpp"
+#include "read/slugsin/translate.hpp"
 
 #include <atomic>
 #include <cstdint>

@@ -4,7 +4,7 @@
 #include "fuzz_reading.hpp"
 
 #include "certificate/check.hpp"
-#include "certificate/json_reader.hpp"
+#include "certificate/graph/json_reader.hpp"
 
 namespace {
 

@@ -3,7 +3,7 @@
 
 #pragma once
 
-#include "certificate/evaluation.hpp"
+#include "certificate/moves/evaluation.hpp"
 #include "read/reader.hpp"
 
 #include <cstdint>

@@ -137,7 +137,8 @@ public:
     case 11: {
       const Var v = random_() % vars;
       const bool value = random_() % 2;
-      made = {Bdd(store_, store_.cofactor_edge(f.bdd.edge(), v, value)), cofactor_table(f.table, v, value)};
+      made = {Bdd(store_, store_.edges().cofactor(f.bdd.edge(), v, value)),
+              cofactor_table(f.table, v, value)};
       break;
     }
     default:
@@ -207,10 +208,10 @@ void functions_survive_collection_and_sifting() {
         load.store().collect();
       if (random() % 20 == 0) {
         SiftingLog log;
-        load.store().sift(log, random() % 2 ? 1.0 : 2.0);
+        sift(load.store(), log, random() % 2 ? 1.0 : 2.0);
         load.store().assert_consistent();
         if (random() % 2) {
-          load.store().undo(log);
+          undo_sifting(load.store(), log);
           load.store().assert_consistent();
         }
       }
@@ -236,13 +237,13 @@ void sifting_finds_a_linear_order() {
   const double before = store.count(sum, std::vector<Var>(4 * n));
   SiftingLog log;
   const std::size_t size_before = store.size(sum);
-  store.sift(log);
-  store.undo(log);
+  sift(store, log);
+  undo_sifting(store, log);
   store.assert_consistent();
   EXPECT_EQ(store.size(sum), size_before);
   for (std::uint32_t i = 0; i < 2 * n; ++i)
     EXPECT_EQ(store.level_of(current_var(i)), 2 * i);
-  store.sift(log);
+  sift(store, log);
   store.assert_consistent();
   EXPECT_EQ(store.size(sum), std::size_t{2 * n});
   EXPECT_EQ(store.count(sum, std::vector<Var>(4 * n)), before);
@@ -272,7 +273,7 @@ void large_diagrams_stay_consistent() {
   const double before = store.count(pool.back(), std::vector<Var>(2 * n));
   EXPECT(store.peak_nodes() > 5000);
   SiftingLog log;
-  store.sift(log);
+  sift(store, log);
   store.assert_consistent();
   EXPECT_EQ(store.count(pool.back(), std::vector<Var>(2 * n)), before);
   pool.clear();
@@ -363,7 +364,7 @@ void an_operation_does_not_give_up_while_edges_without_handles_are_held() {
   BddStore store(2 * n, order, Budget{});
   Reordering reordering(store);
   const CollectionPause pause(store);
-  const Edge held = store.branch_edge(current_var(3), bdd_false, bdd_true);
+  const Edge held = store.edges().branch(current_var(3), bdd_false, bdd_true);
   const Bdd all = equal_numbers(store, n);
   EXPECT_EQ(store.reorderings(), std::uint64_t{0});
   EXPECT_EQ(store.collections(), std::uint64_t{0});

@@ -1,6 +1,6 @@
 // The checker's enumeration of allowed valuations, against trying all of them.
 
-#include "certificate/completions.hpp"
+#include "certificate/moves/completions.hpp"
 #include "expect.hpp"
 #include "reading.hpp"
 

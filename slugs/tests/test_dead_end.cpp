@@ -1,7 +1,7 @@
 // The checker's search for moves without an answer, against trying all moves
 // and answers, and on a game with far too many moves to try.
 
-#include "certificate/dead_end.hpp"
+#include "certificate/moves/dead_end.hpp"
 #include "expect.hpp"
 #include "reading.hpp"
 

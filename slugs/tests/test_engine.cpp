@@ -6,8 +6,8 @@
 #include "game/solver.hpp"
 #include "read/reader.hpp"
 #include "read/source.hpp"
-#include "strategy/json_sink.hpp"
-#include "strategy/text_sink.hpp"
+#include "strategy/output/json_sink.hpp"
+#include "strategy/output/text_sink.hpp"
 
 #include <algorithm>
 #include <atomic>

@@ -183,7 +183,7 @@ void test_a_long_sum_of_few_variables_is_a_small_formula() {
 }
 
 // Sums of more different variables than adders are good for, on both sides, with
-// bounds at and next to the value: see read/long_sums.hpp.
+// bounds at and next to the value: see read/structured/long_sums.hpp.
 void test_sums_of_many_variables_are_those_of_true_integers() {
   std::mt19937 random(11);
   constexpr std::uint32_t count = 24;

@@ -2,7 +2,7 @@
 // the same order, and in each section formulas that agree everywhere.
 
 #include "expect.hpp"
-#include "read/translate.hpp"
+#include "read/slugsin/translate.hpp"
 #include "reading.hpp"
 
 #include <random>

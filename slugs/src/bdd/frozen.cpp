@@ -9,17 +9,18 @@
 namespace slugs {
 
 FrozenBdd::FrozenBdd(BddStore &store, const Bdd &f) : nodes_(store.account()) {
+  const Operations &edges = store.edges();
   std::vector<Node> list;
   EdgeTable<std::uint32_t> places(store.account()); // by node
   const auto visit = [&](const auto &self, Edge e) -> Edge {
-    if (store.is_terminal(e))
+    if (edges.is_terminal(e))
       return e;
     const Edge regular = e & ~1u;
     if (const std::uint32_t *known = places.find(regular >> 1))
       return *known << 1 | (e & 1);
-    const Edge low = self(self, store.low_of(regular));
-    const Edge high = self(self, store.high_of(regular));
-    list.push_back({store.var_of(regular), low, high});
+    const Edge low = self(self, edges.low_of(regular));
+    const Edge high = self(self, edges.high_of(regular));
+    list.push_back({edges.var_of(regular), low, high});
     const auto place = static_cast<std::uint32_t>(list.size());
     places.add(regular >> 1, place);
     return place << 1 | (e & 1);
@@ -35,7 +36,7 @@ Bdd FrozenBdd::thaw(BddStore &store) const {
   std::vector<Edge> built(nodes_.size() + 1, bdd_false);
   const auto edge = [&](Edge e) { return built[e >> 1] ^ (e & 1); };
   for (std::size_t i = 0; i < nodes_.size(); ++i)
-    built[i + 1] = store.branch_edge(nodes_[i].var, edge(nodes_[i].low), edge(nodes_[i].high));
+    built[i + 1] = store.edges().branch(nodes_[i].var, edge(nodes_[i].low), edge(nodes_[i].high));
   return Bdd(store, edge(root_));
 }
 

@@ -59,7 +59,7 @@ void Reordering::before_operation() {
   if (before < sift_at_)
     return;
   SiftingLog log;
-  store_.sift(log, growth, gamble());
+  sift(store_, log, growth, gamble());
   // Where sifting gains little, more sifting gains nothing.
   plan(much_less(store_.live_nodes(), before) ? 2 : 16);
 }
@@ -69,11 +69,11 @@ void Reordering::after_giving_up(unsigned times) {
   const Off quiet(active_);
   SiftingLog log;
   if (times == 1) {
-    store_.sift(log, growth, gamble());
+    sift(store_, log, growth, gamble());
     return;
   }
   const std::size_t before = store_.live_nodes();
-  store_.sift_all(log, growth, gamble());
+  sift_all(store_, log, growth, gamble());
   const bool gained = much_less(store_.live_nodes(), before);
   allowance_ *= gained ? 2 : 8;
   indulgence_ *= gained ? 2 : 8;
@@ -81,7 +81,7 @@ void Reordering::after_giving_up(unsigned times) {
 
 // One pass moves each pair once, with all others where they happened to be;
 // later passes often gain more than the first.
-SiftingLog Reordering::sift() {
+SiftingLog Reordering::sift_thoroughly() {
   constexpr int most_passes = 6;
   // A pass is quadratic in the pairs: where they are very many, it is a gamble, too.
   constexpr std::uint32_t many = 1000;
@@ -90,7 +90,7 @@ SiftingLog Reordering::sift() {
   for (int pass = 0; pass < most_passes; ++pass) {
     store_.collect();
     const std::size_t before = store_.live_nodes();
-    store_.sift(log, growth, budget);
+    sift(store_, log, growth, budget);
     if (store_.live_nodes() > before - before / 10)
       break;
   }
@@ -103,7 +103,7 @@ void Reordering::plan(std::size_t times) {
 }
 
 void Reordering::settle() {
-  sift();
+  sift_thoroughly();
   settled_ = true;
   plan(8);
   worked_ = store_.work();
@@ -112,15 +112,15 @@ void Reordering::settle() {
 // The work of a step in the present order, from an empty cache; at most `limit`
 // or a little more.
 std::uint64_t Reordering::cost(const Work &step, std::uint64_t limit) {
-  store_.clear_cache();
+  store_.operations_.clear_cache();
   const std::uint64_t before = store_.work();
   if (limit < unlimited)
-    store_.most_work_ = before + limit;
+    store_.operations_.most_work = before + limit;
   try {
     step();
-  } catch (const BddStore::Overworked &) {
+  } catch (const Overworked &) {
   }
-  store_.most_work_ = unlimited;
+  store_.operations_.most_work = unlimited;
   return store_.work() - before;
 }
 
@@ -138,16 +138,16 @@ void Reordering::between_steps(const Work &step) {
   const std::uint64_t looked = store_.sifting_work();
   SiftingLog log;
   if (dear(store_.live_nodes()))
-    store_.sift_all(log, growth, work);
+    sift_all(store_, log, growth, work);
   else if (grown)
-    log = sift();
+    log = sift_thoroughly();
   else {
     patience_ = effort(store_.live_nodes());
     return;
   }
   const std::uint64_t new_cost = cost(step, old_cost);
   if (new_cost > old_cost)
-    store_.undo(log);
+    undo_sifting(store_, log);
   const bool gained = new_cost < old_cost - old_cost / 5;
   const std::uint64_t spent = (store_.sifting_work() - looked) / 2 + std::min(new_cost, old_cost);
   // Where sifting gains little, more sifting gains nothing.

@@ -22,6 +22,7 @@
 #pragma once
 
 #include "bdd/bdd.hpp"
+#include "bdd/sifting.hpp"
 
 #include <cstddef>
 #include <functional>
@@ -54,7 +55,7 @@ private:
   // An operation made more; it was given up `times` times.
   void after_giving_up(unsigned times);
 
-  SiftingLog sift();
+  SiftingLog sift_thoroughly();
   void plan(std::size_t times);
   std::uint64_t effort(std::size_t nodes) const;
   std::uint64_t gamble() const;

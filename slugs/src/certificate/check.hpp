@@ -25,7 +25,7 @@
 
 #pragma once
 
-#include "certificate/strategy_reader.hpp"
+#include "certificate/graph/strategy_reader.hpp"
 #include "core/budget.hpp"
 #include "core/specification.hpp"
 

@@ -2,8 +2,8 @@
 // in certificate/check.hpp.
 
 #include "certificate/counterstrategy.hpp"
-#include "certificate/cycles.hpp"
-#include "certificate/dead_end.hpp"
+#include "certificate/graph/cycles.hpp"
+#include "certificate/moves/dead_end.hpp"
 
 #include <algorithm>
 #include <map>

@@ -2,7 +2,7 @@
 
 #include "certificate/model.hpp"
 
-#include "read/diagnostics.hpp"
+#include "read/messages/diagnostics.hpp"
 
 #include <algorithm>
 

@@ -4,9 +4,9 @@
 
 #pragma once
 
-#include "certificate/completions.hpp"
-#include "certificate/evaluation.hpp"
-#include "certificate/strategy_reader.hpp"
+#include "certificate/graph/strategy_reader.hpp"
+#include "certificate/moves/completions.hpp"
+#include "certificate/moves/evaluation.hpp"
 #include "core/budget.hpp"
 #include "core/specification.hpp"
 

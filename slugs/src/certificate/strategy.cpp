@@ -1,7 +1,7 @@
 // Whether a strategy of the system is correct; the conditions are in certificate/check.hpp.
 
 #include "certificate/strategy.hpp"
-#include "certificate/cycles.hpp"
+#include "certificate/graph/cycles.hpp"
 
 #include <unordered_map>
 #include <unordered_set>

@@ -6,7 +6,7 @@
 #include "command/command.hpp"
 
 #include "certificate/check.hpp"
-#include "certificate/json_reader.hpp"
+#include "certificate/graph/json_reader.hpp"
 #include "command/input_file.hpp"
 #include "command/options.hpp"
 #include "command/outfile.hpp"
@@ -15,9 +15,9 @@
 #include "core/version.hpp"
 #include "game/solver.hpp"
 #include "read/reader.hpp"
-#include "read/translate.hpp"
-#include "strategy/json_sink.hpp"
-#include "strategy/text_sink.hpp"
+#include "read/slugsin/translate.hpp"
+#include "strategy/output/json_sink.hpp"
+#include "strategy/output/text_sink.hpp"
 
 #include <cmath>
 #include <iostream>

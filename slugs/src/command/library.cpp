@@ -3,12 +3,12 @@
 #include "slugs.hpp"
 
 #include "certificate/check.hpp"
-#include "certificate/json_reader.hpp"
+#include "certificate/graph/json_reader.hpp"
 #include "core/version.hpp"
 #include "game/solver.hpp"
 #include "read/reader.hpp"
-#include "read/translate.hpp"
-#include "strategy/json_sink.hpp"
+#include "read/slugsin/translate.hpp"
+#include "strategy/output/json_sink.hpp"
 
 #include <sstream>
 #include <utility>

@@ -3,7 +3,7 @@
 #include "command/options.hpp"
 
 #include "core/version.hpp"
-#include "read/spelling.hpp"
+#include "read/messages/spelling.hpp"
 
 #include <charconv>
 #include <cmath>

@@ -2,9 +2,9 @@
 
 #include "command/serve.hpp"
 
-#include "certificate/json_reader.hpp"
+#include "certificate/graph/json_reader.hpp"
 #include "core/version.hpp"
-#include "read/diagnostics.hpp"
+#include "read/messages/diagnostics.hpp"
 
 #include <algorithm>
 #include <functional>

@@ -9,7 +9,7 @@
 #include "core/budget.hpp"
 #include "core/specification.hpp"
 #include "core/statistics.hpp"
-#include "strategy/sink.hpp"
+#include "strategy/output/sink.hpp"
 
 #include <cstddef>
 #include <cstdint>

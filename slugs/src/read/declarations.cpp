@@ -2,9 +2,9 @@
 
 #include "read/declarations.hpp"
 
-#include "read/integers.hpp"
 #include "read/lexer.hpp"
-#include "read/ranges.hpp"
+#include "read/structured/integers.hpp"
+#include "read/structured/ranges.hpp"
 
 #include <optional>
 #include <unordered_map>

@@ -2,7 +2,7 @@
 
 #include "read/lexer.hpp"
 
-#include "read/diagnostics.hpp"
+#include "read/messages/diagnostics.hpp"
 
 namespace slugs {
 

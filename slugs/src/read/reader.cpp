@@ -8,9 +8,9 @@
 
 #include "read/declarations.hpp"
 #include "read/lexer.hpp"
-#include "read/parser_infix.hpp"
-#include "read/parser_prefix.hpp"
 #include "read/sections.hpp"
+#include "read/slugsin/parser_prefix.hpp"
+#include "read/structured/parser_infix.hpp"
 
 namespace slugs {
 

@@ -4,7 +4,7 @@
 
 #include "core/budget.hpp"
 #include "core/specification.hpp"
-#include "read/diagnostics.hpp"
+#include "read/messages/diagnostics.hpp"
 
 namespace slugs {
 

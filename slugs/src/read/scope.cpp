@@ -2,7 +2,7 @@
 
 #include "read/scope.hpp"
 
-#include "read/spelling.hpp"
+#include "read/messages/spelling.hpp"
 
 namespace slugs {
 

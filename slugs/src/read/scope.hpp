@@ -6,7 +6,7 @@
 #pragma once
 
 #include "core/specification.hpp"
-#include "read/diagnostics.hpp"
+#include "read/messages/diagnostics.hpp"
 
 #include <string>
 #include <string_view>

@@ -2,7 +2,7 @@
 
 #include "read/sections.hpp"
 
-#include "read/spelling.hpp"
+#include "read/messages/spelling.hpp"
 
 #include <optional>
 

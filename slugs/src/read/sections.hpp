@@ -3,7 +3,7 @@
 #pragma once
 
 #include "core/specification.hpp"
-#include "read/diagnostics.hpp"
+#include "read/messages/diagnostics.hpp"
 
 #include <array>
 #include <vector>

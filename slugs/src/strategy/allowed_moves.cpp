@@ -130,25 +130,26 @@ void AllowedMoves::forget() { cofactor_->forget(); }
 
 Edge AllowedMoves::transitions(const Word *state, std::size_t j, Edge inputs) {
   const Goal &goal = goals_[j];
-  const Edge open = game_.store.and_edge((*cofactor_)(open_.edge(), state), inputs);
+  const Edge open = game_.store.edges().conjunction((*cofactor_)(open_.edge(), state), inputs);
   return collect_steps(goal, state, open, goal.bits.size(), 0);
 }
 
 // Splits the inputs by the digits of their step, from the highest one.
 Edge AllowedMoves::collect_steps(const Goal &goal, const Word *state, Edge inputs, std::size_t bits,
                                  std::size_t step) {
-  BddStore &store = game_.store;
+  Operations &edges = game_.store.edges();
   if (inputs == bdd_false)
     return bdd_false;
   if (bits == 0) {
-    const Edge answers = store.and_edge(inputs, (*cofactor_)(game_.sys_trans.edge(), state));
-    return store.and_edge(answers, (*cofactor_)(goal.targets[step].edge(), state));
+    const Edge answers = edges.conjunction(inputs, (*cofactor_)(game_.sys_trans.edge(), state));
+    return edges.conjunction(answers, (*cofactor_)(goal.targets[step].edge(), state));
   }
   const std::size_t b = bits - 1;
   const Edge digit = (*cofactor_)(goal.bits[b].edge(), state);
-  const Edge with = collect_steps(goal, state, store.and_edge(inputs, digit), b, step | std::size_t{1} << b);
-  const Edge without = collect_steps(goal, state, store.and_edge(inputs, digit ^ 1), b, step);
-  return store.or_edge(with, without);
+  const Edge with =
+      collect_steps(goal, state, edges.conjunction(inputs, digit), b, step | std::size_t{1} << b);
+  const Edge without = collect_steps(goal, state, edges.conjunction(inputs, digit ^ 1), b, step);
+  return edges.disjunction(with, without);
 }
 
 } // namespace slugs

@@ -3,10 +3,10 @@
 #include "strategy/counter_extraction.hpp"
 
 #include "game/counter_fixpoint.hpp"
-#include "strategy/node_table.hpp"
-#include "strategy/ranks.hpp"
-#include "strategy/state_cofactor.hpp"
-#include "strategy/successors.hpp"
+#include "strategy/states/node_table.hpp"
+#include "strategy/states/ranks.hpp"
+#include "strategy/states/state_cofactor.hpp"
+#include "strategy/states/successors.hpp"
 
 #include <string>
 
@@ -75,11 +75,11 @@ private:
 
   // The cofactor by the least possible value of v, which is entered.
   Edge fix(Edge f, Var v, Word *valuation) {
-    const Edge zero = game_.store.cofactor_edge(f, v, false);
+    const Edge zero = game_.store.edges().cofactor(f, v, false);
     if (zero != bdd_false)
       return zero;
     set_bit(valuation, v / 2);
-    return game_.store.cofactor_edge(f, v, true);
+    return game_.store.edges().cofactor(f, v, true);
   }
 
   // Returns whether the exploration should go on looking for initial states.
@@ -93,10 +93,11 @@ private:
     }
     if (is_input(bit))
       return meet_outputs(f, bit + 1, valuation);
-    if (!meet_outputs(game_.store.cofactor_edge(f, current_var(bit), false), bit + 1, valuation))
+    if (!meet_outputs(game_.store.edges().cofactor(f, current_var(bit), false), bit + 1, valuation))
       return false;
     set_bit(valuation.data(), bit);
-    const bool go_on = meet_outputs(game_.store.cofactor_edge(f, current_var(bit), true), bit + 1, valuation);
+    const bool go_on =
+        meet_outputs(game_.store.edges().cofactor(f, current_var(bit), true), bit + 1, valuation);
     reset_bit(valuation.data(), bit);
     return go_on;
   }
@@ -113,7 +114,7 @@ private:
       move = fix(move, next_var(bit), input.data());
       const bool value = get_bit(input.data(), bit);
       const Edge literal =
-          store.node(next_var(bit), value ? bdd_false : bdd_true, value ? bdd_true : bdd_false);
+          store.edges().node(next_var(bit), value ? bdd_false : bdd_true, value ? bdd_true : bdd_false);
       answers = store.conjunction(Bdd(store, answers), Bdd(store, literal)).edge();
     }
     const Ranks::Step step = ranks_.from(state, rank);

@@ -4,7 +4,7 @@
 
 #include "core/statistics.hpp"
 #include "game/game.hpp"
-#include "strategy/sink.hpp"
+#include "strategy/output/sink.hpp"
 
 namespace slugs {
 

@@ -5,7 +5,7 @@
 #include "core/statistics.hpp"
 #include "game/fixpoint.hpp"
 #include "game/game.hpp"
-#include "strategy/sink.hpp"
+#include "strategy/output/sink.hpp"
 
 #include <cstddef>
 

@@ -34,7 +34,7 @@ std::optional<Position> OnDemandStrategy::start(const Values &values) {
   Edge f = initial_.edge();
   for (std::uint32_t bit = 0; bit < values.size(); ++bit)
     if (values[bit])
-      f = store.cofactor_edge(f, current_var(bit), *values[bit]);
+      f = store.edges().cofactor(f, current_var(bit), *values[bit]);
   if (f == bdd_false)
     return std::nullopt;
   std::vector<bool> state(values.size());
@@ -43,9 +43,9 @@ std::optional<Position> OnDemandStrategy::start(const Values &values) {
       state[bit] = *values[bit];
       continue;
     }
-    const Edge low = store.cofactor_edge(f, current_var(bit), false);
+    const Edge low = store.edges().cofactor(f, current_var(bit), false);
     state[bit] = low == bdd_false;
-    f = state[bit] ? store.cofactor_edge(f, current_var(bit), true) : low;
+    f = state[bit] ? store.edges().cofactor(f, current_var(bit), true) : low;
   }
   return position(std::move(state), 0);
 }
@@ -154,7 +154,7 @@ Edge OnDemandStrategy::input_cube(const std::vector<bool> &inputs) {
     const Var v = store.var_at(level);
     if (v % 2 == 0 || game_.specification.variables[v / 2].owner != Owner::Input)
       continue;
-    cube = inputs[v / 2] ? store.node(v, bdd_false, cube) : store.node(v, cube, bdd_false);
+    cube = inputs[v / 2] ? store.edges().node(v, bdd_false, cube) : store.edges().node(v, cube, bdd_false);
   }
   return cube;
 }

@@ -28,11 +28,11 @@ bool StrategyNodes::meet_initial(Edge f, std::uint32_t bit, std::vector<Word> &v
       game_.store.account().budget().check();
     return nodes_.size() <= most;
   }
-  if (!meet_initial(game_.store.cofactor_edge(f, current_var(bit), false), bit + 1, valuation, most))
+  if (!meet_initial(game_.store.edges().cofactor(f, current_var(bit), false), bit + 1, valuation, most))
     return false;
   set_bit(valuation.data(), bit);
   const bool all =
-      meet_initial(game_.store.cofactor_edge(f, current_var(bit), true), bit + 1, valuation, most);
+      meet_initial(game_.store.edges().cofactor(f, current_var(bit), true), bit + 1, valuation, most);
   reset_bit(valuation.data(), bit);
   return all;
 }

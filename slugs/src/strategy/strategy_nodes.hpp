@@ -5,7 +5,7 @@
 
 #pragma once
 
-#include "strategy/node_table.hpp"
+#include "strategy/states/node_table.hpp"
 #include "strategy/strategy_steps.hpp"
 
 #include <cstdint>

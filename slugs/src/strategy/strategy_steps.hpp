@@ -8,9 +8,9 @@
 #include "game/fixpoint.hpp"
 #include "game/game.hpp"
 #include "strategy/allowed_moves.hpp"
-#include "strategy/ranks.hpp"
-#include "strategy/state_cofactor.hpp"
-#include "strategy/successors.hpp"
+#include "strategy/states/ranks.hpp"
+#include "strategy/states/state_cofactor.hpp"
+#include "strategy/states/successors.hpp"
 
 #include <cstddef>
 

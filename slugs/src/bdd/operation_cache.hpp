@@ -1,0 +1,90 @@
+// Results of operations that are already known: direct-mapped, the newer result
+// wins.  One for all operations; it grows with the table of nodes.
+
+#pragma once
+
+#include "bdd/edge.hpp"
+#include "core/counted_array.hpp"
+#include "core/hash.hpp"
+
+#include <cstddef>
+#include <cstdint>
+
+namespace slugs {
+
+enum class Operation : std::uint32_t {
+  And = 1,
+  Xor,
+  Choice,
+  Exists,
+  ExistsBoth,
+  MinusExistsBoth,
+  Shift,
+  Simplify
+};
+
+class OperationCache {
+public:
+  explicit OperationCache(MemoryAccount &account);
+
+  // Whether the result is known.
+  bool find(Operation op, Edge f, std::uint32_t g, std::uint32_t h, Edge &result) const {
+    const std::uint32_t key = key_of(op, f);
+    const Entry &entry = entries_[place_of(key, g, h)];
+    if (entry.f_and_operation != key || entry.g != g || entry.h != h)
+      return false;
+    result = entry.result;
+    return true;
+  }
+  void add(Operation op, Edge f, std::uint32_t g, std::uint32_t h, Edge result) {
+    const std::uint32_t key = key_of(op, f);
+    entries_[place_of(key, g, h)] = {key, g, h, result};
+  }
+
+  void clear() { entries_.clear_to_zero(); }
+  // Forgets results that speak of edges that are dead.
+  template <typename Dead> void forget(const Dead &dead) {
+    for (std::size_t i = 0; i < entries_.size(); ++i) {
+      Entry &entry = entries_[i];
+      if (!entry.f_and_operation)
+        continue;
+      const auto op = static_cast<Operation>(entry.f_and_operation >> operation_shift);
+      const Edge f = entry.f_and_operation & ((1u << operation_shift) - 1);
+      if (dead(f) || dead(entry.result) || (second_is_edge(op) && dead(entry.g)) ||
+          (third_is_edge(op) && dead(entry.h)))
+        entry = {};
+    }
+  }
+  // As is good for so many nodes, if there is room.
+  void fit(std::size_t nodes);
+
+private:
+  struct Entry {
+    std::uint32_t f_and_operation; // 0 in an empty entry
+    std::uint32_t g;
+    std::uint32_t h;
+    Edge result;
+  };
+  static constexpr unsigned operation_shift = 29;
+
+  // The others are numbers: a set of variables; for Shift a direction, 0 or 1, which as
+  // edges are always alive.
+  static bool second_is_edge(Operation op) { return op != Operation::Exists; }
+  static bool third_is_edge(Operation op) {
+    return op == Operation::Choice || op == Operation::MinusExistsBoth;
+  }
+  static std::uint32_t key_of(Operation op, Edge f) {
+    return f | static_cast<std::uint32_t>(op) << operation_shift;
+  }
+  std::size_t place_of(std::uint32_t key, std::uint32_t g, std::uint32_t h) const {
+    std::uint64_t x = (std::uint64_t{key} << 32 | g) * golden_multiplier;
+    x ^= x >> 32;
+    x = (x + h) * second_multiplier;
+    return static_cast<std::size_t>(x >> 32) & (entries_.size() - 1);
+  }
+
+  MemoryAccount &account_;
+  CountedArray<Entry> entries_;
+};
+
+} // namespace slugs

@@ -1,0 +1,90 @@
+// Operations on functions as edges.
+//
+// Nothing here collects garbage: a result lives until whoever owns the table
+// sweeps it.  A set of quantified variables is a small number, not a diagram.
+
+#pragma once
+
+#include "bdd/edge.hpp"
+#include "bdd/operation_cache.hpp"
+#include "bdd/unique_table.hpp"
+
+#include <cstdint>
+#include <vector>
+
+namespace slugs {
+
+// Thrown by an operation when there has been more work than Operations::most_work.
+struct Overworked {};
+
+class Operations {
+public:
+  Operations(std::uint32_t bits, const std::vector<std::uint32_t> &order, MemoryAccount &account)
+      : cache_(account), table_(bits, order, account, cache_) {}
+  Operations(const Operations &) = delete;
+  Operations &operator=(const Operations &) = delete;
+
+  static bool is_terminal(Edge f) { return f <= 1; }
+  Var var_of(Edge f) const { return table_.var_of(f); }
+  Edge low_of(Edge f) const { return table_.low_of(f); }
+  Edge high_of(Edge f) const { return table_.high_of(f); }
+
+  // "if v then high else low"; v above both.
+  Edge node(Var v, Edge low, Edge high) { return table_.make(v, low, high); }
+  // The same, wherever v is.
+  Edge branch(Var v, Edge low, Edge high);
+  Edge cofactor(Edge f, Var v, bool value);
+
+  Edge conjunction(Edge f, Edge g);
+  Edge disjunction(Edge f, Edge g) { return conjunction(f ^ 1, g ^ 1) ^ 1; }
+  Edge exclusive(Edge f, Edge g);
+  Edge choice(Edge f, Edge g, Edge h); // if f then g else h
+
+  VarSet make_set(const std::vector<Var> &members);
+  bool is_set(VarSet set) const { return set < sets_.size(); }
+  bool is_empty(VarSet set) const { return sets_[set].empty; }
+  Edge exists(Edge f, VarSet set);
+  Edge exists_both(Edge f, Edge g, VarSet set); // exists set. f & g
+  // f & !exists set. g & h, where f depends on no variable of the set, which has
+  // been announced.
+  void announce_minus(VarSet set);
+  Edge minus_exists_both(Edge f, Edge g, Edge h, VarSet set);
+  // Relabels current to next variables or back; f must depend on one kind only.
+  enum Direction : Edge { ToCurrent = 0, ToNext = 1 };
+  Edge shift(Edge f, Direction direction);
+  // Agrees with f wherever `care` holds; `care` is not false.
+  Edge simplify(Edge f, Edge care);
+
+  // Frees all nodes without a mark, and forgets what was known of them.
+  void sweep();
+  // Forgets results, so that what an operation costs does not depend on the past.
+  void clear_cache() { cache_.clear(); }
+  void order_changed();
+
+  static constexpr std::uint64_t unlimited_work = static_cast<std::uint64_t>(-1);
+  std::uint64_t work() const { return work_; } // steps so far
+  // How far work() may come; looked at now and then.
+  std::uint64_t most_work = unlimited_work;           // else Overworked
+  std::uint64_t most_operation_work = unlimited_work; // else Outgrown
+
+  UniqueTable &table() { return table_; }
+  const UniqueTable &table() const { return table_; }
+
+private:
+  struct QuantifiedSet {
+    std::vector<std::uint8_t> contains; // by variable
+    std::uint32_t last_level = 0;       // of its members
+    bool empty = true;
+  };
+
+  bool known_or_step(Operation op, Edge f, Edge g, Edge h, Edge &result);
+  void find_last_level(QuantifiedSet &set) const;
+
+  OperationCache cache_;
+  UniqueTable table_;
+  std::uint64_t work_ = 0;
+  std::vector<QuantifiedSet> sets_;
+  VarSet minus_set_ = 0; // of the results of MinusExistsBoth that are known
+};
+
+} // namespace slugs

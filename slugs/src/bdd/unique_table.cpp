@@ -1,0 +1,143 @@
+// How nodes come and go.  The whole table is in unique_table.hpp; what must hold
+// of it, in consistency.cpp.
+
+#include "bdd/unique_table.hpp"
+
+#include "core/hash.hpp"
+
+#include <algorithm>
+
+namespace slugs {
+
+UniqueTable::UniqueTable(std::uint32_t bits, const std::vector<std::uint32_t> &order, MemoryAccount &account,
+                         OperationCache &cache)
+    : account_(account), cache_(cache), nodes_(account), buckets_(account), marks_(account),
+      level_of_var_(2 * std::size_t{bits} + 1), var_at_level_(2 * std::size_t{bits} + 1) {
+  assert(order.size() == bits);
+  for (std::uint32_t position = 0; position < bits; ++position) {
+    var_at_level_[2 * position] = current_var(order[position]);
+    var_at_level_[2 * position + 1] = next_var(order[position]);
+  }
+  var_at_level_[2 * bits] = 2 * bits;
+  for (std::uint32_t l = 0; l <= 2 * bits; ++l)
+    level_of_var_[var_at_level_[l]] = l;
+  constexpr std::size_t first_size = 1 << 12;
+  nodes_.resize(first_size);
+  buckets_.resize(first_size);
+  marks_.resize(first_size / 32);
+  nodes_[0] = {0, 0, 0, 2 * bits};
+}
+
+std::size_t UniqueTable::bucket(Var v, Edge low, Edge high) const {
+  std::uint64_t h = (std::uint64_t{low} << 32 | high) * golden_multiplier;
+  h ^= h >> 32;
+  h = (h + v) * second_multiplier;
+  return static_cast<std::size_t>(h >> 32) & (buckets_.size() - 1);
+}
+
+Edge UniqueTable::make(Var v, Edge low, Edge high) {
+  assert(alive(low) && alive(high));
+  assert(level_of_var_[v] < level(low) && level_of_var_[v] < level(high));
+  if (low == high)
+    return low;
+  const Edge complement = low & 1;
+  low ^= complement;
+  high ^= complement;
+  const std::size_t b = bucket(v, low, high);
+  for (std::uint32_t n = buckets_[b]; n; n = nodes_[n].chain) {
+    const Node &node = nodes_[n];
+    if (node.low == low && node.high == high && node.var == v)
+      return n << 1 | complement;
+  }
+  const bool crowded = live_ >= buckets_.size();
+  if (crowded)
+    grow_buckets();
+  const std::size_t place = crowded ? bucket(v, low, high) : b;
+  const std::uint32_t n = allocate();
+  nodes_[n] = {low, high, buckets_[place], v};
+  buckets_[place] = n;
+  return n << 1 | complement;
+}
+
+std::uint32_t UniqueTable::allocate() {
+  // Whatever throws comes first, so that a limit leaves the table consistent.
+  if ((live_ & 0xFFF) == 0) {
+    account_.budget().check();
+    if (live_ > most_nodes_)
+      throw Outgrown();
+  }
+  std::uint32_t n = free_list_;
+  if (n) {
+    free_list_ = nodes_[n].chain;
+  } else {
+    if (used_ == nodes_.size())
+      grow_nodes();
+    n = used_++;
+  }
+  if (++live_ > peak_)
+    peak_ = live_;
+  return n;
+}
+
+void UniqueTable::grow_nodes() {
+  // By half where memory counts, by two while it does not.
+  const std::size_t old = nodes_.size();
+  std::size_t size = old < (1u << 20) ? 2 * old : old + old / 2;
+  if (old >= max_nodes)
+    MemoryAccount::refuse();
+  size = std::min<std::size_t>(size, max_nodes);
+  marks_.resize((size + 31) / 32);
+  nodes_.resize(size);
+  cache_.fit(size);
+}
+
+void UniqueTable::grow_buckets() {
+  const std::size_t size = 2 * buckets_.size();
+  buckets_.resize(size);
+  buckets_.clear_to_zero();
+  for (std::uint32_t n = 1; n < used_; ++n) {
+    Node &node = nodes_[n];
+    if (node.var == free_var)
+      continue;
+    const std::size_t b = bucket(node.var, node.low, node.high);
+    node.chain = buckets_[b];
+    buckets_[b] = n;
+  }
+}
+
+void UniqueTable::mark(Edge f) {
+  std::uint32_t n = f >> 1;
+  // Only the low branch recurses; recursion is as deep as there are levels.
+  while (n && !marked(n)) {
+    set_mark(n);
+    mark(nodes_[n].low);
+    n = nodes_[n].high >> 1;
+  }
+}
+
+std::size_t UniqueTable::count_marks() const {
+  std::size_t count = 0;
+  for (std::size_t w = 0; w < marks_.size(); ++w)
+    count += static_cast<std::size_t>(__builtin_popcount(marks_[w]));
+  return count;
+}
+
+void UniqueTable::sweep() {
+  buckets_.clear_to_zero();
+  free_list_ = 0;
+  live_ = 0;
+  for (std::uint32_t n = used_ - 1; n > 0; --n) {
+    Node &node = nodes_[n];
+    if (!marked(n)) {
+      free_node(n);
+      continue;
+    }
+    assert(node.var != free_var); // else somebody holds an edge to a node that is gone
+    const std::size_t b = bucket(node.var, node.low, node.high);
+    node.chain = buckets_[b];
+    buckets_[b] = n;
+    ++live_;
+  }
+}
+
+} // namespace slugs

@@ -1,0 +1,231 @@
+// Types and operators of infix expressions, see read/structured/infix_values.hpp.
+
+#include "read/structured/infix_values.hpp"
+
+#include "read/messages/diagnostics.hpp"
+#include "read/structured/long_sums.hpp"
+#include "read/structured/ranges.hpp"
+
+#include <utility>
+
+namespace slugs {
+
+namespace {
+
+// From the start of `left` to the end of `right`.
+Place span(Place left, Place right) {
+  return {left.line, left.column, right.column + right.length - left.column};
+}
+
+bool compare(Token op, std::int64_t a, std::int64_t b) {
+  switch (op) {
+  case Token::Equal:
+    return a == b;
+  case Token::Unequal:
+    return a != b;
+  case Token::Less:
+    return a < b;
+  case Token::LessEqual:
+    return a <= b;
+  case Token::Greater:
+    return a > b;
+  default:
+    return a >= b;
+  }
+}
+
+} // namespace
+
+Value ValueAlgebra::unknown(Place place) const {
+  Value value;
+  value.place = place;
+  return value;
+}
+
+Value ValueAlgebra::constant(bool constant, Place place) const {
+  Value value;
+  value.type = Value::Type::Boolean;
+  value.place = place;
+  value.formula = pool_.constant(constant);
+  return value;
+}
+
+Value ValueAlgebra::number(const Lexeme &lexeme) const {
+  Value value = unknown(lexeme.place);
+  const std::optional<std::int64_t> number = parse_number(lexeme.text);
+  if (!number) {
+    diagnostics_.error(lexeme.place, out_of_range_message(lexeme.text));
+    return value;
+  }
+  value.type = Value::Type::Integer;
+  value.integer.offset = *number;
+  value.literal = true;
+  return value;
+}
+
+Value ValueAlgebra::integer(const Integer &integer, bool next, Place place) const {
+  Value value = unknown(place);
+  value.type = Value::Type::Integer;
+  std::vector<FormulaId> bits;
+  for (std::uint32_t bit = 0; bit < integer.bits; ++bit)
+    bits.push_back(pool_.variable(integer.first + bit, next));
+  value.integer = bit_vector(std::move(bits));
+  value.integer.offset = integer.min;
+  value.variable = &integer;
+  return value;
+}
+
+Value ValueAlgebra::boolean_variable(std::uint32_t index, bool next, Place place,
+                                     std::string_view name) const {
+  Value value = unknown(place);
+  value.type = Value::Type::Boolean;
+  value.formula = pool_.variable(index, next);
+  value.boolean_name = name;
+  return value;
+}
+
+FormulaId ValueAlgebra::boolean(const Value &value) const {
+  if (value.type != Value::Type::Integer)
+    return value.formula;
+  if (value.literal && (value.integer.offset == 0 || value.integer.offset == 1))
+    return pool_.constant(value.integer.offset == 1);
+  if (value.variable)
+    diagnostics_.error(
+        value.place, "found integer '" + printable(value.variable->name) + "', expected a Boolean formula",
+        "compare it, as in " + value.variable->name + " = " + std::to_string(value.variable->min));
+  else
+    diagnostics_.error(value.place,
+                       value.literal ? "found number " + std::to_string(value.integer.offset) +
+                                           ", expected a Boolean formula"
+                                     : "found an integer expression, expected a Boolean formula",
+                       "integers become formulas by comparison, as in x + 1 <= y");
+  return pool_.constant(true);
+}
+
+bool ValueAlgebra::is_integer(const Value &value) const {
+  if (value.type == Value::Type::Boolean)
+    diagnostics_.error(value.place,
+                       value.boolean_name.empty()
+                           ? "found a Boolean formula, expected an integer"
+                           : "found Boolean variable '" + printable(value.boolean_name) +
+                                 "', expected an integer",
+                       "'=' and '+' work on integers; for Boolean equality write '<->', and set "
+                       "parentheses around mixed operators");
+  return value.type == Value::Type::Integer;
+}
+
+Value ValueAlgebra::negation(const Value &value, Place op) const {
+  Value result = unknown(span(op, value.place));
+  result.type = Value::Type::Boolean;
+  result.formula = pool_.negation(boolean(value));
+  return result;
+}
+
+Value ValueAlgebra::binary(Token op, Value left, const Value &right, const Lexeme &lexeme) const {
+  switch (op) {
+  case Token::And:
+  case Token::Or:
+  case Token::Xor:
+  case Token::Implies:
+  case Token::Equivalent:
+    return logical(op, left, right);
+  case Token::Plus:
+    return arithmetic(op, std::move(left), right);
+  default:
+    warn_if_constant(op, left, right, lexeme);
+    return arithmetic(op, std::move(left), right);
+  }
+}
+
+Value ValueAlgebra::logical(Token op, const Value &left, const Value &right) const {
+  Value result = unknown(span(left.place, right.place));
+  result.type = Value::Type::Boolean;
+  const FormulaId a = boolean(left);
+  const FormulaId b = boolean(right);
+  switch (op) {
+  case Token::And:
+    result.formula = pool_.conjunction(a, b);
+    break;
+  case Token::Or:
+    result.formula = pool_.disjunction(a, b);
+    break;
+  case Token::Xor:
+    result.formula = pool_.exclusive(a, b);
+    break;
+  case Token::Implies:
+    result.formula = pool_.implication(a, b);
+    break;
+  default:
+    result.formula = pool_.equivalence(a, b);
+    break;
+  }
+  return result;
+}
+
+Value ValueAlgebra::arithmetic(Token op, Value left, const Value &right) const {
+  Value result = unknown(span(left.place, right.place));
+  // Both sides are looked at, so that both mistakes are reported.
+  const bool left_fits = is_integer(left);
+  const bool right_fits = is_integer(right);
+  if (op != Token::Plus)
+    result.type = Value::Type::Boolean;
+  if (!left_fits || !right_fits)
+    return result;
+  if (op == Token::Plus) {
+    result.type = Value::Type::Integer;
+    result.integer = sum(std::move(left.integer), right.integer);
+  } else {
+    result.formula = comparison(op, left.integer, right.integer);
+  }
+  return result;
+}
+
+FormulaId ValueAlgebra::comparison(Token op, const IntegerValue &left, const IntegerValue &right) const {
+  switch (op) {
+  case Token::Equal:
+    return are_equal(left, right);
+  case Token::Unequal:
+    return pool_.negation(are_equal(left, right));
+  case Token::Less:
+    return is_less(left, right);
+  case Token::LessEqual:
+    return pool_.negation(is_less(right, left));
+  case Token::Greater:
+    return is_less(right, left);
+  default:
+    return pool_.negation(is_less(left, right));
+  }
+}
+
+FormulaId ValueAlgebra::are_equal(const IntegerValue &left, const IntegerValue &right) const {
+  const std::optional<FormulaId> sums = equal_long_sums(pool_, left, right, pacer_);
+  return sums ? *sums : equal(pool_, left, right);
+}
+
+FormulaId ValueAlgebra::is_less(const IntegerValue &left, const IntegerValue &right) const {
+  const std::optional<FormulaId> sums = less_of_long_sums(pool_, left, right, pacer_);
+  return sums ? *sums : less(pool_, left, right);
+}
+
+// A variable against a number that lies outside its range is legal (generated
+// files have it) and nearly always a slip, so it is worth a warning.
+void ValueAlgebra::warn_if_constant(Token op, const Value &left, const Value &right,
+                                    const Lexeme &lexeme) const {
+  const bool variable_left = left.variable && right.literal;
+  if (!variable_left && !(right.variable && left.literal))
+    return;
+  const Integer &variable = variable_left ? *left.variable : *right.variable;
+  const std::int64_t number = variable_left ? right.integer.offset : left.integer.offset;
+  if (number >= variable.min && number <= variable.max)
+    return;
+  const auto holds = [&](std::int64_t value) {
+    return variable_left ? compare(op, value, number) : compare(op, number, value);
+  };
+  // Outside the range all values compare alike.
+  diagnostics_.warning(span(left.place, right.place), "'" + std::string(lexeme.text) + "' is always " +
+                                                          (holds(variable.min) ? "true" : "false") +
+                                                          " here: " + printable(variable.name) +
+                                                          " ranges over " + range_text(variable));
+}
+
+} // namespace slugs
