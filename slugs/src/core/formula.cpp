@@ -4,6 +4,7 @@
 
 #include "core/hash.hpp"
 
+#include <algorithm>
 #include <cassert>
 #include <utility>
 
@@ -13,13 +14,15 @@ namespace {
 
 // Operands are small consecutive numbers: the first step spreads them over the
 // high bits, the second over all; linear probing suffers from any clusters.
-std::size_t hash(const FormulaNode &node) {
+std::uint64_t hash(const FormulaNode &node) {
   const std::uint64_t operands = std::uint64_t{node.left} << 32 | node.right;
   std::uint64_t h = (operands ^ static_cast<std::uint64_t>(node.op) << 61) * golden_multiplier;
   h ^= h >> 32;
   h *= second_multiplier;
-  return static_cast<std::size_t>(h >> 32);
+  return h ^ h >> 32;
 }
+
+std::uint32_t tag_of(std::uint64_t hash) { return static_cast<std::uint32_t>(hash >> 32); }
 
 } // namespace
 
@@ -32,29 +35,54 @@ FormulaId FormulaPool::intern(Op op, std::uint32_t left, std::uint32_t right) {
   // Operands come first, so whoever goes through the nodes in order needs no recursion.
   assert(op == Op::Variable || (left < nodes_.size() && right < nodes_.size()));
   const FormulaNode node{op, left, right};
-  std::size_t slot = hash(node) & (slots_.size() - 1);
-  for (; slots_[slot]; slot = (slot + 1) & (slots_.size() - 1)) {
-    const FormulaNode &known = nodes_[slots_[slot]];
-    if (known.op == op && known.left == left && known.right == right)
-      return slots_[slot];
-  }
+  const std::uint64_t h = hash(node);
+  Slot &slot = slots_[place_of(node, h)];
+  if (slot.id)
+    return slot.id;
   const auto id = static_cast<FormulaId>(nodes_.size());
+  slot = {tag_of(h), id};
   nodes_.push_back(node);
-  slots_[slot] = id;
-  if (2 * nodes_.size() > slots_.size())
+  if (3 * nodes_.size() > 2 * slots_.size())
     grow();
   return id;
 }
 
+// Open addressing in two steps.  A parser makes the operands of a node right before
+// it, so what has a late operand is first looked for where that is in the table: one
+// formula after another, and not one cache miss each.  Nothing is ever removed, so an
+// empty slot ends the search; where that neighbourhood is full, all of the table
+// follows.
+std::size_t FormulaPool::place_of(const FormulaNode &node, std::uint64_t hash) const {
+  constexpr std::size_t neighbourhood = 8;
+  const std::size_t last = slots_.size() - 1;
+  const std::uint32_t tag = tag_of(hash);
+  const auto fits = [&](std::size_t place) {
+    const Slot &slot = slots_[place];
+    if (!slot.id)
+      return true;
+    if (slot.tag != tag)
+      return false;
+    const FormulaNode &known = nodes_[slot.id];
+    return known.op == node.op && known.left == node.left && known.right == node.right;
+  };
+  const std::size_t operand = std::max(node.left, node.right);
+  const std::size_t near = (operand + operand / 2) & last & ~(neighbourhood - 1); // all of the table
+  for (std::size_t place = near; place < near + neighbourhood; ++place)
+    if (fits(place))
+      return place;
+  std::size_t place = hash & last;
+  while (!fits(place))
+    place = (place + 1) & last;
+  return place;
+}
+
 void FormulaPool::grow() {
   const std::size_t size = 2 * slots_.size();
-  slots_ = std::vector<FormulaId>(); // before the larger table is there
+  slots_ = std::vector<Slot>(); // before the larger table is there
   slots_.resize(size);
   for (std::size_t id = 2; id < nodes_.size(); ++id) {
-    std::size_t slot = hash(nodes_[id]) & (size - 1);
-    while (slots_[slot])
-      slot = (slot + 1) & (size - 1);
-    slots_[slot] = static_cast<FormulaId>(id);
+    const std::uint64_t h = hash(nodes_[id]);
+    slots_[place_of(nodes_[id], h)] = {tag_of(h), static_cast<FormulaId>(id)};
   }
 }
 

@@ -57,10 +57,19 @@ private:
   }
   FormulaId intern(Op op, std::uint32_t left, std::uint32_t right);
 
+  // Where the node is, or the empty place where it belongs.
+  std::size_t place_of(const FormulaNode &node, std::uint64_t hash) const;
   void grow();
 
+  // A search compares tags and looks at nodes only where they agree: nodes are many
+  // and far apart, and each look is a cache miss.
+  struct Slot {
+    std::uint32_t tag;
+    FormulaId id; // 0 in an empty slot, since constants are not in it
+  };
+
   std::vector<FormulaNode> nodes_;
-  std::vector<FormulaId> slots_; // open addressing; 0 in an empty slot, since constants are not in it
+  std::vector<Slot> slots_;
 };
 
 } // namespace slugs

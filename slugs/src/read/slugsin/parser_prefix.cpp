@@ -140,8 +140,8 @@ void PrefixParser::constant(const Lexeme &lexeme) {
 }
 
 void PrefixParser::name(const Lexeme &lexeme) {
-  const ForeignWord *word =
-      scope_.find(lexeme.text) ? nullptr : foreign_word(lexeme.text, ForeignWord::Operator);
+  const Symbol *symbol = scope_.find(lexeme.text);
+  const ForeignWord *word = symbol ? nullptr : foreign_word(lexeme.text, ForeignWord::Operator);
   if (word && line_->peek().token != Token::End)
     return fail(lexeme, word->message(), word->hint);
   bool next = false;
@@ -151,11 +151,10 @@ void PrefixParser::name(const Lexeme &lexeme) {
   }
   if (line_->peek().token == Token::Prime)
     return fail(line_->peek(), "found a second prime", "only the current and the next value can be used");
-  operand(value(lexeme, next));
+  operand(value(symbol, lexeme, next));
 }
 
-FormulaId PrefixParser::value(const Lexeme &lexeme, bool next) {
-  const Symbol *symbol = scope_.find(lexeme.text);
+FormulaId PrefixParser::value(const Symbol *symbol, const Lexeme &lexeme, bool next) {
   if (!symbol) {
     const bool infix = lexeme.text.find_first_of("()<>=+|&^!~\\") != std::string_view::npos;
     const bool constant = lexeme.text == "TRUE" || lexeme.text == "FALSE";
@@ -168,7 +167,12 @@ FormulaId PrefixParser::value(const Lexeme &lexeme, bool next) {
     diagnostics_.error(lexeme.place, "found integer '" + printable(lexeme.text) + "' in a prefix line",
                        "prefix lines use its bits only; write the line infix to compare integers");
   } else if (scope_.check_use(*symbol, lexeme.text, lexeme.place, section_, next, diagnostics_)) {
-    return pool_.variable(symbol->index, next);
+    const std::size_t place = 2 * std::size_t{symbol->index} + (next ? 1 : 0);
+    if (place >= variables_.size())
+      variables_.resize(place + 1);
+    if (!variables_[place])
+      variables_[place] = pool_.variable(symbol->index, next);
+    return variables_[place];
   }
   return pool_.constant(true);
 }

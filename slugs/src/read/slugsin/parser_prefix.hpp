@@ -51,7 +51,7 @@ private:
   void recall(const Lexeme &lexeme);
   void constant(const Lexeme &lexeme);
   void name(const Lexeme &lexeme);
-  FormulaId value(const Lexeme &lexeme, bool next);
+  FormulaId value(const Symbol *symbol, const Lexeme &lexeme, bool next);
   void operand(FormulaId formula);
 
   const Scope &scope_;
@@ -60,7 +60,8 @@ private:
   Lexer *line_ = nullptr;
   Section section_ = Section::EnvInit;
   std::deque<Waiting> waiting_;
-  std::vector<Buffer> buffers_; // open ones
+  std::vector<Buffer> buffers_;      // open ones
+  std::vector<FormulaId> variables_; // present and next values that have occurred; else 0
   FormulaId result_ = 1;
   bool done_ = false;
   bool failed_ = false;
