@@ -46,7 +46,9 @@ Bdd CounterFixpoint::initial() {
 }
 
 Bdd CounterFixpoint::forcing(const Bdd &targets) {
-  return game_.store.minus_exists_both(game_.env_trans, game_.sys_trans, !targets, game_.next_outputs);
+  const Bdd stuck = game_.env_trans & !game_.answerable;
+  return stuck |
+         game_.store.minus_exists_both(game_.env_trans, game_.sys_trans, !targets, game_.next_outputs);
 }
 
 void CounterFixpoint::attract() {

@@ -61,11 +61,19 @@ Bdd Fixpoint::stay(const Bdd &start, const Bdd &moves, const Bdd &allowed, std::
   }
 }
 
+// Keeps to states with no move of the environment that stops the system, so that
+// `sys_trans` is all that restricts answers.
+void Fixpoint::leave_stuck_states() {
+  const Bdd stuck = game_.env_trans & !game_.answerable;
+  z_ &= !game_.store.exists(stuck, game_.next_inputs);
+}
+
 void Fixpoint::close_under_safety() {
   z_ = stay(z_, game_.env_trans, game_.store.constant(true), statistics_.safety_iterations);
 }
 
 bool Fixpoint::solve() {
+  leave_stuck_states();
   close_under_safety();
   statistics_.y_iterations.assign(progress_.size(), 0);
   statistics_.x_iterations.assign(progress_.size(), 0);
@@ -167,11 +175,13 @@ Bdd Fixpoint::reach_goal(std::size_t j) {
     }
     const Bdd answered = larger; // what leads there is not open any more
     const Bdd &unanswered = order_ == Steps::BiasForAction ? open_before : open;
+    const Bdd &closer = order_ == Steps::BiasForAction ? y : answered;
     for (std::size_t i = 0; i < game_.assumptions.size(); ++i) {
-      Bdd start = z_;
+      // Who can come closer need not wait, and nobody waits for who can.
+      Bdd start = z_ & !closer;
       if (!before.empty() && (settled || k < before.size()))
         start &= before[std::min(k, before.size() - 1)].waiting[i].thaw(store);
-      const Bdd waiting = wait(unanswered, start, i, statistics_.x_iterations[j]);
+      const Bdd waiting = closer | wait(unanswered, start, i, statistics_.x_iterations[j]);
       round.waiting.emplace_back(store, waiting);
       larger |= waiting;
     }

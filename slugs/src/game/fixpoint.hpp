@@ -48,6 +48,7 @@ public:
 
 private:
   Bdd stay(const Bdd &start, const Bdd &moves, const Bdd &allowed, std::uint64_t &iterations);
+  void leave_stuck_states();
   void close_under_safety();
   Bdd reach_goal(std::size_t j);
   Bdd wait(const Bdd &open, const Bdd &start, std::size_t i, std::uint64_t &iterations);

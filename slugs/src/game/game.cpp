@@ -83,16 +83,20 @@ Bdd translate(BddStore &store, const FormulaPool &formulas, FormulaId root) {
   return take(root);
 }
 
-// Whose conjunction the section is: a new one whenever the last is found to have
-// more than `most` nodes.
-std::vector<Bdd> factors(BddStore &store, const Specification &specification, FormulaPool &formulas,
-                         Section section, std::size_t most) {
+std::vector<FormulaId> parts_of(const Specification &specification, FormulaPool &formulas, Section section) {
   std::vector<FormulaId> parts;
   std::unordered_set<FormulaId> known;
   for (const Constraint &constraint : specification[section])
     for (const FormulaId f : conjuncts(formulas, constraint.formula))
       if (known.insert(f).second)
         parts.push_back(f);
+  return parts;
+}
+
+// Whose conjunction is that of the parts: a new one whenever the last is found to
+// have more than `most` nodes.
+std::vector<Bdd> factors(BddStore &store, FormulaPool &formulas, std::vector<FormulaId> parts,
+                         std::size_t most = static_cast<std::size_t>(-1)) {
   // A conjunction visits what is above its operands, so where there are very many
   // the lowest come first.
   constexpr std::size_t many = 1000;
@@ -137,21 +141,28 @@ Game::Game(const Specification &spec, const std::vector<std::uint32_t> &order, c
       next_inputs(store.make_set(vars_of(spec, true, true, false))),
       next_outputs(store.make_set(vars_of(spec, true, false, true))),
       next(store.make_set(vars_of(spec, true, true, true))), env_init(store.constant(true)),
-      sys_init(store.constant(true)), env_trans(store.constant(true)), sys_trans(store.constant(true)),
-      states(store.constant(true)) {}
+      sys_init(store.constant(true)), env_trans(store.constant(true)), answerable(store.constant(true)),
+      sys_trans(store.constant(true)), states(store.constant(true)) {}
 
 void Game::build() {
   // Each factor costs a multiplication for each set of states.
   constexpr std::size_t most_nodes_of_factor = 10000;
-  constexpr std::size_t unlimited = static_cast<std::size_t>(-1);
   FormulaPool formulas = specification.formulas;
-  const auto conjunction = [&](Section section) {
-    return factors(store, specification, formulas, section, unlimited).back();
+  const auto conjunction = [&](const std::vector<FormulaId> &parts) {
+    return factors(store, formulas, parts).back();
   };
-  env_init = conjunction(Section::EnvInit);
-  sys_init = conjunction(Section::SysInit);
-  env_factors_ = factors(store, specification, formulas, Section::EnvTrans, most_nodes_of_factor);
-  sys_trans = conjunction(Section::SysTrans);
+  env_init = conjunction(parts_of(specification, formulas, Section::EnvInit));
+  sys_init = conjunction(parts_of(specification, formulas, Section::SysInit));
+  env_factors_ =
+      factors(store, formulas, parts_of(specification, formulas, Section::EnvTrans), most_nodes_of_factor);
+  std::vector<FormulaId> answers = parts_of(specification, formulas, Section::SysTrans);
+  const auto of_outputs = std::stable_partition(answers.begin(), answers.end(), [&](FormulaId f) {
+    return !mentions(formulas, f, [&](const FormulaNode &variable) {
+      return variable.right && specification.variables[variable.left].owner == Owner::Output;
+    });
+  });
+  answerable = conjunction({answers.begin(), of_outputs});
+  sys_trans = conjunction({of_outputs, answers.end()});
   assumptions = goals(store, specification, Section::EnvLiveness);
   guarantees = goals(store, specification, Section::SysLiveness);
   const std::vector<Var> nobody_reads = unread();
@@ -161,7 +172,7 @@ void Game::build() {
 
 std::vector<Var> Game::unread() {
   std::vector<bool> read(2 * specification.variables.size(), false);
-  for (const std::vector<Bdd> &readers : {env_factors_, {sys_trans}, assumptions, guarantees})
+  for (const std::vector<Bdd> &readers : {env_factors_, {answerable, sys_trans}, assumptions, guarantees})
     for (const Bdd &reader : readers)
       for (const Var v : store.support(reader))
         read[v] = true;
@@ -186,7 +197,7 @@ void Game::restrict_to(const Bdd &some) {
 
 Bdd Game::image(const Bdd &from) {
   assert(!env_factors_.empty());
-  return store.to_current(store.exists_both(environment_moves(from), sys_trans, current));
+  return store.to_current(store.exists_both(environment_moves(from) & answerable, sys_trans, current));
 }
 
 Bdd Game::with_alike(const Bdd &some) { return unread_ ? store.exists(some, *unread_) : some; }

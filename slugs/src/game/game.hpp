@@ -34,6 +34,10 @@ struct Game {
   // Only restrict_to() makes this one diagram.  For all states it can be far larger
   // than its factors, and than for the states that a play can visit.
   Bdd env_trans;
+  // SYS_TRANS is the conjunction of these two.  What it says of the present and the
+  // next inputs alone: after any other move of the environment the system is stuck.
+  // And the rest, which is all that matters where this holds.
+  Bdd answerable;
   Bdd sys_trans;
   std::vector<Bdd> assumptions; // ENV_LIVENESS; at least one
   std::vector<Bdd> guarantees;  // SYS_LIVENESS; at least one

@@ -56,15 +56,16 @@ std::vector<FormulaId> conjuncts(FormulaPool &formulas, FormulaId formula) {
   return result;
 }
 
-std::vector<std::uint32_t> variables_of(const FormulaPool &formulas, FormulaId formula) {
+bool mentions(const FormulaPool &formulas, FormulaId formula,
+              const std::function<bool(const FormulaNode &)> &asked) {
   std::unordered_set<FormulaId> seen{formula};
   std::vector<FormulaId> todo{formula};
-  std::vector<std::uint32_t> result;
   while (!todo.empty()) {
     const FormulaNode &node = formulas[todo.back()];
     todo.pop_back();
     if (node.op == Op::Variable) {
-      result.push_back(node.left);
+      if (asked(node))
+        return true;
       continue;
     }
     if (node.op == Op::False || node.op == Op::True)
@@ -74,6 +75,15 @@ std::vector<std::uint32_t> variables_of(const FormulaPool &formulas, FormulaId f
     if (node.op != Op::Not && seen.insert(node.right).second)
       todo.push_back(node.right);
   }
+  return false;
+}
+
+std::vector<std::uint32_t> variables_of(const FormulaPool &formulas, FormulaId formula) {
+  std::vector<std::uint32_t> result;
+  mentions(formulas, formula, [&](const FormulaNode &variable) {
+    result.push_back(variable.left);
+    return false;
+  });
   std::sort(result.begin(), result.end());
   result.erase(std::unique(result.begin(), result.end()), result.end());
   return result;

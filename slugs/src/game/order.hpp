@@ -5,6 +5,7 @@
 #include "core/specification.hpp"
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 namespace slugs {
@@ -12,6 +13,10 @@ namespace slugs {
 // The conjuncts of a formula, found through nested conjunctions and negated
 // disjunctions; their conjunction is the formula.
 std::vector<FormulaId> conjuncts(FormulaPool &formulas, FormulaId formula);
+
+// Whether one of the formula's variables, present or next, is as asked for.
+bool mentions(const FormulaPool &formulas, FormulaId formula,
+              const std::function<bool(const FormulaNode &)> &asked);
 
 // The variables (indices into Specification::variables, current or next) that
 // occur in the formula, ascending.

@@ -52,9 +52,10 @@ public:
   }
 
 private:
-  // The moves for each assumption, then SYS_TRANS, then the assumptions.
+  // The moves for each assumption, then both parts of SYS_TRANS, then the assumptions.
   static std::vector<Bdd> functions(Game &game, const CounterFixpoint &fixpoint) {
     std::vector<Bdd> result = fixpoint.moves();
+    result.push_back(game.answerable);
     result.push_back(game.sys_trans);
     result.insert(result.end(), game.assumptions.begin(), game.assumptions.end());
     return result;
@@ -106,7 +107,8 @@ private:
     BddStore &store = game_.store;
     list_.clear();
     Edge move = cofactor_(functions_[rank].edge(), state);
-    Edge answers = cofactor_(game_.sys_trans.edge(), state);
+    Edge answers = store.edges().conjunction(cofactor_(game_.answerable.edge(), state),
+                                             cofactor_(game_.sys_trans.edge(), state));
     std::vector<Word> input(words_for(store.bits()));
     for (std::uint32_t bit = 0; bit < store.bits(); ++bit) {
       if (!is_input(bit))
