@@ -154,6 +154,8 @@ class Interventions:
         state.scenario = replace(state.scenario, robots=team)
         robot.own = Progress(objective)
         if own:
+            if robot.planner is not None:
+                robot.planner.node = None  # whatever it did, it is to have a strategy for this
             robot.assignment = Assignment(Role.OWN, objective, kept=robot.assignment.kept)
             robot.progress, robot.begun = robot.own, False
         self.coordination.settle(vocabulary.Reason.OBJECTIVE)

@@ -12,6 +12,7 @@ from safenav.dataclass import dataclass
 from safenav.runtime.characterization import Characterization, Violation
 from safenav.runtime.checked_world import CheckedWorld
 from safenav.runtime.coordination.algorithm import Coordination
+from safenav.runtime.coordination.objectives import alternating
 from safenav.runtime.coordination.strategies import Strategies
 from safenav.runtime.formulas import graph_of
 from safenav.runtime.monitor import Monitors
@@ -72,7 +73,9 @@ class Turns:
             return
         self.monitors.watch(robot.robot, robot.planner)
         robot.planner.node = None
-        self.strategies.relocate(robot)
+        told = alternating(robot.progress.objective)
+        if alternating(robot.planner.task.objective) == told:
+            self.strategies.relocate(robot)  # else it was told something else meanwhile
 
     def _follow_strategy(self, robot: RobotState) -> None:
         """The strategy's answer to what is observed, unless the world or the team is against."""

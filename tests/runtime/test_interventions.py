@@ -141,8 +141,18 @@ def played(text: str) -> tuple[Mission, list[Record]]:
             "",
             1,
         ),
+        (ONE_DIGIT, "{at: 4, robot: digit, objective: {visit: [58, 28]}}", "completed", "", 1),
+        (
+            ONE_DIGIT,
+            "{at: 7, robot: digit, service: out}, "
+            "{at: 8, robot: digit, objective: {visit: [70]}}, "
+            "{at: 9, robot: digit, service: back}",
+            "completed",
+            "",
+            1,
+        ),
     ],
-    ids=["helper", "nobody", "replaced", "back", "both"],
+    ids=["helper", "nobody", "replaced", "back", "both", "same", "less"],
 )
 def test_who_is_out_of_service_is_replaced_or_missed(
     text: str, changes: str, outcome: str, says: str, helpers: int
