@@ -29,6 +29,7 @@ def doubts(scenario: Scenario) -> tuple[str, ...]:
 def _unable(obstacle: Obstacle, scenario: Scenario) -> Iterator[str]:
     """Needs of an obstacle for which the team has too few robots."""
     known = {action for robot in scenario.robots for action in robot.capabilities}
+    what = f"{obstacle.type.name}@{scenario.map.word(obstacle.region)}"
     for need in obstacle.needs:
         able = [robot.name for robot in scenario.robots if need.action in robot.capabilities]
         if len(able) >= need.robots:
@@ -38,12 +39,12 @@ def _unable(obstacle: Obstacle, scenario: Scenario) -> Iterator[str]:
             meant = f"; did you mean '{close[0]}'?" if close else ""
             has = ", ".join(f"'{action}'" for action in sorted(known)) or "nothing"
             yield (
-                f"nobody can resolve {obstacle.name}: no robot can '{need.action}', the team can "
+                f"nobody can resolve {what}: no robot can '{need.action}', the team can "
                 f"{has}{meant}"
             )
         else:
             yield (
-                f"nobody can resolve {obstacle.name}: '{need.action}' takes {need.robots} robots, "
+                f"nobody can resolve {what}: '{need.action}' takes {need.robots} robots, "
                 f"and only {' and '.join(able)} can do it"
             )
 

@@ -13,7 +13,7 @@ ROOT = Path(__file__).parents[2]
 
 SCENARIO = """
 safenav: 1
-map: {{grid: ["########", "#......#", "#......#", "########"]}}
+map: {{grid: ["########", "#......#", "#......#", "########"], names: {names}}}
 catalogue:
   robots:
     porter: {{mobility: free, layer: ground, capabilities: [{can}]{timing}}}
@@ -33,6 +33,7 @@ PLAIN = {
     "avoids": "[]",
     "obstacles": "[{type: beam, region: 11}]",
     "seed": "0",
+    "names": "{}",
 }
 
 
@@ -53,6 +54,11 @@ PLAIN = {
             {"robots": "2"},
             ["nobody can resolve beam@11: 'lift' takes 2 robots, and only a can do it"],
             id="too few",
+        ),
+        pytest.param(
+            {"robots": "2", "names": "{gate: 11}"},
+            ["nobody can resolve beam@gate: 'lift' takes 2 robots, and only a can do it"],
+            id="too few, at a region with a name",
         ),
         pytest.param({"robots": "2", "other": "porter"}, [], id="enough"),
         pytest.param(
