@@ -21,13 +21,6 @@ LENGTH = 25
 
 
 @pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    found = Browser()
-    yield found
-    found.driver.quit()
-
-
-@pytest.fixture(scope="module")
 def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
     file = tmp_path_factory.mktemp("random") / "mine.yaml"
     file.write_text((SCENARIOS / "case_study_1.yaml").read_text().split("expect:")[0])
@@ -83,10 +76,7 @@ def message(chance: random.Random) -> dict[str, Any]:
 
 def test_random_sessions_are_survived(browser: Browser, served: Served) -> None:
     """One page in a browser looks on, another one says whatever comes."""
-    browser.driver.get("about:blank")
-    browser.driver.get_log("browser")
-    browser.driver.get(served.address)
-    browser.wait(lambda: browser.all("header h1"), MINUTES)
+    browser.visit(served.address)
 
     async def main() -> None:
         for seed in range(SEQUENCES):
