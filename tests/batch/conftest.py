@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from batch.made_scenarios import SLUGS, SlugsLog, Write, scenario
+from children import none_left
 
 
 @pytest.fixture
@@ -41,6 +41,5 @@ def write(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Write:
 @pytest.fixture(autouse=True)
 def no_children() -> Iterator[None]:
     """Every test leaves no child process behind, neither running nor as a zombie."""
-    yield
-    with pytest.raises(ChildProcessError):
-        os.waitpid(-1, os.WNOHANG)
+    with none_left():
+        yield

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from children import none_left
 from safenav.spec.parsing import read_specification
 from safenav.spec.specification import Specification
 from safenav.synthesis.binary import Binary, find_own_binary
@@ -134,6 +135,5 @@ def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.fixture(autouse=True)
 def no_children() -> Iterator[None]:
     """Every test leaves no child process behind, neither running nor as a zombie."""
-    yield
-    with pytest.raises(ChildProcessError):
-        os.waitpid(-1, os.WNOHANG)
+    with none_left():
+        yield

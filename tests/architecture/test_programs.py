@@ -1,0 +1,28 @@
+"""The programs beside the package (benchmarks, pictures, wheels) find what they import from it.
+
+No other test runs them, so a module that moves would leave them behind unseen.
+"""
+
+from __future__ import annotations
+
+import ast
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PROGRAMS = sorted(
+    path for folder in ("benchmarks", "docs", "packaging") for path in (ROOT / folder).rglob("*.py")
+)
+
+
+@pytest.mark.parametrize("program", PROGRAMS, ids=lambda path: str(path.relative_to(ROOT)))
+def test_what_a_program_imports_from_safenav_is_there(program: Path) -> None:
+    for node in ast.walk(ast.parse(program.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "safenav":
+            module = import_module(str(node.module))
+            for name in (alias.name for alias in node.names):
+                found = hasattr(module, name) or find_spec(f"{node.module}.{name}") is not None
+                assert found, f"line {node.lineno}: {node.module} has no {name}"
