@@ -47,7 +47,7 @@ toolchain:
 CMAKE = $$(command -v cmake || echo $(BIN)/cmake)
 
 slugs: install ## build the synthesizer alone: slugs/build/slugs
-	$(CMAKE) -S slugs -B $(SLUGS_BUILD) -DCMAKE_BUILD_TYPE=Release -DSLUGS_WERROR=ON -DSLUGS_TESTS=ON
+	$(CMAKE) -S slugs -B $(SLUGS_BUILD) -DCMAKE_BUILD_TYPE=Release -DSLUGS_WERROR=ON -DSLUGS_TESTS=ON -DCMAKE_UNITY_BUILD=ON
 	$(CMAKE) --build $(SLUGS_BUILD) --parallel $(JOBS)
 
 slugs-test: slugs ## unit tests of the synthesizer
