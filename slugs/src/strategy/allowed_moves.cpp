@@ -5,8 +5,8 @@
 //   SYS_TRANS & ( (G_j & Z') | closer' | (!A_i & waiting_i') )
 //
 // and serves those pairs of state and input that no earlier step has served.
-// What `closer` had before and what `waiting_i` had a round ago has been served,
-// so only their new part is examined.
+// What leads to what `closer` had before has been served, so only its new part is
+// examined, and of `waiting_i` only what lies outside of `closer`.
 //
 // The union of all steps is a relation over both copies of all variables, and
 // can be far larger than its factors: who is served, what SYS_TRANS allows,
@@ -79,7 +79,6 @@ AllowedMoves::Goal AllowedMoves::steps_towards(const Bdd &winning, const GoalPro
   Bdd open = open_;
   Bdd targets = game_.guarantees[j] & store.to_next(winning);
   Bdd closer = store.constant(false);
-  std::vector<Bdd> waited(game_.assumptions.size(), closer);
   const auto come_closer = [&](const Bdd &larger) {
     targets |= store.to_next(larger & !closer);
     closer = larger;
@@ -105,8 +104,7 @@ AllowedMoves::Goal AllowedMoves::steps_towards(const Bdd &winning, const GoalPro
     come_closer(reached);
     for (std::size_t i = 0; i < round.waiting.size() && !open.is_false(); ++i) {
       const Bdd waiting = round.waiting[i].thaw(store);
-      targets |= (!game_.assumptions[i]) & store.to_next(waiting & !waited[i]);
-      waited[i] = waiting;
+      targets |= (!game_.assumptions[i]) & store.to_next(waiting & !closer);
       take();
       reached |= waiting;
     }
