@@ -22,7 +22,8 @@ from safenav.trace.records import Record, Request, Resolved
 from safenav.trace.writing import as_data
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
-SEEDS = range(int(os.environ.get("SAFENAV_FUZZ", "0")) // 50 or 3)
+FIRST = int(os.environ.get("SAFENAV_FUZZ_FIRST", "0"))
+SEEDS = range(FIRST, FIRST + (int(os.environ.get("SAFENAV_FUZZ", "0")) // 50 or 3))
 LAST = 60
 
 

@@ -17,6 +17,7 @@ from safenav.trace.reading import read_bytes
 from studio.serving import MINUTES, SCENARIOS, Page, Served, opened
 
 SEQUENCES = int(os.environ.get("SAFENAV_FUZZ", "0")) // 25 or 3
+FIRST = int(os.environ.get("SAFENAV_FUZZ_FIRST", "0"))
 LENGTH = 25
 
 
@@ -79,7 +80,7 @@ def test_random_sessions_are_survived(browser: Browser, served: Served) -> None:
     browser.visit(served.address)
 
     async def main() -> None:
-        for seed in range(SEQUENCES):
+        for seed in range(FIRST, FIRST + SEQUENCES):
             async with opened(served.address) as page:
                 await _session(page, random.Random(seed))
 
