@@ -1,10 +1,14 @@
-"""How soon the studio knows what is wrong with an edit, on 60 x 80 regions with 12 robots.
+"""How soon the studio knows what is wrong with an edit, and how smoothly a run that goes on is
+shown, on 60 x 80 regions with 12 robots.
 
-    python benchmarks/studio.py [--rows 60] [--cols 80] [--robots 12]
+    python benchmarks/studio.py [--rows 60] [--cols 80] [--robots 12] [--seconds 10]
 
-CPU seconds (user and system, this process or the one that judges), so that a busy machine does not
-count. Bars: the text judged (syntax, places, what is drawn) within 1 s, the realizability of one
-robot within 5 s, also where nothing is in the synthesis cache.
+Edits in CPU seconds (user and system, this process or the one that judges), so that a busy machine
+does not count. Bars: the text judged (syntax, places, what is drawn) within 1 s, the realizability
+of one robot within 5 s, also where nothing is in the synthesis cache. Frames in headless Chromium,
+from the timestamps that the page gets, while the run plays at the speed it begins with; bar: 30
+frames a second. Needs the packages of the tests (selenium) and Debian's chromium and
+chromium-driver; `--seconds 0` leaves the browser out.
 """
 
 from __future__ import annotations
@@ -13,19 +17,31 @@ import argparse
 import json
 import os
 import resource
+import statistics
 import subprocess
 import sys
 import tempfile
 import time
+from itertools import pairwise
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-sys.path[:0] = [str(ROOT)]
+sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
 from safenav.scenario.reading.loader import load_draft  # noqa: E402
 from safenav.studio.editing.drawing import drawing_of  # noqa: E402
 from safenav.studio.editing.operations import edited  # noqa: E402
 from safenav.studio.run.orders import Order  # noqa: E402
+
+FRAMES = """
+    const [milliseconds, done] = arguments, stamps = [];
+    const first = performance.now();
+    const note = now => {
+        stamps.push(now);
+        if (now - first < milliseconds) requestAnimationFrame(note); else done(stamps);
+    };
+    requestAnimationFrame(note);
+"""
 
 
 def scenario(
@@ -78,12 +94,44 @@ def judged(text: str, cache: str) -> tuple[str, float, float]:
     return f"{answer['robot']} {answer['verdict']}", cpu, wall
 
 
+def shown(text: str, seconds: float) -> str:
+    """How the page shows a run that goes on, at 1400 x 900."""
+    from report.browser import Browser
+    from studio.serving import Served
+
+    browser = Browser()
+    try:
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder) / "halls.yaml"
+            file.write_text(text)
+            with Served("run", file, "--live") as served:
+                browser.resize(1400, 900)
+                browser.driver.get(served.address)
+                browser.wait(lambda: browser.all(".begin button:enabled"))
+                browser.one(".begin button").click()
+                browser.wait(lambda: browser.all(".clock b") and browser.tick >= 2)
+                browser.driver.set_script_timeout(seconds * 4 + 30)
+                first = browser.tick
+                stamps = browser.driver.execute_async_script(FRAMES, seconds * 1000)
+                ticks = browser.tick - first
+                browser.leave()
+    finally:
+        browser.driver.quit()
+    gaps = sorted(b - a for a, b in pairwise(stamps))
+    rate = 1000 * len(gaps) / sum(gaps)
+    return (
+        f"{rate:.1f} frames/s over {ticks} ticks, median gap {statistics.median(gaps):.1f} ms, "
+        f"95 % {gaps[int(0.95 * len(gaps))]:.1f} ms, longest {gaps[-1]:.0f} ms"
+    )
+
+
 def main() -> None:
     """Measure and print one line a figure."""
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     options.add_argument("--rows", type=int, default=60)
     options.add_argument("--cols", type=int, default=80)
     options.add_argument("--robots", type=int, default=12)
+    options.add_argument("--seconds", type=float, default=10.0)
     chosen = options.parse_args()
     size = (chosen.rows, chosen.cols, chosen.robots)
     print(f"{chosen.rows} x {chosen.cols} regions, {chosen.robots} robots; CPU seconds")
@@ -105,6 +153,8 @@ def main() -> None:
         with tempfile.TemporaryDirectory() as cache:
             answer, cpu, wall = judged(scenario(*size, models), cache)
         print(f"{models[0]} {answer}: {cpu:.2f} ({wall:.2f} on the clock)")
+    if chosen.seconds > 0:
+        print(f"a run that goes on: {shown(scenario(*size), chosen.seconds)}")
 
 
 if __name__ == "__main__":
