@@ -1,4 +1,5 @@
-"""What the drawing does to the text: one function an operation, each on the data of the text.
+"""What the drawing does to the text: one function an operation, each on the data of the text;
+those on robots and on the map have modules of their own.
 
 An operation is an object with ``op`` and what it needs. Regions are numbers, robots their names,
 obstacles their index.
@@ -11,17 +12,20 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
-from ruamel.yaml.scalarstring import LiteralScalarString
 
 from safenav.errors import UsageError
-from safenav.studio.editing.places import LISTS, OBJECTIVES, Places
-from safenav.studio.editing.round_trip import changed, parsed
-
-Operation = Mapping[str, Any]
-
-MOST = 512
-NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
-PLACE = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*")
+from safenav.studio.editing.places import LISTS, Places
+from safenav.studio.editing.robots import (
+    add_robot,
+    move_robot,
+    remove_robot,
+    rename_robot,
+    set_heading,
+    set_model,
+    set_objective,
+)
+from safenav.studio.editing.round_trip import Operation, changed, parsed, put
+from safenav.studio.editing.walls import name_region, paint, resize
 
 
 def edited(text: str, operation: Operation) -> str:
@@ -33,172 +37,6 @@ def edited(text: str, operation: Operation) -> str:
         return changed(text, lambda data: does(data, operation))
     except (KeyError, TypeError, IndexError, AttributeError, ValueError) as error:
         raise UsageError(f"that cannot be drawn in this text ({type(error).__name__})") from error
-
-
-def paint(data: Any, told: Operation) -> None:
-    """``regions`` become walls, or floor (``wall`` false)."""
-    places = Places(data)
-    rows = [list(row) for row in places.grid]
-    for region in told["regions"]:
-        places.written(region, 0)
-        rows[region // places.cols][region % places.cols] = "#" if told["wall"] else "."
-    _draw(data, ["".join(row) for row in rows])
-
-
-def resize(data: Any, told: Operation) -> None:
-    """So many rows and columns more (or less) at each side; regions stay where they are."""
-    places = Places(data)
-    top, bottom, left, right = (int(told.get(side, 0)) for side in SIDES)
-    rows, cols = places.rows + top + bottom, places.cols + left + right
-    if not (1 <= rows <= MOST and 1 <= cols <= MOST):
-        raise UsageError(f"a map has 1 to {MOST} rows and columns")
-    moved = [(value, put, places.read(value)) for value, put in places.each()]
-    before = places.cols
-    grid = [
-        "".join(
-            places.grid[row - top][col - left]
-            if 0 <= row - top < places.rows and 0 <= col - left < places.cols
-            else "#"
-            for col in range(cols)
-        )
-        for row in range(rows)
-    ]
-    if min(rows, cols) > 2:  # what was the border opens where the map grows
-        grid = _opened(grid, places.grid, (top, bottom, left, right))
-    _draw(data, grid)
-    after = Places(data)
-    for value, put, region in moved:
-        if region is None or isinstance(value, str):
-            continue
-        row = min(max(region // before + top, 0), rows - 1)
-        col = min(max(region % before + left, 0), cols - 1)
-        put(after.written(row * cols + col, value if isinstance(value, int) else [0, 0]))
-
-
-SIDES = ("top", "bottom", "left", "right")
-
-
-def _opened(grid: list[str], old: list[str], grown: tuple[int, int, int, int]) -> list[str]:
-    """The floor goes on to the new border where the map has grown beyond a wall all along."""
-    top, bottom, left, right = grown
-    rows, cols = len(grid), len(grid[0])
-    new = [list(row) for row in grid]
-
-    def floor(row: int, col: int) -> None:
-        if 0 < row < rows - 1 and 0 < col < cols - 1:
-            new[row][col] = "."
-
-    walled = {
-        "top": set(old[0]) == {"#"},
-        "bottom": set(old[-1]) == {"#"},
-        "left": {row[0] for row in old} == {"#"},
-        "right": {row[-1] for row in old} == {"#"},
-    }
-    for row in range(rows):
-        for col in range(cols):
-            if (
-                (top > 0 and walled["top"] and row <= top)
-                or (bottom > 0 and walled["bottom"] and row >= rows - 1 - bottom)
-                or (left > 0 and walled["left"] and col <= left)
-                or (right > 0 and walled["right"] and col >= cols - 1 - right)
-            ):
-                floor(row, col)
-    return ["".join(row) for row in new]
-
-
-def add_robot(data: Any, told: Operation) -> None:
-    """A robot of ``model`` at ``region`` that stays there, until it gets an objective."""
-    places = Places(data)
-    robots = data.get("robots")
-    if not isinstance(robots, dict):
-        robots = data["robots"] = CommentedMap()
-    if len(robots) == 0 and isinstance(robots, CommentedMap):
-        robots.fa.set_block_style()
-    name = str(told.get("name") or _new_name(str(told["model"]), robots))
-    _check_name(name, robots)
-    like: Any = next(
-        (r["start"] for r in robots.values() if isinstance(r, dict) and "start" in r), []
-    )
-    start = places.written(told["region"], like)
-    robot = CommentedMap({"model": told["model"], "start": start})
-    if told.get("heading"):
-        robot["heading"] = told["heading"]
-    hold = CommentedMap({"hold": places.written(told["region"], like)})
-    hold.fa.set_flow_style()
-    robot["objective"] = hold
-    robot.fa.set_flow_style()
-    robots[name] = robot
-
-
-def move_robot(data: Any, told: Operation) -> None:
-    robot, places = _robot(data, told), Places(data)
-    before = places.read(robot.get("start"))
-    robot["start"] = places.written(told["region"], robot.get("start"))
-    objective = robot.get("objective")
-    held = objective.get("hold") if isinstance(objective, dict) else None
-    if held is not None and places.read(held) == before:  # it held where it stood
-        objective["hold"] = places.written(told["region"], held)
-
-
-def set_heading(data: Any, told: Operation) -> None:
-    if told["heading"] not in ("north", "east", "south", "west"):
-        raise UsageError("a heading is north, east, south or west")
-    _put(_robot(data, told), "heading", told["heading"], after="start")
-
-
-def set_model(data: Any, told: Operation) -> None:
-    robot = _robot(data, told)
-    robot["model"] = told["model"]
-    if told.get("turns") and "heading" not in robot:
-        _put(robot, "heading", "north", after="start")
-
-
-def set_objective(data: Any, told: Operation) -> None:
-    """``kind`` with ``regions`` in order."""
-    robot, places = _robot(data, told), Places(data)
-    kind, regions = told["kind"], list(told["regions"])
-    if kind not in OBJECTIVES:
-        raise UsageError(f"an objective is one of {', '.join(OBJECTIVES)}")
-    if not regions:
-        raise UsageError("an objective needs a region")
-    like: Any = robot.get("start", [])
-    written = [places.written(region, like) for region in regions]
-    value: Any = written[0]
-    if kind != "hold":
-        value = CommentedSeq(written)
-        value.fa.set_flow_style()
-    objective = CommentedMap({kind: value})
-    objective.fa.set_flow_style()
-    robot["objective"] = objective
-
-
-def rename_robot(data: Any, told: Operation) -> None:
-    robots, old, new = data["robots"], str(told["robot"]), str(told["name"])
-    _robot(data, told)
-    if old == new:
-        return
-    _check_name(new, robots)
-    index = list(robots).index(old)
-    robot = robots.pop(old)
-    robots.insert(index, new, robot)
-    for other in robots.values():
-        for key in ("avoids", "tracks"):
-            listed = other.get(key) if isinstance(other, dict) else None
-            if isinstance(listed, list) and old in listed:
-                listed[listed.index(old)] = new
-    for change in _changes_of(data, old):
-        change["robot"] = new
-
-
-def remove_robot(data: Any, told: Operation) -> None:
-    _robot(data, told)
-    del data["robots"][told["robot"]]
-    if not data["robots"]:
-        data["robots"] = CommentedMap()
-    for change in _changes_of(data, told["robot"]):
-        data["changes"].remove(change)
-    if data.get("changes") == []:
-        del data["changes"]
 
 
 def add_obstacle(data: Any, told: Operation) -> None:
@@ -283,31 +121,11 @@ def remove_obstacle(data: Any, told: Operation) -> None:
         del data["obstacles"]
 
 
-def name_region(data: Any, told: Operation) -> None:
-    """``name`` for ``region``; an empty one takes the region's name away."""
-    places, name = Places(data), str(told.get("name") or "")
-    world = data["map"]
-    used = {value for value, _ in places.each() if isinstance(value, str)}
-    for old in [n for n, value in places.names.items() if places.read(value) == told["region"]]:
-        if old in used and old != name:
-            raise UsageError(f"'{old}' is used in the scenario: change that first")
-        del world["names"][old]
-    if name:
-        if not PLACE.fullmatch(name):
-            raise UsageError("a name has letters, digits, '_' and '-', and begins with a letter")
-        if not isinstance(world.get("names"), dict):
-            world["names"] = CommentedMap()
-            world["names"].fa.set_flow_style()
-        world["names"][name] = places.written(told["region"], [])
-    if isinstance(world.get("names"), dict) and not world["names"]:
-        del world["names"]
-
-
 def set_value(data: Any, told: Operation) -> None:
     """A plain setting: ``name``, ``rounds``, ``ticks`` or ``seed``."""
     key, value = told["key"], told["value"]
     if key in ("name", "seed"):
-        _put(data, key, value, after="safenav" if key == "name" else "limits")
+        put(data, key, value, after="safenav" if key == "name" else "limits")
     elif key in ("rounds", "ticks"):
         holder = "until" if key == "rounds" else "limits"
         if not isinstance(data.get(holder), dict):
@@ -338,20 +156,6 @@ def repair(data: Any, told: Operation) -> None:
             holder[last] = parsed(value)
 
 
-def _robot(data: Any, told: Operation) -> Any:
-    robots = data.get("robots")
-    if not isinstance(robots, dict) or not isinstance(robots.get(told.get("robot")), dict):
-        raise UsageError(f"there is no robot '{str(told.get('robot'))[:40]}'")
-    return robots[told["robot"]]
-
-
-def _changes_of(data: Any, robot: str) -> list[Any]:
-    """What a robot is told while the run goes on."""
-    listed = data.get("changes")
-    entries = listed if isinstance(listed, list) else ()
-    return [entry for entry in entries if isinstance(entry, dict) and entry.get("robot") == robot]
-
-
 def _obstacle(data: Any, told: Operation) -> Any:
     obstacles, index = data.get("obstacles"), told.get("index")
     if not isinstance(obstacles, list) or not isinstance(index, int):
@@ -359,43 +163,6 @@ def _obstacle(data: Any, told: Operation) -> Any:
     if not 0 <= index < len(obstacles) or not isinstance(obstacles[index], dict):
         raise UsageError("there is no such obstacle")
     return obstacles[index]
-
-
-def _put(holder: Any, key: str, value: Any, *, after: str) -> None:
-    if key in holder or after not in holder or not hasattr(holder, "insert"):
-        holder[key] = value
-    else:
-        holder.insert(list(holder).index(after) + 1, key, value)
-
-
-def _draw(data: Any, rows: list[str]) -> None:
-    grid = data["map"]["grid"]
-    if isinstance(grid, list):
-        for index in range(min(len(grid), len(rows))):
-            grid[index] = rows[index]
-        del grid[len(rows) :]
-        grid.extend(rows[len(grid) :])
-    else:
-        drawn = LiteralScalarString("\n".join(rows) + "\n")
-        if hasattr(grid, "comment"):
-            drawn.comment = grid.comment
-        data["map"]["grid"] = drawn
-
-
-def _check_name(name: str, robots: Any) -> None:
-    if not NAME.fullmatch(name):
-        raise UsageError("a robot's name has letters, digits and '_', and begins with a letter")
-    if name in robots:
-        raise UsageError(f"there is a robot '{name}' already")
-
-
-def _new_name(model: str, robots: Any) -> str:
-    stem = re.sub(r"\W", "_", model)[:20]
-    stem = {"quadcopter": "quad"}.get(stem, stem)
-    stem = stem if NAME.fullmatch(stem) else "robot"
-    if stem not in robots:
-        return stem
-    return next(f"{stem}_{n}" for n in range(2, 1000) if f"{stem}_{n}" not in robots)
 
 
 OPERATIONS: Mapping[str, Callable[[Any, Operation], None]] = {

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from difflib import SequenceMatcher
 from typing import Any
 
@@ -16,6 +16,9 @@ from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
 
 from safenav.errors import UsageError
+
+Operation = Mapping[str, Any]
+"""What a page asks for: ``op`` and what it needs."""
 
 
 def changed(text: str, change: Callable[[Any], None]) -> str:
@@ -79,3 +82,11 @@ def _written(yaml: YAML, data: Any) -> str:
     out = io.StringIO()
     yaml.dump(data, out)
     return out.getvalue()
+
+
+def put(holder: Any, key: str, value: Any, *, after: str) -> None:
+    """A value under a key; a new one stands behind another key."""
+    if key in holder or after not in holder or not hasattr(holder, "insert"):
+        holder[key] = value
+    else:
+        holder.insert(list(holder).index(after) + 1, key, value)

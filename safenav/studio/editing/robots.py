@@ -1,0 +1,139 @@
+"""What the drawing does to the robots of a text, each by its name."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from ruamel.yaml.comments import CommentedMap, CommentedSeq
+
+from safenav.errors import UsageError
+from safenav.studio.editing.places import OBJECTIVES, Places
+from safenav.studio.editing.round_trip import Operation, put
+
+NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+
+
+def add_robot(data: Any, told: Operation) -> None:
+    """A robot of ``model`` at ``region`` that stays there, until it gets an objective."""
+    places = Places(data)
+    robots = data.get("robots")
+    if not isinstance(robots, dict):
+        robots = data["robots"] = CommentedMap()
+    if len(robots) == 0 and isinstance(robots, CommentedMap):
+        robots.fa.set_block_style()
+    name = str(told.get("name") or _new_name(str(told["model"]), robots))
+    _check_name(name, robots)
+    like: Any = next(
+        (r["start"] for r in robots.values() if isinstance(r, dict) and "start" in r), []
+    )
+    start = places.written(told["region"], like)
+    robot = CommentedMap({"model": told["model"], "start": start})
+    if told.get("heading"):
+        robot["heading"] = told["heading"]
+    hold = CommentedMap({"hold": places.written(told["region"], like)})
+    hold.fa.set_flow_style()
+    robot["objective"] = hold
+    robot.fa.set_flow_style()
+    robots[name] = robot
+
+
+def move_robot(data: Any, told: Operation) -> None:
+    robot, places = _robot(data, told), Places(data)
+    before = places.read(robot.get("start"))
+    robot["start"] = places.written(told["region"], robot.get("start"))
+    objective = robot.get("objective")
+    held = objective.get("hold") if isinstance(objective, dict) else None
+    if held is not None and places.read(held) == before:  # it held where it stood
+        objective["hold"] = places.written(told["region"], held)
+
+
+def set_heading(data: Any, told: Operation) -> None:
+    if told["heading"] not in ("north", "east", "south", "west"):
+        raise UsageError("a heading is north, east, south or west")
+    put(_robot(data, told), "heading", told["heading"], after="start")
+
+
+def set_model(data: Any, told: Operation) -> None:
+    robot = _robot(data, told)
+    robot["model"] = told["model"]
+    if told.get("turns") and "heading" not in robot:
+        put(robot, "heading", "north", after="start")
+
+
+def set_objective(data: Any, told: Operation) -> None:
+    """``kind`` with ``regions`` in order."""
+    robot, places = _robot(data, told), Places(data)
+    kind, regions = told["kind"], list(told["regions"])
+    if kind not in OBJECTIVES:
+        raise UsageError(f"an objective is one of {', '.join(OBJECTIVES)}")
+    if not regions:
+        raise UsageError("an objective needs a region")
+    like: Any = robot.get("start", [])
+    written = [places.written(region, like) for region in regions]
+    value: Any = written[0]
+    if kind != "hold":
+        value = CommentedSeq(written)
+        value.fa.set_flow_style()
+    objective = CommentedMap({kind: value})
+    objective.fa.set_flow_style()
+    robot["objective"] = objective
+
+
+def rename_robot(data: Any, told: Operation) -> None:
+    robots, old, new = data["robots"], str(told["robot"]), str(told["name"])
+    _robot(data, told)
+    if old == new:
+        return
+    _check_name(new, robots)
+    index = list(robots).index(old)
+    robot = robots.pop(old)
+    robots.insert(index, new, robot)
+    for other in robots.values():
+        for key in ("avoids", "tracks"):
+            listed = other.get(key) if isinstance(other, dict) else None
+            if isinstance(listed, list) and old in listed:
+                listed[listed.index(old)] = new
+    for change in _changes_of(data, old):
+        change["robot"] = new
+
+
+def remove_robot(data: Any, told: Operation) -> None:
+    _robot(data, told)
+    del data["robots"][told["robot"]]
+    if not data["robots"]:
+        data["robots"] = CommentedMap()
+    for change in _changes_of(data, told["robot"]):
+        data["changes"].remove(change)
+    if data.get("changes") == []:
+        del data["changes"]
+
+
+def _robot(data: Any, told: Operation) -> Any:
+    robots = data.get("robots")
+    if not isinstance(robots, dict) or not isinstance(robots.get(told.get("robot")), dict):
+        raise UsageError(f"there is no robot '{str(told.get('robot'))[:40]}'")
+    return robots[told["robot"]]
+
+
+def _changes_of(data: Any, robot: str) -> list[Any]:
+    """What a robot is told while the run goes on."""
+    listed = data.get("changes")
+    entries = listed if isinstance(listed, list) else ()
+    return [entry for entry in entries if isinstance(entry, dict) and entry.get("robot") == robot]
+
+
+def _check_name(name: str, robots: Any) -> None:
+    if not NAME.fullmatch(name):
+        raise UsageError("a robot's name has letters, digits and '_', and begins with a letter")
+    if name in robots:
+        raise UsageError(f"there is a robot '{name}' already")
+
+
+def _new_name(model: str, robots: Any) -> str:
+    stem = re.sub(r"\W", "_", model)[:20]
+    stem = {"quadcopter": "quad"}.get(stem, stem)
+    stem = stem if NAME.fullmatch(stem) else "robot"
+    if stem not in robots:
+        return stem
+    return next(f"{stem}_{n}" for n in range(2, 1000) if f"{stem}_{n}" not in robots)

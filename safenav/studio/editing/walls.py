@@ -1,0 +1,119 @@
+"""What the drawing does to the map of a text: walls and floor, its size, names of its regions."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from ruamel.yaml.comments import CommentedMap
+from ruamel.yaml.scalarstring import LiteralScalarString
+
+from safenav.errors import UsageError
+from safenav.studio.editing.places import Places
+from safenav.studio.editing.round_trip import Operation
+
+MOST = 512
+PLACE = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*")
+SIDES = ("top", "bottom", "left", "right")
+
+
+def paint(data: Any, told: Operation) -> None:
+    """``regions`` become walls, or floor (``wall`` false)."""
+    places = Places(data)
+    rows = [list(row) for row in places.grid]
+    for region in told["regions"]:
+        places.written(region, 0)
+        rows[region // places.cols][region % places.cols] = "#" if told["wall"] else "."
+    _draw(data, ["".join(row) for row in rows])
+
+
+def resize(data: Any, told: Operation) -> None:
+    """So many rows and columns more (or less) at each side; regions stay where they are."""
+    places = Places(data)
+    top, bottom, left, right = (int(told.get(side, 0)) for side in SIDES)
+    rows, cols = places.rows + top + bottom, places.cols + left + right
+    if not (1 <= rows <= MOST and 1 <= cols <= MOST):
+        raise UsageError(f"a map has 1 to {MOST} rows and columns")
+    moved = [(value, put, places.read(value)) for value, put in places.each()]
+    before = places.cols
+    grid = [
+        "".join(
+            places.grid[row - top][col - left]
+            if 0 <= row - top < places.rows and 0 <= col - left < places.cols
+            else "#"
+            for col in range(cols)
+        )
+        for row in range(rows)
+    ]
+    if min(rows, cols) > 2:  # what was the border opens where the map grows
+        grid = _opened(grid, places.grid, (top, bottom, left, right))
+    _draw(data, grid)
+    after = Places(data)
+    for value, put, region in moved:
+        if region is None or isinstance(value, str):
+            continue
+        row = min(max(region // before + top, 0), rows - 1)
+        col = min(max(region % before + left, 0), cols - 1)
+        put(after.written(row * cols + col, value if isinstance(value, int) else [0, 0]))
+
+
+def _opened(grid: list[str], old: list[str], grown: tuple[int, int, int, int]) -> list[str]:
+    """The floor goes on to the new border where the map has grown beyond a wall all along."""
+    top, bottom, left, right = grown
+    rows, cols = len(grid), len(grid[0])
+    new = [list(row) for row in grid]
+
+    def floor(row: int, col: int) -> None:
+        if 0 < row < rows - 1 and 0 < col < cols - 1:
+            new[row][col] = "."
+
+    walled = {
+        "top": set(old[0]) == {"#"},
+        "bottom": set(old[-1]) == {"#"},
+        "left": {row[0] for row in old} == {"#"},
+        "right": {row[-1] for row in old} == {"#"},
+    }
+    for row in range(rows):
+        for col in range(cols):
+            if (
+                (top > 0 and walled["top"] and row <= top)
+                or (bottom > 0 and walled["bottom"] and row >= rows - 1 - bottom)
+                or (left > 0 and walled["left"] and col <= left)
+                or (right > 0 and walled["right"] and col >= cols - 1 - right)
+            ):
+                floor(row, col)
+    return ["".join(row) for row in new]
+
+
+def name_region(data: Any, told: Operation) -> None:
+    """``name`` for ``region``; an empty one takes the region's name away."""
+    places, name = Places(data), str(told.get("name") or "")
+    world = data["map"]
+    used = {value for value, _ in places.each() if isinstance(value, str)}
+    for old in [n for n, value in places.names.items() if places.read(value) == told["region"]]:
+        if old in used and old != name:
+            raise UsageError(f"'{old}' is used in the scenario: change that first")
+        del world["names"][old]
+    if name:
+        if not PLACE.fullmatch(name):
+            raise UsageError("a name has letters, digits, '_' and '-', and begins with a letter")
+        if not isinstance(world.get("names"), dict):
+            world["names"] = CommentedMap()
+            world["names"].fa.set_flow_style()
+        world["names"][name] = places.written(told["region"], [])
+    if isinstance(world.get("names"), dict) and not world["names"]:
+        del world["names"]
+
+
+def _draw(data: Any, rows: list[str]) -> None:
+    grid = data["map"]["grid"]
+    if isinstance(grid, list):
+        for index in range(min(len(grid), len(rows))):
+            grid[index] = rows[index]
+        del grid[len(rows) :]
+        grid.extend(rows[len(grid) :])
+    else:
+        drawn = LiteralScalarString("\n".join(rows) + "\n")
+        if hasattr(grid, "comment"):
+            drawn.comment = grid.comment
+        data["map"]["grid"] = drawn
