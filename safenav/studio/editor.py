@@ -119,7 +119,8 @@ class Editor(Studio):
                 raise UsageError(f"{name} is no text") from error
             self._begin_with(text)
             return
-        division = Division(_number(about, "rows"), _number(about, "cols"))
+        rows, cols = _number(about, "rows"), _number(about, "cols")
+        division = Division(rows, cols) if rows and cols else Division()
         files = {**self._companions, name: content}
         self._companions = {}
         text = await asyncio.to_thread(beginnings.on_map, name, files, division)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import tempfile
 import time
 import urllib.error
 import urllib.request
@@ -10,7 +11,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from PIL import Image
 
 from report.browser import Browser, Keys, Select
 from safenav.audit.check import audit
@@ -243,6 +246,53 @@ def test_a_link_carries_the_scenario(board: Board) -> None:
     board.until("hello")
     assert board.text == (SCENARIOS / "hello.yaml").read_text()
     assert link not in browser.driver.current_url
+
+
+def test_maps_are_sent_through_the_page(board: Board, tmp_path: Path) -> None:
+    """An image and a ROS map, divided as the page says, and a MovingAI map."""
+    browser = board.browser
+    walls = np.full((24, 36), 255, dtype=np.uint8)
+    walls[:4], walls[-4:], walls[:, :4], walls[:, -4:] = 0, 0, 0, 0
+    walls[12:16, 16:20] = 0
+    Image.fromarray(walls).save(tmp_path / "floor.png")
+    Image.fromarray(walls).save(tmp_path / "lab.pgm")
+    (tmp_path / "lab.yaml").write_text(
+        "image: lab.pgm\nresolution: 0.25\norigin: [0, 0, 0]\n"
+        "negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
+    )
+    (tmp_path / "arena.map").write_text(
+        "type octile\nheight 4\nwidth 5\nmap\n@@@@@\n@...@\n@.@.@\n@@@@@\n"
+    )
+
+    def send(*names: str) -> None:
+        files = "\n".join(str(tmp_path / name) for name in names)
+        browser.one('.menu.left input[type="file"][multiple]').send_keys(files)
+
+    def divide(rows: str, cols: str) -> None:
+        browser.one(".menu.left summary").click()
+        for label, number in (("Rows", rows), ("Columns", cols)):
+            field = browser.one(f'input[aria-label="{label}"]')
+            field.send_keys(Keys.CONTROL, "a")
+            field.send_keys(Keys.NULL, Keys.BACKSPACE, number)
+        browser.one(".menu.left summary").click()
+
+    grid = "    #########\n    #.......#\n    #.......#\n    #...#...#\n"
+    divide("", "")
+    send("lab.yaml", "lab.pgm")
+    browser.wait(lambda: browser.all(".toast"), MINUTES)
+    assert "Rows x Columns" in browser.one(".toast").text
+    assert "--" not in browser.one(".toast").text
+    assert str(tempfile.gettempdir()) not in browser.one(".toast").text
+    divide("6", "9")
+    for name, files in (("lab", ("lab.yaml", "lab.pgm")), ("floor", ("floor.png",))):
+        send(*files)
+        board.until(f"name: {name}\n")
+        assert grid in board.text
+    send("arena.map")
+    board.until("name: arena\n")
+    assert "    #...#\n    #.#.#\n" in board.text
+    refused = [told for told in browser.errors() if "400" not in told]
+    assert refused == []
 
 
 def json_tick(board: Board) -> int:

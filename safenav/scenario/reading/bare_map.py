@@ -15,6 +15,7 @@ from safenav.scenario.yaml.source import parsed, read_source
 from safenav.world.map import RegionMap
 
 _IMAGES = (".png", ".pgm")
+_ASK = "say how large the regions are: --rows 20 --cols 30, or --side 0.5 (metres)"
 _LINES = re.compile(r"^(image|occupied_thresh)\s*:", re.MULTILINE)
 
 
@@ -69,9 +70,12 @@ def map_lines(path: Path, division: Division, folder: Path) -> list[str]:
     return [f"{form}: {quoted}", *division.keys]
 
 
-def load_map(path: Path, division: Division, reach: Reach | None = None) -> RegionMap:
-    """The regions of a map file. ``reach``: which further files it may name. Raises InputError
-    with everything that is wrong."""
+def load_map(
+    path: Path, division: Division, reach: Reach | None = None, ask: str = _ASK
+) -> RegionMap:
+    """The regions of a map file. ``reach``: which further files it may name. ``ask``: the
+    hint for a map that nobody said how to divide. Raises InputError with everything that is
+    wrong."""
     if not path.is_file():
         raise InputError([Diagnostic(str(path), 0, 0, "no such file", "check the path")])
     folder = Path.cwd()
@@ -80,12 +84,12 @@ def load_map(path: Path, division: Division, reach: Reach | None = None) -> Regi
     document = parsed(text, findings)
     assert document is not None, "the lines are YAML"
     world = read_map(document.root, [text], folder, findings).world
-    _tell_whole_file(findings, division)
+    _tell_whole_file(findings, division, ask)
     assert world is not None, "else it was reported"
     return world
 
 
-def _tell_whole_file(findings: Findings, division: Division) -> None:
+def _tell_whole_file(findings: Findings, division: Division, ask: str) -> None:
     """Raise what was found. Places in the made-up text mean nothing to anybody; hints speak of
     options instead of keys."""
     try:
@@ -96,6 +100,5 @@ def _tell_whole_file(findings: Findings, division: Division) -> None:
             for d in error.diagnostics
         ]
         if division == Division():
-            ask = "say how large the regions are: --rows 20 --cols 30, or --side 0.5 (metres)"
             made = [replace(d, hint=ask) for d in made]
         raise InputError(made) from None

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from safenav.errors import UsageError
+from safenav.errors import InputError, UsageError
 from safenav.scenario.reading.bare_map import Division, load_map
 from safenav.scenario.template import TEMPLATES, template_text
 from safenav.scenario.yaml.findings import Reach
@@ -22,6 +23,9 @@ robots: {{}}
 until: {{rounds: 2}}
 limits: {{ticks: 500}}
 """
+
+ASK = "say into how many regions the map is divided: Rows x Columns, at the top of New"
+"""The page's fields, where the command line has options."""
 
 
 def blank(rows: int = 9, cols: int = 15) -> str:
@@ -47,7 +51,11 @@ def on_map(name: str, files: Mapping[str, bytes], division: Division) -> str:
         folder = Path(made).resolve()
         for other, content in files.items():
             (folder / Path(other).name).write_bytes(content)
-        world = load_map(folder / Path(name).name, division, Reach(folder))
+        try:
+            world = load_map(folder / Path(name).name, division, Reach(folder), ASK)
+        except InputError as error:  # nobody knows the folder
+            told = [replace(d, file=Path(d.file).name) for d in error.diagnostics]
+            raise InputError(told) from None
     return drawn(world, Path(name).stem)
 
 

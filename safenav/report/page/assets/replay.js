@@ -1,4 +1,4 @@
-/* sources 3a5219cb80526599547586973ca6b4a29c6ebb811f16a7c6b4080c49ba132e16 */
+/* sources 9f61fee870b433ba84db80ba22aa7f72b172f143eaa249db4eb0170db0cd9313 */
 /* Contains Preact:
 The MIT License (MIT)
 

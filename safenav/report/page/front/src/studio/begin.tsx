@@ -11,17 +11,21 @@ export function OpenMenu({ templates, say, complain }: { templates: Record<strin
   const [cols, setCols] = useState(13);
   const send = async (files: FileList | null, kind: string): Promise<void> => {
     const all = [...(files ?? [])];
-    const yaml = all.find((file) => /\.ya?ml$/.test(file.name));
+    const yaml = all.find((file) => /\.ya?ml$/i.test(file.name));
     const main = kind === "map" && yaml ? yaml : all[0];
     if (!main) return;
     const upload = async (file: File, what: string): Promise<void> => {
       const address = `upload?name=${encodeURIComponent(file.name)}&kind=${what}&rows=${rows}&cols=${cols}`;
-      const plain = what === "map" && /\.(map|ya?ml)$/.test(file.name);
+      const plain = what === "map" && /\.map$/i.test(file.name);
       const response = await fetch(plain ? address.replace(/&rows.*$/, "") : address, { method: "POST", body: file });
       if (!response.ok) complain(await response.text());
     };
     for (const other of all) if (other !== main) await upload(other, "companion");
     await upload(main, kind);
+  };
+  const chosen = (input: HTMLInputElement, kind: string): void => {
+    void send(input.files, kind);
+    input.value = ""; // so that the same files can be chosen again, divided in another way
   };
   const link = (): void => {
     const given = prompt("A link, or what stands after its #");
@@ -47,11 +51,11 @@ export function OpenMenu({ templates, say, complain }: { templates: Record<strin
         ))}
         <label>
           Scenario file …
-          <input type="file" hidden accept=".yaml,.yml" onChange={(e) => void send(e.currentTarget.files, "scenario")} />
+          <input type="file" hidden accept=".yaml,.yml" onChange={(e) => chosen(e.currentTarget, "scenario")} />
         </label>
-        <label title="An image is divided into that many rows and columns; of a ROS map choose both files">
+        <label title="An image or a ROS map is divided into that many rows and columns; of a ROS map choose both files">
           Map: image, ROS, MovingAI …
-          <input type="file" hidden multiple accept=".png,.pgm,.map,.yaml,.yml" onChange={(e) => void send(e.currentTarget.files, "map")} />
+          <input type="file" hidden multiple accept=".png,.pgm,.map,.yaml,.yml" onChange={(e) => chosen(e.currentTarget, "map")} />
         </label>
         <button type="button" onClick={link}>
           From a link …
