@@ -1,4 +1,4 @@
-/* sources 9f61fee870b433ba84db80ba22aa7f72b172f143eaa249db4eb0170db0cd9313 */
+/* sources 8c82e3f8f49224b90fa34ae3d00bf8cca78ffe8d055abfe0cfd900f9a309ddb2 */
 /* Contains Preact:
 The MIT License (MIT)
 
