@@ -95,7 +95,10 @@ const Rows = memo(({ run, player, events, point }: RowsProps) => (
   </>
 ));
 
-/** Marks the rows of a tick and scrolls the list (never the page) to them: to all if they fit. */
+/**
+ * Marks the rows of a tick and scrolls the list (never the page) to them: to all if they fit, to
+ * the end if they are the last ones, because how a run ends matters most.
+ */
 function mark(list: HTMLOListElement, events: RunEvent[], tick: number): void {
   for (const row of list.querySelectorAll("[aria-current]")) row.removeAttribute("aria-current");
   let first = -1;
@@ -112,7 +115,9 @@ function mark(list: HTMLOListElement, events: RunEvent[], tick: number): void {
   const top = above.offsetTop;
   const height = below.offsetTop + below.offsetHeight - top;
   if (top < list.scrollTop || top + height > list.scrollTop + list.clientHeight) {
-    list.scrollTop = top - Math.max(0, Math.min(list.clientHeight / 3, list.clientHeight - height));
+    const ends = last === events.length - 1 && height > list.clientHeight;
+    const margin = Math.max(0, Math.min(list.clientHeight / 3, list.clientHeight - height));
+    list.scrollTop = ends ? list.scrollHeight : top - margin;
   }
   trim(list);
 }

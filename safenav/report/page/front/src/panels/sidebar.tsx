@@ -1,6 +1,7 @@
 /** The side of the page: robots with their objectives, the stack, the obstacles, the legend. */
 
 import { memo } from "preact/compat";
+import { useLayoutEffect, useRef } from "preact/hooks";
 import type { Eye } from "../map/camera";
 import { EventSign, RobotSign, StatusSign } from "./icons";
 import { ARROW } from "../map/knowledge";
@@ -17,8 +18,21 @@ const DIRECTIONS: Record<string, string> = { N: "north", E: "east", S: "south", 
 
 export function Robots({ run, tick, eye }: PanelProps & { eye: Eye }) {
   const frames = at(run.stack, tick)[1];
+  const panel = useRef<HTMLElement>(null);
+  useLayoutEffect(() => fade(panel.current!));
+  useLayoutEffect(() => {
+    const section = panel.current!;
+    const observer = new ResizeObserver(() => fade(section));
+    observer.observe(section);
+    return () => observer.disconnect();
+  }, []);
   return (
-    <section class="panel robots" aria-labelledby="robots-title">
+    <section
+      class="panel robots"
+      aria-labelledby="robots-title"
+      ref={panel}
+      onScroll={(event) => fade(event.currentTarget)}
+    >
       <h2 id="robots-title">Robots</h2>
       <ul>
         {run.robots.map((robot, i) => {
@@ -66,6 +80,12 @@ export function Robots({ run, tick, eye }: PanelProps & { eye: Eye }) {
       </ul>
     </section>
   );
+}
+
+/** Lets the last row in sight fade where more follow, so that none seems cut. */
+function fade(section: HTMLElement): void {
+  const below = section.scrollHeight - section.clientHeight - section.scrollTop;
+  section.classList.toggle("more", below > 1);
 }
 
 /** What a robot does for the topmost frame that names it. */
