@@ -16,6 +16,7 @@ from safenav.batch.cases.case import CaseVerdict
 from safenav.batch.cases.matrix import read_matrix
 from safenav.batch.cases.search import find_cases
 from safenav.cli.batch import command
+from warm import safenav
 
 ROOT = Path(__file__).parents[2]
 BATCH = (ROOT / "docs" / "batch.md").read_text(encoding="utf-8")
@@ -30,6 +31,18 @@ def test_the_matrix_file_is_one() -> None:
     (example,) = blocks(BATCH, "yaml")
     matrix = read_matrix(example, "docs/batch.md")
     assert len(matrix.settings) == 10 * 2 * 2 - 10 + 1
+
+
+def test_what_the_matrix_file_includes_is_as_it_expects(tmp_path: Path) -> None:
+    (example,) = blocks(BATCH, "yaml")
+    only = {key: value for key, value in yaml.safe_load(example).items() if key != "matrix"}
+    del only["exclude"]
+    (tmp_path / "rooms").mkdir()
+    for name, shipped in (("door.yaml", "case_study_1.yaml"), ("rooms/hello.yaml", "hello.yaml")):
+        (tmp_path / name).write_text((ROOT / "scenarios" / shipped).read_text(encoding="utf-8"))
+    (tmp_path / "sweep.yaml").write_text(yaml.safe_dump(only))
+    done = safenav("batch", "sweep.yaml", cwd=tmp_path)
+    assert (done.returncode, "2 passed" in done.stdout) == (0, True), done.stdout
 
 
 def commands() -> list[str]:
