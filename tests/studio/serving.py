@@ -79,11 +79,12 @@ class Page:
 
     async def hear(self, wanted: Callable[[dict[str, Any]], object]) -> dict[str, Any]:
         """The next message that is wanted; all before it are kept in ``heard``."""
-        while True:
-            message = await self._socket.receive_json(timeout=MINUTES)
-            self.heard.append(message)
-            if wanted(message):
-                return message
+        async with asyncio.timeout(MINUTES):  # pings would set a timeout of the socket back
+            while True:
+                message = await self._socket.receive_json()
+                self.heard.append(message)
+                if wanted(message):
+                    return message
 
     async def state(self, **wanted: object) -> dict[str, Any]:
         """Wait until the run stands so."""
