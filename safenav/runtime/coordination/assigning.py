@@ -30,12 +30,14 @@ class Assigning:
     def errand(self, robot: RobotState) -> Errand:
         """What a robot is to do from now on."""
         index = self.floor.index(robot.name)
-        if not robot.active and robot.assignment.role is not Role.HELPS:
+        if not robot.active:  # it keeps what it has, but a duty, which others take
+            if robot.assignment.role is Role.HELPS:
+                return self._wait(robot, index)
             return Errand(robot.assignment, robot.assignment.objective)
         duty = self.found.duties.get(index)
-        if duty is not None and robot.active:
+        if duty is not None:
             return self._help(robot, index, duty)
-        if robot.name in self.idle or not robot.active or self._waits_for_help(robot):
+        if robot.name in self.idle or self._waits_for_help(robot):
             return self._wait(robot, index)
         return self._own(robot, index) or self._wait(robot, index)
 

@@ -8,7 +8,7 @@ away never will: both only take away what they can do.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import replace
 from itertools import combinations, islice
 
@@ -30,14 +30,19 @@ STATES = 20_000
 
 
 def deadlock_of_few(
-    floor: Floor, rounds: int, counts: Sequence[Count], stopping: Callable[[], None]
+    floor: Floor,
+    among: Collection[int],
+    rounds: int,
+    counts: Sequence[Count],
+    stopping: Callable[[], None],
 ) -> tuple[Floor, Course, Exhausted] | None:
     """Two or three robots of a larger team that cannot complete, as a floor of their own, and what
-    they can reach; None if none are found."""
+    they can reach; None if none are found. ``among``: those that are looked at. Who is out of
+    service is none of them: it stands still only until it is back."""
     for size in SIZES:
         if size >= len(floor.names):
             return None
-        for group in islice(_groups(floor, size), MOST_GROUPS):
+        for group in islice(_groups(floor, among, size), MOST_GROUPS):
             stopping()
             few = _only(floor, group)
             course = Course(few.problem, rounds)
@@ -52,8 +57,8 @@ def deadlock_of_few(
     return None
 
 
-def _groups(floor: Floor, size: int) -> Iterator[tuple[int, ...]]:
-    """The groups in which everybody is in conflict with somebody, those who are near first."""
+def _groups(floor: Floor, among: Collection[int], size: int) -> Iterator[tuple[int, ...]]:
+    """Groups in which everybody is in conflict with somebody, those who are near first."""
     problem = floor.problem
     cols = problem.members[0].graph.world.cols
     places = [
@@ -65,10 +70,9 @@ def _groups(floor: Floor, size: int) -> Iterator[tuple[int, ...]]:
         rows, columns = zip(*(places[i] for i in group), strict=True)
         return int(max(rows) - min(rows) + max(columns) - min(columns))
 
-    everybody = range(len(problem.members))
     found = [
         group
-        for group in combinations(everybody, size)
+        for group in combinations(among, size)
         if all(problem.conflicts[i] & {*group} for i in group)
     ]
     yield from sorted(found, key=spread)

@@ -360,7 +360,8 @@ class Traffic:
         if self._spent not in LOOKS_FOR_FEW:
             return
         counts = self._counts(floor, course.rounds)
-        few = deadlock_of_few(floor, course.rounds, counts, self.stop.check)
+        active = [i for i, robot in enumerate(self.state.robots.values()) if robot.active]
+        few = deadlock_of_few(floor, active, course.rounds, counts, self.stop.check)
         if few is not None:
             raise deadlocked(self.state, *few)
 

@@ -10,8 +10,8 @@ APART = ["######", "#....#", "##.###", "######", "#....#", "#....#", "######"]
 """A corridor (7 to 10) with a bay (14), and a room (25 to 28, 31 to 34) without a way there."""
 
 
-def look(bots: dict[str, Bot], *blocks: Block) -> tuple[str, ...] | None:
-    """The robots that are found to be deadlocked."""
+def look(bots: dict[str, Bot], *blocks: Block, out: str = "") -> tuple[str, ...] | None:
+    """The robots that are found to be deadlocked; one may be ``out`` of service."""
     drawn = Floor(APART, bots, blocks)
     moment = Moment(
         drawn.problem,
@@ -20,7 +20,8 @@ def look(bots: dict[str, Bot], *blocks: Block) -> tuple[str, ...] | None:
         tuple(bots),
         tuple(gate.name for gate in drawn.problem.gates),
     )
-    found = deadlock_of_few(moment, 1, drawn.counts, lambda: None)
+    among = [index for index, name in enumerate(bots) if name != out]
+    found = deadlock_of_few(moment, among, 1, drawn.counts, lambda: None)
     return None if found is None else found[0].names
 
 
@@ -46,3 +47,8 @@ def test_three_are_deadlocked_where_each_two_of_them_are_not() -> None:
 def test_nobody_is_deadlocked_by_an_obstacle() -> None:
     swap = {"a": Bot("7", [10]), "b": Bot("10", [7])}
     assert look({**CROWD, **swap}, Block(14, [("push", 1, (14,), False)])) is None
+
+
+def test_who_is_out_of_service_deadlocks_nobody_for_good() -> None:
+    met = {"a": Bot("7e", [10]), "b": Bot("10w", [7])}
+    assert look({**CROWD, **met}, out="b") is None
