@@ -9,29 +9,23 @@ plan is the beginning of one for all of it (docs/coordination.md).
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import field, replace
-from itertools import pairwise
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from safenav.dataclass import dataclass
-from safenav.runtime.coordination.duties import settle
-from safenav.runtime.coordination.floor import Floor, awaited_by, counts_of
-from safenav.runtime.coordination.problem import SpentError, Stages
+from safenav.runtime.coordination.floor import Floor, awaited_by
 from safenav.runtime.formulas import formulas_of
 from safenav.runtime.over import RunOver, Stop, Verdict
-from safenav.runtime.poses import FAR, Mask, region_mask
-from safenav.runtime.team import RobotState, Role, TeamState
-from safenav.runtime.traffic.aim import Aims
+from safenav.runtime.poses import FAR
+from safenav.runtime.team import Role, TeamState
+from safenav.runtime.traffic.certificates import Certificates
 from safenav.runtime.traffic.deadlock import deadlock_of_few, deadlocked
 from safenav.runtime.traffic.execution import Execution, Schedule, dues_of, schedule
 from safenav.runtime.traffic.joint import Count, Course, Joint, has_met
 from safenav.runtime.traffic.joint_plan import Answer, Exhausted, Found, Search, Spent
-from safenav.runtime.traffic.rejoin import rejoined
+from safenav.runtime.traffic.searches import Searches
 from safenav.runtime.traffic.watch import Watch
-from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.model import Outcome
-from safenav.scenario.objective import Ltl
-from safenav.synthesis.strategy import Strategy
 from safenav.trace import records, vocabulary
 from safenav.trace.header import heading_in_trace
 from safenav.world.moves import Pose
@@ -39,15 +33,11 @@ from safenav.world.moves import Pose
 if TYPE_CHECKING:
     from safenav.runtime.coordination.algorithm import Coordination
 
-AHEAD = 2
-"""Rounds beyond those that the fastest robot has done that a plan looks ahead."""
 ROUNDS_FIRST = 4
 """Rounds of search for the first plan that is asked for; every fourth failure adds one."""
 MOST_FAILURES = 24
 LOOKS_FOR_FEW = (1, 6, MOST_FAILURES)
 """After which searches that spent their budgets it is asked whether a few robots are deadlocked."""
-CERTIFICATE_ROUNDS = 1
-CERTIFICATE_PROOF = 2_000
 
 
 @dataclass
@@ -62,12 +52,11 @@ class Traffic:
     _failures: int = 0
     _spent: int = 0
     _starved: str = ""
-    _aims: dict[str, Aims] = field(default_factory=dict)
-    _last: tuple[Course, Sequence[Joint]] | None = None
-    _certified: dict[tuple[Joint, int, int], bool] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         robots = self.state.scenario.robots
+        self._searches = Searches(self.state, self.coordination, self.stop)
+        self._certificates = Certificates(self.state, self._searches)
         self._watch = Watch(max(robot.model.timing.most for robot in robots))
         self._rivals = {robot.name: bool(self.state.rivals(robot)) for robot in robots}
         self._turning = any(
@@ -107,8 +96,8 @@ class Traffic:
             return True
         if not awaited_by(floor, name, robot.own) >> graph.number(robot.pose) & 1:
             return True
-        rounds = self._course(floor).rounds
-        return has_met(self._counts(floor, rounds)[index], due)
+        rounds = self._searches.course(floor).rounds
+        return has_met(self._searches.counts(floor, rounds)[index], due)
 
     def arrived(self, name: str) -> None:
         """A robot has taken its next step of the plan."""
@@ -142,111 +131,17 @@ class Traffic:
         self._watch.begin_anew()
 
     def certified(self, name: str, pose: Pose) -> bool:
-        """Whether a robot may make a move that it may not be able to undo: it can come back with
-        all others where they are, or there is a plan for the whole mission from there."""
-        floor = self._floor()
-        index = floor.index(name)
-        member, rivals = floor.problem.members[index], floor.problem.conflicts[index]
-        if not member.turns or not rivals:
-            return True
-        number, here = member.graph.number(pose), floor.poses[index]
-        taken = 0
-        for other, robot in enumerate(self.state.robots.values()):
-            if other in rivals:
-                taken |= region_mask(robot.occupied)
-        allowed = floor.problem.allowed(index, floor.stages) & ~member.graph.poses_on(taken)
-        if member.graph.returns(number, here, allowed):
-            return True
-        course = self._course(floor)
-        poses = (*floor.poses[:index], number, *floor.poses[index + 1 :])
-        start = course.begun(poses, self._counts(floor, course.rounds), floor.stages)
-        key = (start, index, number)
-        known = self._certified.get(key)
-        if known is None:
-            answer: Answer | None = self._from_before(course, start)
-            if answer is None:
-                search = self._search(floor, course, start)
-                answer = search.run(CERTIFICATE_ROUNDS, CERTIFICATE_PROOF)
-            known = isinstance(answer, Found)
-            if len(self._certified) > 10_000:
-                self._certified.clear()
-            self._certified[key] = known
-            if isinstance(answer, Found):
-                self._certify(course, answer.states)
-        return known
-
-    def _from_before(self, course: Course, start: Joint) -> Found | None:
-        """The last plan for all of this mission, if the team can return to it."""
-        if self._last is None:
-            return None
-        of, states = self._last
-        if of.problem is not course.problem or of.rounds != course.rounds:
-            return None
-        found = rejoined(course, start, states)
-        return None if found is None else Found(found)
-
-    def _certify(self, course: Course, states: Sequence[Joint]) -> None:
-        """The rest of a plan is the certificate of the moves that it makes."""
-        self._last = course, states
-        for before, after in pairwise(states):
-            for index, pose in enumerate(after.poses):
-                if pose != before.poses[index]:
-                    self._certified[after, index, pose] = True
-
-    def _floor(self) -> Floor:
-        """The problem that coordination decided about, with everybody where they are now."""
-        decided = self.coordination.floor
-        poses = tuple(
-            member.graph.number(robot.next_pose)
-            for member, robot in zip(
-                decided.problem.members, self.state.robots.values(), strict=True
-            )
-        )
-        return replace(decided, poses=poses)
-
-    def _aimed(self, floor: Floor) -> Floor:
-        """The problem with the next pose of its strategy's way for each robot whose formulas
-        remember something, in place of all that may be a goal of it."""
-        members = list(floor.problem.members)
-        changed = False
-        for index, robot in enumerate(self.state.robots.values()):
-            objective = robot.robot.objective
-            if not isinstance(objective, Ltl) or robot.planner is None or not robot.active:
-                continue
-            if not guarantees_of(objective).remember_something:
-                continue
-            if robot.assignment.role is not Role.OWN or self._has_done_all(robot):
-                continue
-            aim = self._aim(robot, objective)
-            if aim is not None:
-                goal = 1 << members[index].graph.number(aim)
-                members[index] = replace(members[index], targets=(goal,))
-                changed = True
-        if not changed:
-            return floor
-        return replace(floor, problem=replace(floor.problem, members=tuple(members)))
-
-    def _aim(self, robot: RobotState, objective: Ltl) -> Pose | None:
-        """Where a robot is going by its own strategy, if somebody lists that."""
-        planner = robot.planner
-        if planner is None or planner.node is None or not isinstance(planner.strategy, Strategy):
-            return None
-        aims = self._aims.get(robot.name)
-        if aims is None or aims.strategy is not planner.strategy:
-            aims = self._aims[robot.name] = Aims(planner.strategy, objective)
-        return aims.aim(planner.node, robot.own.seen)
-
-    def _has_done_all(self, robot: RobotState) -> bool:
-        return robot.own.rounds >= self.state.scenario.until.rounds
+        """Whether a robot may make a move that it may not be able to undo."""
+        return self._certificates.allow(name, pose)
 
     def _starving(self) -> str | None:
         """The first robot that gets no nearer to what it is told to reach."""
-        floor, rounds = self._aimed(self._floor()), self.state.scenario.until.rounds
+        floor = self._searches.aimed(self._searches.floor())
         found = None
         for index, (name, robot) in enumerate(self.state.robots.items()):
             if not self._rivals[name]:
                 continue
-            goal = self._goal(floor, name, rounds)
+            goal = self._searches.goal(floor, name)
             distance = FAR
             member = floor.problem.members[index]
             if goal:
@@ -257,72 +152,10 @@ class Traffic:
                 found, self._starved = f"{name} gets no nearer to where it wants to be", name
         return found
 
-    def _goal(self, floor: Floor, name: str, rounds: int) -> Mask:
-        """The poses that a robot is to reach now; none for one that waits or has done all."""
-        robot = self.state.robots[name]
-        match robot.assignment.role:
-            case _ if not robot.active:
-                return 0
-            case Role.HELPS:
-                return robot.assignment.goal
-            case Role.OWN if robot.own.rounds < rounds:
-                return awaited_by(floor, name, robot.own)
-            case _:
-                return 0
-
-    def _course(self, floor: Floor) -> Course:
-        wanted = self.state.scenario.until.rounds
-        done = max(robot.own.rounds for robot in self.state.robots.values())
-        return Course(floor.problem, min(wanted, done + AHEAD))
-
-    def _counts(self, floor: Floor, rounds: int) -> tuple[tuple[int, int, int], ...]:
-        owns = {name: robot.own for name, robot in self.state.robots.items()}
-        return counts_of(floor, owns, rounds)
-
-    def _search(
-        self, floor: Floor, course: Course, start: Joint, wishes: Mapping[int, Mask] | None = None
-    ) -> Search:
-        """A search for a plan. ``wishes``: of robots at first, in place of what they are told."""
-
-        def guide(stages: Stages, poses: tuple[int, ...]) -> list[Mask | None]:
-            found = self._guide(floor, stages, poses)
-            for robot, wish in (wishes or {}).items() if stages == start.stages else ():
-                found[robot] = wish
-            return found
-
-        return Search(
-            course,
-            guide,
-            start,
-            course.completed,
-            seed=self.state.scenario.seed + self.state.tick,
-            stopping=self.stop.check,
-        )
-
-    def _guide(self, floor: Floor, stages: Stages, poses: tuple[int, ...]) -> list[Mask | None]:
-        """What coordination would tell each robot at a stage."""
-        if stages == floor.stages:
-            wishes: list[Mask | None] = []
-            for robot in self.state.robots.values():
-                match robot.assignment.role:
-                    case Role.HELPS:
-                        wishes.append(robot.assignment.goal)
-                    case Role.WAITS:
-                        wishes.append(0)
-                    case _:
-                        wishes.append(None)
-            return wishes
-        requests = floor.problem.open(stages)
-        try:
-            found = settle(self.coordination.solver, poses, stages, requests, {})
-        except SpentError:
-            return [None] * len(poses)
-        return [found.duties[i].goal if i in found.duties else None for i in range(len(poses))]
-
     def _plan(self, reason: str) -> None:
         """Make a plan and begin it. Raises RunOver with the proof if there is none."""
-        plain = self._floor()
-        floor = self._aimed(plain)
+        plain = self._searches.floor()
+        floor = self._searches.aimed(plain)
         helping = any(r.assignment.role is Role.HELPS for r in self.state.robots.values())
         course, start, search, answer = self._searched(floor, helping)
         if isinstance(answer, Exhausted) and floor is not plain:
@@ -346,9 +179,9 @@ class Traffic:
             answer = local
         self._failures = 0
         if self._turning:
-            self._certify(course, answer.states)
+            self._certificates.keep(course, answer.states)
         states = self._cut(course, start, answer.states, helping)
-        counts = self._counts(floor, course.rounds)
+        counts = self._searches.counts(floor, course.rounds)
         if self._changes_nothing(plain, states, counts):
             states = self._leg(plain, course, start) or states
         self._begin(floor, states, counts, reason)
@@ -359,7 +192,7 @@ class Traffic:
         self._spent += 1
         if self._spent not in LOOKS_FOR_FEW:
             return
-        counts = self._counts(floor, course.rounds)
+        counts = self._searches.counts(floor, course.rounds)
         active = [i for i, robot in enumerate(self.state.robots.values()) if robot.active]
         few = deadlock_of_few(floor, active, course.rounds, counts, self.stop.check)
         if few is not None:
@@ -379,15 +212,15 @@ class Traffic:
         remember, so that a plan for all takes for met what is not. None if there are none, or the
         team could not go on after them."""
         index = floor.index(self._starved)
-        goal = self._goal(self._aimed(floor), self._starved, self.state.scenario.until.rounds)
-        search = self._search(floor, course, start, {index: goal})
+        goal = self._searches.goal(self._searches.aimed(floor), self._starved)
+        search = self._searches.search(floor, course, start, {index: goal})
         search.goal = lambda state: (
             state.stages != start.stages or bool(goal >> state.poses[index] & 1)
         )
         answer = search.run(1)
         if not isinstance(answer, Found):
             return None
-        after = self._search(floor, course, answer.states[-1])
+        after = self._searches.search(floor, course, answer.states[-1])
         if self._turning and not isinstance(after.run(1), Found):
             return None
         return list(answer.states)
@@ -400,13 +233,13 @@ class Traffic:
 
     def _searched(self, floor: Floor, helping: bool) -> tuple[Course, Joint, Search, Answer]:
         """The search for a plan, and what came of it."""
-        course = self._course(floor)
-        start = course.begun(floor.poses, self._counts(floor, course.rounds), floor.stages)
-        search = self._search(floor, course, start)
+        course = self._searches.course(floor)
+        start = course.begun(floor.poses, self._searches.counts(floor, course.rounds), floor.stages)
+        search = self._searches.search(floor, course, start)
         if self._turning:
             answer = search.run(1)
             if isinstance(answer, Spent):
-                answer = self._from_before(course, start) or answer
+                answer = self._certificates.again(course, start) or answer
             if isinstance(answer, Spent):
                 answer = search.run(self._rounds)
             return course, start, search, answer

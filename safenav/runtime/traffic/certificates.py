@@ -1,0 +1,84 @@
+"""Moves that nobody can undo: each needs a plan for the whole mission from there.
+
+A plan certifies the moves that it makes, so what was found is kept; and the last plan serves again
+wherever the team can return to it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+from safenav.runtime.poses import region_mask
+from safenav.runtime.team import TeamState
+from safenav.runtime.traffic.joint import Course, Joint
+from safenav.runtime.traffic.joint_plan import Answer, Found
+from safenav.runtime.traffic.rejoin import rejoined
+from safenav.runtime.traffic.searches import Searches
+from safenav.world.moves import Pose
+
+ROUNDS = 1
+LARGEST_PROOF = 2_000
+MOST_KEPT = 10_000
+
+
+class Certificates:
+    """Which moves of a team are known to leave the mission possible, and the last plan for it."""
+
+    def __init__(self, state: TeamState, searches: Searches) -> None:
+        self._state = state
+        self._searches = searches
+        self._last: tuple[Course, Sequence[Joint]] | None = None
+        self._known: dict[tuple[Joint, int, int], bool] = {}
+
+    def allow(self, name: str, pose: Pose) -> bool:
+        """Whether a robot may make a move that it may not be able to undo: it can come back with
+        all others where they are, or there is a plan for the whole mission from there."""
+        floor = self._searches.floor()
+        index = floor.index(name)
+        member, rivals = floor.problem.members[index], floor.problem.conflicts[index]
+        if not member.turns or not rivals:
+            return True
+        number, here = member.graph.number(pose), floor.poses[index]
+        taken = 0
+        for other, robot in enumerate(self._state.robots.values()):
+            if other in rivals:
+                taken |= region_mask(robot.occupied)
+        allowed = floor.problem.allowed(index, floor.stages) & ~member.graph.poses_on(taken)
+        if member.graph.returns(number, here, allowed):
+            return True
+        course = self._searches.course(floor)
+        poses = (*floor.poses[:index], number, *floor.poses[index + 1 :])
+        start = course.begun(poses, self._searches.counts(floor, course.rounds), floor.stages)
+        key = (start, index, number)
+        known = self._known.get(key)
+        if known is None:
+            answer: Answer | None = self.again(course, start)
+            if answer is None:
+                search = self._searches.search(floor, course, start)
+                answer = search.run(ROUNDS, LARGEST_PROOF)
+            known = isinstance(answer, Found)
+            if len(self._known) > MOST_KEPT:
+                self._known.clear()
+            self._known[key] = known
+            if isinstance(answer, Found):
+                self.keep(course, answer.states)
+        return known
+
+    def again(self, course: Course, start: Joint) -> Found | None:
+        """The last plan for all of this mission, if the team can return to it."""
+        if self._last is None:
+            return None
+        of, states = self._last
+        if of.problem is not course.problem or of.rounds != course.rounds:
+            return None
+        found = rejoined(course, start, states)
+        return None if found is None else Found(found)
+
+    def keep(self, course: Course, states: Sequence[Joint]) -> None:
+        """The rest of a plan is the certificate of the moves that it makes."""
+        self._last = course, states
+        for before, after in pairwise(states):
+            for index, pose in enumerate(after.poses):
+                if pose != before.poses[index]:
+                    self._known[after, index, pose] = True
