@@ -6,9 +6,9 @@ that the first fault that is found is also one of the nearest.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property, lru_cache
-from operator import itemgetter
+from itertools import count
 
 from safenav.dataclass import dataclass
 from safenav.errors import Diagnostic, InputError
@@ -24,6 +24,7 @@ from safenav.verify.failures import Failure, Fault
 
 _BLOCK_EDGES = 1 << 16
 _DIGITS = bytes.maketrans(b"\x00\x01", b"01")
+_POWERS = [bytes.maketrans(b"\x01", bytes([1 << k])) for k in range(8)]
 
 _parse = lru_cache(maxsize=1 << 15)(parse)
 
@@ -66,9 +67,8 @@ class Automaton:
     @cached_property
     def values(self) -> dict[int, Row]:
         """All variables of each node, in the specification's order."""
-        states = [self.strategy.states[node] for node in self.nodes]
-        columns = [_decoded(self._fields[v.name], states) for v in self.spec.variables]
-        rows: Iterable[Row] = zip(*columns, strict=True) if columns else [()] * len(states)
+        columns = self._columns
+        rows: Iterable[Row] = zip(*columns, strict=True) if columns else [()] * len(self.nodes)
         return dict(zip(self.nodes, rows, strict=True))
 
     def part(self, node: int, owner: Owner) -> Row:
@@ -83,11 +83,13 @@ class Automaton:
     @cached_property
     def inputs(self) -> dict[int, int]:
         """For each node a number of its inputs: the same for the same inputs, and for no others."""
-        fields = [self._fields[v.name] for v in self.spec.owned(Owner.INPUT)]
-        bits = _bits([column for field in fields for column in field.columns])
-        states = self.strategy.states
-        numbers: dict[Row, int] = {}
-        return {n: numbers.setdefault(bits(states[n]), len(numbers)) for n in self.nodes}
+        owners = [v.owner for v in self.spec.variables]
+        own = [c for c, o in zip(self._columns, owners, strict=True) if o is Owner.INPUT]
+        if not own:
+            return dict.fromkeys(self.nodes, 0)
+        rows = list(zip(*own, strict=True))
+        numbers = dict(zip(dict.fromkeys(rows), count(), strict=False))
+        return dict(zip(self.nodes, map(numbers.__getitem__, rows), strict=True))
 
     def violated(self, formulas: Sequence[Formula]) -> list[int]:
         """For each formula, the plane of the edges that do not satisfy it."""
@@ -102,12 +104,14 @@ class Automaton:
 
     def range_failures(self) -> Iterator[Failure]:
         """Integers whose bits hold more than their range."""
-        for column, place in enumerate(self.current):
+        for place, values in zip(self.current, self._columns, strict=True):
             allowed = place.range
-            if all(v in allowed for v in {row[column] for row in self.values.values()}):
+            if all(value in allowed for value in set(values)):
                 continue
-            node = next(n for n in self.nodes if self.values[n][column] not in allowed)
-            detail = f"{place.variable.declaration}, found {self.values[node][column]}"
+            node, value = next(
+                (n, v) for n, v in zip(self.nodes, values, strict=True) if v not in allowed
+            )
+            detail = f"{place.variable.declaration}, found {value}"
             yield self.failure(Fault.RANGE, node, detail=detail)
 
     def completions(
@@ -179,29 +183,34 @@ class Automaton:
         return {field.variable.name: field for field in self.strategy.fields}
 
     @cached_property
+    def _bits(self) -> bytes:
+        """The states of the nodes one after the other, a byte for each bit."""
+        return b"".join(map(bytes, map(self.strategy.states.__getitem__, self.nodes)))
+
+    @cached_property
+    def _columns(self) -> list[Sequence[int]]:
+        """For each variable of the specification its values in the nodes."""
+        fields = [self._fields[variable.name] for variable in self.spec.variables]
+        return [_decoded(field, self._bits, len(self.nodes)) for field in fields]
+
+    @cached_property
     def _digits(self) -> dict[int, bytes]:
-        states = self.strategy.states
-        return {node: bytes(states[node]).translate(_DIGITS) for node in self.nodes}
+        digits, width = self._bits.translate(_DIGITS), len(self.strategy.states[0])
+        return {n: digits[i * width : (i + 1) * width] for i, n in enumerate(self.nodes)}
 
 
-def _decoded(field: Field, states: Sequence[Sequence[int]]) -> list[int]:
-    """The values of a variable in some states; each is worked out once."""
-    bits = list(map(_bits(field.columns), states))
-    # Of a state only the variable's own columns are looked at: any with these bits will do.
-    values = {
-        key: field.decode(state) for key, state in dict(zip(bits, states, strict=True)).items()
-    }
-    return list(map(values.__getitem__, bits))
-
-
-def _bits(columns: Sequence[int]) -> Callable[[Sequence[int]], Row]:
-    """What some columns of a state hold."""
-    if len(columns) > 1:
-        return itemgetter(*columns)
-    if not columns:
-        return lambda _: ()
-    (column,) = columns
-    return lambda state: (state[column],)
+def _decoded(field: Field, bits: bytes, count: int) -> Sequence[int]:
+    """The values of a variable in ``count`` states that follow one another. Eight columns at a time
+    are added as two long numbers are, a byte for each state: no carry leaves its byte."""
+    width = len(bits) // count if bits else 1
+    total: Sequence[int] = bytes(count)
+    for first in range(0, len(field.columns), 8):
+        eight = 0
+        for k, column in enumerate(field.columns[first : first + 8]):
+            eight |= int.from_bytes(bits[column::width].translate(_POWERS[k]), "little")
+        part = eight.to_bytes(count, "little")
+        total = [v + (p << first) for v, p in zip(total, part, strict=True)] if first else part
+    return [value + field.base for value in total] if field.base else total
 
 
 def clauses(spec: Specification, section: Section) -> list[Clause]:
