@@ -4,6 +4,9 @@ Three inputs let the coordination layer steer a robot whose strategy is never ch
 keeps it where it is; ``request`` sends it to the region ``assigned``, and excuses its own goals
 meanwhile. What it can be sent to is limited to regions from which it can go on with its own
 objective, and obstacles that turn out to be there for good still need a new strategy.
+
+A robot on its way is stopped by assigning it the region where it is, not by ``wait``: that would
+be a bit beside every pair of a place and a request, and so twice the nodes.
 """
 
 from __future__ import annotations
@@ -54,11 +57,11 @@ class Switch:
         self._sent = signal.place
         return self._values(True, signal.place, False)
 
-    def stop(self) -> dict[str, int]:
-        """The inputs that keep the robot where it is, whatever it was told before."""
+    def stop(self, region: Region) -> dict[str, int]:
+        """The inputs that keep a robot in ``region``, whatever it was told before."""
         if self._sent is None:
             return self._values(False, self._neutral, True)
-        return self._values(True, self._sent, True)
+        return self._values(True, region, False)
 
     def forget(self) -> None:
         """No request is open in the strategy's memory any more."""
@@ -150,12 +153,14 @@ def assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
     for formula in ("!request", "!wait", f"assigned = {neutral}"):
         yield Constraint(Section.ENV_INIT, formula, begin)
     where = Origin("coordination", "it is sent only where it can come back from", SOURCE)
-    yield Constraint(
-        Section.ENV_TRANS, f"request' -> {one_of('assigned', allowed, chr(39))}", where
-    )
+    allowed_next = one_of("assigned", allowed, "'")
+    yield Constraint(Section.ENV_TRANS, f"request' -> assigned' = region | {allowed_next}", where)
     yield Constraint(Section.ENV_TRANS, f"!request' -> assigned' = {neutral}", where)
-    still = Origin("coordination", "an open request keeps its place", SOURCE)
-    yield Constraint(Section.ENV_TRANS, "request & request' -> assigned' = assigned", still)
+    still = Origin("coordination", "until it is there, or is stopped, the place is kept", SOURCE)
+    kept = "assigned' = assigned | assigned' = region | assigned = region"
+    yield Constraint(Section.ENV_TRANS, f"request & request' -> {kept}", still)
+    stopped = Origin("coordination", "on its way it is stopped by the place where it is", SOURCE)
+    yield Constraint(Section.ENV_TRANS, "wait' -> !request'", stopped)
     fair = Origin("coordination", "it is infinitely often not told to wait", SOURCE)
     yield Constraint(Section.ENV_LIVENESS, "!wait'", fair)
 
@@ -173,6 +178,9 @@ def guarantees() -> Iterator[Constraint]:
     """It waits when told, and goes where it is asked to."""
     stay = Origin("coordination", "told to wait, it stays", SOURCE)
     yield Constraint(Section.SYS_TRANS, "wait' -> region' = region", stay)
+    stop = Origin("coordination", "sent to where it is, it stays", SOURCE)
+    formula = "request' & assigned' = region -> region' = region"
+    yield Constraint(Section.SYS_TRANS, formula, stop)
     go = Origin("coordination", "an open request is answered", SOURCE)
     yield Constraint(Section.SYS_LIVENESS, "request' -> region' = assigned'", go)
 

@@ -272,6 +272,22 @@ EXERCISES = [
         Circumstances(assignable=True),
     ),
     Exercise(
+        "a robot sent to where it is may go on",
+        OPEN,
+        ALONE,
+        without("request' & assigned' = region -> region' = region"),
+        "no legal move",
+        Circumstances(assignable=True),
+    ),
+    Exercise(
+        "a robot on its way that cannot be stopped",
+        OPEN,
+        ALONE,
+        with_more(Section.ENV_TRANS, "request & request' -> assigned' = assigned"),
+        "has no answer to",
+        Circumstances(assignable=True),
+    ),
+    Exercise(
         "a request that need not be answered",
         OPEN,
         ALONE,

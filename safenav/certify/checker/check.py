@@ -300,9 +300,10 @@ class Task:
     def _groups(self, region: int, values: Json) -> Iterator[tuple[list[str], Iterable[Row]]]:
         """Inputs that do not depend on each other, with the values that can occur."""
         if self.places is not None:
-            again = {values["assigned"]} if values["request"] else set(self.places)
-            told = [(1, place) for place in again] + [(0, self.line["neutral"])]
-            rows = [(request, wait, place) for request, place in told for wait in (0, 1)]
+            sent = values["request"] and values["assigned"] != region
+            where = {region, values["assigned"]} if sent else {region, *self.places}
+            rows = [(1, 0, place) for place in where]
+            rows += [(0, wait, self.line["neutral"]) for wait in (0, 1)]
             yield ["request", "wait", "assigned"], rows
         if self.nearby and self.moving:
             sides = self.world.sides
@@ -357,7 +358,9 @@ class Task:
         moves = self.world.moves(self.robot["mobility"], here)
         if self.kind == "hold" and here[0] in self.targets[0] and not seen.get("request"):
             moves = {here}
-        if self.places is not None and seen["wait"]:
+        if self.places is not None and (
+            seen["wait"] or (seen["request"] and seen["assigned"] == here[0])
+        ):
             moves &= {here}
         shut = self.taken(here[0], seen) | self.closed
         if self.kind == "patrol":
