@@ -875,6 +875,7 @@ class Robot:
     active: bool = True  # whether it is in service
     goals: list[int] = field(default_factory=list)  # those met since the last resolution
     awaited: int = 0  # the target of its own objective whose turn it is
+    held: int = 0  # the last turn that counts for what it holds
 
     @property
     def places(self) -> set[int]:
@@ -1054,8 +1055,8 @@ class Run:
     def _check_circumstances(self, record: Json, task: Task) -> None:
         """The circumstances for which a robot is synthesized are those of the run."""
         name, robot = record["robot"], self.robots[record["robot"]]
-        pose = robot.pose if robot.toward is None else (robot.toward, task.pose[1])
-        require(task.pose == pose, f"{name} is at {robot.pose}, but synthesized for {task.pose}")
+        same = task.pose == robot.destination
+        require(same, f"{name} is at {robot.destination}, but synthesized for {task.pose}")
         tried = record["verdict"] == "unrealizable" and self.tick  # for an objective not in force
         if not tried and not same_objective(task.objective, robot.objective):
             free = self.stack and self.told != (self.tick, self.turn)  # a line of this turn holds
@@ -1078,8 +1079,10 @@ class Run:
             require(stands, f"{name} takes {region} to be closed by {why}, which is not so")
         for obstacle, (robots, _) in self.sealed.items():
             require(name not in robots or obstacle in closed, f"{name} does not know of {obstacle}")
-        for other, value in task.knowledge.items():  # it may have moved on since
-            where = self.world.around(task.whereabouts(other, value))
+        for other, value in task.knowledge.items():
+            where = set(task.whereabouts(other, value))
+            if self.tick and record["tracking"] == "belief":  # it may have moved on since the look
+                where = self.world.around(where)
             there = where & self.robots[other].places
             require(there, f"{name} believes {other} to be where it is not")
 
@@ -1089,7 +1092,8 @@ class Run:
         needs = chain(*(self.needs(obstacle) for obstacle in self.known & self.present))
         wanted = [frozenset(need["regions"]) for need in needs]
         own = same_objective(objective, self.data[name]["objective"])
-        there = "visit" not in objective or any(aim in wanted for aim in targets_of(objective))
+        pairs = product(targets_of(objective), wanted)
+        there = "visit" not in objective or any(frozenset() < aim <= want for aim, want in pairs)
         return own or (bool(self.stack) and there)
 
     # obstacles
@@ -1250,10 +1254,9 @@ class Run:
         missed = sorted(self._finished())
         require(not missed, f"no line tells that {', '.join(missed)} was resolved")
         self.turn, self.moves = self.turn + 1, self.moves + 1
-        toward, heading = record.get("toward"), record.get("heading")
-        after = (record["to"] if toward is None else toward, heading)
+        pose, toward = (record["to"], record.get("heading")), record.get("toward")
         try:
-            self._check_motion(name, robot, record, after)
+            after = self._check_motion(name, robot, record)
             if robot.toward is None:  # else nothing was decided
                 robot.came_from = robot.may_be()
                 self._check_decision(name, robot, record, after)
@@ -1261,35 +1264,41 @@ class Run:
             if not self.external or record["to"] not in self.world.free:
                 raise
             self.strayed += 1  # of an external world: it is not where it was told to go
-            robot.nodes = robot.after = set()
+            after, robot.nodes, robot.after = pose, set(), set()
         robot.refused = robot.back = None
-        robot.pose, robot.toward, robot.destination = (record["to"], heading), toward, after
+        robot.pose, robot.toward, robot.destination = pose, toward, after
         if toward is None and robot.after is not None:
             robot.nodes, robot.after = robot.after, None
+        own = robot.objective == self.data[name]["objective"] and "hold" in robot.objective
+        if own and toward is None and pose[0] in targets_of(robot.objective)[0]:
+            self._count(robot, 0)
         if toward is None and name in self.plan:
             way, taken = self.plan[name], self.taken[name]
             self.taken[name] += taken + 1 < len(way) and way[taken + 1] == robot.pose
         if not self.external:
             self._perform(name)
 
-    def _check_motion(self, name: str, robot: Robot, record: Json, after: Pose) -> None:
-        """The rules of the world for one move."""
-        start, to, goal, before = record["from"], record["to"], after[0], robot.pose
-        arrived = record.get("toward") is None
+    def _check_motion(self, name: str, robot: Robot, record: Json) -> Pose:
+        """The rules of the world for one move. Returns the pose in which its step ends; until
+        then the robot keeps its heading."""
+        start, to, before, toward = record["from"], record["to"], robot.pose, record.get("toward")
+        goal = to if toward is None else toward
         require(start == before[0], f"{name} moves from {start}, but is at {before[0]}")
-        same = robot.toward in (None, goal) and (arrived or to == start)
+        same = robot.toward in (None, goal) and (toward is None or to == start)
         require(same, f"{name} leaves the step that it is in")
-        fits = {p for p in self.world.moves(self.data[name]["mobility"], before) if p[0] == goal}
-        if robot.toward is not None and after[1] == before[1]:
-            fits.add(after)  # it turned when it set out
-        legal = after in fits if arrived else fits
-        require(legal, f"{name} cannot go from {before} to {after}")
+        moves = self.world.moves(self.data[name]["mobility"], before)
+        after = next((pose for pose in moves if pose[0] == goal), None)
+        faces = (before if after is None or toward is not None else after)[1]
+        if after is None or faces != record.get("heading"):
+            said = f"{goal}, facing {record.get('heading')}"
+            raise RefusedError(f"{name} cannot go from {before} to {said}")
         for obstacle, data in self.obstacles.items():
             enters = data["region"] == goal != start and self.stands(obstacle, name)
             require(not enters, f"{name} enters {goal}, where {obstacle} stands")
         for other in self.data[name].get("conflicts", ()):
             apart = not {to, goal} & self.robots[other].places
             require(apart, f"{name} and {other} are in one region")
+        return after
 
     def _check_decision(self, name: str, robot: Robot, record: Json, after: Pose) -> None:
         """The move is the strategy's answer, or what the trace says that it is instead."""
@@ -1323,8 +1332,7 @@ class Run:
         elif not stays:
             poses = task.poses if task is not None else []
             require(answers, f"the strategy of {name} has no answer to what it observes")
-            moving = record.get("toward") is not None  # it turns on its way
-            fits = {n for n in answers if poses[n] == after or (moving and poses[n][0] == after[0])}
+            fits = {n for n in answers if poses[n] == after}
             said = ", ".join(str(poses[n]) for n in answers)
             require(fits, f"{name} goes to {after}, but its strategy answers {said}")
             robot.after, self.answers = fits, self.answers + 1
@@ -1369,7 +1377,7 @@ class Run:
     def _check_planned(self, name: str, robot: Robot, after: Pose) -> None:
         """A step of a joint plan: the next one, when those have arrived that it waits for."""
         way, k = self.plan.get(name, []), self.taken.get(name, 0) + 1
-        next_ = k < len(way) and way[k - 1] == robot.pose and way[k][0] == after[0]
+        next_ = k < len(way) and way[k - 1] == robot.pose and way[k] == after
         require(next_, f"{name} leaves its plan")
         for first, i, then, j in self.orders:
             waits = then == name and j == k and self.taken[first] < i
@@ -1448,8 +1456,14 @@ class Run:
             there = not edges or any(task.recurring[goal][edge] == "1" for edge in edges)
         require(there, f"{name} is not at its goal {goal}")
         if same_objective(robot.objective, self.data[name]["objective"]):
-            robot.goals.append(goal)
             robot.awaited = (goal + 1) % (len(targets) or 1)
+            self._count(robot, goal)
+
+    def _count(self, robot: Robot, goal: int) -> None:
+        """A goal is met; to hold is met in each turn that ends there."""
+        if "hold" not in robot.objective or robot.held != self.turn or not robot.goals:
+            robot.goals.append(goal)
+        robot.held = self.turn
 
     def _outcome(self, record: Json) -> None:
         self.outcome, what, limits = record, record["outcome"], self.scenario["limits"]
@@ -1474,8 +1488,6 @@ class Run:
             aims = targets_of(own)
             number = len(aims) or len(formulas_of(own, "liveness")) or 1
             met = min(robot.goals.count(k) for k in range(number))
-            if "hold" in own and robot.pose[0] in aims[0]:
-                met = rounds
             enough = met >= rounds and same_objective(robot.objective, own)
             require(enough, f"{name} has met its objective {met} times, not {rounds}")
         require(not self.stack, "requests are still open")

@@ -1,0 +1,114 @@
+"""What long campaigns found: runs that were refused although they are honest, and forged lines
+that were accepted."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from certify.making import bundle_at, files_of, rewrite, run_checker
+from certify.mutants import lines_of, with_lines
+
+Line = dict[str, Any]
+
+AROUND = '["#####", "#...#", "#...#", "#####"]'
+LANE = '["#####", "#...#", "#####"]'
+BAY = '["#####", "#...#", "##.##", "#####"]'
+SLOW = AROUND, "a: {model: slow, start: 6, heading: east, objective: {visit: [13, 6]}}"
+IN_THE_WAY = (
+    BAY,
+    """
+  a: {model: cart, start: 6, objective: {visit: [6, 8]}}
+  b: {model: cart, start: 7, objective: {hold: 7}}
+""",
+)
+EXACT = (
+    LANE,
+    """
+  a: {model: cart, tracking: exact, start: 6, objective: {visit: [6, 7]}}
+  b: {model: cart, tracking: exact, start: 8, objective: {hold: 8}}
+""",
+)
+TWO_NEEDS = (
+    BAY,
+    """
+  a: {model: cart, start: 6, objective: {visit: [8, 6]}}
+  b: {model: lifter, start: 12, objective: {hold: 12}}
+  c: {model: pusher, start: 8, objective: {hold: 8}}
+obstacles: [{type: pile, region: 7}]
+""",
+)
+CATALOGUE = """
+  robots:
+    cart: {mobility: free, layer: ground, capabilities: []}
+    slow: {mobility: heading, layer: ground, capabilities: [], timing: 2}
+    lifter: {mobility: free, layer: ground, capabilities: [lift]}
+    pusher: {mobility: free, layer: air, capabilities: [push]}
+  obstacles:
+    beam: {action: lift, resolve_at: neighbours, blocks: [ground]}
+    pile:
+      needs: [{action: lift, at: neighbours}, {action: push, at: neighbours}]
+      blocks: [ground]
+"""
+
+
+def bundle_of(mission: tuple[str, str]) -> Path:
+    grid, robots = mission
+    start = f"safenav: 1\nmap: {{grid: {grid}}}\nlimits: {{ticks: 60}}\ncatalogue:{CATALOGUE}"
+    return bundle_at("finding", f"{start}robots:\n  {robots.strip()}\n")
+
+
+def said_of(bundle: Path, lines: list[Line], target: Path) -> str:
+    """The last line of what the checker says of a bundle with another trace."""
+    files = with_lines(files_of(bundle), lines)
+    return run_checker(rewrite(bundle, files, target / "bundle"))[1].splitlines()[-1]
+
+
+def test_a_robot_keeps_its_heading_while_it_is_on_its_way(tmp_path: Path) -> None:
+    lines = lines_of(files_of(bundle_of(SLOW)))
+    line = next(line for line in lines if line.get("toward") == 11)
+    assert line["heading"] == "east"
+    line["heading"] = "north"
+    assert "cannot go from (6, 'east') to 11" in said_of(bundle_of(SLOW), lines, tmp_path)
+
+
+def test_a_robot_has_held_although_it_makes_way_in_the_end() -> None:
+    lines = lines_of(files_of(bundle_of(IN_THE_WAY)))
+    assert lines[-1]["outcome"] == "completed"
+    at_last = [line["to"] for line in lines if line["type"] == "move" and line["robot"] == "b"][-1]
+    assert at_last == 12
+
+
+def test_a_helper_may_be_sent_to_some_of_the_places_where_it_can_help() -> None:
+    """b stands on one of them, and waits there on its own account."""
+    lines = lines_of(files_of(bundle_of(TWO_NEEDS)))
+    request = next(line for line in lines if line["type"] == "request")
+    push = next(line for line in lines if line["type"] == "push")
+    assert request["regions"] == [6, 8, 12]
+    assert push["objectives"]["b"] == {"visit": [12, 12]}
+
+
+@pytest.mark.parametrize("name", ["a", "b"])
+def test_where_others_begin_is_known(name: str, tmp_path: Path) -> None:
+    """One step away from there is another mission."""
+    lines = lines_of(files_of(bundle_of(EXACT)))
+    known = next(line for line in lines if line.get("robot") == name)["knowledge"]
+    ((other, region),) = known.items()
+    known[other] = 7
+    assert region in (6, 8)
+    said = said_of(bundle_of(EXACT), lines, tmp_path)
+    assert f"{name} believes {other} to be where it is not" in said
+
+
+def test_who_helps_can_meet_the_next_need(tmp_path: Path) -> None:
+    """The other one can do something about the obstacle, but not yet."""
+    lines = lines_of(files_of(bundle_of(TWO_NEEDS)))
+    push = next(line for line in lines if line["type"] == "push")
+    assert push["helper"] == "b"
+    for line in lines:
+        if line["type"] in ("push", "pop") and line.get("helper") == "b":
+            line |= {"helper": "c"} | ({"helpers": ["c"]} if "helpers" in line else {})
+    said = said_of(bundle_of(TWO_NEEDS), lines, tmp_path)
+    assert "c is to help with pile@7, but cannot meet its next need" in said
