@@ -21,10 +21,10 @@ from safenav.motion.check.verdict import check_motion
 from safenav.motion.columns import sample
 from safenav.motion.file.records import Segment
 from safenav.motion.file.writing import text_of
-from safenav.motion.flyer.tracking import HORIZON, Tracker
-from safenav.motion.geometry import HEADINGS, Floor
+from safenav.motion.flyer.tracking import HORIZON, AxisTracker
+from safenav.motion.geometry import HEADINGS, MetricFloor
 from safenav.motion.making import Disturbances, motion_of
-from safenav.motion.mover import Errand
+from safenav.motion.mover import Crossing
 from safenav.motion.walker.mover import WalkerMover
 from safenav.runtime.mission import Mission
 from safenav.scenario.reading.loader import load_scenario
@@ -50,7 +50,9 @@ def main() -> None:
 
 def walking() -> None:
     """Plan and sample random moves."""
-    mover = WalkerMover("digit", Floor(SIDE, SIDE, 2.7), SIDE * SIDE // 2, "east", 0.6, VALUES)
+    mover = WalkerMover(
+        "digit", MetricFloor(SIDE, SIDE, 2.7), SIDE * SIDE // 2, "east", 0.6, VALUES
+    )
     steps = {"east": 1, "north": -SIDE, "west": -1, "south": SIDE}
     chance = random.Random(0)
     found: list[Segment] = []
@@ -61,7 +63,7 @@ def walking() -> None:
         heading = chance.choice(ways)
         if not (SIDE < mover.region < SIDE * (SIDE - 1) and 1 < mover.region % SIDE < SIDE - 2):
             mover.region = SIDE * SIDE // 2 + SIDE // 2
-        found += mover.move(Errand(tick, mover.region, mover.region + steps[heading], heading))
+        found += mover.move(Crossing(tick, mover.region, mover.region + steps[heading], heading))
     told("plan of a coarse move", (time.process_time() - begin) / 2000 * 1e3, "ms", 1)
     begin = time.process_time()
     for segment in found[:300]:
@@ -71,7 +73,7 @@ def walking() -> None:
 
 def solving() -> None:
     """Commands along one axis with an active corridor: two are one of the quadcopter's."""
-    tracker = Tracker(0.0, 3.4)
+    tracker = AxisTracker(0.0, 3.4)
     wanted, far = np.tile([2.0, 0.5, 0.0], (HORIZON, 1)), np.full(HORIZON, 9.0)
     near = np.full(HORIZON, 0.4)
     spent = []

@@ -31,7 +31,7 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 from safenav.scenario.reading.loader import load_draft  # noqa: E402
 from safenav.studio.editing.drawing import drawing_of  # noqa: E402
 from safenav.studio.editing.operations import edited  # noqa: E402
-from safenav.studio.run.orders import Order  # noqa: E402
+from safenav.studio.run.orders import RunOrder  # noqa: E402
 
 FRAMES = """
     const [milliseconds, done] = arguments, stamps = [];
@@ -83,7 +83,7 @@ def judged(text: str, cache: str) -> tuple[str, float, float]:
     )
     assert process.stdin is not None and process.stdout is not None
     with process.stdin as orders, process.stdout as answers:
-        orders.write(Order(text, "scenario.yaml").line())
+        orders.write(RunOrder(text, "scenario.yaml").line())
         orders.close()
         answer = json.loads(answers.readline())
         wall = time.perf_counter() - begun

@@ -29,7 +29,7 @@ from safenav.report.picture.palette import Palette  # noqa: E402
 from safenav.report.picture.scene import Options, svg_of  # noqa: E402
 from safenav.report.replay.perception import shading_of  # noqa: E402
 from safenav.report.replay.reading import read_replay  # noqa: E402
-from safenav.report.replay.timeline import EventKind, Replay  # noqa: E402
+from safenav.report.replay.timeline import Replay, StoryKind  # noqa: E402
 from studio.serving import Served  # noqa: E402
 
 
@@ -51,7 +51,7 @@ def main() -> None:
 def _case_study(browser: Browser, number: int, folder: Path) -> None:
     name = f"case_study_{number}"
     replay, page = _run(name, folder)
-    request = _first(replay, EventKind.REQUEST)
+    request = _first(replay, StoryKind.REQUEST)
     for moment, tick in (("start", 0), ("request", request), ("end", replay.last)):
         _shoot(browser, page, tick, HERE / f"{name}_{moment}.png")
     if number == 3:
@@ -101,15 +101,15 @@ _TO_TIME = """
 def _team(browser: Browser, folder: Path) -> None:
     """Beliefs and sight, and a team in which some take two ticks a step and follow a plan."""
     replay, page = _run("case_study_3_beliefs", folder)
-    tick = _first(replay, EventKind.RESOLVED)
+    tick = _first(replay, StoryKind.RESOLVED)
     _shoot(browser, page, tick, HERE / "beliefs.png")
     shading = shading_of(replay, "digit", tick)
     (HERE / "beliefs.svg").write_text(svg_of(replay.scene(tick), Options(shading=shading)))
     replay, _ = _run("corridor_swap", folder)
-    aside = replay.scene(_first(replay, EventKind.PLAN) + 4)
+    aside = replay.scene(_first(replay, StoryKind.PLAN) + 4)
     (HERE / "joint_plan.svg").write_text(svg_of(aside))
     replay, page = _run("team_of_six", folder)
-    _shoot(browser, page, _first(replay, EventKind.PLAN), HERE / "giving_way.png")
+    _shoot(browser, page, _first(replay, StoryKind.PLAN), HERE / "giving_way.png")
 
 
 def _strategies(folder: Path) -> None:
@@ -176,7 +176,7 @@ def _safenav(*arguments: str) -> None:
     subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
 
 
-def _first(replay: Replay, kind: EventKind) -> int:
+def _first(replay: Replay, kind: StoryKind) -> int:
     return next(event.tick for event in replay.events if event.kind is kind)
 
 

@@ -36,7 +36,7 @@ from safenav.trace.records import (
     Truth,
     Violation,
 )
-from safenav.trace.setting import Need, ObstacleHeader
+from safenav.trace.setting import NeedHeader, ObstacleHeader
 from safenav.trace.trace import Trace
 from safenav.trace.vocabulary import (
     BlockReason,
@@ -179,7 +179,7 @@ class Situation:
         """Whether the robot was synthesized for its objective as plain alternation."""
         return self.form.get((robot, self.objectives[robot])) is Form.ALTERNATION
 
-    def need(self, obstacle: str) -> Need:
+    def need(self, obstacle: str) -> NeedHeader:
         """What the obstacle needs next, or needed last."""
         needs = self.obstacles[obstacle].all_needs
         return needs[min(self.stage[obstacle], len(needs) - 1)]

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import safenav
-from safenav.certify.check import Result, Verdict, check_bundle
+from safenav.certify.check import Acceptance, BundleVerdict, check_bundle
 from safenav.certify.evidence import RulesEvidence, counter_evidence, strategy_measures
 from safenav.certify.measures import NoMeasureError
 from safenav.certify.page import page_of
@@ -34,7 +34,7 @@ class Made:
     """A bundle that was written, and what its own checker says of it."""
 
     path: Path
-    verdict: Verdict
+    verdict: BundleVerdict
     files: int
     bytes: int
 
@@ -68,7 +68,7 @@ def make_bundle(
         manifest = _manifest(files, [])
         _write_manifest(folder, manifest)
         verdict = check_bundle(folder, compare=False)
-        if verdict.result is Result.TOO_LARGE:
+        if verdict.result is Acceptance.TOO_LARGE:
             raise ResourceLimitError(f"no bundle: {verdict.reason}")
         if not verdict.accepted:
             raise NotCertifiedError(f"the checker refuses this run: {verdict.reason}")

@@ -16,32 +16,32 @@ from safenav.errors import UsageError
 PROGRAM = Path(__file__).parent / "checker" / "check.py"
 
 
-class Result(StrEnum):
+class Acceptance(StrEnum):
     ACCEPTED = "accepted"
     REFUSED = "refused"
     TOO_LARGE = "too large"
 
 
 @dataclass(frozen=True)
-class Verdict:
+class BundleVerdict:
     """What the checker says: the claims that it has established, and why it refuses if it does.
 
     A claim has ``id``, ``kind``, ``text`` and ``evidence``: pairs of a file and a line or None.
     """
 
-    result: Result
+    result: Acceptance
     reason: str
     claims: tuple[Mapping[str, Any], ...]
 
     @property
     def accepted(self) -> bool:
-        return self.result is Result.ACCEPTED
+        return self.result is Acceptance.ACCEPTED
 
 
 _JUDGED = (0, 1, 3)
 
 
-def check_bundle(bundle: Path, *, compare: bool = True) -> Verdict:
+def check_bundle(bundle: Path, *, compare: bool = True) -> BundleVerdict:
     """Check a bundle with the checker that is installed (not the copy in the bundle).
 
     ``compare``: the manifest has to claim what the evidence establishes.
@@ -54,4 +54,4 @@ def check_bundle(bundle: Path, *, compare: bool = True) -> Verdict:
     if done.returncode not in _JUDGED:
         raise UsageError((done.stdout + done.stderr).strip().splitlines()[-1])
     said = json.loads(done.stdout)
-    return Verdict(Result(said["verdict"]), said["reason"], tuple(said["claims"]))
+    return BundleVerdict(Acceptance(said["verdict"]), said["reason"], tuple(said["claims"]))

@@ -15,7 +15,7 @@ from safenav.errors import ExitCode, UsageError
 
 if TYPE_CHECKING:
     from safenav.batch.cases.case import Conditions
-    from safenav.batch.cases.search import Found
+    from safenav.batch.cases.search import FoundCases
     from safenav.batch.workers.backend import Backend
     from safenav.batch.workers.worker import Worker
 
@@ -248,7 +248,7 @@ def _make_empty(folder: Path, stack: ExitStack) -> None:
     stack.callback(shutil.rmtree, folder, ignore_errors=True)
 
 
-def _tell_passed_over(found: Found) -> None:
+def _tell_passed_over(found: FoundCases) -> None:
     count = len(found.passed_over)
     if count:
         files = "file that is no scenario" if count == 1 else "files that are no scenarios"

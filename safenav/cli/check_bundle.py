@@ -29,7 +29,7 @@ def command(bundle: Path, as_json: bool) -> int:
     The program is the one that is installed, not the copy in the bundle. A reviewer without
     safenav runs `python3 -I -S check.py BUNDLE`.
     """
-    from safenav.certify.check import Result, check_bundle
+    from safenav.certify.check import Acceptance, check_bundle
     from safenav.report.terminal.table import table
 
     verdict = check_bundle(bundle)
@@ -44,7 +44,7 @@ def command(bundle: Path, as_json: bool) -> int:
         reason = f": {verdict.reason}" if verdict.reason else ""
         click.echo(f"{bundle}: {click.style(verdict.result, fg=colour)}{reason}")
     return {
-        Result.ACCEPTED: ExitCode.OK,
-        Result.REFUSED: ExitCode.NEGATIVE,
-        Result.TOO_LARGE: ExitCode.RESOURCE_LIMIT,
+        Acceptance.ACCEPTED: ExitCode.OK,
+        Acceptance.REFUSED: ExitCode.NEGATIVE,
+        Acceptance.TOO_LARGE: ExitCode.RESOURCE_LIMIT,
     }[verdict.result]

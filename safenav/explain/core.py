@@ -11,10 +11,10 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import replace
 
 from safenav.explain.explanation import (
-    Cause,
     Core,
+    CoreMember,
     Diagnosis,
-    Member,
+    NoStrategyCause,
     is_guarantee,
     with_guarantees,
 )
@@ -61,20 +61,20 @@ class _Search:
         self._ask = ask
         self.unknown = False
 
-    def with_only(self, members: Iterable[Member]) -> Specification:
+    def with_only(self, members: Iterable[CoreMember]) -> Specification:
         return with_guarantees(self._spec, (c for m in members for c in m.constraints))
 
-    def fails(self, members: Iterable[Member]) -> bool:
+    def fails(self, members: Iterable[CoreMember]) -> bool:
         """Whether these guarantees are proven to be unrealizable."""
         verdict = self._ask.verdict(self.with_only(members))
         self.unknown = self.unknown or verdict not in (Verdict.REALIZABLE, Verdict.UNREALIZABLE)
         return verdict is Verdict.UNREALIZABLE
 
-    def first_failing(self, choices: Sequence[list[Member]]) -> list[Member]:
+    def first_failing(self, choices: Sequence[list[CoreMember]]) -> list[CoreMember]:
         """The first choice that fails; the last one is everything."""
         return next((few for few in choices[:-1] if self.fails(few)), choices[-1])
 
-    def minimal(self, members: list[Member], background: list[Member]) -> list[Member]:
+    def minimal(self, members: list[CoreMember], background: list[CoreMember]) -> list[CoreMember]:
         """What of ``members`` is needed to fail together with ``background``."""
         without = [[*background, *members[:k], *members[k + 1 :]] for k in range(len(members))]
         if len(members) <= MOST_AT_ONCE:
@@ -85,11 +85,11 @@ class _Search:
 
 
 def _choices(
-    every: list[Member], task: Task, world: RegionMap, found: Diagnosis
-) -> list[list[Member]]:
+    every: list[CoreMember], task: Task, world: RegionMap, found: Diagnosis
+) -> list[list[CoreMember]]:
     """Guarantees that probably fail already, fewest first; the last choice is all of them."""
     choices = []
-    if found.cause is Cause.NO_WAY:
+    if found.cause is NoStrategyCause.NO_WAY:
         dividing = _dividing(task, world, found.lost)
         choices.append([part for m in every for part in _split(m) if _within(part, dividing)])
     beside = {world.step(region, heading) for region in found.confined for heading in Heading}
@@ -97,7 +97,7 @@ def _choices(
     return [*choices, every]
 
 
-def _members(spec: Specification, task: Task, world: RegionMap) -> list[Member]:
+def _members(spec: Specification, task: Task, world: RegionMap) -> list[CoreMember]:
     """The guarantees, those that a person would name in one breath together, in the order in
     which they are preferred in a core: first the objective, last the map."""
     together: dict[object, list[Constraint]] = {}
@@ -126,27 +126,27 @@ def _with_all_edges(spec: Specification, task: Task, world: RegionMap) -> Iterat
             yield constraint
 
 
-def _member(constraints: Sequence[Constraint]) -> Member:
+def _member(constraints: Sequence[Constraint]) -> CoreMember:
     regions = sorted({region for c in constraints for region in c.regions})
-    return Member(constraints[0].origin, tuple(constraints), tuple(regions))
+    return CoreMember(constraints[0].origin, tuple(constraints), tuple(regions))
 
 
-def _is_wall(member: Member) -> bool:
+def _is_wall(member: CoreMember) -> bool:
     return member.origin.item == "map"
 
 
-def _split(member: Member) -> list[Member]:
+def _split(member: CoreMember) -> list[CoreMember]:
     """A run of walls wall by wall; anything else as it is."""
     if not _is_wall(member) or len(member.regions) == 1:
         return [member]
     section, origin = member.constraints[0].section, member.origin
     return [
-        Member(origin, (Constraint(section, f"region' != {r}", origin, (r,)),), (r,))
+        CoreMember(origin, (Constraint(section, f"region' != {r}", origin, (r,)),), (r,))
         for r in member.regions
     ]
 
 
-def _within(member: Member, walls: Collection[Region]) -> bool:
+def _within(member: CoreMember, walls: Collection[Region]) -> bool:
     return not _is_wall(member) or not member.regions or member.regions[0] in walls
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from safenav.explain.explanation import Cause, Diagnosis
+from safenav.explain.explanation import Diagnosis, NoStrategyCause
 from safenav.explain.undisturbed import Solo, play
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import Hold, Ltl, Patrol, Target, Visit, targets_of
@@ -28,22 +28,25 @@ def diagnose(task: Task, world: RegionMap) -> Diagnosis:
     if solo.winnable:
         return Diagnosis(None, confined=solo.regions)
     lost = tuple(t for t in task.targets if not any(region in walkable for region in t))
-    found = Diagnosis(Cause.NO_WAY, lost, frozenset(walkable))
+    found = Diagnosis(NoStrategyCause.NO_WAY, lost, frozenset(walkable))
     if not _connected(task, world):
         return found
     culprits = _culprits(task, world)
     if culprits:
         parked = all(known.item.startswith("robots.") for known in culprits)
-        cause = Cause.PARKED_ROBOT if parked else Cause.OBSTACLE
+        cause = NoStrategyCause.PARKED_ROBOT if parked else NoStrategyCause.OBSTACLE
         return replace(found, cause=cause, culprits=culprits)
     if task.robot.model.mobility is Mobility.HEADING and _facing_elsewhere(task, world):
-        return replace(found, cause=Cause.HEADING)
+        return replace(found, cause=NoStrategyCause.HEADING)
     relaxed = as_visit(task)
     if relaxed is not None and _solo(relaxed, world).winnable:
         return replace(
-            found, cause=Cause.CROSSING, confined=solo.regions, crossing=_crossing(task, world)
+            found,
+            cause=NoStrategyCause.CROSSING,
+            confined=solo.regions,
+            crossing=_crossing(task, world),
         )
-    return replace(found, cause=Cause.ONE_WAY)
+    return replace(found, cause=NoStrategyCause.ONE_WAY)
 
 
 def held_ways(task: Task, world: RegionMap, scenario: Scenario) -> tuple[Known, ...]:

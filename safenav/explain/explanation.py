@@ -13,7 +13,7 @@ from safenav.spec.task import Known, Task
 from safenav.world.map import Heading, Region
 
 
-class Cause(StrEnum):
+class NoStrategyCause(StrEnum):
     """Why a robot has no strategy. All but the last two hold whatever the moving robots do."""
 
     NO_WAY = "no_way"
@@ -49,7 +49,7 @@ class Diagnosis:
     the way, for OBSTACLE and PARKED_ROBOT. ``crossing``: the target in the way, for CROSSING.
     """
 
-    cause: Cause | None
+    cause: NoStrategyCause | None
     lost: tuple[Target, ...] = ()
     confined: frozenset[Region] = frozenset()
     culprits: tuple[Known, ...] = ()
@@ -57,7 +57,7 @@ class Diagnosis:
 
 
 @dataclass(frozen=True)
-class Member:
+class CoreMember:
     """Guarantees that belong together: they share an origin and are dropped together."""
 
     origin: Origin
@@ -75,7 +75,7 @@ class Core:
     rely on, to no avail. ``queries``: realizability questions that were asked.
     """
 
-    members: tuple[Member, ...]
+    members: tuple[CoreMember, ...]
     alone: bool
     fairness: tuple[Origin, ...] = ()
     minimal: bool = True
@@ -87,7 +87,9 @@ class Core:
         found = [m.regions for m in self.members if m.origin.item == "map"]
         return tuple(sorted(region for regions in found for region in regions))
 
-    def specification(self, whole: Specification, without: Iterable[Member] = ()) -> Specification:
+    def specification(
+        self, whole: Specification, without: Iterable[CoreMember] = ()
+    ) -> Specification:
         """``whole`` with no other guarantees than the members, less some of them."""
         dropped = set(without)
         guarantees = [c for m in self.members if m not in dropped for c in m.constraints]
@@ -118,7 +120,7 @@ class WitnessEnd(StrEnum):
 
 
 @dataclass(frozen=True)
-class Moment:
+class PlayMoment:
     """One moment of a story. ``others``: what it observes (inputs), Booleans as 0 and 1;
     ``memory``: its outputs beyond the pose."""
 
@@ -147,8 +149,8 @@ class Witness:
     """
 
     ending: WitnessEnd
-    moments: tuple[Moment, ...] = ()
-    cycle: tuple[Moment, ...] = ()
+    moments: tuple[PlayMoment, ...] = ()
+    cycle: tuple[PlayMoment, ...] = ()
     pressure: tuple[tuple[str, int], ...] = ()
     dilemmas: tuple[Dilemma, ...] = ()
     goal: Constraint | None = None
@@ -194,7 +196,7 @@ class Explanation:
 
     robot: str
     task: Task
-    cause: Cause
+    cause: NoStrategyCause
     diagnosis: Diagnosis
     core: Core
     witness: Witness | None

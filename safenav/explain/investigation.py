@@ -12,7 +12,7 @@ from safenav.errors import SafenavError
 from safenav.explain.assumption import helpful_assumptions
 from safenav.explain.core import find_core
 from safenav.explain.diagnosis import diagnose, held_ways
-from safenav.explain.explanation import Cause, Core, Explanation, Witness, WitnessEnd
+from safenav.explain.explanation import Core, Explanation, NoStrategyCause, Witness, WitnessEnd
 from safenav.explain.realizability import Questions
 from safenav.explain.repair import Judge, RepairProblem, find_repairs
 from safenav.explain.witness import confinement, play_out
@@ -41,17 +41,17 @@ def explain(scenario: Scenario, task: Task, synthesizer: Synthesizer, judge: Jud
     core = find_core(spec, task, world, found, ask)
     witness = confinement(found) or _played_out(spec, task, world, synthesizer)
     cause = found.cause or _cause(core, witness, task)
-    if cause in (Cause.CORNERED, Cause.KEPT_AWAY):
+    if cause in (NoStrategyCause.CORNERED, NoStrategyCause.KEPT_AWAY):
         holding = held_ways(task, world, scenario)
         if holding:
             cause, found = (
-                Cause.PARKED_ROBOT,
-                replace(found, cause=Cause.PARKED_ROBOT, culprits=holding),
+                NoStrategyCause.PARKED_ROBOT,
+                replace(found, cause=NoStrategyCause.PARKED_ROBOT, culprits=holding),
             )
     deadline = time.monotonic() + REPAIR_SECONDS
     problem = RepairProblem(scenario, task, cause, found, deadline)
     repairs = find_repairs(problem, judge)
-    if cause in (Cause.CORNERED, Cause.KEPT_AWAY):
+    if cause in (NoStrategyCause.CORNERED, NoStrategyCause.KEPT_AWAY):
         repairs += tuple(helpful_assumptions(spec, task, world, ask))
     seconds = time.monotonic() - begun
     return Explanation(task.robot.name, task, cause, found, core, witness, repairs, seconds)
@@ -68,23 +68,23 @@ def _played_out(
         return None
 
 
-def _cause(core: Core, witness: Witness | None, task: Task) -> Cause:
+def _cause(core: Core, witness: Witness | None, task: Task) -> NoStrategyCause:
     """What is left once the map and the mobility are not the reason by themselves."""
     if not core.alone:
         stuck = witness is not None and witness.ending in (
             WitnessEnd.STUCK,
             WitnessEnd.NO_BEGINNING,
         )
-        return Cause.CORNERED if stuck else Cause.KEPT_AWAY
+        return NoStrategyCause.CORNERED if stuck else NoStrategyCause.KEPT_AWAY
     known = {k.item for k in task.blocked}
     items = [member.origin.item for member in core.members]
     if any(item in known and item.startswith("robots.") for item in items):
-        return Cause.PARKED_ROBOT
+        return NoStrategyCause.PARKED_ROBOT
     if any(item in known for item in items):
-        return Cause.OBSTACLE
+        return NoStrategyCause.OBSTACLE
     if all(c.section is Section.SYS_INIT for m in core.members for c in m.constraints):
-        return Cause.IMPOSSIBLE_START
+        return NoStrategyCause.IMPOSSIBLE_START
     own = (f"{task.item}.objective", f"{task.item}.start")
     if isinstance(task.objective, Ltl) and all(item in own for item in items):
-        return Cause.CONTRADICTION
-    return Cause.FORBIDDEN_WAY
+        return NoStrategyCause.CONTRADICTION
+    return NoStrategyCause.FORBIDDEN_WAY

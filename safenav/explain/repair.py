@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 
 from safenav.dataclass import dataclass
-from safenav.explain.explanation import Cause, Diagnosis, Repair, RepairKind
+from safenav.explain.explanation import Diagnosis, NoStrategyCause, Repair, RepairKind
 from safenav.explain.map_repair import map_repairs
 from safenav.explain.undisturbed import play
 from safenav.scenario.model import Robot, Scenario, Tracking
@@ -33,18 +33,32 @@ LOOKED_AT = 40
 """Regions that are looked at as another start."""
 
 K = RepairKind
-_FIRST: dict[Cause, tuple[RepairKind, ...]] = {
-    Cause.NO_WAY: (K.OPEN_WALL, K.REMOVE_WALLS, K.START, K.OBJECTIVE),
-    Cause.OBSTACLE: (K.OBJECTIVE, K.OPEN_WALL, K.REMOVE_WALLS),
-    Cause.PARKED_ROBOT: (K.OTHER_START, K.AVOIDS, K.OPEN_WALL, K.REMOVE_WALLS, K.START),
-    Cause.HEADING: (K.HEADING, K.START, K.MOBILITY),
-    Cause.ONE_WAY: (K.MOBILITY, K.OPEN_WALL, K.REMOVE_WALLS, K.OBJECTIVE),
-    Cause.CROSSING: (K.OBJECTIVE, K.OPEN_WALL, K.REMOVE_WALLS, K.START),
-    Cause.IMPOSSIBLE_START: (K.START, K.HEADING, K.OBJECTIVE),
-    Cause.CONTRADICTION: (K.OBJECTIVE,),
-    Cause.FORBIDDEN_WAY: (K.OBJECTIVE, K.START, K.HEADING, K.MOBILITY, K.OPEN_WALL),
-    Cause.CORNERED: (K.OBJECTIVE, K.TRACKING, K.AVOIDS, K.OPEN_WALL, K.REMOVE_WALLS, K.START),
-    Cause.KEPT_AWAY: (K.TRACKING, K.AVOIDS, K.OTHER_START, K.OBJECTIVE, K.OPEN_WALL, K.START),
+_FIRST: dict[NoStrategyCause, tuple[RepairKind, ...]] = {
+    NoStrategyCause.NO_WAY: (K.OPEN_WALL, K.REMOVE_WALLS, K.START, K.OBJECTIVE),
+    NoStrategyCause.OBSTACLE: (K.OBJECTIVE, K.OPEN_WALL, K.REMOVE_WALLS),
+    NoStrategyCause.PARKED_ROBOT: (K.OTHER_START, K.AVOIDS, K.OPEN_WALL, K.REMOVE_WALLS, K.START),
+    NoStrategyCause.HEADING: (K.HEADING, K.START, K.MOBILITY),
+    NoStrategyCause.ONE_WAY: (K.MOBILITY, K.OPEN_WALL, K.REMOVE_WALLS, K.OBJECTIVE),
+    NoStrategyCause.CROSSING: (K.OBJECTIVE, K.OPEN_WALL, K.REMOVE_WALLS, K.START),
+    NoStrategyCause.IMPOSSIBLE_START: (K.START, K.HEADING, K.OBJECTIVE),
+    NoStrategyCause.CONTRADICTION: (K.OBJECTIVE,),
+    NoStrategyCause.FORBIDDEN_WAY: (K.OBJECTIVE, K.START, K.HEADING, K.MOBILITY, K.OPEN_WALL),
+    NoStrategyCause.CORNERED: (
+        K.OBJECTIVE,
+        K.TRACKING,
+        K.AVOIDS,
+        K.OPEN_WALL,
+        K.REMOVE_WALLS,
+        K.START,
+    ),
+    NoStrategyCause.KEPT_AWAY: (
+        K.TRACKING,
+        K.AVOIDS,
+        K.OTHER_START,
+        K.OBJECTIVE,
+        K.OPEN_WALL,
+        K.START,
+    ),
 }
 
 
@@ -54,7 +68,7 @@ class RepairProblem:
 
     scenario: Scenario
     task: Task
-    cause: Cause
+    cause: NoStrategyCause
     diagnosis: Diagnosis
     deadline: float = math.inf
 

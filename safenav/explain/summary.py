@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from safenav.explain.diagnosis import diagnose
-from safenav.explain.explanation import Cause, Diagnosis
+from safenav.explain.explanation import Diagnosis, NoStrategyCause
 from safenav.scenario.model import Robot
 from safenav.scenario.objective import Ltl, Target, describe
 from safenav.spec.task import Task
@@ -23,21 +23,21 @@ def why_words(found: Diagnosis, task: Task, world: RegionMap) -> str:
     lost = " and ".join(target_words(target, world) for target in found.lost)
     things = "; ".join(f"{world.label(k.region)}: {k.reason}" for k in found.culprits)
     match found.cause:
-        case Cause.NO_WAY:
+        case NoStrategyCause.NO_WAY:
             return f"no way from {here} to {lost}: walls are between them"
-        case Cause.OBSTACLE | Cause.PARKED_ROBOT:
+        case NoStrategyCause.OBSTACLE | NoStrategyCause.PARKED_ROBOT:
             way = f"no way from {here} to {lost}" if lost else "no way to its targets"
             return f"{way}; {things}"
-        case Cause.HEADING:
+        case NoStrategyCause.HEADING:
             facing = "" if task.pose.heading is None else f" facing {task.pose.heading.label}"
             return f"from {here}{facing} it gets nowhere useful, and it cannot turn on the spot"
-        case Cause.CROSSING:
+        case NoStrategyCause.CROSSING:
             what = target_words(found.crossing, world) if found.crossing else "a target"
             return (
                 f"patrol forbids to cross {what} out of turn, and there is no other way; use "
                 "'visit' instead, which allows it"
             )
-        case Cause.ONE_WAY:
+        case NoStrategyCause.ONE_WAY:
             if found.lost:
                 return f"no way from {here} to {lost} under its mobility"
             return "a place on the way can be entered but not left under its mobility"

@@ -11,7 +11,14 @@ from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import islice, product
 
-from safenav.explain.explanation import Cause, Diagnosis, Dilemma, Moment, Witness, WitnessEnd
+from safenav.explain.explanation import (
+    Diagnosis,
+    Dilemma,
+    NoStrategyCause,
+    PlayMoment,
+    Witness,
+    WitnessEnd,
+)
 from safenav.formula.evaluator import evaluate
 from safenav.scenario.objective import Cover, Patrol, Target, Visit
 from safenav.spec.specification import Constraint, Owner, Section, Specification
@@ -28,7 +35,7 @@ _MOST_INPUTS = 4096
 
 def confinement(found: Diagnosis) -> Witness | None:
     """The story that needs no game: the regions that it can get to, and none of the target."""
-    if found.cause is None or not (found.lost or found.cause is Cause.CROSSING):
+    if found.cause is None or not (found.lost or found.cause is NoStrategyCause.CROSSING):
         return None
     return Witness(WitnessEnd.CONFINED, confined=found.confined)
 
@@ -114,13 +121,13 @@ class _Play:
     def answers(self, node: int) -> Sequence[int]:
         return self._strategy.transitions[node]
 
-    def moment(self, node: int) -> Moment:
+    def moment(self, node: int) -> PlayMoment:
         values = self._strategy.values(node)
         others = tuple((name, values[name]) for name in self._inputs)
         pose = ("region", "heading")
         memory = [n for n in values if n not in self._inputs and n not in pose]
         heading = values.get("heading")
-        return Moment(
+        return PlayMoment(
             values.get("region"),
             None if heading is None else Heading(heading),
             others,

@@ -29,7 +29,7 @@ Bounds = tuple[int, int] | None
 
 
 @dataclass(frozen=True)
-class Problem:
+class FormulaFlaw:
     """One thing wrong with a formula, at a column (from 1). ``unknown`` is the name that is
     not declared, so that the caller can suggest another."""
 
@@ -41,7 +41,7 @@ class Problem:
 
 def check(
     formula: Formula, declared: Mapping[str, Bounds], *, next_allowed: bool = True
-) -> tuple[Problem, ...]:
+) -> tuple[FormulaFlaw, ...]:
     """All problems of the formula, by column; none means that it can be used.
 
     ``declared`` maps the variables to their range, or None for Booleans.
@@ -51,14 +51,16 @@ def check(
     return tuple(sorted(set(found), key=lambda problem: problem.column))
 
 
-def _formula(formula: Formula, declared: Mapping[str, Bounds], primes: bool) -> Iterator[Problem]:
+def _formula(
+    formula: Formula, declared: Mapping[str, Bounds], primes: bool
+) -> Iterator[FormulaFlaw]:
     match formula:
         case Constant():
             pass
         case Name(name, _, column):
             yield from _name(formula, declared, primes)
             if declared.get(name) is not None:
-                yield Problem(column, f"the number {name} stands alone", f"write {name} = ...")
+                yield FormulaFlaw(column, f"the number {name} stands alone", f"write {name} = ...")
         case Comparison(relation, left, right):
             yield from _term(left, declared, primes)
             yield from _term(right, declared, primes)
@@ -67,7 +69,9 @@ def _formula(formula: Formula, declared: Mapping[str, Bounds], primes: bool) -> 
                 yield from _range(right, left, declared)
         case Next(operand):
             if not primes:
-                yield Problem(_first_column(operand), "next(...) in an initial condition", _NO_NEXT)
+                yield FormulaFlaw(
+                    _first_column(operand), "next(...) in an initial condition", _NO_NEXT
+                )
             yield from _formula(operand, declared, True)
         case Not(operand):
             yield from _formula(operand, declared, primes)
@@ -82,30 +86,30 @@ def _formula(formula: Formula, declared: Mapping[str, Bounds], primes: bool) -> 
 _NO_NEXT = "an initial condition speaks of the first state only"
 
 
-def _name(name: Name, declared: Mapping[str, Bounds], primes: bool) -> Iterator[Problem]:
+def _name(name: Name, declared: Mapping[str, Bounds], primes: bool) -> Iterator[FormulaFlaw]:
     if name.name not in declared:
         found = f"unknown variable {name.name!r}"
-        yield Problem(name.column, found, unknown=name.name)
+        yield FormulaFlaw(name.column, found, unknown=name.name)
     if name.primed and not primes:
-        yield Problem(name.column, f"the next value {name.name}' here", _NO_NEXT)
+        yield FormulaFlaw(name.column, f"the next value {name.name}' here", _NO_NEXT)
 
 
-def _term(term: Term, declared: Mapping[str, Bounds], primes: bool) -> Iterator[Problem]:
+def _term(term: Term, declared: Mapping[str, Bounds], primes: bool) -> Iterator[FormulaFlaw]:
     for part in term.terms if isinstance(term, Sum) else (term,):
         if isinstance(part, Name):
             yield from _name(part, declared, primes)
             if part.name in declared and declared[part.name] is None:
                 found = f"{part.name} is Boolean and cannot be compared"
-                yield Problem(part.column, found, f"write {part.name} or !{part.name}")
+                yield FormulaFlaw(part.column, found, f"write {part.name} or !{part.name}")
 
 
-def _range(term: Term, other: Term, declared: Mapping[str, Bounds]) -> Iterator[Problem]:
+def _range(term: Term, other: Term, declared: Mapping[str, Bounds]) -> Iterator[FormulaFlaw]:
     if not (isinstance(term, Name) and isinstance(other, Number)):
         return
     bounds = declared.get(term.name)
     if bounds is not None and not bounds[0] <= other.value <= bounds[1]:
         found = f"{other.value} is outside the range of {term.name}"
-        yield Problem(other.column, found, f"{term.name} is from {bounds[0]} to {bounds[1]}")
+        yield FormulaFlaw(other.column, found, f"{term.name} is from {bounds[0]} to {bounds[1]}")
 
 
 def _first_column(formula: Formula) -> int:

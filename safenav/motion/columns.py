@@ -19,7 +19,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from safenav.errors import UsageError
-from safenav.motion.file.records import Arc, Curve, Flight, Motion, Moving, Segment, Swing, Track
+from safenav.motion.file.records import (
+    Arc,
+    Curve,
+    Flight,
+    FlownTrack,
+    Motion,
+    Moving,
+    Segment,
+    Swing,
+)
 from safenav.motion.pendulum import sampled
 from safenav.motion.polynomial import between, derivative, values
 
@@ -88,7 +97,7 @@ def columns_of(motion: Motion, robot: str, rate: float, in_world: bool = True) -
         if len(since):
             table[low:high] = sample(piece, since, limits)
     columns = {name: table[:, index] for index, name in enumerate(names)}
-    tracks = [line for line in motion.lines if isinstance(line, Track) and line.robot == robot]
+    tracks = [line for line in motion.lines if isinstance(line, FlownTrack) and line.robot == robot]
     if tracks:
         columns = _tracked(tracks, times, columns)
     return Columns(times, _placed(columns, motion.header.origin) if in_world else columns)
@@ -184,7 +193,9 @@ def _driving(arc: Arc, times: Array) -> Array:
     return table
 
 
-def _tracked(tracks: list[Track], times: Array, reference: Mapping[str, Array]) -> dict[str, Array]:
+def _tracked(
+    tracks: list[FlownTrack], times: Array, reference: Mapping[str, Array]
+) -> dict[str, Array]:
     """The columns of a flight in wind, between its samples on a straight line; what was its
     reference becomes ``ref_x``, ``ref_y``, ``ref_z``."""
     rows = np.array([row for track in tracks for row in track.rows])

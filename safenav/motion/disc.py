@@ -10,8 +10,8 @@ from math import atan2, hypot, pi, remainder, sqrt, tau
 
 from safenav.errors import UsageError
 from safenav.motion.file.records import Curve, Flight, Moving
-from safenav.motion.geometry import Floor, way, yaw
-from safenav.motion.mover import Errand, Mover, Values
+from safenav.motion.geometry import MetricFloor, way, yaw
+from safenav.motion.mover import Crossing, Mover, Values
 from safenav.motion.polynomial import PEAK, quintic
 
 PEAK_ACCELERATION = 10 / sqrt(3)
@@ -31,7 +31,7 @@ class DiscMover(Mover):
     def __init__(
         self,
         robot: str,
-        floor: Floor,
+        floor: MetricFloor,
         region: int,
         heading: str | None,
         size: float,
@@ -58,14 +58,14 @@ class DiscMover(Mover):
         """How long a way from rest to rest takes."""
         return PEAK * metres / self.values["speed"]
 
-    def move(self, errand: Errand) -> list[Moving]:
-        x, y = self.floor.centre(errand.to)
-        if errand.short:
-            ahead = way(errand.heading)
+    def move(self, crossing: Crossing) -> list[Moving]:
+        x, y = self.floor.centre(crossing.to)
+        if crossing.short:
+            ahead = way(crossing.heading)
             back = self.floor.side / 2 - self.size / 2 - ROOM
             x, y = x - ahead[0] * back, y - ahead[1] * back
-        moved = self._go(errand.tick, (x, y), yaw(errand.heading), errand.to)
-        self.region, self.heading = errand.to, errand.heading
+        moved = self._go(crossing.tick, (x, y), yaw(crossing.heading), crossing.to)
+        self.region, self.heading = crossing.to, crossing.heading
         return moved
 
     def rest(self, tick: int, until: float) -> list[Moving]:

@@ -31,7 +31,7 @@ class Box:
 
 
 @dataclass(frozen=True)
-class Floor:
+class MetricFloor:
     """A map of square regions: ``side`` metres each, numbered in reading order."""
 
     rows: int

@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib import import_module
 
 from safenav.errors import UsageError
-from safenav.motion.geometry import Floor
+from safenav.motion.geometry import MetricFloor
 from safenav.motion.mover import Mover
 from safenav.scenario.motion import installed_kind, known_kinds, parameters
 
@@ -18,7 +18,7 @@ _BUILT_IN = {
 
 
 def mover(
-    robot: str, floor: Floor, region: int, heading: str | None, motion: dict[str, object]
+    robot: str, floor: MetricFloor, region: int, heading: str | None, motion: dict[str, object]
 ) -> Mover:
     """The mover of a robot whose ``motion`` (kind and parameters) stands in a trace.
 

@@ -7,10 +7,10 @@ from dataclasses import asdict, dataclass
 
 import safenav
 from safenav.errors import Diagnostic, InputError, UsageError
-from safenav.motion.file.records import Flight, Header, Line, Motion, Segment
+from safenav.motion.file.records import Flight, Line, Motion, MotionHeader, Segment
 from safenav.motion.flyer.mover import FlyerMover
 from safenav.motion.flyer.simulation import check_gust, flown
-from safenav.motion.geometry import Floor
+from safenav.motion.geometry import MetricFloor
 from safenav.motion.kinds import mover
 from safenav.motion.mover import Mover
 from safenav.motion.timing.order import order_of
@@ -57,7 +57,7 @@ def motion_of(
         lines = _in_wind(lines, movers, floor, against)
     if against.push:
         lines = _struck(lines, movers, floor, against)
-    header = Header(
+    header = MotionHeader(
         trace=digest,
         safenav=safenav.__version__,
         side=floor.side,
@@ -73,7 +73,7 @@ def motion_of(
 
 
 def _in_wind(
-    lines: tuple[Line, ...], movers: Mapping[str, Mover], floor: Floor, against: Disturbances
+    lines: tuple[Line, ...], movers: Mapping[str, Mover], floor: MetricFloor, against: Disturbances
 ) -> tuple[Line, ...]:
     """The lines with how each flyer follows its references in gusts."""
     tracks: list[Line] = []
@@ -87,7 +87,7 @@ def _in_wind(
 
 
 def _struck(
-    lines: tuple[Line, ...], movers: Mapping[str, Mover], floor: Floor, against: Disturbances
+    lines: tuple[Line, ...], movers: Mapping[str, Mover], floor: MetricFloor, against: Disturbances
 ) -> tuple[Line, ...]:
     """The lines with a blow to each walker in each walking move, and how it keeps itself up."""
     found = list(lines)
@@ -101,7 +101,7 @@ def _struck(
     return tuple(sorted(found, key=when))
 
 
-def floor_of(trace: Trace, side: float | None = None) -> Floor:
+def floor_of(trace: Trace, side: float | None = None) -> MetricFloor:
     """The floor of a trace in metres. Raises InputError if its regions are not square."""
     header, world = trace.header, trace.header.scenario.map
     if side is None:
@@ -114,10 +114,10 @@ def floor_of(trace: Trace, side: float | None = None) -> Floor:
     if not 0 < side < 1e6:
         found = f"regions of {side:g} m: their side must be more than 0"
         raise InputError([Diagnostic(trace.source, header.line, 1, found)])
-    return Floor(world.rows, world.cols, side)
+    return MetricFloor(world.rows, world.cols, side)
 
 
-def movers_of(trace: Trace, floor: Floor) -> dict[str, Mover]:
+def movers_of(trace: Trace, floor: MetricFloor) -> dict[str, Mover]:
     """A mover for each robot, where it starts."""
     movers = {}
     for name, robot in trace.header.scenario.robots.items():

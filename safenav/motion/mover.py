@@ -12,14 +12,14 @@ from dataclasses import dataclass
 
 from safenav.errors import UsageError
 from safenav.motion.file.records import Moving
-from safenav.motion.geometry import Floor
+from safenav.motion.geometry import MetricFloor
 
 Values = Mapping[str, float]
 """Parameters of a kind by name (safenav.scenario.motion)."""
 
 
 @dataclass(frozen=True)
-class Errand:
+class Crossing:
     """A move between two regions that lie side by side.
 
     ``heading``: after it; ``then``: the heading of the move after the next one has begun, or
@@ -48,7 +48,7 @@ class Mover(ABC):
     def __init__(
         self,
         robot: str,
-        floor: Floor,
+        floor: MetricFloor,
         region: int,
         heading: str | None,
         size: float,
@@ -67,7 +67,7 @@ class Mover(ABC):
             raise UsageError(f"{self.robot}: only a rover has a footprint")
 
     @abstractmethod
-    def move(self, errand: Errand) -> list[Moving]:
+    def move(self, crossing: Crossing) -> list[Moving]:
         """Carry out a move that begins now."""
 
     @abstractmethod

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from safenav.motion.columns import Columns, columns_of
-from safenav.motion.file.records import Link, Motion, Moving, Push, Track, Wait
-from safenav.motion.geometry import Floor, margin
+from safenav.motion.file.records import Blow, FlownTrack, Link, Motion, Moving, Wait
+from safenav.motion.geometry import MetricFloor, margin
 
 RATE = 50.0
 """Samples a second from which distances, speeds and margins are taken."""
@@ -56,7 +56,7 @@ def travel_of(motion: Motion, robot: str) -> Travel:
 
 
 def _room(motion: Motion, robot: str, columns: Columns) -> float:
-    floor = Floor(motion.header.rows, motion.header.cols, motion.header.side)
+    floor = MetricFloor(motion.header.rows, motion.header.cols, motion.header.side)
     x, y = columns.place
     points, least = np.column_stack([x, y]), np.inf
     for line in motion.lines:
@@ -113,8 +113,8 @@ def _waits(motion: Motion) -> list[str]:
 
 
 def _disturbed(motion: Motion) -> list[str]:
-    pushes = [line for line in motion.lines if isinstance(line, Push)]
-    tracks = [line for line in motion.lines if isinstance(line, Track)]
+    pushes = [line for line in motion.lines if isinstance(line, Blow)]
+    tracks = [line for line in motion.lines if isinstance(line, FlownTrack)]
     found: list[str] = []
     if pushes:
         worst = max(float(np.hypot(push.dx, push.dy)) for push in pushes)

@@ -12,8 +12,8 @@ from math import atan2, hypot, pi, remainder, sqrt, tau
 from safenav.errors import UsageError
 from safenav.motion.disc import PEAK_ACCELERATION, ROOM
 from safenav.motion.file.records import Arc, Drive, Moving
-from safenav.motion.geometry import Floor, way, yaw
-from safenav.motion.mover import Errand, Mover, Values
+from safenav.motion.geometry import MetricFloor, way, yaw
+from safenav.motion.mover import Crossing, Mover, Values
 from safenav.motion.polynomial import PEAK, quintic
 
 
@@ -23,7 +23,7 @@ class RoverMover(Mover):
     def __init__(
         self,
         robot: str,
-        floor: Floor,
+        floor: MetricFloor,
         region: int,
         heading: str | None,
         size: float,
@@ -48,15 +48,15 @@ class RoverMover(Mover):
         names = ("speed", "acceleration", "turning")
         return {"size": self.size, **{name: self.values[name] for name in names}}
 
-    def move(self, errand: Errand) -> list[Moving]:
-        x, y = self.floor.centre(errand.to)
-        if errand.short:
-            ahead = way(errand.heading)
+    def move(self, crossing: Crossing) -> list[Moving]:
+        x, y = self.floor.centre(crossing.to)
+        if crossing.short:
+            ahead = way(crossing.heading)
             back = self.floor.side / 2 - self.size / 2 - ROOM
             x, y = x - ahead[0] * back, y - ahead[1] * back
-        arcs = [*self._turning(yaw(errand.heading)), self._driving((x, y))]
-        drive = self._drive("drive", errand.tick, errand.to, arcs)
-        self.region, self.heading = errand.to, errand.heading
+        arcs = [*self._turning(yaw(crossing.heading)), self._driving((x, y))]
+        drive = self._drive("drive", crossing.tick, crossing.to, arcs)
+        self.region, self.heading = crossing.to, crossing.heading
         return [drive]
 
     def rest(self, tick: int, until: float) -> list[Moving]:

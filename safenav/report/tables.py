@@ -6,7 +6,7 @@ import csv
 import io
 from collections.abc import Iterable
 
-from safenav.report.replay.timeline import EventKind, Replay
+from safenav.report.replay.timeline import Replay, StoryKind
 from safenav.trace import records
 from safenav.trace.trace import Trace
 
@@ -37,7 +37,7 @@ def _moves(replay: Replay) -> Iterable[Row]:
 
 def _events(replay: Replay) -> Iterable[Row]:
     for e in replay.events:
-        if e.kind is not EventKind.SYNTHESIS:
+        if e.kind is not StoryKind.SYNTHESIS:
             yield e.tick, e.kind.value, e.robot, e.region, e.obstacle, e.text
 
 

@@ -28,7 +28,7 @@ Values = Mapping[str, int]
 
 
 @dataclass(eq=False)
-class Rule:
+class GuaranteeRule:
     """One formula. Its truth on a step depends on the variables that it names only."""
 
     formula: Formula
@@ -51,12 +51,12 @@ class Guarantees:
 
     def __init__(self, objective: Ltl) -> None:
         self.goals = len(objective.liveness)
-        self._liveness = tuple(Rule(parse(text)) for text in objective.liveness)
+        self._liveness = tuple(GuaranteeRule(parse(text)) for text in objective.liveness)
         self._ranges = {
             name: range(2) if bounds is None else range(bounds[0], bounds[1] + 1)
             for name, bounds in objective.memory.items()
         }
-        safety = [Rule(parse(text)) for text in objective.safety]
+        safety = [GuaranteeRule(parse(text)) for text in objective.safety]
         self._plain = [rule for rule in safety if not self._speaks_of_memory(rule)]
         self._rest = [rule for rule in safety if self._speaks_of_memory(rule)]
 
@@ -105,7 +105,7 @@ class Guarantees:
         }
         return _valuations(orders)
 
-    def _speaks_of_memory(self, rule: Rule) -> bool:
+    def _speaks_of_memory(self, rule: GuaranteeRule) -> bool:
         return any(name in self._ranges for name in rule.names)
 
     @cached_property

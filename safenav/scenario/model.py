@@ -12,7 +12,7 @@ from enum import StrEnum
 
 from safenav.dataclass import dataclass
 from safenav.scenario.event_pattern import EventPattern
-from safenav.scenario.motion import Motion
+from safenav.scenario.motion import MotionModel
 from safenav.scenario.objective import Objective
 from safenav.world.map import Region, RegionMap
 from safenav.world.moves import Mobility, Pose
@@ -52,7 +52,7 @@ class RobotModel:
     size: float | None = None
     speed: float | None = None
     timing: Timing = Timing()
-    motion: Motion | None = None
+    motion: MotionModel | None = None
 
 
 @dataclass(frozen=True)

@@ -27,7 +27,7 @@ class Parameter:
 
 
 @dataclass(frozen=True)
-class Motion:
+class MotionModel:
     """What a model says of its motion: the kind, and the parameters that it sets itself."""
 
     kind: str
@@ -101,7 +101,7 @@ def known_kinds() -> list[str]:
 
 
 def resolved(
-    motion: Motion | None, size: float | None, speed: float | None
+    motion: MotionModel | None, size: float | None, speed: float | None
 ) -> dict[str, object] | None:
     """The kind of motion of a model with all its parameters: those that it sets, and defaults.
 
@@ -110,7 +110,7 @@ def resolved(
     if motion is None:
         if speed is None:
             return None
-        motion = Motion("disc")
+        motion = MotionModel("disc")
     known = parameters(motion.kind) or {}
     values: dict[str, object] = {name: parameter.default for name, parameter in known.items()}
     values.update((name, own) for name, own in (("size", size), ("speed", speed)) if own)

@@ -18,15 +18,15 @@ from safenav.scenario.reading.bare_map import Division
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import Draft, load_draft
 from safenav.scenario.template import TEMPLATES
-from safenav.scenario.yaml.findings import Reach
+from safenav.scenario.yaml.findings import ReadableFolder
 from safenav.scenario.yaml.source import MAX_BYTES, is_trace
 from safenav.studio.editing import beginnings
-from safenav.studio.editing.document import Document
+from safenav.studio.editing.document import OpenDocument
 from safenav.studio.editing.drawing import drawing_of, palette
 from safenav.studio.editing.judging import Judging
 from safenav.studio.editing.operations import edited
 from safenav.studio.editing.played import played
-from safenav.studio.run.orders import Order
+from safenav.studio.run.orders import RunOrder
 from safenav.studio.session import Made, Message, Studio
 
 _ENDINGS = (".yaml", ".yml")
@@ -37,11 +37,13 @@ class Editor(Studio):
     outside ``folder``. ``foreign``: the text came by link or upload and reads no file."""
 
     def __init__(self, text: str, path: Path | None, folder: Path | None) -> None:
-        super().__init__(Order(text, str(path or "scenario.yaml")), built_in())
+        super().__init__(RunOrder(text, str(path or "scenario.yaml")), built_in())
         self.path = path
         self.folder = folder
         self.foreign = path is None
-        self.document = Document(text, saved=text if path is not None and path.exists() else None)
+        self.document = OpenDocument(
+            text, saved=text if path is not None and path.exists() else None
+        )
         self._judging = Judging(self.tell)
         self._companions: dict[str, bytes] = {}
         self._drawing: dict[str, Any] | None = None
@@ -150,11 +152,11 @@ class Editor(Studio):
             "problems": [_problem(found) for found in self._draft.diagnostics],
         }
 
-    def _reach(self) -> Reach:
+    def _reach(self) -> ReadableFolder:
         """The files that the text may name: those beside it, or in the folder."""
         if self.foreign or self.path is None:
-            return Reach(self.folder)
-        return Reach(self.folder or self.path.parent)
+            return ReadableFolder(self.folder)
+        return ReadableFolder(self.folder or self.path.parent)
 
     @property
     def _name(self) -> str:
@@ -166,11 +168,11 @@ class Editor(Studio):
     def _drafted(self, *, reachable: bool = True) -> Draft:
         return load_draft(self.document.text, self._name, self._reach(), reachable=reachable)
 
-    def _order_of(self, text: str) -> Order:
+    def _order_of(self, text: str) -> RunOrder:
         folder = self._reach().folder
-        return Order(text, self._name, None if folder is None else str(folder))
+        return RunOrder(text, self._name, None if folder is None else str(folder))
 
-    def _ordered(self) -> Order:
+    def _ordered(self) -> RunOrder:
         if not self._checked:
             self._draft, self._checked = self._drafted(), True
         if self._draft.scenario is None:

@@ -17,8 +17,8 @@ from safenav.errors import UsageError
 from safenav.scenario.catalogue import Catalogue
 from safenav.scenario.reading.loader import load_with_catalogue
 from safenav.scenario.yaml.source import STDIN
-from safenav.studio.run.live import Run
-from safenav.studio.run.orders import Order
+from safenav.studio.run.live import StudioRun
+from safenav.studio.run.orders import RunOrder
 from safenav.studio.saving import SAVERS
 
 Message = Mapping[str, Any]
@@ -30,9 +30,9 @@ class Studio:
     """``editor``: the drawing side, None where only a run is shown. ``pages``: what is to be
     sent to each of them."""
 
-    def __init__(self, order: Order, catalogue: Catalogue, *, trace: Path | None = None) -> None:
+    def __init__(self, order: RunOrder, catalogue: Catalogue, *, trace: Path | None = None) -> None:
         self.pages: set[asyncio.Queue[str | None]] = set()
-        self.run: Run | None = None
+        self.run: StudioRun | None = None
         self._order = order
         self._catalogue = catalogue
         self._trace = trace
@@ -56,7 +56,7 @@ class Studio:
             raise UsageError("a live run needs a file: standard input can be read only once")
         _, catalogue = load_with_catalogue(scenario)
         text = scenario.read_text(encoding="utf-8-sig")
-        order = Order(text, str(scenario), trusted=True, seed=seed)
+        order = RunOrder(text, str(scenario), trusted=True, seed=seed)
         return cls(order, catalogue, trace=trace)
 
     @property
@@ -130,19 +130,19 @@ class Studio:
         """What this studio is."""
         return {"is": "hello", "editor": False, "types": obstacle_kinds(self._catalogue)}
 
-    def _ordered(self) -> Order:
+    def _ordered(self) -> RunOrder:
         """What is to be run now. Raises InputError for a scenario that cannot be."""
         return self._order
 
-    async def _begin(self, seed: int | None) -> Run:
+    async def _begin(self, seed: int | None) -> StudioRun:
         """Start a run, in the place of the one before."""
         async with self._starting:
             order = self._ordered()
             if self.run is not None:
                 await self.run.end()
             if seed is not None:
-                order = Order(order.text, order.file, order.folder, order.trusted, seed)
-            self.run = Run(order, self.tell, speed=self._speed, trace=self._trace)
+                order = RunOrder(order.text, order.file, order.folder, order.trusted, seed)
+            self.run = StudioRun(order, self.tell, speed=self._speed, trace=self._trace)
             await self.run.start()
             return self.run
 

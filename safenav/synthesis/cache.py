@@ -38,7 +38,7 @@ class CacheWarning(UserWarning):
 
 
 @dataclass(frozen=True)
-class Entry:
+class CacheEntry:
     """A proven verdict, what it cost when it was computed, and the strategy if there is one."""
 
     verdict: Verdict
@@ -83,7 +83,7 @@ class Cache:
     def off(cls) -> Cache:
         return cls(None)
 
-    def load(self, key: str) -> Entry | None:
+    def load(self, key: str) -> CacheEntry | None:
         """The answer of that name, None if it is unknown or damaged (then it is dropped)."""
         if self.directory is None:
             return None
@@ -97,7 +97,7 @@ class Cache:
             self.drop(key)
         return entry
 
-    def store(self, key: str, entry: Entry) -> None:
+    def store(self, key: str, entry: CacheEntry) -> None:
         """Keep a proven verdict; spent time and memory prove nothing and are not kept."""
         if self.directory is None or entry.verdict not in _LASTING:
             return
@@ -197,7 +197,7 @@ class Cache:
         return total
 
 
-def _pack(entry: Entry, key: str) -> bytes:
+def _pack(entry: CacheEntry, key: str) -> bytes:
     """Magic and checksum on the first line, facts as JSON on the second, then the strategy."""
     facts = {
         "key": key,
@@ -209,7 +209,7 @@ def _pack(entry: Entry, key: str) -> bytes:
     return _MAGIC + hashlib.sha256(body).hexdigest().encode() + b"\n" + body
 
 
-def _unpack(data: bytes, key: str) -> Entry | None:
+def _unpack(data: bytes, key: str) -> CacheEntry | None:
     first, _, body = data.partition(b"\n")
     if first != _MAGIC + hashlib.sha256(body).hexdigest().encode():
         return None
@@ -218,7 +218,7 @@ def _unpack(data: bytes, key: str) -> Entry | None:
         facts = json.loads(head)
         if facts["key"] != key:
             return None
-        return Entry(
+        return CacheEntry(
             Verdict(facts["verdict"]),
             float(facts["seconds"]),
             strategy if facts["strategy"] else None,

@@ -37,7 +37,7 @@ class Question(StrEnum):
         return Verdict.REALIZABLE
 
 
-class Phase(StrEnum):
+class QuestionPhase(StrEnum):
     STARTED = "started"
     RUNNING = "running"
     FINISHED = "finished"
@@ -50,7 +50,7 @@ class SynthesisProgress:
 
     index: int
     robot: str
-    phase: Phase
+    phase: QuestionPhase
     seconds: float
     result: SynthesisResult | None = None
 
@@ -83,6 +83,6 @@ class Job:
         return options
 
     def progress(
-        self, phase: Phase, seconds: float, result: SynthesisResult | None = None
+        self, phase: QuestionPhase, seconds: float, result: SynthesisResult | None = None
     ) -> SynthesisProgress:
         return SynthesisProgress(self.index, self.robot, phase, seconds, result)

@@ -21,11 +21,11 @@ from safenav.scenario.model import Controllers, Limits
 from safenav.spec.specification import Specification
 from safenav.synthesis.answer import failure, too_large, verdict_of
 from safenav.synthesis.binary import Binary, find_binary, find_own_binary
-from safenav.synthesis.cache import Cache, Entry, key_of
+from safenav.synthesis.cache import Cache, CacheEntry, key_of
 from safenav.synthesis.jobs import work_off
 from safenav.synthesis.process import Finished, orderly_termination
 from safenav.synthesis.program import Program, Served
-from safenav.synthesis.question import Job, Listener, Phase, Question, SynthesisProgress
+from safenav.synthesis.question import Job, Listener, Question, QuestionPhase, SynthesisProgress
 from safenav.synthesis.strategy import Strategy
 from safenav.synthesis.verdict import SynthesisResult, Verdict
 
@@ -139,7 +139,7 @@ class Synthesizer:
                 continue
             results[index] = remembered
             elapsed = time.monotonic() - begun
-            tell(SynthesisProgress(index, spec.robot, Phase.FINISHED, elapsed, remembered))
+            tell(SynthesisProgress(index, spec.robot, QuestionPhase.FINISHED, elapsed, remembered))
         if jobs:
             with orderly_termination():
                 program = Program(self.binary, self.seconds, self.memory_mb)
@@ -173,19 +173,19 @@ class Synthesizer:
         if not isinstance(finished, Finished):
             found, seconds = finished
             if isinstance(found, Verdict):
-                return self._checked(job, Entry(found, seconds, None), cached=False)
+                return self._checked(job, CacheEntry(found, seconds, None), cached=False)
             return replace(
-                self._checked(job, Entry(Verdict.REALIZABLE, seconds, None), cached=False),
+                self._checked(job, CacheEntry(Verdict.REALIZABLE, seconds, None), cached=False),
                 served=found,
             )
         if too_large(finished) and job.most_nodes is not None:
-            entry = Entry(Verdict.REALIZABLE, finished.seconds, None)
+            entry = CacheEntry(Verdict.REALIZABLE, finished.seconds, None)
             self.cache.store(self._too_large_key(job), entry)
             return self._checked(job, entry, cached=False)
         verdict = verdict_of(finished, self.binary, job.robot)
         wanted = job.question is not Question.REALIZABILITY
         automaton = wanted and verdict is job.question.answered_by
-        entry = Entry(verdict, finished.seconds, finished.stdout if automaton else None)
+        entry = CacheEntry(verdict, finished.seconds, finished.stdout if automaton else None)
         try:
             result = self._checked(job, entry, cached=False, detail=finished.explanation)
         except SynthesizerError as error:
@@ -197,7 +197,7 @@ class Synthesizer:
         return result
 
     def _checked(
-        self, job: Job, entry: Entry, *, cached: bool, detail: str = ""
+        self, job: Job, entry: CacheEntry, *, cached: bool, detail: str = ""
     ) -> SynthesisResult:
         """The result of an answer. Raises SynthesizerError if its automaton is no automaton, or
         is verified and fails."""

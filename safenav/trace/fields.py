@@ -186,7 +186,7 @@ def _mapping(item: Converter) -> Converter:
 
 
 @dataclass(frozen=True)
-class Entry:
+class FieldEntry:
     """A field of a record: its name in Python and in JSON, and whether it may be absent."""
 
     name: str
@@ -198,11 +198,11 @@ class Entry:
 
 
 @cache
-def entries(kind: Any) -> tuple[Entry, ...]:
+def entries(kind: Any) -> tuple[FieldEntry, ...]:
     """The fields of a record class, or of a class of objects in one, in order."""
     hints = get_type_hints(kind, include_extras=True)
     return tuple(
-        Entry(
+        FieldEntry(
             entry.name,
             entry.name.rstrip("_"),
             hints[entry.name],

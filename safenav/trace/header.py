@@ -34,8 +34,8 @@ def scenario_header(
             obstacle_header(o, scenario, None if truths is None else truths[o.name])
             for o in scenario.obstacles
         ),
-        until=setting.Until(scenario.until.rounds),
-        limits=setting.Limits(
+        until=setting.UntilHeader(scenario.until.rounds),
+        limits=setting.LimitsHeader(
             ticks=limits.ticks,
             synthesis_seconds=limits.synthesis_seconds,
             synthesis_memory=limits.synthesis_memory,
@@ -66,9 +66,9 @@ def obstacle_header(
     )
 
 
-def _needs(obstacle: Obstacle, world: RegionMap) -> tuple[setting.Need, ...]:
+def _needs(obstacle: Obstacle, world: RegionMap) -> tuple[setting.NeedHeader, ...]:
     return tuple(
-        setting.Need(
+        setting.NeedHeader(
             need.action, obstacle.resolution_regions(world, number), need.robots, need.together
         )
         for number, need in enumerate(obstacle.needs)
@@ -117,14 +117,14 @@ def _robot(robot: Robot, scenario: Scenario) -> setting.RobotHeader:
         vision=model.vision,
         tracking=robot.tracking.value,
         tracks=tuple(sorted(robot.tracks)),
-        timing=setting.Timing(model.timing.least, model.timing.most),
+        timing=setting.TimingHeader(model.timing.least, model.timing.most),
         motion=resolved(model.motion, model.size, model.speed),
     )
 
 
-def _changes(scenario: Scenario) -> tuple[setting.RobotChange, ...] | None:
+def _changes(scenario: Scenario) -> tuple[setting.ChangeHeader, ...] | None:
     found = tuple(
-        setting.RobotChange(
+        setting.ChangeHeader(
             change.at,
             change.robot,
             None if change.objective is None else objective_in_trace(change.objective),

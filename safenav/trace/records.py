@@ -29,11 +29,11 @@ from safenav.trace.vocabulary import (
     Place,
     PlanEndReason,
     Reason,
+    RecordedVerdict,
     Region,
     Seconds,
     Sha256,
     StackReason,
-    Verdict,
     Verified,
 )
 
@@ -67,7 +67,7 @@ class Tried:
 
     fairness: str
     spec: Sha256
-    verdict: Verdict
+    verdict: RecordedVerdict
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ class Synthesis(Record):
     type: ClassVar[str] = "synthesis"
     robot: str
     reason: Reason
-    verdict: Verdict
+    verdict: RecordedVerdict
     seconds: Seconds
     states: Count | None
     cached: bool

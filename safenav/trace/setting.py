@@ -11,7 +11,7 @@ from safenav.trace.vocabulary import Count, Heading, Json, Least, Region, Second
 
 
 @dataclass(frozen=True)
-class Timing:
+class TimingHeader:
     """Ticks that a step takes: at least and at most."""
 
     least: Annotated[int, Least(1)]
@@ -35,12 +35,12 @@ class RobotHeader:
     vision: float | None = None
     tracking: str | None = None
     tracks: tuple[str, ...] | None = None
-    timing: Timing | None = None
+    timing: TimingHeader | None = None
     motion: Json | None = None
 
 
 @dataclass(frozen=True)
-class Need:
+class NeedHeader:
     """One of several actions that an obstacle needs, in order: by ``robots`` distinct robots,
     ``together`` in one tick, from ``regions``."""
 
@@ -63,14 +63,14 @@ class ObstacleHeader:
     resolution_regions: tuple[Region, ...]
     blocks: frozenset[str]
     traversable: bool | None
-    needs: tuple[Need, ...] | None = None
+    needs: tuple[NeedHeader, ...] | None = None
     from_: Count | None = None
     until: Count | None = None
 
     @property
-    def all_needs(self) -> tuple[Need, ...]:
+    def all_needs(self) -> tuple[NeedHeader, ...]:
         """Its needs in order, also where the trace tells only one."""
-        return self.needs or (Need(self.action, self.resolution_regions),)
+        return self.needs or (NeedHeader(self.action, self.resolution_regions),)
 
     def admits(self, robot: RobotHeader, stage: int) -> bool:
         """Whether a robot has all actions that are left once ``stage`` needs are met."""
@@ -78,7 +78,7 @@ class ObstacleHeader:
 
 
 @dataclass(frozen=True)
-class RobotChange:
+class ChangeHeader:
     """What a robot is told while the run goes on, at the beginning of tick ``at``: another
     ``objective``, or whether it is in service (``active``)."""
 
@@ -103,7 +103,7 @@ class MapHeader:
 
 
 @dataclass(frozen=True)
-class Until:
+class UntilHeader:
     """The run is completed when every objective was met this many times after the last
     resolution."""
 
@@ -111,7 +111,7 @@ class Until:
 
 
 @dataclass(frozen=True)
-class Limits:
+class LimitsHeader:
     """Ticks and seconds of the run; seconds, MiB and states of each synthesis."""
 
     ticks: Count | None = None
@@ -131,10 +131,10 @@ class ScenarioHeader:
     map: MapHeader
     robots: Mapping[str, RobotHeader]
     obstacles: tuple[ObstacleHeader, ...]
-    until: Until
-    limits: Limits
+    until: UntilHeader
+    limits: LimitsHeader
     seed: int
     coordination: str
     world: str = "simulated"
     partition: tuple[tuple[Region, ...], ...] | None = None
-    changes: tuple[RobotChange, ...] | None = None
+    changes: tuple[ChangeHeader, ...] | None = None

@@ -37,7 +37,7 @@ Place = tuple[Region, Heading | None]
 """A region, and the heading of a robot that has one."""
 
 
-class Verdict(StrEnum):
+class RecordedVerdict(StrEnum):
     """What a synthesis came to."""
 
     REALIZABLE = "realizable"

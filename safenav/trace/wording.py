@@ -263,7 +263,7 @@ def _natural(name: str) -> list[tuple[int, str]]:
 def synthesis_words(line: records.Synthesis) -> str:
     """What a synthesis came to: ``21 states in 3 ms, verified``."""
     found = line.verdict.value.replace("_", " ")
-    if line.verdict is vocabulary.Verdict.REALIZABLE and line.states is not None:
+    if line.verdict is vocabulary.RecordedVerdict.REALIZABLE and line.states is not None:
         found = counted(line.states, "state")
     spent = ", from the cache" if line.cached else f" in {seconds_words(line.seconds)}"
     proof = {

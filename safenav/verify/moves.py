@@ -14,7 +14,7 @@ from safenav.dataclass import dataclass
 from safenav.errors import SynthesizerError
 from safenav.formula.evaluator import evaluate
 from safenav.spec.specification import Constraint, Owner, Section, Specification
-from safenav.synthesis.serving.served import Move, Position, falls
+from safenav.synthesis.serving.served import Position, ServedMove, falls
 from safenav.verify.automaton import Clause, clauses
 
 Values = Mapping[str, int]
@@ -65,7 +65,7 @@ class MoveCheck:
         if not any(self._sections[Section.ENV_TRANS].broken(here.values, following)):
             raise self.wrong("no answer, though every assumption is kept")
 
-    def move(self, here: Position, inputs: Values, move: Move) -> None:
+    def move(self, here: Position, inputs: Values, move: ServedMove) -> None:
         """The answer to these next inputs: allowed, and closer to the goal."""
         before, after = here.values, move.to.values
         if any(after[name] != inputs[name] for name in self._inputs):
@@ -77,7 +77,7 @@ class MoveCheck:
             raise self.wrong(f"a move that breaks {constraint.origin}", constraint)
         self._progress(here, move)
 
-    def _progress(self, here: Position, move: Move) -> None:
+    def _progress(self, here: Position, move: ServedMove) -> None:
         goals = self._sections[Section.SYS_LIVENESS].clauses
         count = max(1, len(goals))
         before, after = here.values, move.to.values

@@ -8,7 +8,7 @@ from random import Random
 import pytest
 
 from safenav.explain.diagnosis import diagnose
-from safenav.explain.explanation import Cause, RepairKind, WitnessEnd
+from safenav.explain.explanation import NoStrategyCause, RepairKind, WitnessEnd
 from safenav.explain.investigation import explain
 from safenav.explain.quickxplain import minimal_subset
 from safenav.explain.summary import explain_unrealizable
@@ -85,9 +85,12 @@ AWAY = Visit((frozenset({16}),))
 
 @pytest.mark.parametrize(
     ("item", "cause"),
-    [("robots.guard", Cause.PARKED_ROBOT), ("obstacles.door@13", Cause.OBSTACLE)],
+    [
+        ("robots.guard", NoStrategyCause.PARKED_ROBOT),
+        ("obstacles.door@13", NoStrategyCause.OBSTACLE),
+    ],
 )
-def test_what_stands_in_the_way_is_told_by_its_item(item: str, cause: Cause) -> None:
+def test_what_stands_in_the_way_is_told_by_its_item(item: str, cause: NoStrategyCause) -> None:
     harmless = Known(11 + 18, "obstacles.door@29", "in a wall")
     task, world = _corridor(AWAY, blocked=(Known(13, item, "it is there"), harmless))
     found = diagnose(task, world)
@@ -112,7 +115,7 @@ catalogue: {robots: {r: {mobility: free, layer: ground, capabilities: []}}}
 """
     )
     found = explain(scenario, task, Synthesizer(), lambda _: False)
-    assert found.cause is Cause.KEPT_AWAY
+    assert found.cause is NoStrategyCause.KEPT_AWAY
     assert not found.core.alone
     assert found.witness is not None
     assert found.witness.goal is not None
@@ -139,7 +142,7 @@ catalogue: {robots: {r: {mobility: free, layer: ground, capabilities: []}}}
 """
     )
     found = explain(scenario, task, Synthesizer(), lambda _: False)
-    assert found.cause is Cause.CORNERED
+    assert found.cause is NoStrategyCause.CORNERED
     assert found.witness is not None and found.witness.ending is WitnessEnd.STUCK
     said = cause_words(found, world)
     assert said == "blocker can bring it where every move breaks a guarantee"
@@ -159,7 +162,7 @@ catalogue: {robots: {r: {mobility: free, layer: ground, capabilities: []}}}
 """
     )
     found = explain(scenario, task, Synthesizer(), lambda _: False)
-    assert found.cause is Cause.PARKED_ROBOT
+    assert found.cause is NoStrategyCause.PARKED_ROBOT
     assert "14 [1, 5]: guard holds this place" in cause_words(found, world)
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from safenav.errors import InputError
-from safenav.explain.explanation import Cause, Explanation, RepairKind, WitnessEnd
+from safenav.explain.explanation import Explanation, NoStrategyCause, RepairKind, WitnessEnd
 from safenav.runtime.coordination.asking import first_answers
 from safenav.runtime.explanation import explain_team
 from safenav.runtime.mission import Mission, default_synthesizer
@@ -26,14 +26,14 @@ FOLDER = Path(__file__).parents[2] / "scenarios" / "unrealizable"
 FILES = sorted(FOLDER.glob("*.yaml"))
 
 CAUSES = {
-    "contradictory_objective": ("rover", Cause.CONTRADICTION, RepairKind.OBJECTIVE),
-    "crossing_a_target": ("rover", Cause.CROSSING, RepairKind.OBJECTIVE),
-    "dead_end": ("digit", Cause.ONE_WAY, RepairKind.MOBILITY),
-    "facing_the_wall": ("digit", Cause.HEADING, RepairKind.HEADING),
-    "forbidden_way": ("rover", Cause.FORBIDDEN_WAY, RepairKind.OBJECTIVE),
-    "impossible_start": ("rover", Cause.IMPOSSIBLE_START, RepairKind.START),
-    "no_room_to_turn": ("digit", Cause.ONE_WAY, RepairKind.MOBILITY),
-    "separate_rooms": ("digit", Cause.NO_WAY, RepairKind.OPEN_WALL),
+    "contradictory_objective": ("rover", NoStrategyCause.CONTRADICTION, RepairKind.OBJECTIVE),
+    "crossing_a_target": ("rover", NoStrategyCause.CROSSING, RepairKind.OBJECTIVE),
+    "dead_end": ("digit", NoStrategyCause.ONE_WAY, RepairKind.MOBILITY),
+    "facing_the_wall": ("digit", NoStrategyCause.HEADING, RepairKind.HEADING),
+    "forbidden_way": ("rover", NoStrategyCause.FORBIDDEN_WAY, RepairKind.OBJECTIVE),
+    "impossible_start": ("rover", NoStrategyCause.IMPOSSIBLE_START, RepairKind.START),
+    "no_room_to_turn": ("digit", NoStrategyCause.ONE_WAY, RepairKind.MOBILITY),
+    "separate_rooms": ("digit", NoStrategyCause.NO_WAY, RepairKind.OPEN_WALL),
 }
 """What each file must be explained by: the robot, the true cause, and a repair that works."""
 
@@ -153,8 +153,8 @@ def test_others_are_blamed_only_where_they_are_to_blame() -> None:
 @shipped
 def test_without_permission_unreachable_targets_are_no_valid_scenario(file: Path) -> None:
     found = _explained(file)
-    lost = bool(found.diagnosis.lost) or found.cause is Cause.ONE_WAY
-    if not lost or found.cause is Cause.CROSSING:
+    lost = bool(found.diagnosis.lost) or found.cause is NoStrategyCause.ONE_WAY
+    if not lost or found.cause is NoStrategyCause.CROSSING:
         assert load_scenario(file) == _scenario(file)
         return
     with pytest.raises(InputError):

@@ -16,7 +16,7 @@ import pytest
 from motion.test_walking import SIZE, walker
 from safenav.motion.columns import sample
 from safenav.motion.file.records import Segment
-from safenav.motion.mover import Errand
+from safenav.motion.mover import Crossing
 
 mujoco = pytest.importorskip("mujoco", reason="MuJoCo is not installed: pip install '.[dev]'")
 
@@ -58,7 +58,7 @@ def planned() -> list[Segment]:
     mover, found = walker(), []
     found += mover.rest(0, 0.5)
     for tick, way in enumerate(WAYS, start=1):
-        found += mover.move(Errand(tick, mover.region, mover.region + NEXT[way], way))
+        found += mover.move(Crossing(tick, mover.region, mover.region + NEXT[way], way))
     found += mover.halt(len(WAYS))
     return [segment for segment in found if isinstance(segment, Segment)]
 

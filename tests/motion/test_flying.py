@@ -15,9 +15,9 @@ from once import made_once
 from safenav.errors import UsageError
 from safenav.motion.check.verdict import check_motion
 from safenav.motion.file.reading import parsed
-from safenav.motion.file.records import Flight, Motion, Track
+from safenav.motion.file.records import Flight, FlownTrack, Motion
 from safenav.motion.file.writing import text_of
-from safenav.motion.flyer.tracking import HORIZON, Tracker
+from safenav.motion.flyer.tracking import HORIZON, AxisTracker
 from safenav.motion.making import Disturbances, motion_of
 from safenav.trace.reading import read_bytes
 
@@ -39,7 +39,7 @@ def errors(motion: Motion) -> np.ndarray:
     """Metres between where the flyer is and where its polynomials are."""
     flights = [line for line in motion.lines if isinstance(line, Flight)]
     found = []
-    for track in (line for line in motion.lines if isinstance(line, Track)):
+    for track in (line for line in motion.lines if isinstance(line, FlownTrack)):
         for number, row in enumerate(track.rows):
             t = track.t0 + number * track.step
             flight = next((f for f in flights if f.t0 - 1e-9 <= t <= f.t1 + 1e-9), flights[-1])
@@ -87,9 +87,9 @@ def test_same_seed_gives_the_same_wind() -> None:
 def test_track_that_is_shifted_is_refused() -> None:
     motion = windy(2.0)
     lines = list(motion.lines)
-    index = next(i for i, line in enumerate(lines) if isinstance(line, Track))
+    index = next(i for i, line in enumerate(lines) if isinstance(line, FlownTrack))
     track = lines[index]
-    assert isinstance(track, Track)
+    assert isinstance(track, FlownTrack)
     rows = tuple((row[0] + 0.3, *row[1:]) for row in track.rows)
     lines[index] = replace(track, rows=rows)
     found = check_motion(replace(motion, lines=tuple(lines)), trace_of(NAME), digest_of(NAME))
@@ -99,9 +99,9 @@ def test_track_that_is_shifted_is_refused() -> None:
 def test_thrust_that_does_not_explain_the_flight_is_refused() -> None:
     motion = windy(2.0)
     lines = list(motion.lines)
-    index = next(i for i, line in enumerate(lines) if isinstance(line, Track))
+    index = next(i for i, line in enumerate(lines) if isinstance(line, FlownTrack))
     track = lines[index]
-    assert isinstance(track, Track)
+    assert isinstance(track, FlownTrack)
     rows = tuple((*row[:13], row[13] * 1.3, *row[14:]) for row in track.rows)
     lines[index] = replace(track, rows=rows)
     found = check_motion(replace(motion, lines=tuple(lines)), trace_of(NAME), digest_of(NAME))
@@ -110,7 +110,7 @@ def test_thrust_that_does_not_explain_the_flight_is_refused() -> None:
 
 def test_command_keeps_to_the_tilt_limit_and_turns_back_at_the_border() -> None:
     """Flying towards a border at speed, with a reference beyond it."""
-    tracker = Tracker(0.0, 3.4)
+    tracker = AxisTracker(0.0, 3.4)
     tracker.state = np.array([0.0, 1.0, 0.0, 0.0])
     wanted = np.tile([2.0, 0.0, 0.0], (HORIZON, 1))
     free = tracker.command(wanted, np.full(HORIZON, -9.0), np.full(HORIZON, 9.0))
@@ -122,7 +122,7 @@ def test_command_keeps_to_the_tilt_limit_and_turns_back_at_the_border() -> None:
 
 
 def test_border_that_is_already_crossed_is_no_failure() -> None:
-    tracker = Tracker(1.0, 3.4)
+    tracker = AxisTracker(1.0, 3.4)
     wanted = np.tile([0.0, 0.0, 0.0], (HORIZON, 1))
     back = tracker.command(wanted, np.full(HORIZON, -0.5), np.full(HORIZON, 0.5))
     assert back == pytest.approx(-3.4)

@@ -16,11 +16,11 @@ from motion.walking import lateral_order, longest_step, mass, swing_path
 from safenav.errors import UsageError
 from safenav.motion.check.verdict import check_motion
 from safenav.motion.file.reading import parsed
-from safenav.motion.file.records import Push, Segment
+from safenav.motion.file.records import Blow, Segment
 from safenav.motion.file.writing import text_of
 from safenav.motion.geometry import Box
 from safenav.motion.making import Disturbances, motion_of
-from safenav.motion.walker.courses import Actual, Course
+from safenav.motion.walker.courses import Actual, PendingMove
 from safenav.motion.walker.pushes import struck
 from safenav.motion.walker.recovery import recovered
 
@@ -49,7 +49,7 @@ def trials() -> list[list[Segment]]:
     pairs = [(a, b) for a, b in pairwise(walks) if a.t1 == b.t0]
     found = []
     for one, other in pairs[:PUSHES]:
-        here, after = Course(one, regions(one)), Course(other, regions(other))
+        here, after = PendingMove(one, regions(one)), PendingMove(other, regions(other))
         way, instant = chance.uniform(0, 2 * pi), chance.uniform(0.02, one.t1 - one.t0 - 0.02)
         blow = (SIZE * cos(way), SIZE * sin(way))
         first, _, second = struck(here, after, instant, blow, omega)
@@ -96,7 +96,7 @@ def test_run_under_blows_is_accepted_by_the_checker(seed: int) -> None:
     name = "two_digits"
     made = motion_of(trace_of(name), digest_of(name), None, Disturbances(seed, push=SIZE))
     made = parsed(text_of(made).encode(), "pushed")
-    assert sum(1 for line in made.lines if isinstance(line, Push)) > 100
+    assert sum(1 for line in made.lines if isinstance(line, Blow)) > 100
     assert check_motion(made, trace_of(name), digest_of(name)) == []
 
 
@@ -104,7 +104,7 @@ def test_blow_that_the_file_does_not_tell_is_refused() -> None:
     name = "two_digits"
     made = motion_of(trace_of(name), digest_of(name), None, Disturbances(1, push=SIZE))
     lines = list(made.lines)
-    lines.remove(next(line for line in lines if isinstance(line, Push)))
+    lines.remove(next(line for line in lines if isinstance(line, Blow)))
     hidden = parsed(text_of(type(made)(made.header, tuple(lines), made.outcome)).encode(), "f")
     found = check_motion(hidden, trace_of(name), digest_of(name))
     assert any("its velocity jumps by" in finding.found for finding in found)

@@ -10,11 +10,11 @@ import pytest
 
 from motion.runs import SHIPPED, motion, trace_of
 from safenav.motion.file.records import Action, Moving, Release, Reserve
-from safenav.motion.geometry import Floor
+from safenav.motion.geometry import MetricFloor
 from safenav.motion.making import floor_of
-from safenav.motion.mover import Errand, Mover
-from safenav.motion.timing.order import Step, order_of
-from safenav.motion.timing.schedule import Schedule, scheduled
+from safenav.motion.mover import Crossing, Mover
+from safenav.motion.timing.order import StepNode, order_of
+from safenav.motion.timing.schedule import Timetable, scheduled
 from safenav.trace.records import Move, Resolved
 from safenav.trace.trace import Trace
 
@@ -26,7 +26,7 @@ class Stroller(Mover):
 
     chance: random.Random
 
-    def move(self, errand: Errand) -> list[Moving]:
+    def move(self, errand: Crossing) -> list[Moving]:
         self.region = errand.to
         self.time += self.chance.uniform(1, 3)
         return []
@@ -45,8 +45,8 @@ class Stroller(Mover):
         return {"size": 0.5}
 
 
-def strolled(trace: Trace, seed: int, edges: bool = True) -> Schedule:
-    floor = Floor(trace.header.scenario.map.rows, trace.header.scenario.map.cols, 2.7)
+def strolled(trace: Trace, seed: int, edges: bool = True) -> Timetable:
+    floor = MetricFloor(trace.header.scenario.map.rows, trace.header.scenario.map.cols, 2.7)
     movers: dict[str, Mover] = {}
     for name, robot in trace.header.scenario.robots.items():
         mover = Stroller(name, floor, robot.start, robot.heading, 0.5, {"action_seconds": 2.0})
@@ -54,15 +54,15 @@ def strolled(trace: Trace, seed: int, edges: bool = True) -> Schedule:
         movers[name] = mover
     nodes = order_of(trace, floor_of(trace))
     if not edges:
-        nodes = tuple(node if not isinstance(node, Step) else _alone(node) for node in nodes)
+        nodes = tuple(node if not isinstance(node, StepNode) else _alone(node) for node in nodes)
     return scheduled(nodes, movers)
 
 
-def _alone(step: Step) -> Step:
-    return Step(step.index, step.tick, step.robot, (), step.origin, step.to, step.heading)
+def _alone(step: StepNode) -> StepNode:
+    return StepNode(step.index, step.tick, step.robot, (), step.origin, step.to, step.heading)
 
 
-def overlaps(trace: Trace, plan: Schedule) -> int:
+def overlaps(trace: Trace, plan: Timetable) -> int:
     """Pairs of robots in conflict that have one region at once."""
     held: dict[tuple[str, int], float] = {}
     spans: dict[int, list[tuple[str, float, float]]] = {}
@@ -85,7 +85,7 @@ def overlaps(trace: Trace, plan: Schedule) -> int:
     )
 
 
-def entered_early(trace: Trace, plan: Schedule) -> int:
+def entered_early(trace: Trace, plan: Timetable) -> int:
     """Reservations of a region whose obstacle blocks the robot and is not resolved yet."""
     done = {line.obstacle: line.t1 for line in plan.lines if isinstance(line, Action)}
     blocked = [

@@ -12,8 +12,8 @@ import pytest
 from motion.walking import inside, lateral_order, longest_step, mass, swing_path
 from safenav.errors import UsageError
 from safenav.motion.file.records import Segment
-from safenav.motion.geometry import HEADINGS, Floor
-from safenav.motion.mover import Errand
+from safenav.motion.geometry import HEADINGS, MetricFloor
+from safenav.motion.mover import Crossing
 from safenav.motion.walker.mover import WalkerMover
 
 VALUES = {"speed": 0.45, "height": 0.8, "foot": 0.18, "clearance": 0.12}
@@ -23,7 +23,7 @@ STEPS = {"east": (0, 1), "north": (-1, 0), "west": (0, -1), "south": (1, 0)}
 
 
 def walker(side: float = 2.7, region: int = SIZE * SIZE // 2 + SIZE // 2) -> WalkerMover:
-    floor = Floor(SIZE, SIZE, side)
+    floor = MetricFloor(SIZE, SIZE, side)
     return WalkerMover("digit", floor, region, "east", 0.6, VALUES)
 
 
@@ -47,12 +47,12 @@ def wandering(mover: WalkerMover, moves: int, seed: int) -> list[Segment]:
         ways = [HEADINGS[(quarter + turn) % 4] for turn in (-1, 0, 1)]
         chance.shuffle(ways)
         heading = next(way for way in ways if beside(mover.region, way) is not None)
-        found += mover.move(Errand(tick, mover.region, beside(mover.region, heading), heading))
+        found += mover.move(Crossing(tick, mover.region, beside(mover.region, heading), heading))
     return found
 
 
 def centres(side: float) -> dict[int, np.ndarray]:
-    floor = Floor(SIZE, SIZE, side)
+    floor = MetricFloor(SIZE, SIZE, side)
     return {region: np.array(floor.centre(region)) for region in range(SIZE * SIZE)}
 
 
@@ -179,7 +179,7 @@ def test_turn_on_the_good_foot_is_faster() -> None:
     left = {}
     for foot in (1, -1):
         mover.foot, mover.heading, mover.region = foot, "east", 200
-        (segment,) = mover.move(Errand(1, 200, 200 - SIZE, "north"))
+        (segment,) = mover.move(Crossing(1, 200, 200 - SIZE, "north"))
         left[foot] = segment.t1 - segment.t0
     assert left[1] < left[-1]
 
@@ -192,4 +192,4 @@ def test_small_regions_are_refused_with_the_reason(side: float, words: str) -> N
 
 def test_gait_that_cannot_turn_is_refused() -> None:
     with pytest.raises(UsageError, match=r"cannot turn on regions of 2\.7 m"):
-        WalkerMover("digit", Floor(3, 3, 2.7), 4, "east", 0.6, {**VALUES, "speed": 1.2})
+        WalkerMover("digit", MetricFloor(3, 3, 2.7), 4, "east", 0.6, {**VALUES, "speed": 1.2})

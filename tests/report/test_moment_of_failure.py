@@ -8,7 +8,7 @@ import pytest
 
 from safenav.cli.run import command as run_command
 from safenav.report.replay.reading import read_replay
-from safenav.report.replay.timeline import Replay, Status
+from safenav.report.replay.timeline import ObstacleStatus, Replay
 from safenav.report.terminal.replay import frame
 
 SCENARIO = """
@@ -54,11 +54,11 @@ def test_who_took_no_turn_stands_where_it_was(failed: Replay) -> None:
 
 
 def test_the_obstacle_is_known_in_that_moment_and_not_before(failed: Replay) -> None:
-    def status(tick: int) -> Status:
+    def status(tick: int) -> ObstacleStatus:
         return failed.scene(tick).obstacles[0][1]
 
-    assert status(failed.last) is Status.BLOCKED
-    assert status(failed.last - 1) is Status.HIDDEN
+    assert status(failed.last) is ObstacleStatus.BLOCKED
+    assert status(failed.last - 1) is ObstacleStatus.HIDDEN
 
 
 def test_the_terminal_shows_the_same_moment(failed: Replay) -> None:

@@ -15,7 +15,7 @@ from safenav.report.picture.scenario import scenario_text, scene_of
 from safenav.report.picture.scene import Options, svg_of
 from safenav.report.picture.text import FONTS, text_width, wrapped
 from safenav.report.replay.reading import read_replay
-from safenav.report.replay.timeline import Replay, Status
+from safenav.report.replay.timeline import ObstacleStatus, Replay
 from safenav.scenario.objective import targets_of
 from safenav.scenario.reading.loader import load_scenario
 
@@ -144,7 +144,10 @@ def test_the_fonts_come_along() -> None:
 def test_a_scenario_is_drawn_before_any_run() -> None:
     scenario = load_scenario(SCENARIOS / "case_study_3.yaml")
     scene = scene_of(scenario)
-    assert [status for _, status in scene.obstacles] == [Status.HIDDEN, Status.HIDDEN]
+    assert [status for _, status in scene.obstacles] == [
+        ObstacleStatus.HIDDEN,
+        ObstacleStatus.HIDDEN,
+    ]
     words = " ".join(text for text, _ in _texts(svg_of(scene)))
     for expected in ("before the run", "patrol 22", "patrol 41", "uncertainty@43", "door@47"):
         assert expected in words

@@ -13,7 +13,7 @@ from report import made_traces
 from safenav.audit.check import audit
 from safenav.errors import InputError
 from safenav.report.replay.reading import read_replay
-from safenav.report.replay.timeline import EventKind, Replay, StackEntry, Status
+from safenav.report.replay.timeline import ObstacleStatus, Replay, StackRow, StoryKind
 from safenav.scenario.objective import Hold, Patrol, Visit
 from safenav.trace.reading import read_trace
 from safenav.trace.wording import seconds_words
@@ -43,31 +43,31 @@ def test_robots_are_where_the_moves_say(traces: dict[str, Path], name: str) -> N
 def test_an_obstacle_is_hidden_then_requested_then_resolved(replays: dict[str, Replay]) -> None:
     door = replays["door"].statuses["door@47"]
     found, resolved = 11, 16
-    assert door.at(0) is door.at(found - 1) is Status.HIDDEN
-    assert door.at(found) is door.at(resolved - 1) is Status.REQUESTED
-    assert door.at(resolved) is door.at(replays["door"].last) is Status.RESOLVED
+    assert door.at(0) is door.at(found - 1) is ObstacleStatus.HIDDEN
+    assert door.at(found) is door.at(resolved - 1) is ObstacleStatus.REQUESTED
+    assert door.at(resolved) is door.at(replays["door"].last) is ObstacleStatus.RESOLVED
 
 
 def test_an_untraversable_one_stays_blocked(replays: dict[str, Replay]) -> None:
     replay = replays["detour"]
-    assert replay.statuses["uncertainty@34"].at(replay.last) is Status.BLOCKED
+    assert replay.statuses["uncertainty@34"].at(replay.last) is ObstacleStatus.BLOCKED
 
 
 def test_a_found_obstacle_without_helper_is_not_requested(tmp_path: Path) -> None:
     lines = made_traces.door()
     _first(lines, "request")["helper"] = None
     replay = read_replay(made_traces.write(lines, tmp_path / "t.jsonl"))
-    assert replay.statuses["door@47"].at(11) is Status.FOUND
+    assert replay.statuses["door@47"].at(11) is ObstacleStatus.FOUND
 
 
 def test_the_stack_grows_and_shrinks_with_nested_requests(replays: dict[str, Replay]) -> None:
     replay = replays["chain"]
     first, second = (
-        StackEntry("uncertainty@43", "digit", "quad"),
-        StackEntry("door@47", "quad", "digit"),
+        StackRow("uncertainty@43", "digit", "quad"),
+        StackRow("door@47", "quad", "digit"),
     )
-    pushes = [e.tick for e in replay.events if e.kind is EventKind.PUSH]
-    pops = [e.tick for e in replay.events if e.kind is EventKind.POP]
+    pushes = [e.tick for e in replay.events if e.kind is StoryKind.PUSH]
+    pops = [e.tick for e in replay.events if e.kind is StoryKind.POP]
     assert replay.stack.at(pushes[0] - 1) == ()
     assert replay.stack.at(pushes[0]) == (first,)
     assert replay.stack.at(pushes[1]) == (first, second)
@@ -103,14 +103,14 @@ def test_progress_counts_rounds_since_the_objective_changed(replays: dict[str, R
 
 
 def test_a_violation_is_told_with_the_safe_action(replays: dict[str, Replay]) -> None:
-    told = [e for e in replays["door"].events if e.kind is EventKind.VIOLATION]
+    told = [e for e in replays["door"].events if e.kind is StoryKind.VIOLATION]
     assert [e.text for e in told] == [
         "quad at 46 finds a door at 47 and keeps out: it cannot push; it stays"
     ]
 
 
 def test_holding_on_is_told_once(replays: dict[str, Replay]) -> None:
-    goals = [e for e in replays["door"].events if e.kind is EventKind.GOAL and 11 < e.tick < 16]
+    goals = [e for e in replays["door"].events if e.kind is StoryKind.GOAL and 11 < e.tick < 16]
     assert [e.text for e in goals] == ["quad holds 46"]
 
 

@@ -19,9 +19,9 @@ from safenav.report.page.encode import encoded
 from safenav.report.page.html import page_of
 from safenav.report.page.region_sets import RegionSets, written
 from safenav.report.picture.scene import Options, svg_of
-from safenav.report.replay.perception import Sight, shading_lines, shading_of, viewers
+from safenav.report.replay.perception import SightCache, shading_lines, shading_of, viewers
 from safenav.report.replay.reading import read_replay
-from safenav.report.replay.timeline import EventKind, Replay
+from safenav.report.replay.timeline import Replay, StoryKind
 from safenav.report.terminal.replay import frame
 from safenav.trace.wording import regions_words
 from safenav.world.map import RegionMap
@@ -63,9 +63,9 @@ def test_who_gives_way_is_on_the_stack_and_told(meeting: Replay) -> None:
     (held,) = meeting.stack.at(3)
     assert held.about() == "slow gives way to fast" and held.roles == "fast goes first"
     assert meeting.stack.at(2) == meeting.stack.at(8) == ()
-    told = {e.kind: e.text for e in meeting.events if e.kind in (EventKind.YIELD, EventKind.POP)}
-    assert told[EventKind.YIELD] == "slow gives way to fast (slow: hold 15)"
-    assert told[EventKind.POP].startswith("slow has given way to fast: objectives restored")
+    told = {e.kind: e.text for e in meeting.events if e.kind in (StoryKind.YIELD, StoryKind.POP)}
+    assert told[StoryKind.YIELD] == "slow gives way to fast (slow: hold 15)"
+    assert told[StoryKind.POP].startswith("slow has given way to fast: objectives restored")
 
 
 def test_all_who_give_way_are_named(tmp_path: Path) -> None:
@@ -113,7 +113,7 @@ def test_found_obstacles_block_the_view_until_they_are_resolved(tmp_path: Path) 
     lines = made_traces.door()
     lines[0]["scenario"]["robots"]["quad"]["vision"] = 4
     replay = read_replay(made_traces.write(lines, tmp_path / "t.jsonl"))
-    sight = Sight(replay)
+    sight = SightCache(replay)
     quad = replay.track("quad")
     assert quad.regions[10] == quad.regions[11] == 46
     before, found, after = (sight.mask("quad", tick) or 0 for tick in (10, 11, 16))

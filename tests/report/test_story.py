@@ -38,7 +38,7 @@ def told(*lines: records.Record, heading: str = "north") -> list[str]:
 
 def header() -> records.Header:
     world = setting.MapHeader(4, 6, ())
-    limits, until = setting.Limits(), setting.Until()
+    limits, until = setting.LimitsHeader(), setting.UntilHeader()
     scenario = setting.ScenarioHeader("room", world, {}, (), until, limits, 0, "resynthesis")
     return records.Header(0, records.VERSION, "0", scenario)
 

@@ -21,7 +21,7 @@ from safenav.runtime.mission import Mission
 from safenav.runtime.on_demand import OnDemand
 from safenav.scenario.model import Controllers, Limits, Scenario
 from safenav.scenario.reading.loader import load_scenario
-from safenav.synthesis.serving.served import Measure, Move, Position, ServedStrategy
+from safenav.synthesis.serving.served import Position, ServedMeasure, ServedMove, ServedStrategy
 from safenav.trace import records, vocabulary
 from safenav.trace.reading import read_trace
 from safenav.trace.writing import TraceWriter
@@ -165,10 +165,12 @@ def test_a_wrong_move_ends_the_run_before_it_is_made(monkeypatch: pytest.MonkeyP
     before = dict(mission.state.regions())
     honest = ServedStrategy.move
 
-    def lying(self: ServedStrategy, here: Position, inputs: dict[str, int]) -> Move | None:
+    def lying(self: ServedStrategy, here: Position, inputs: dict[str, int]) -> ServedMove | None:
         move = honest(self, here, inputs)
         assert move is not None
-        return Move(Position({**move.to.values, "region": 1}, move.to.goal, Measure(0, None)), 0)
+        return ServedMove(
+            Position({**move.to.values, "region": 1}, move.to.goal, ServedMeasure(0, None)), 0
+        )
 
     monkeypatch.setattr(ServedStrategy, "move", lying)
     with pytest.raises(SynthesizerError, match="a wrong answer about quad: a move that breaks"):

@@ -20,7 +20,7 @@ from safenav.scenario.objective import Hold, Visit
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import load_draft, load_scenario_text
 from safenav.studio.editing import beginnings
-from safenav.studio.editing.document import Document
+from safenav.studio.editing.document import OpenDocument
 from safenav.studio.editing.drawing import drawing_of
 from safenav.studio.editing.operations import edited
 from safenav.studio.editing.played import played
@@ -103,7 +103,7 @@ def test_an_edit_that_cannot_be_is_refused(operation: dict[str, Any]) -> None:
 
 
 def test_undo_leads_back_to_the_beginning_and_redo_forth() -> None:
-    document = Document(beginnings.blank())
+    document = OpenDocument(beginnings.blank())
     first = document.text
     for region in range(17, 27):
         document.change(edited(document.text, {"op": "paint", "regions": [region], "wall": True}))
@@ -154,7 +154,7 @@ def something(text: str, chance: random.Random) -> dict[str, Any]:
 def test_random_edits_leave_a_text_that_reads_back(seed: int) -> None:
     """Mistakes are diagnostics, never exceptions; what loads saves and loads again the same."""
     chance = random.Random(seed)
-    document = Document(beginnings.blank() if seed % 2 else DOOR[: DOOR.index("expect:")])
+    document = OpenDocument(beginnings.blank() if seed % 2 else DOOR[: DOOR.index("expect:")])
     for _ in range(30):
         try:
             document.change(edited(document.text, something(document.text, chance)))

@@ -14,12 +14,12 @@ import pytest
 
 from safenav.spec.specification import Specification
 from safenav.synthesis.binary import Binary
-from safenav.synthesis.cache import Cache, CacheWarning, Entry, key_of
+from safenav.synthesis.cache import Cache, CacheEntry, CacheWarning, key_of
 from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.verdict import Verdict
 
 KEY = "ab" + "0" * 62
-ENTRY = Entry(Verdict.REALIZABLE, 0.125, b'{"nodes": "\n\xff"}')
+ENTRY = CacheEntry(Verdict.REALIZABLE, 0.125, b'{"nodes": "\n\xff"}')
 
 
 @pytest.fixture
@@ -49,7 +49,11 @@ def _files(cache: Cache) -> list[Path]:
 
 
 def test_an_answer_comes_back_as_it_was(cache: Cache) -> None:
-    for entry in (ENTRY, Entry(Verdict.UNREALIZABLE, 2.0, None), replace(ENTRY, strategy_json=b"")):
+    for entry in (
+        ENTRY,
+        CacheEntry(Verdict.UNREALIZABLE, 2.0, None),
+        replace(ENTRY, strategy_json=b""),
+    ):
         cache.store(KEY, entry)
         assert cache.load(KEY) == entry
     assert cache.load("cd" + KEY[2:]) is None
@@ -60,7 +64,7 @@ def test_an_answer_comes_back_as_it_was(cache: Cache) -> None:
     "verdict", [Verdict.TIMEOUT, Verdict.OUT_OF_MEMORY, Verdict.INTERRUPTED], ids=str
 )
 def test_spent_limits_are_not_kept(cache: Cache, verdict: Verdict) -> None:
-    cache.store(KEY, Entry(verdict, 60.0, None))
+    cache.store(KEY, CacheEntry(verdict, 60.0, None))
     assert cache.load(KEY) is None
 
 
@@ -103,7 +107,7 @@ def test_the_oldest_answers_go_when_there_is_too_much(tmp_path: Path) -> None:
     keys = [f"{i:02x}" * 32 for i in range(12)]
     cache = Cache(tmp_path / "answers", limit_bytes=8 * size)
     for age, key in enumerate(keys):
-        cache.store(key, Entry(Verdict.REALIZABLE, 1.0, bytes(size)))
+        cache.store(key, CacheEntry(Verdict.REALIZABLE, 1.0, bytes(size)))
         for file in _files(cache):
             if file.stem == key:
                 os.utime(file, (1e9 + age, 1e9 + age))
@@ -247,7 +251,7 @@ def test_a_broken_cache_does_not_stop_a_synthesis(
 _WRITER = """
 import sys
 from pathlib import Path
-from safenav.synthesis.cache import Cache, Entry
+from safenav.synthesis.cache import Cache, CacheEntry
 from safenav.synthesis.verdict import Verdict
 cache = Cache(Path(sys.argv[1]), limit_bytes=2_000_000)
 for turn in range(60):
@@ -255,7 +259,7 @@ for turn in range(60):
         key = f"{number:02x}" * 32
         entry = cache.load(key)
         assert entry is None or entry.strategy_json == bytes([number]) * 300_000, "mixed up"
-        cache.store(key, Entry(Verdict.REALIZABLE, 1.0, bytes([number]) * 300_000))
+        cache.store(key, CacheEntry(Verdict.REALIZABLE, 1.0, bytes([number]) * 300_000))
 """
 
 

@@ -6,7 +6,7 @@ import pytest
 
 from safenav.errors import SynthesizerError
 from safenav.spec.parsing import read_specification
-from safenav.synthesis.serving.served import Measure, Move, Position
+from safenav.synthesis.serving.served import Position, ServedMeasure, ServedMove
 from safenav.verify.moves import MoveCheck
 
 FERRY = """\
@@ -38,7 +38,7 @@ CALM, STORM = {"calm": 1, "fog": 0}, {"calm": 0, "fog": 0}
 def position(
     at: int, distance: int, goal: int = 0, assumption: int | None = 0, fog: int = 0, calm: int = 0
 ) -> Position:
-    return Position({"calm": calm, "fog": fog, "at": at}, goal, Measure(distance, assumption))
+    return Position({"calm": calm, "fog": fog, "at": at}, goal, ServedMeasure(distance, assumption))
 
 
 HERE = position(2, 6)
@@ -47,62 +47,74 @@ HERE = position(2, 6)
 @pytest.mark.parametrize(
     ("here", "inputs", "move"),
     [
-        (HERE, CALM, Move(position(3, 4, calm=1), 0)),
-        (HERE, STORM, Move(position(2, 6), 0)),
-        (position(4, 2), CALM, Move(position(5, 9, goal=1, calm=1), 1)),
+        (HERE, CALM, ServedMove(position(3, 4, calm=1), 0)),
+        (HERE, STORM, ServedMove(position(2, 6), 0)),
+        (position(4, 2), CALM, ServedMove(position(5, 9, goal=1, calm=1), 1)),
     ],
     ids=["closer", "waits as long as it is not calm", "meets its goal"],
 )
-def test_what_the_strategy_may_do(here: Position, inputs: dict[str, int], move: Move) -> None:
+def test_what_the_strategy_may_do(here: Position, inputs: dict[str, int], move: ServedMove) -> None:
     CHECK.move(here, inputs, move)
 
 
 @pytest.mark.parametrize(
     ("here", "inputs", "move", "why"),
     [
-        (HERE, CALM, Move(position(4, 4, calm=1), 0), "a move that breaks .*at' <= at"),
-        (HERE, {"calm": 0, "fog": 1}, Move(position(3, 4, fog=1), 0), "a move that breaks .*fog'"),
-        (position(5, 1), CALM, Move(position(6, 0, calm=1), 0), "a value outside its range"),
-        (HERE, CALM, Move(position(3, 4), 0), "an answer to other inputs"),
+        (HERE, CALM, ServedMove(position(4, 4, calm=1), 0), "a move that breaks .*at' <= at"),
+        (
+            HERE,
+            {"calm": 0, "fog": 1},
+            ServedMove(position(3, 4, fog=1), 0),
+            "a move that breaks .*fog'",
+        ),
+        (position(5, 1), CALM, ServedMove(position(6, 0, calm=1), 0), "a value outside its range"),
+        (HERE, CALM, ServedMove(position(3, 4), 0), "an answer to other inputs"),
         (
             position(2, 6, fog=1),
             {"calm": 0, "fog": 1},
-            Move(position(2, 4, fog=1), 0),
+            ServedMove(position(2, 4, fog=1), 0),
             "an answer although .* is broken",
         ),
-        (HERE, CALM, Move(position(2, 6, calm=1), 0), "comes no closer .*from 6 to 6"),
-        (HERE, STORM, Move(position(2, 7), 0), "comes no closer .*from 6 to 7"),
-        (HERE, STORM, Move(position(2, 6, assumption=None), 0), "comes no closer"),
+        (HERE, CALM, ServedMove(position(2, 6, calm=1), 0), "comes no closer .*from 6 to 6"),
+        (HERE, STORM, ServedMove(position(2, 7), 0), "comes no closer .*from 6 to 7"),
+        (HERE, STORM, ServedMove(position(2, 6, assumption=None), 0), "comes no closer"),
         (
             position(2, 6, assumption=None),
             STORM,
-            Move(position(2, 6, assumption=None), 0),
+            ServedMove(position(2, 6, assumption=None), 0),
             "comes no closer",
         ),
-        (HERE, CALM, Move(position(3, -1, calm=1), 0), "comes no closer"),
+        (HERE, CALM, ServedMove(position(3, -1, calm=1), 0), "comes no closer"),
         (
             HERE,
             CALM,
-            Move(position(3, 9, goal=1, calm=1), 1),
+            ServedMove(position(3, 9, goal=1, calm=1), 1),
             "that it meets .* does not",
         ),
         (
             position(4, 2),
             CALM,
-            Move(position(5, 9, goal=0, calm=1), 2),
+            ServedMove(position(5, 9, goal=0, calm=1), 2),
             "that it meets .* does not",
         ),
-        (HERE, CALM, Move(position(3, 4, goal=1, calm=1), 0), "goal 1 after goal 0"),
-        (position(2, 6, goal=2), CALM, Move(position(3, 4, goal=2, calm=1), 0), "goal 2 after"),
+        (HERE, CALM, ServedMove(position(3, 4, goal=1, calm=1), 0), "goal 1 after goal 0"),
+        (
+            position(2, 6, goal=2),
+            CALM,
+            ServedMove(position(3, 4, goal=2, calm=1), 0),
+            "goal 2 after",
+        ),
         (
             position(2, 6, assumption=3),
             STORM,
-            Move(position(2, 6, assumption=3), 0),
+            ServedMove(position(2, 6, assumption=3), 0),
             "to wait for assumption 3, of 1",
         ),
     ],
 )
-def test_what_it_may_not_do(here: Position, inputs: dict[str, int], move: Move, why: str) -> None:
+def test_what_it_may_not_do(
+    here: Position, inputs: dict[str, int], move: ServedMove, why: str
+) -> None:
     with pytest.raises(SynthesizerError, match=f"a wrong answer about ferry: .*{why}"):
         CHECK.move(here, inputs, move)
 

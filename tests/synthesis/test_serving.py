@@ -17,7 +17,13 @@ from safenav.runtime.on_demand import OnDemand
 from safenav.spec.specification import Specification
 from safenav.synthesis.binary import Binary
 from safenav.synthesis.cache import Cache
-from safenav.synthesis.serving.served import Measure, Move, Position, ServedStrategy, falls
+from safenav.synthesis.serving.served import (
+    Position,
+    ServedMeasure,
+    ServedMove,
+    ServedStrategy,
+    falls,
+)
 from safenav.synthesis.serving.starting import serve
 from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.verdict import Verdict
@@ -42,7 +48,9 @@ def test_following_the_moves_visits_the_listed_strategy(
             assert served.start(listed.values(number)) is not None
         measures: dict[int, Position] = {}
         for node in listed.nodes:
-            here = measures.get(node.id, Position(node.values, node.rank, Measure(10**9, None)))
+            here = measures.get(
+                node.id, Position(node.values, node.rank, ServedMeasure(10**9, None))
+            )
             for successor in node.successors:
                 after = listed.nodes[successor]
                 move = served.move(here, {"request": after.values["request"]})
@@ -164,6 +172,6 @@ def test_solving_that_takes_too_long_is_a_timeout(patrol: Specification, script:
 def test_what_the_measure_promises(
     met: int, distance: int, assumption: int | None, holds: bool, kept: bool
 ) -> None:
-    before = Position({}, 0, Measure(5, 1))
-    move = Move(Position({}, 0, Measure(distance, assumption)), met)
+    before = Position({}, 0, ServedMeasure(5, 1))
+    move = ServedMove(Position({}, 0, ServedMeasure(distance, assumption)), met)
     assert falls(before, move, holds) is kept

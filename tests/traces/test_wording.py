@@ -35,7 +35,7 @@ def test_every_event_is_told_in_one_sentence(seed: int) -> None:
 def test_every_reason_of_a_synthesis_has_its_words(reason: vocabulary.Reason) -> None:
     objective = TracedObjective.of({"hold": 4})
     assert objective is not None
-    verdict = vocabulary.Verdict.REALIZABLE
+    verdict = vocabulary.RecordedVerdict.REALIZABLE
     line = records.Synthesis(
         1, "quad", reason, verdict, 0.002, 21, False, True, "0" * 64, "0" * 64, objective
     )

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.situation import Situation
 from safenav.trace.records import Move, NewObjective, Record, Service
-from safenav.trace.setting import RobotChange
+from safenav.trace.setting import ChangeHeader
 from safenav.trace.vocabulary import ChangeCause
 
 
@@ -33,7 +33,7 @@ class ChangesRule(Rule):
     name = "changes"
 
     def __init__(self) -> None:
-        self._told: list[RobotChange] = []
+        self._told: list[ChangeHeader] = []
         self._tick = 0
 
     def line(self, record: Record, now: Situation) -> Iterator[Finding]:
@@ -44,9 +44,9 @@ class ChangesRule(Rule):
         if record.cause is not ChangeCause.SCENARIO:
             return
         if isinstance(record, Service):
-            told = RobotChange(record.tick, record.robot, active=record.active)
+            told = ChangeHeader(record.tick, record.robot, active=record.active)
         else:
-            told = RobotChange(record.tick, record.robot, record.objective)
+            told = ChangeHeader(record.tick, record.robot, record.objective)
         self._told.append(told)
         if told not in (now.header.changes or ()):
             what = f"{record.robot} is told something in tick {record.tick}"

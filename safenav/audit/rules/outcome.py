@@ -19,7 +19,7 @@ from safenav.trace.records import (
     Resolved,
     Synthesis,
 )
-from safenav.trace.vocabulary import Ending, OperatorCause, Verdict
+from safenav.trace.vocabulary import Ending, OperatorCause, RecordedVerdict
 
 
 class OutcomeRule(Rule):
@@ -73,7 +73,7 @@ class OutcomeRule(Rule):
             yield f"the tick limit is said to be met after {outcome.ticks} ticks, but is {limit}"
 
     def _cause(self, outcome: Outcome, now: Situation) -> Iterator[str]:
-        negative = [s for s in now.turn.all(Synthesis) if s.verdict is Verdict.UNREALIZABLE]
+        negative = [s for s in now.turn.all(Synthesis) if s.verdict is RecordedVerdict.UNREALIZABLE]
         if outcome.outcome is Ending.UNREALIZABLE:
             if self._moves:
                 yield "unrealizable is for runs that never begin, but robots have moved"

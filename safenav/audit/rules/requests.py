@@ -17,7 +17,7 @@ from safenav.trace.records import (
     Synthesis,
     Violation,
 )
-from safenav.trace.vocabulary import OperatorCause, Region, Verdict
+from safenav.trace.vocabulary import OperatorCause, RecordedVerdict, Region
 
 
 class RequestRule(Rule):
@@ -185,7 +185,7 @@ def _failed(now: Situation) -> set[str]:
     return {
         synthesis.robot
         for synthesis in now.turn.all(Synthesis)
-        if synthesis.verdict is not Verdict.REALIZABLE
+        if synthesis.verdict is not RecordedVerdict.REALIZABLE
     }
 
 

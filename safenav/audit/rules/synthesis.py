@@ -20,7 +20,7 @@ from safenav.trace.vocabulary import (
     BlockReason,
     MovedBy,
     Reason,
-    Verdict,
+    RecordedVerdict,
     Verified,
 )
 
@@ -32,7 +32,7 @@ _CAUSES: dict[Reason, tuple[type[Resolved | Blocked | Request | Assumption], ...
 _FOR_WHAT_IS_IN_FORCE = (Reason.RESOLVED, Reason.BLOCKED)
 """Reasons that leave no choice of the objective; a request tries several before its push."""
 
-_PROVEN = (Verdict.REALIZABLE, Verdict.UNREALIZABLE)
+_PROVEN = (RecordedVerdict.REALIZABLE, RecordedVerdict.UNREALIZABLE)
 
 
 class SynthesisRule(Rule):
@@ -94,9 +94,9 @@ class SynthesisRule(Rule):
         if record.verified is Verified.MOVES:
             if record.strategy is not None or record.states is not None:
                 yield f"the moves of {robot} are checked one by one, but its strategy is listed"
-        elif record.verdict is Verdict.REALIZABLE and record.strategy is None:
+        elif record.verdict is RecordedVerdict.REALIZABLE and record.strategy is None:
             yield f"the synthesis for {robot} is realizable but gave no strategy"
-        if record.verdict is not Verdict.REALIZABLE and record.strategy is not None:
+        if record.verdict is not RecordedVerdict.REALIZABLE and record.strategy is not None:
             yield f"the synthesis for {robot} is {record.verdict} but gave a strategy"
 
 
@@ -130,7 +130,7 @@ class StrategyRule(Rule):
         if last is None:
             without = now.header.coordination == RESYNTHESIS
             return f"{robot} moves without a strategy for {objective}" if without else ""
-        if last.verdict is not Verdict.REALIZABLE:
+        if last.verdict is not RecordedVerdict.REALIZABLE:
             return f"{robot} moves, though {objective} was {last.verdict} in tick {last.tick}"
         if last.verified is False:
             return f"{robot} moves by a strategy that failed its verification in tick {last.tick}"

@@ -34,14 +34,14 @@ _WIDTH = 40
 
 
 @dataclass
-class Found:
+class FoundCases:
     """``passed_over``: YAML files that a search saw and did not take."""
 
     cases: list[Case] = field(default_factory=list)
     passed_over: list[str] = field(default_factory=list)
 
 
-def find_cases(paths: Sequence[str]) -> Found:
+def find_cases(paths: Sequence[str]) -> FoundCases:
     """The cases that ``paths`` name, each once, in the order named and sorted within a search.
 
     ``-`` is a scenario on standard input. Raises UsageError for a path that leads to no scenario,
@@ -55,7 +55,7 @@ def find_cases(paths: Sequence[str]) -> Found:
 
 class _Search:
     def __init__(self) -> None:
-        self.found = Found()
+        self.found = FoundCases()
         self._texts: dict[str, str | None] = {}
         self._references = References()
         self._known: set[tuple[str, str]] = set()

@@ -11,7 +11,7 @@ import numpy as np
 
 from safenav.motion.check.finding import NEAR, Finding, Report
 from safenav.motion.check.paths import Array, Disc, discs
-from safenav.motion.file.records import Header, Moving, Release, Reserve
+from safenav.motion.file.records import MotionHeader, Moving, Release, Reserve
 
 FOREVER = float("inf")
 TOUCH = 1e-6
@@ -100,7 +100,7 @@ class Grid:
 def check_room(
     pieces: Iterable[Moving],
     held: Iterable[Holding],
-    header: Header,
+    header: MotionHeader,
     limits: Mapping[str, Mapping[str, object]],
     report: Report,
 ) -> None:

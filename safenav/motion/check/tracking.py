@@ -10,7 +10,7 @@ import numpy as np
 from safenav.motion.check.finding import NEAR, Finding, Report
 from safenav.motion.check.paths import Array, power_series
 from safenav.motion.check.room import TOUCH, Grid, Holding
-from safenav.motion.file.records import Flight, Track
+from safenav.motion.file.records import Flight, FlownTrack
 
 MASS, GRAVITY, DRAG = 0.5, 9.81, 0.25
 PULL = 1.5
@@ -21,7 +21,7 @@ WAY = 0.01
 COLUMNS = 16
 
 
-def check_track(track: Track, limits: Mapping[str, float], report: Report) -> None:
+def check_track(track: FlownTrack, limits: Mapping[str, float], report: Report) -> None:
     """The samples of one line."""
 
     def wrong(row: int, rule: str, found: str) -> None:
@@ -57,7 +57,7 @@ def check_track(track: Track, limits: Mapping[str, float], report: Report) -> No
 
 
 def check_flown(
-    tracks: Iterable[Track],
+    tracks: Iterable[FlownTrack],
     held: Sequence[Holding],
     grid: Grid,
     flights: Sequence[Flight],
@@ -80,7 +80,7 @@ def check_flown(
 
 
 def _inside(
-    track: Track,
+    track: FlownTrack,
     times: Array,
     places: Array,
     radius: float,

@@ -17,14 +17,14 @@ from safenav.motion.check.tracking import check_flown, check_track
 from safenav.motion.check.walking import check_segment
 from safenav.motion.file.records import (
     Action,
+    Blow,
     Drive,
     Flight,
+    FlownTrack,
     Link,
     Motion,
     Moving,
-    Push,
     Segment,
-    Track,
 )
 from safenav.trace.trace import Trace
 
@@ -56,7 +56,7 @@ def check_motion(motion: Motion, trace: Trace, digest: str) -> list[Finding]:
     conflicts = conflicts_of(trace.header.scenario)
     makespan = motion.outcome.makespan
     for name in trace.header.scenario.robots:
-        pushes = [line for line in lines if isinstance(line, Push) and line.robot == name]
+        pushes = [line for line in lines if isinstance(line, Blow) and line.robot == name]
         check_joins(name, pieces.get(name, []), pushes, makespan, report)
         _start(name, trace, pieces.get(name, []), found)
     held = holdings(lines, report)
@@ -124,7 +124,9 @@ def _dynamics(
 def _wind(motion: Motion, held: list[Holding], grid: Grid, found: list[Finding]) -> None:
     """The flights that were simulated: every flyer's, to the end, if there is wind."""
     for name, limits in motion.header.robots.items():
-        tracks = [line for line in motion.lines if isinstance(line, Track) and line.robot == name]
+        tracks = [
+            line for line in motion.lines if isinstance(line, FlownTrack) and line.robot == name
+        ]
         flights = [line for line in motion.lines if isinstance(line, Flight) and line.robot == name]
         if not tracks:
             if motion.header.gust > 0 and limits.get("kind") == "flyer" and flights:

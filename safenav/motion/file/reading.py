@@ -14,7 +14,7 @@ from types import NoneType, UnionType
 from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
 from safenav.errors import Diagnostic, InputError
-from safenav.motion.file.records import VERSION, Header, Line, Motion, Outcome
+from safenav.motion.file.records import VERSION, Line, Motion, MotionHeader, MotionOutcome
 from safenav.motion.file.writing import RENAMED, ROW, TYPES
 
 _DIAGNOSTIC_LIMIT = 20
@@ -38,8 +38,8 @@ def read_motion(path: Path) -> Motion:
 
 def parsed(content: bytes, source: str) -> Motion:
     """The motion in some bytes. Raises InputError with up to twenty diagnostics."""
-    header: Header | None = None
-    outcome: Outcome | None = None
+    header: MotionHeader | None = None
+    outcome: MotionOutcome | None = None
     lines: list[Line] = []
     wrong: list[Diagnostic] = []
     number = 0
@@ -52,7 +52,7 @@ def parsed(content: bytes, source: str) -> Motion:
             if header is None:
                 header = _header(data, kind)
             elif kind == "outcome":
-                outcome = _record(Outcome, data, {})
+                outcome = _record(MotionOutcome, data, {})
             elif isinstance(kind, str) and kind in TYPES:
                 lines.append(_record(TYPES[kind], data, RENAMED))
         except (ValueError, RecursionError) as error:
@@ -73,12 +73,12 @@ def parsed(content: bytes, source: str) -> Motion:
     return Motion(header, tuple(lines), outcome)
 
 
-def _header(data: Any, kind: object) -> Header:
+def _header(data: Any, kind: object) -> MotionHeader:
     if kind != "header" or "motion" not in data:
         raise _WrongError("the first line must be the header of a motion file")
     if data["motion"] != VERSION:
         raise _WrongError(f"motion version {data['motion']!r}: this safenav reads {VERSION}")
-    return _record(Header, data, {})
+    return _record(MotionHeader, data, {})
 
 
 def _record(kind: type[T], data: Mapping[str, Any], renamed: Mapping[str, str]) -> T:
@@ -127,7 +127,7 @@ def _reader(hint: Any) -> Callable[[Any], Any]:
     if origin is not None and issubclass(origin, Mapping):
         inner = _anything if args[1] is object else _reader(args[1])
         return lambda value: {key: inner(item) for key, item in _mapping(value).items()}
-    assert hint.__name__ in ROW, hint
+    assert hint in ROW, hint
     row = [read for _, read in _readers(hint)]
     return lambda value: hint(*[r(v) for r, v in zip(row, _array(value), strict=True)])
 

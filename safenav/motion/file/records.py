@@ -19,7 +19,7 @@ Numbers = tuple[float, ...]
 
 
 @dataclass(frozen=True)
-class Header:
+class MotionHeader:
     """``trace``: sha256 of the trace; ``side``: metres of a region; ``origin``: x, y and yaw of
     the map's south-western corner in the world; ``robots``: how each moves, with its ``kind``,
     its parameters and its limits; ``seed``, ``gust`` (m/s) and ``push`` (m/s): disturbances."""
@@ -64,7 +64,7 @@ class Swing:
 
 
 @dataclass(frozen=True)
-class Phase:
+class PressurePhase:
     """The centre of pressure, constant for some seconds."""
 
     seconds: float
@@ -90,7 +90,7 @@ class Segment(Piece):
     """A walker. ``turning``: yaw before, yaw after, and the times between which the body turns;
     ``start``, ``goal``: states of the centre of mass."""
 
-    phases: tuple[Phase, ...]
+    phases: tuple[PressurePhase, ...]
     feet: tuple[Foothold, ...]
     swings: tuple[Swing, ...]
     turning: tuple[float, float, float, float]
@@ -137,7 +137,7 @@ class Drive(Piece):
 
 
 @dataclass(frozen=True)
-class Track:
+class FlownTrack:
     """How a flyer followed its references in wind: rows of a simulated flight, every ``step``
     seconds from ``t0``: position, velocity, quaternion (w, x, y, z), body rates (rad/s), thrust
     (N), wind (m/s, x and y). ``errors``: metres off the reference at each row."""
@@ -151,7 +151,7 @@ class Track:
 
 
 @dataclass(frozen=True)
-class Push:
+class Blow:
     """A blow that changes the velocity of a walker's mass at once, by metres per second."""
 
     robot: str
@@ -223,7 +223,7 @@ class Link:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class MotionOutcome:
     """``busy`` and ``waiting``: seconds of each robot until its last move or action ended;
     ``chain``: the longest chain of the dependency graph, whose length is the makespan."""
 
@@ -233,7 +233,7 @@ class Outcome:
     chain: tuple[Link, ...]
 
 
-Line = Segment | Flight | Drive | Track | Push | Reserve | Release | Action | Wait
+Line = Segment | Flight | Drive | FlownTrack | Blow | Reserve | Release | Action | Wait
 Moving = Segment | Flight | Drive
 
 
@@ -241,6 +241,6 @@ Moving = Segment | Flight | Drive
 class Motion:
     """A whole motion file; ``lines`` in the order of their times."""
 
-    header: Header
+    header: MotionHeader
     lines: tuple[Line, ...]
-    outcome: Outcome
+    outcome: MotionOutcome

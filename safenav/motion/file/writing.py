@@ -9,15 +9,21 @@ from dataclasses import fields, is_dataclass
 from safenav.motion.file.records import (
     VERSION,
     Action,
+    Arc,
+    Blow,
+    Curve,
     Drive,
     Flight,
+    FlownTrack,
+    Foothold,
     Line,
+    Link,
     Motion,
-    Push,
+    PressurePhase,
     Release,
     Reserve,
     Segment,
-    Track,
+    Swing,
     Wait,
 )
 
@@ -25,8 +31,8 @@ TYPES: Mapping[str, type[Line]] = {
     "segment": Segment,
     "flight": Flight,
     "drive": Drive,
-    "track": Track,
-    "push": Push,
+    "track": FlownTrack,
+    "push": Blow,
     "reserve": Reserve,
     "release": Release,
     "action": Action,
@@ -37,7 +43,7 @@ NAMES = {kind: name for name, kind in TYPES.items()}
 DECIMALS = 12
 """Of a metre, second or radian: joins are exact to 1e-9."""
 
-ROW = frozenset({"Phase", "Foothold", "Swing", "Curve", "Arc", "Link"})
+ROW = (PressurePhase, Foothold, Swing, Curve, Arc, Link)
 """Written as arrays of their fields, in order."""
 
 RENAMED = {"origin": "from"}
@@ -68,6 +74,6 @@ def _plain(value: object) -> object:
     if isinstance(value, Mapping):
         return {key: _plain(item) for key, item in value.items()}
     if is_dataclass(value):
-        assert type(value).__name__ in ROW
+        assert isinstance(value, ROW)
         return [_plain(getattr(value, field.name)) for field in fields(value)]
     return value

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from safenav.errors import UsageError
 from safenav.motion.disc import PEAK_ACCELERATION
-from safenav.motion.file.records import Curve, Flight, Track
+from safenav.motion.file.records import Curve, Flight, FlownTrack
 from safenav.motion.flyer.body import DRAG, RATE, STEP, Body
-from safenav.motion.flyer.tracking import HORIZON, Tracker
+from safenav.motion.flyer.tracking import HORIZON, AxisTracker
 from safenav.motion.flyer.tracking import STEP as PERIOD
-from safenav.motion.geometry import Box, Floor
+from safenav.motion.geometry import Box, MetricFloor
 from safenav.motion.polynomial import derivative, values
 
 Array = NDArray[np.float64]
@@ -35,7 +35,7 @@ CLIMB, SINK = 9.0, 5.0
 
 
 @dataclass(frozen=True)
-class Sight:
+class SampledReference:
     """The reference as it was sampled: rows of position, velocity, acceleration in x and y; the
     altitude; the yaw; and the box that the middle of the body may be in."""
 
@@ -59,8 +59,8 @@ def check_gust(robot: str, gust: float, tilt: float, speed: float, side: float) 
 
 
 def flown(
-    flights: Sequence[Flight], floor: Floor, size: float, tilt: float, gust: float, seed: str
-) -> list[Track]:
+    flights: Sequence[Flight], floor: MetricFloor, size: float, tilt: float, gust: float, seed: str
+) -> list[FlownTrack]:
     """How a flyer follows its flights, which have no gaps, in gusts of ``gust`` m/s (root mean
     square). Deterministic by the seed."""
     count = int((flights[-1].t1 - flights[0].t0) / PERIOD + 1e-9)
@@ -68,7 +68,7 @@ def flown(
     chance = random.Random(seed)
     first = sight.states[0]
     body = Body([*first[:2], float(sight.altitude[0])], float(sight.yaw[0]))
-    trackers = [Tracker(float(first[i]), tilt) for i in (0, 1)]
+    trackers = [AxisTracker(float(first[i]), tilt) for i in (0, 1)]
     wind = [0.0, 0.0]
     keep = exp(-STEP / CALM)
     fresh = gust * sqrt(1 - keep**2)
@@ -92,7 +92,7 @@ def flown(
         errors.append(round(hypot(body.place[0] - off[0], body.place[1] - off[1]), DIGITS))
     begin, robot = flights[0].t0, flights[0].robot
     return [
-        Track(
+        FlownTrack(
             robot,
             flights[0].tick,
             begin + at * PERIOD,
@@ -109,7 +109,9 @@ def _row(body: Body, wind: Sequence[float]) -> tuple[float, ...]:
     return tuple(round(number, DIGITS) for number in numbers)
 
 
-def _sampled(flights: Sequence[Flight], floor: Floor, size: float, count: int) -> Sight:
+def _sampled(
+    flights: Sequence[Flight], floor: MetricFloor, size: float, count: int
+) -> SampledReference:
     """The references at the steps of the tracking; after the end it stays where it is."""
     times = flights[0].t0 + PERIOD * np.arange(count)
     ends = np.array([flight.t1 for flight in flights])
@@ -127,7 +129,7 @@ def _sampled(flights: Sequence[Flight], floor: Floor, size: float, count: int) -
             begin += curve.seconds
         box = _corridor(floor, flight, size / 2)
         boxes[chosen] = (box.west, box.south, box.east, box.north)
-    return Sight(states, altitude, yaw, boxes)
+    return SampledReference(states, altitude, yaw, boxes)
 
 
 def _states(curve: Curve, since: Array) -> Array:
@@ -139,7 +141,7 @@ def _states(curve: Curve, since: Array) -> Array:
     return np.stack(columns, axis=1)
 
 
-def _corridor(floor: Floor, flight: Flight, inset: float) -> Box:
+def _corridor(floor: MetricFloor, flight: Flight, inset: float) -> Box:
     """Where the middle of the body may be: the regions of the flight, less its radius."""
     one, other = floor.box(flight.origin), floor.box(flight.to)
     return Box(

@@ -100,7 +100,7 @@ def programme() -> Programme:
     return Programme(free[:, 0], free[:, 1], position, velocity, cost, rows)
 
 
-class Tracker:
+class AxisTracker:
     """Tracks one axis. ``state`` is the estimate [p, v, a, d]; ``failed`` counts programmes that
     the solver did not finish, in which case the reference's own command is given."""
 

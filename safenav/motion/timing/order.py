@@ -15,13 +15,13 @@ from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from heapq import heappop, heappush
 
-from safenav.motion.geometry import Floor
+from safenav.motion.geometry import MetricFloor
 from safenav.trace.records import Met, Move, Resolved, Synthesis
 from safenav.trace.setting import ObstacleHeader, RobotHeader
 from safenav.trace.trace import Trace
 
 
-class Cause(StrEnum):
+class LinkCause(StrEnum):
     """Why a step or a deed comes after another."""
 
     OWN = "own"
@@ -41,11 +41,11 @@ class After:
     """An edge: not before the node with this index has ended."""
 
     node: int
-    cause: Cause
+    cause: LinkCause
 
 
 @dataclass(frozen=True)
-class Step:
+class StepNode:
     """A move between regions. ``short``: the robot resolves an obstacle that stands in ``to``;
     ``then``: the heading of its next step, None if it has no more."""
 
@@ -75,10 +75,10 @@ class Deed:
     others: tuple[str, ...] = ()
 
 
-Node = Step | Deed
+Node = StepNode | Deed
 
 
-def order_of(trace: Trace, floor: Floor) -> tuple[Node, ...]:
+def order_of(trace: Trace, floor: MetricFloor) -> tuple[Node, ...]:
     """The nodes of a run in an order in which all edges point backwards."""
     order = _Order(trace.header.scenario.robots, trace.obstacles, floor, _arrivals(trace))
     for number, record in enumerate(trace.records):
@@ -131,7 +131,7 @@ class _Order:
 
     robots: Mapping[str, RobotHeader]
     obstacles: Mapping[str, ObstacleHeader]
-    floor: Floor
+    floor: MetricFloor
     arrivals: _Arrivals
     nodes: list[Node] = field(default_factory=list)
     last: dict[str, int] = field(default_factory=dict)
@@ -178,7 +178,7 @@ class _Order:
         if target == move.from_:
             return
         heading = self.floor.heading(move.from_, target)
-        step = Step(len(self.nodes), move.tick, move.robot, (), move.from_, target, heading)
+        step = StepNode(len(self.nodes), move.tick, move.robot, (), move.from_, target, heading)
         before = self.last.get(move.robot)
         self._add(replace(step, after=self._before(move.robot, target)))
         if end is None:
@@ -190,18 +190,18 @@ class _Order:
         found = self._own(robot)
         for other, node in self.left[target].items():
             if self._conflict(robot, other):
-                found.append(After(node, Cause.REGION))
+                found.append(After(node, LinkCause.REGION))
         for blocked, node in self.resolved[target]:
             if robot in blocked:
-                found.append(After(node, Cause.OBSTACLE))
+                found.append(After(node, LinkCause.OBSTACLE))
         return tuple(found)
 
     def _own(self, robot: str) -> list[After]:
         found = []
         if robot in self.last:
-            found.append(After(self.last[robot], Cause.OWN))
+            found.append(After(self.last[robot], LinkCause.OWN))
         if robot in self.cause:
-            found.append(After(self.cause[robot], Cause.SYNTHESIS))
+            found.append(After(self.cause[robot], LinkCause.SYNTHESIS))
         return found
 
     def _met(self, record: Met) -> None:
@@ -245,7 +245,9 @@ class _Order:
         )
         team = (record.robot, *others)
         mine = self._until_now(record.robot)
-        together = [After(edge.node, Cause.TOGETHER) for o in others for edge in self._until_now(o)]
+        together = [
+            After(edge.node, LinkCause.TOGETHER) for o in others for edge in self._until_now(o)
+        ]
         deed = Deed(
             len(self.nodes),
             record.tick,
@@ -272,14 +274,14 @@ class _Order:
         transit = self.transit.get(robot)
         if transit is None:
             return self._own(robot)
-        known = (Cause.OWN, Cause.SYNTHESIS)
+        known = (LinkCause.OWN, LinkCause.SYNTHESIS)
         return [edge for edge in self.nodes[transit.step].after if edge.cause in known]
 
     def _first(self, robot: str, deed: int) -> None:
         """The step that a robot has begun comes after this deed."""
         step = self.nodes[self.transit[robot].step]
-        others = (edge for edge in step.after if edge.cause is not Cause.OWN)
-        after = (After(deed, Cause.OWN), *others)
+        others = (edge for edge in step.after if edge.cause is not LinkCause.OWN)
+        after = (After(deed, LinkCause.OWN), *others)
         self.nodes[step.index] = replace(step, after=after)
         self.transit[robot] = _Transit(step.index, deed)
 
@@ -287,7 +289,7 @@ class _Order:
         """The step into an obstacle's own region ends before it, if the robot acts there."""
         if robot in self.last:
             step = self.nodes[self.last[robot]]
-            if isinstance(step, Step) and step.to == region:
+            if isinstance(step, StepNode) and step.to == region:
                 self.nodes[step.index] = replace(step, short=True)
 
     def _add(self, node: Node) -> None:
@@ -334,7 +336,7 @@ def _with_next_headings(nodes: Iterable[Node]) -> tuple[Node, ...]:
     following: dict[str, str] = {}
     found: list[Node] = []
     for node in reversed(list(nodes)):
-        if isinstance(node, Step):
+        if isinstance(node, StepNode):
             found.append(replace(node, then=following.get(node.robot)))
             following[node.robot] = node.heading
         else:

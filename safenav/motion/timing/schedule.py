@@ -14,13 +14,13 @@ from safenav.motion.file.records import (
     Action,
     Line,
     Link,
-    Outcome,
+    MotionOutcome,
     Release,
     Reserve,
     Wait,
 )
-from safenav.motion.mover import Errand, Mover
-from safenav.motion.timing.order import After, Cause, Deed, Node, Step
+from safenav.motion.mover import Crossing, Mover
+from safenav.motion.timing.order import After, Deed, LinkCause, Node, StepNode
 
 ACTION_SECONDS = "action_seconds"
 
@@ -31,11 +31,11 @@ AT_ONCE = 1e-9
 
 
 @dataclass(frozen=True)
-class Schedule:
+class Timetable:
     """What everybody does when, in the order of time, and how long it takes."""
 
     lines: tuple[Line, ...]
-    outcome: Outcome
+    outcome: MotionOutcome
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class _Done:
     stop: _Stop | None
 
 
-def scheduled(nodes: Iterable[Node], movers: Mapping[str, Mover]) -> Schedule:
+def scheduled(nodes: Iterable[Node], movers: Mapping[str, Mover]) -> Timetable:
     """Carries out the nodes with these movers, whose time is 0. Every robot ends at rest."""
     clock = _Clock(movers)
     for node in nodes:
@@ -97,7 +97,7 @@ class _Clock:
                 self._wait(name, node, begins[name], start, edge)
         if stop is not None:
             edge = self._own(stop.robot, node.after)
-        if isinstance(node, Step):
+        if isinstance(node, StepNode):
             self._step(node, self._movers[node.robot])
         else:
             self._deed(node, [self._movers[name] for name in names])
@@ -109,10 +109,10 @@ class _Clock:
         self._lines.append(Wait(name, node.tick, begin, start, edge.cause, on.robot, on.tick))
         self._waited[name] += start - begin
 
-    def _step(self, step: Step, mover: Mover) -> None:
-        errand = Errand(step.tick, step.origin, step.to, step.heading, step.then, step.short)
+    def _step(self, step: StepNode, mover: Mover) -> None:
+        crossing = Crossing(step.tick, step.origin, step.to, step.heading, step.then, step.short)
         self._lines.append(Reserve(step.robot, step.tick, step.to, mover.time))
-        self._lines += mover.move(errand)
+        self._lines += mover.move(crossing)
         self._lines.append(Release(step.robot, step.tick, step.origin, mover.time))
 
     def _deed(self, deed: Deed, movers: list[Mover]) -> None:
@@ -132,11 +132,11 @@ class _Clock:
         """The edge whose node ends last, and when; the robot's own of those that end at once."""
         if not edges:
             return 0.0, None
-        own = {edge.node: edge.cause is Cause.OWN for edge in edges}
+        own = {edge.node: edge.cause is LinkCause.OWN for edge in edges}
         last = max(edges, key=lambda edge: (self._done[edge.node].end, own[edge.node]))
         near = self._done[last.node].end - AT_ONCE
         for edge in edges:
-            if edge.cause is Cause.OWN and self._done[edge.node].end >= near:
+            if edge.cause is LinkCause.OWN and self._done[edge.node].end >= near:
                 return self._done[last.node].end, edge
         return self._done[last.node].end, last
 
@@ -145,11 +145,11 @@ class _Clock:
         for edge in edges:
             done = self._done[edge.node].node
             others = done.others if isinstance(done, Deed) else ()
-            if edge.cause in (Cause.OWN, Cause.TOGETHER) and robot in (done.robot, *others):
+            if edge.cause in (LinkCause.OWN, LinkCause.TOGETHER) and robot in (done.robot, *others):
                 return edge
         return None
 
-    def schedule(self) -> Schedule:
+    def schedule(self) -> Timetable:
         last: dict[str, _Done] = {}
         for done in self._done:
             others = done.node.others if isinstance(done.node, Deed) else ()
@@ -168,26 +168,28 @@ class _Clock:
             if mover.time < until:
                 self._lines += mover.rest(tick, until)
         lines = sorted(self._lines, key=when)
-        return Schedule(tuple(lines), Outcome(until, busy, dict(self._waited), chain))
+        return Timetable(tuple(lines), MotionOutcome(until, busy, dict(self._waited), chain))
 
     def _chain(self, done: _Done | None, makespan: float) -> tuple[Link, ...]:
         """The links from the start to the end, each beginning when the one before ends."""
         found: list[Link] = []
         if done is not None and done.end < makespan:
             robot, tick = done.node.robot, done.node.tick
-            found.append(Link(robot, tick, "stop", done.end, makespan, Cause.OWN))
+            found.append(Link(robot, tick, "stop", done.end, makespan, LinkCause.OWN))
         while done is not None:
             node, edge, stop = done.node, done.edge, done.stop
-            cause = edge.cause if edge is not None else Cause.OWN
+            cause = edge.cause if edge is not None else LinkCause.OWN
             found.append(Link(node.robot, node.tick, _what(node), done.start, done.end, cause))
             if stop is not None:
-                found.append(Link(stop.robot, node.tick, "stop", stop.begin, done.start, Cause.OWN))
+                found.append(
+                    Link(stop.robot, node.tick, "stop", stop.begin, done.start, LinkCause.OWN)
+                )
             done = self._done[edge.node] if edge is not None else None
         return tuple(reversed(found))
 
 
 def _what(node: Node) -> str:
-    if isinstance(node, Step):
+    if isinstance(node, StepNode):
         return f"{node.origin} -> {node.to}"
     return f"{node.action} {node.obstacle}"
 

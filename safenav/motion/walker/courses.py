@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from safenav.motion.file.records import Foothold, Phase, Segment
+from safenav.motion.file.records import Foothold, PressurePhase, Segment
 from safenav.motion.geometry import Box
 from safenav.motion.pendulum import Array
 
@@ -23,7 +23,7 @@ class Actual:
 
 
 @dataclass(frozen=True)
-class Course:
+class PendingMove:
     """A move that is still to be walked, and the regions that it has."""
 
     segment: Segment
@@ -31,7 +31,7 @@ class Course:
 
 
 @dataclass(frozen=True)
-class Plan:
+class WalkPlan:
     """Phases still to come: durations and centres of pressure, the foothold of each (None: both
     feet are down), which of these are one and the same, the regions of each, and the first of
     them that must stay where they are. ``lift``: seconds until the foot in the air lands."""
@@ -47,8 +47,8 @@ class Plan:
 
 
 def plan_of(
-    courses: list[Course], actual: Actual, sooner: float, step: int, hold: bool
-) -> Plan | None:
+    courses: list[PendingMove], actual: Actual, sooner: float, step: int, hold: bool
+) -> WalkPlan | None:
     """The phases of some moves, the landing after phase ``step`` ``sooner`` seconds earlier (later
     if negative), for which the later phases of the first move last longer; None if it cannot.
     ``hold``: the foot in the air lands where it was sent to."""
@@ -88,7 +88,7 @@ def plan_of(
         for foot, phase in zip(feet, _phases(courses), strict=True)
     ]
     goal = np.array(courses[-1].segment.goal)
-    return Plan(
+    return WalkPlan(
         np.array(durations),
         np.array(where),
         tuple(feet),
@@ -100,5 +100,5 @@ def plan_of(
     )
 
 
-def _phases(courses: list[Course]) -> list[Phase]:
+def _phases(courses: list[PendingMove]) -> list[PressurePhase]:
     return [phase for course in courses for phase in course.segment.phases]

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from safenav.motion.file.records import Phase, Segment, State, Swing
+from safenav.motion.file.records import PressurePhase, Segment, State, Swing
 from safenav.motion.pendulum import Array, advanced
 from safenav.motion.polynomial import between, derivative, values
 
@@ -14,7 +14,7 @@ from safenav.motion.polynomial import between, derivative, values
 def split(segment: Segment, at: float, omega: float) -> tuple[Segment, Segment]:
     """A segment before and after an instant in the midst of it (seconds since its begin)."""
     state = np.array(segment.start)
-    phases: tuple[list[Phase], list[Phase]] = ([], [])
+    phases: tuple[list[PressurePhase], list[PressurePhase]] = ([], [])
     begin = 0.0
     for phase in segment.phases:
         end = begin + phase.seconds

@@ -7,9 +7,9 @@ from dataclasses import asdict
 from math import pi
 
 from safenav.errors import UsageError
-from safenav.motion.file.records import Foothold, Moving, Phase, Piece, Segment, Swing
-from safenav.motion.geometry import Floor, turn, way, yaw
-from safenav.motion.mover import Errand, Mover, Values
+from safenav.motion.file.records import Foothold, Moving, Piece, PressurePhase, Segment, Swing
+from safenav.motion.geometry import MetricFloor, turn, way, yaw
+from safenav.motion.mover import Crossing, Mover, Values
 from safenav.motion.pendulum import Array
 from safenav.motion.walker import primitives
 from safenav.motion.walker.gait import Walker, gait_on
@@ -23,7 +23,7 @@ class WalkerMover(Mover):
     def __init__(
         self,
         robot: str,
-        floor: Floor,
+        floor: MetricFloor,
         region: int,
         heading: str | None,
         size: float,
@@ -52,15 +52,15 @@ class WalkerMover(Mover):
         own = {"size": self.size, "omega": self.gait.omega, "height": walker.height}
         return {**own, "foot": walker.foot, "clearance": walker.clearance, **asdict(LIMITS)}
 
-    def move(self, errand: Errand) -> list[Moving]:
+    def move(self, crossing: Crossing) -> list[Moving]:
         assert self.heading is not None
-        quarters = turn(self.heading, errand.heading)
+        quarters = turn(self.heading, crossing.heading)
         if self.foot:
             primitive = primitives.walk(self.gait, quarters, self.foot)
         else:
-            then = turn(errand.heading, errand.then) if errand.then else 0
+            then = turn(crossing.heading, crossing.then) if crossing.then else 0
             primitive = primitives.start(self.gait, quarters, then or LEFT)
-        return [self._carried_out(primitive, errand.tick, errand.to, errand.heading)]
+        return [self._carried_out(primitive, crossing.tick, crossing.to, crossing.heading)]
 
     def halt(self, tick: int) -> list[Moving]:
         if not self.foot:
@@ -91,7 +91,7 @@ class Placing:
     """Moves a primitive from its local frame to where it begins: the middle of the side by which
     a heading enters a region."""
 
-    def __init__(self, floor: Floor, region: int, heading: str) -> None:
+    def __init__(self, floor: MetricFloor, region: int, heading: str) -> None:
         self._cos, self._sin = way(heading)
         x, y = floor.centre(region)
         half = floor.side / 2
@@ -111,7 +111,7 @@ class Placing:
             who.to,
             who.t0,
             who.t1,
-            phases=tuple(Phase(seconds, x, y) for seconds, (x, y) in phases),
+            phases=tuple(PressurePhase(seconds, x, y) for seconds, (x, y) in phases),
             feet=tuple(self._foot(hold) for hold in primitive.footholds),
             swings=tuple(self._swing(swing) for swing in primitive.swings),
             turning=(self._yaw, self._yaw + primitive.turn * pi / 2, begin, end),

@@ -9,9 +9,9 @@ from math import cos, pi, sin
 
 import numpy as np
 
-from safenav.motion.file.records import Line, Push, Segment
-from safenav.motion.geometry import Box, Floor
-from safenav.motion.walker.courses import Actual, Course
+from safenav.motion.file.records import Blow, Line, Segment
+from safenav.motion.geometry import Box, MetricFloor
+from safenav.motion.walker.courses import Actual, PendingMove
 from safenav.motion.walker.cutting import split
 from safenav.motion.walker.recovery import recovered
 
@@ -22,14 +22,14 @@ FIRST = 0.02
 
 
 def pushed(
-    segments: Sequence[Segment], floor: Floor, omega: float, push: float, seed: str
+    segments: Sequence[Segment], floor: MetricFloor, omega: float, push: float, seed: str
 ) -> list[Line]:
     """The segments of one walker with a blow of up to ``push`` m/s in each walking move, and the
     blows. Raises FallenError if it cannot keep itself up."""
     chance = random.Random(seed)
     found: list[Line] = []
     actual: Actual | None = None
-    courses = [Course(segment, _corridor(floor, segment)) for segment in segments]
+    courses = [PendingMove(segment, _corridor(floor, segment)) for segment in segments]
     for course, following in zip_longest(courses, courses[1:]):
         planned = segment = course.segment
         if planned.primitive in ("stop", "stand"):
@@ -40,7 +40,7 @@ def pushed(
             instant = chance.uniform(FIRST, segment.t1 - segment.t0 - FIRST)
             way, size = chance.uniform(0, 2 * pi), push * chance.uniform(0, 1) ** 0.5
             blow = (size * cos(way), size * sin(way))
-            here = Course(segment, course.box)
+            here = PendingMove(segment, course.box)
             first, hit, segment = struck(here, following, instant, blow, omega)
             found += [first, hit]
         found.append(segment)
@@ -49,19 +49,19 @@ def pushed(
 
 
 def struck(
-    course: Course,
-    following: Course | None,
+    course: PendingMove,
+    following: PendingMove | None,
     instant: float,
     blow: tuple[float, float],
     omega: float,
-) -> tuple[Segment, Push, Segment]:
+) -> tuple[Segment, Blow, Segment]:
     """A move until a blow that changes the velocity (m/s), the blow, and the move from there."""
     first, second = split(course.segment, instant, omega)
     state = np.array(first.goal) + np.array([0.0, 0.0, *blow])
     foot = next(foot for foot in second.feet if foot.down <= 0.0)
     actual = Actual(state, (foot.x, foot.y))
-    second = recovered(Course(second, course.box), actual, following, omega)
-    return first, Push(second.robot, second.tick, second.t0, *blow), second
+    second = recovered(PendingMove(second, course.box), actual, following, omega)
+    return first, Blow(second.robot, second.tick, second.t0, *blow), second
 
 
 def _left(segment: Segment, planned: Segment) -> Actual | None:
@@ -73,7 +73,7 @@ def _left(segment: Segment, planned: Segment) -> Actual | None:
     return Actual(np.array(segment.goal), (foot.x, foot.y))
 
 
-def _corridor(floor: Floor, segment: Segment) -> Box:
+def _corridor(floor: MetricFloor, segment: Segment) -> Box:
     """The regions of a move."""
     one, other = floor.box(segment.origin), floor.box(segment.to)
     return Box(

@@ -18,10 +18,10 @@ from math import hypot
 import numpy as np
 
 from safenav.errors import UsageError
-from safenav.motion.file.records import Foothold, Phase, Segment, State, Swing
+from safenav.motion.file.records import Foothold, PressurePhase, Segment, State, Swing
 from safenav.motion.pendulum import Array, advanced
 from safenav.motion.polynomial import between, derivative, values
-from safenav.motion.walker.courses import Actual, Course, Plan, plan_of
+from safenav.motion.walker.courses import Actual, PendingMove, WalkPlan, plan_of
 from safenav.motion.walker.limits import LIMITS
 from safenav.motion.walker.replacing import replaced
 
@@ -39,7 +39,9 @@ class FallenError(UsageError):
     """No placing of the feet keeps the walker up."""
 
 
-def recovered(course: Course, actual: Actual, following: Course | None, omega: float) -> Segment:
+def recovered(
+    course: PendingMove, actual: Actual, following: PendingMove | None, omega: float
+) -> Segment:
     """The move from the actual state at its begin on. Raises FallenError.
 
     With too few steps left to reach its goal it leaves the rest to the move that follows: the
@@ -56,7 +58,7 @@ def recovered(course: Course, actual: Actual, following: Course | None, omega: f
 
 
 def _candidates(
-    course: Course, actual: Actual, following: Course | None, omega: float
+    course: PendingMove, actual: Actual, following: PendingMove | None, omega: float
 ) -> Iterator[Segment]:
     """Ways to carry out the rest of a move, those that change least first."""
     segment = course.segment
@@ -74,7 +76,7 @@ def _candidates(
                     yield carried
 
 
-def _goes_on(found: Segment, planned: Segment, following: Course, omega: float) -> bool:
+def _goes_on(found: Segment, planned: Segment, following: PendingMove, omega: float) -> bool:
     """Whether the move that follows can be walked from where this one ends."""
     last, wanted = found.feet[-1], planned.feet[-1]
     if (found.goal, last.x, last.y) == (planned.goal, wanted.x, wanted.y):
@@ -84,7 +86,7 @@ def _goes_on(found: Segment, planned: Segment, following: Course, omega: float) 
 
 
 def _carried_out(
-    segment: Segment, plan: Plan, actual: Actual, offsets: Array, pushes: Array, omega: float
+    segment: Segment, plan: WalkPlan, actual: Actual, offsets: Array, pushes: Array, omega: float
 ) -> Segment | None:
     """The segment with its feet so placed; None if a leg is too short for it, a step too long, or
     a foot cannot swing so fast."""
@@ -116,7 +118,7 @@ def _carried_out(
     if any(hypot(b.x - a.x, b.y - a.y) > LIMITS.step for a, b in pairwise(feet)):
         return None
     phases = tuple(
-        Phase(float(seconds), float(x), float(y))
+        PressurePhase(float(seconds), float(x), float(y))
         for seconds, (x, y) in zip(durations, pressures, strict=True)
     )
     wanted = np.array(segment.goal)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from safenav.errors import UsageError
 from safenav.motion.file.records import Foothold
 from safenav.motion.pendulum import Array, influence
-from safenav.motion.walker.courses import Plan
+from safenav.motion.walker.courses import WalkPlan
 
 AHEAD, ASIDE = 0.0599, 0.0299
 """Metres by which the centre of pressure may leave the middle of a foot, along it and across."""
@@ -38,7 +38,7 @@ OPTIMAL = 1
 EQUAL = 5
 
 
-def replaced(plan: Plan, state: Array, omega: float, soft: bool) -> tuple[Array, Array] | None:
+def replaced(plan: WalkPlan, state: Array, omega: float, soft: bool) -> tuple[Array, Array] | None:
     """Offsets of the feet and of the centres of pressure (phases, 2 each); None if there are
     none. ``soft``: the goal may be missed, and the last foot be placed elsewhere."""
     count = len(plan.durations)
@@ -113,7 +113,7 @@ def _turned(foot: Foothold | None) -> Array:
     return np.array([[cos(yaw), -sin(yaw)], [sin(yaw), cos(yaw)]])
 
 
-def _steps(plan: Plan, places: dict[int, int], size: int) -> tuple[Array, Array]:
+def _steps(plan: WalkPlan, places: dict[int, int], size: int) -> tuple[Array, Array]:
     """Rows and upper bounds: lateral order, longest step, and the corridor."""
     rows: list[Array] = []
     most: list[float] = []

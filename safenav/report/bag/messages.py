@@ -21,7 +21,7 @@ from math import cos, radians, sin
 from typing import Any
 
 from safenav.report.picture.glyphs import STATUS_MARKS
-from safenav.report.replay.timeline import EventKind, Replay, Status, Track
+from safenav.report.replay.timeline import ObstacleStatus, Replay, RobotTrack, StoryKind
 from safenav.world.frame import Frame
 from safenav.world.map import Region
 
@@ -33,9 +33,9 @@ _CUBE, _LINE = 1, 4
 _ADD, _DELETE, _DELETE_ALL = 0, 2, 3
 _INFO, _WARN, _ERROR = 20, 30, 40
 _LEVELS = {
-    EventKind.VIOLATION: _WARN,
-    EventKind.BLOCKED: _WARN,
-    EventKind.ASSUMPTION: _ERROR,
+    StoryKind.VIOLATION: _WARN,
+    StoryKind.BLOCKED: _WARN,
+    StoryKind.ASSUMPTION: _ERROR,
 }
 
 
@@ -83,7 +83,7 @@ class _Telling:
     def all(self) -> Iterator[Stamped]:
         yield Stamped(self.clock(0), "/map", "nav_msgs/msg/OccupancyGrid", self._map())
         ways: dict[str, list[Message]] = {track.name: [] for track in self.replay.robots}
-        told: dict[str, Status] = {}
+        told: dict[str, ObstacleStatus] = {}
         for tick in range(self.replay.last + 1):
             seconds = self.clock(tick)
             transforms = {"transforms": [self._transform(t, tick) for t in self.replay.robots]}
@@ -115,8 +115,8 @@ class _Telling:
                 }
                 yield Stamped(seconds, "/rosout", "rcl_interfaces/msg/Log", log)
 
-    def _level(self, kind: EventKind) -> int:
-        if kind is EventKind.OUTCOME and self.replay.failed:
+    def _level(self, kind: StoryKind) -> int:
+        if kind is StoryKind.OUTCOME and self.replay.failed:
             return _ERROR
         return _LEVELS.get(kind, _INFO)
 
@@ -143,14 +143,14 @@ class _Telling:
         c, s = cos(self.frame.yaw), sin(self.frame.yaw)
         return x0 + east * c - north * s, y0 + east * s + north * c
 
-    def _pose(self, track: Track, tick: int) -> Message:
+    def _pose(self, track: RobotTrack, tick: int) -> Message:
         """Between two regions while a step takes several ticks."""
         (placed,) = [r for r in self.replay.scene(tick, trail=0).robots if r.name == track.name]
         x, y = self._centre(placed.row, placed.col)
         facing = 0.0 if placed.heading is None else radians(90.0 - placed.heading)
         return _pose(x, y, self.frame.yaw + facing)
 
-    def _transform(self, track: Track, tick: int) -> Message:
+    def _transform(self, track: RobotTrack, tick: int) -> Message:
         pose = self._pose(track, tick)
         return {
             "header": self._header(tick),
@@ -158,15 +158,15 @@ class _Telling:
             "transform": {"translation": pose["position"], "rotation": pose["orientation"]},
         }
 
-    def _obstacles(self, tick: int, told: dict[str, Status]) -> list[Message]:
+    def _obstacles(self, tick: int, told: dict[str, ObstacleStatus]) -> list[Message]:
         """Markers of those whose status has changed; ``told`` keeps what was said."""
         markers: list[Message] = []
         for number, hidden in enumerate(self.replay.hidden):
             status = self.replay.statuses[hidden.name].at(tick)
-            if status is told.get(hidden.name, Status.HIDDEN):
+            if status is told.get(hidden.name, ObstacleStatus.HIDDEN):
                 continue
             told[hidden.name] = status
-            gone = status is Status.RESOLVED
+            gone = status is ObstacleStatus.RESOLVED
             markers.append(
                 {
                     **self._marker(tick, "obstacles", number, _CUBE, _DELETE if gone else _ADD),
@@ -192,7 +192,7 @@ class _Telling:
                     **self._marker(tick, "requests", number, _LINE, _ADD),
                     "points": [self._at(region)["position"] for region in ends],
                     "scale": self._size(0.08, 0.0),
-                    "color": _colour(STATUS_MARKS[Status.REQUESTED].colour, 1.0),
+                    "color": _colour(STATUS_MARKS[ObstacleStatus.REQUESTED].colour, 1.0),
                     "text": f"{frame.about(self.replay.map.word)}: {frame.roles}",
                 }
             )

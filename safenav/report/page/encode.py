@@ -11,15 +11,23 @@ from typing import Any, Protocol
 
 from safenav.report.page.region_sets import RegionSets
 from safenav.report.picture.glyphs import EVENT_MARKS, NOSE, STATUS_MARKS, looks
-from safenav.report.replay.perception import Sight, viewers
-from safenav.report.replay.timeline import Belief, Changes, Event, Hidden, Replay, StackEntry, Track
+from safenav.report.replay.perception import SightCache, viewers
+from safenav.report.replay.timeline import (
+    Changes,
+    Event,
+    Hidden,
+    Replay,
+    RobotBelief,
+    RobotTrack,
+    StackRow,
+)
 from safenav.scenario.objective import Objective, targets_of
 from safenav.trace.wording import objective_words, seconds_words
 from safenav.world.map import Region, RegionMap
 from safenav.world.sight import members
 
 
-class Places(Protocol):
+class RegionPlaces(Protocol):
     """Where sets of regions are kept: the place of one, or what stands for it."""
 
     def index(self, regions: Sequence[Region]) -> int | str: ...
@@ -102,7 +110,7 @@ def event_data(event: Event, index: dict[str, int]) -> list[Any]:
     ]
 
 
-def _robot(replay: Replay, track: Track) -> dict[str, Any]:
+def _robot(replay: Replay, track: RobotTrack) -> dict[str, Any]:
     facing = [heading.name[0] for heading in track.headings if heading is not None]
     progress = replay.progress[track.name]
     return {
@@ -122,7 +130,7 @@ def _robot(replay: Replay, track: Track) -> dict[str, Any]:
 
 def _view(replay: Replay, viewer: str, index: dict[str, int], sets: RegionSets) -> dict[str, Any]:
     """What a robot sees and believes, each set of regions by its place in ``sets``."""
-    sight = Sight(replay)
+    sight = SightCache(replay)
     masks = [sight.mask(viewer, tick) for tick in range(replay.last + 1)]
     places = [None if mask is None else sets.index(members(mask)) for mask in masks]
     seen = [
@@ -141,13 +149,13 @@ def _view(replay: Replay, viewer: str, index: dict[str, int], sets: RegionSets) 
     }
 
 
-def belief_data(belief: Belief | None, sets: Places) -> list[Any]:
+def belief_data(belief: RobotBelief | None, sets: RegionPlaces) -> list[Any]:
     if belief is None:
         return [0, -1]
     return [int(belief.seen), sets.index(sorted(belief.regions))]
 
 
-def frame_data(frame: StackEntry, world: RegionMap) -> list[Any]:
+def frame_data(frame: StackRow, world: RegionMap) -> list[Any]:
     kind = "yield" if frame.obstacle is None else "request"
     helpers = [*frame.yielding] or [name for name in [frame.helper] if name is not None]
     return [kind, frame.about(world.word), frame.roles, frame.requester, helpers]

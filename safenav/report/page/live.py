@@ -19,14 +19,14 @@ from safenav.report.page.encode import (
     task_data,
 )
 from safenav.report.page.region_sets import written
-from safenav.report.replay.reading import Telling, long_steps
-from safenav.report.replay.timeline import Hidden, Status
+from safenav.report.replay.reading import ReplayBuilder, long_steps
+from safenav.report.replay.timeline import Hidden, ObstacleStatus
 from safenav.trace import records
 from safenav.trace.trace import Trace
 from safenav.world.map import Region
 from safenav.world.sight import Visibility, members, visible_from
 
-_CLOSED = {Status.FOUND, Status.REQUESTED, Status.BLOCKED}
+_CLOSED = {ObstacleStatus.FOUND, ObstacleStatus.REQUESTED, ObstacleStatus.BLOCKED}
 
 
 class LiveRun:
@@ -35,7 +35,7 @@ class LiveRun:
     def __init__(self, header: records.Header, source: str) -> None:
         self._source = source
         self._version = header.safenav
-        self._telling = Telling.begin(Trace(source, header, (), False, 0))
+        self._telling = ReplayBuilder.begin(Trace(source, header, (), False, 0))
         self._index = {name: i for i, name in enumerate(self._telling.tracks)}
         self._sent: dict[tuple[str, ...], int] = {}
         self._known: dict[str, Hidden] = {}

@@ -11,7 +11,7 @@ from safenav.report.picture.glyphs import EVENT_MARKS
 from safenav.report.picture.strategy import svg_of_summary
 from safenav.report.picture.svg import SvgWriter, number
 from safenav.report.picture.text import text_width, wrapped
-from safenav.report.replay.timeline import EventKind
+from safenav.report.replay.timeline import StoryKind
 from safenav.scenario.objective import describe, targets_of
 from safenav.spec.specification import Owner, Section
 from safenav.spec.task import Task
@@ -97,7 +97,7 @@ class _Box:
         page.rect(left, top, width, height, rx=7, fill=fill, stroke=INK, stroke_width=1.2)
         page.text(left + 10, top + 19, self.title, 13, bold=True, fill=INK)
         if self.target:
-            mark = EVENT_MARKS[EventKind.GOAL].path
+            mark = EVENT_MARKS[StoryKind.GOAL].path
             page.glyph(mark, left + width - 14, top + 14, 7, fill=INK)
         for i, line in enumerate(self.lines):
             page.text(left + 10, top + 33 + 13.5 * i, line, 10.5, fill=INK)

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from safenav.report.labels import labels
-from safenav.report.replay.timeline import EventKind, Status
+from safenav.report.replay.timeline import ObstacleStatus, StoryKind
 
 ORANGE = "#E69F00"
 SKY = "#56B4E9"
@@ -100,49 +100,49 @@ _RING = (
 )
 
 STATUS_MARKS = {
-    Status.HIDDEN: Mark(_RING, GREY),
-    Status.FOUND: Mark(_WARNING, VERMILLION),
-    Status.REQUESTED: Mark(_BUBBLE, "#B87900"),
-    Status.RESOLVED: Mark(_CHECK, GREEN),
-    Status.BLOCKED: Mark(_SALTIRE, "#3B4048"),
+    ObstacleStatus.HIDDEN: Mark(_RING, GREY),
+    ObstacleStatus.FOUND: Mark(_WARNING, VERMILLION),
+    ObstacleStatus.REQUESTED: Mark(_BUBBLE, "#B87900"),
+    ObstacleStatus.RESOLVED: Mark(_CHECK, GREEN),
+    ObstacleStatus.BLOCKED: Mark(_SALTIRE, "#3B4048"),
 }
 
 EVENT_MARKS = {
-    EventKind.VIOLATION: Mark(_WARNING, VERMILLION),
-    EventKind.REQUEST: Mark(_BUBBLE, "#B87900"),
-    EventKind.PUSH: Mark(
+    StoryKind.VIOLATION: Mark(_WARNING, VERMILLION),
+    StoryKind.REQUEST: Mark(_BUBBLE, "#B87900"),
+    StoryKind.PUSH: Mark(
         "M-0.8,-0.9H0.8V-0.6H-0.8ZM-0.25,-0.4H0.25V0.1H0.75L0,0.9L-0.75,0.1H-0.25Z", BLUE
     ),
-    EventKind.YIELD: Mark(  # as on roads: a triangle on its tip
+    StoryKind.YIELD: Mark(  # as on roads: a triangle on its tip
         "M-1,-0.85H1L0,0.95ZM-0.48,-0.52L0,0.32L0.48,-0.52Z", BLUE
     ),
-    EventKind.POP: Mark(
+    StoryKind.POP: Mark(
         "M-0.8,0.6H0.8V0.9H-0.8ZM-0.25,0.4H0.25V-0.1H0.75L0,-0.9L-0.75,-0.1H-0.25Z", BLUE
     ),
-    EventKind.SYNTHESIS: Mark(
+    StoryKind.SYNTHESIS: Mark(
         "M-0.5,-0.87H0.5L1,0L0.5,0.87H-0.5L-1,0ZM0.4,0A0.4,0.4 0 1 0 -0.4,0A0.4,0.4 0 1 0 0.4,0Z",
         "#A5568A",
     ),
-    EventKind.RESOLVED: Mark(_CHECK, GREEN),
-    EventKind.BLOCKED: Mark(_SALTIRE, "#5C6470"),
-    EventKind.GOAL: Mark("M-0.65,-0.95H-0.4V-0.85L0.75,-0.4L-0.4,0.05V0.95H-0.65Z", GREY),
-    EventKind.ASSUMPTION: Mark(
+    StoryKind.RESOLVED: Mark(_CHECK, GREEN),
+    StoryKind.BLOCKED: Mark(_SALTIRE, "#5C6470"),
+    StoryKind.GOAL: Mark("M-0.65,-0.95H-0.4V-0.85L0.75,-0.4L-0.4,0.05V0.95H-0.65Z", GREY),
+    StoryKind.ASSUMPTION: Mark(
         "M0,-1L1,0L0,1L-1,0ZM-0.11,-0.5V0.15H0.11V-0.5ZM-0.11,0.3V0.52H0.11V0.3Z", VERMILLION
     ),
-    EventKind.OUTCOME: Mark("M-0.75,-0.75H0.75V0.75H-0.75Z", GREY),
-    EventKind.APPEARED: Mark(
+    StoryKind.OUTCOME: Mark("M-0.75,-0.75H0.75V0.75H-0.75Z", GREY),
+    StoryKind.APPEARED: Mark(
         "M-0.2,-0.9H0.2V-0.2H0.9V0.2H0.2V0.9H-0.2V0.2H-0.9V-0.2H-0.2Z", VERMILLION
     ),
-    EventKind.GONE: Mark("M-0.9,-0.2H0.9V0.2H-0.9Z", GREEN),
-    EventKind.TRUTH: Mark("M0,-0.95A0.95,0.95 0 0 1 0,0.95ZM-0.25,-0.8V0.8H-0.6V-0.8Z", VERMILLION),
-    EventKind.OBJECTIVE: Mark(
+    StoryKind.GONE: Mark("M-0.9,-0.2H0.9V0.2H-0.9Z", GREEN),
+    StoryKind.TRUTH: Mark("M0,-0.95A0.95,0.95 0 0 1 0,0.95ZM-0.25,-0.8V0.8H-0.6V-0.8Z", VERMILLION),
+    StoryKind.OBJECTIVE: Mark(
         "M-0.9,-0.25H0.2V-0.7L0.95,0L0.2,0.7V0.25H-0.9ZM-0.9,-0.95H-0.55V-0.4H-0.9Z", VERMILLION
     ),
-    EventKind.SERVICE: Mark("M-0.65,-0.85H-0.2V0.85H-0.65ZM0.2,-0.85H0.65V0.85H0.2Z", VERMILLION),
-    EventKind.PLAN: Mark(
+    StoryKind.SERVICE: Mark("M-0.65,-0.85H-0.2V0.85H-0.65ZM0.2,-0.85H0.65V0.85H0.2Z", VERMILLION),
+    StoryKind.PLAN: Mark(
         "M-0.9,-0.6H0.2V-0.95L0.9,-0.4L0.2,0.15V-0.2H-0.9ZM-0.9,0.4H0.9V0.75H-0.9Z", BLUE
     ),
-    EventKind.PLAN_END: Mark("M-0.9,0.4H0.9V0.75H-0.9Z", BLUE),
+    StoryKind.PLAN_END: Mark("M-0.9,0.4H0.9V0.75H-0.9Z", BLUE),
 }
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from safenav.report.picture.glyphs import NOSE, STATUS_MARKS, Look, looks
 from safenav.report.picture.svg import SvgWriter
 from safenav.report.picture.text import text_width, wrapped
-from safenav.report.replay.timeline import EventKind, Scene, StackEntry, Status
+from safenav.report.replay.timeline import ObstacleStatus, Scene, StackRow, StoryKind
 from safenav.trace.wording import objective_words
 from safenav.world.map import RegionMap
 
@@ -17,7 +17,7 @@ GAP = 24.0
 ICON = 30.0
 INK = "#1B1F24"
 MUTED = "#5C6470"
-_QUIET = {EventKind.SYNTHESIS, EventKind.PUSH, EventKind.POP, EventKind.OUTCOME}
+_QUIET = {StoryKind.SYNTHESIS, StoryKind.PUSH, StoryKind.POP, StoryKind.OUTCOME}
 
 Icon = Callable[[SvgWriter, float, float], None]
 """Draws a sign around a point."""
@@ -189,7 +189,7 @@ def _body(look: Look) -> Icon:
 def _obstacles(scene: Scene, hidden: bool) -> Block:
     rows = []
     for obstacle, status in scene.obstacles:
-        if status is Status.HIDDEN and not hidden:
+        if status is ObstacleStatus.HIDDEN and not hidden:
             continue
         lines = lines_of(obstacle.label(scene.map), 13, bold=True)
         lines += lines_of(f"{status.meaning}; needs: {obstacle.action}", 12, colour=MUTED)
@@ -197,7 +197,7 @@ def _obstacles(scene: Scene, hidden: bool) -> Block:
     return Block("Obstacles", tuple(rows))
 
 
-def _status(status: Status) -> Icon:
+def _status(status: ObstacleStatus) -> Icon:
     def draw(page: SvgWriter, x: float, y: float) -> None:
         mark = STATUS_MARKS[status]
         page.glyph(mark.path, x, y, 8, fill=mark.colour)
@@ -205,7 +205,7 @@ def _status(status: Status) -> Icon:
     return draw
 
 
-def _stack(stack: tuple[StackEntry, ...], world: RegionMap) -> Block:
+def _stack(stack: tuple[StackRow, ...], world: RegionMap) -> Block:
     rows = []
     for depth, frame in reversed(list(enumerate(stack, start=1))):
         words = f"{depth}. {frame.about(world.word)}"
@@ -234,7 +234,7 @@ def _marks(scene: Scene, style: tuple[Look, ...], more: Sequence[Row]) -> Block:
         page.glyph(NOSE, x, y + 15, 11, fill=INK)
 
     def refused(page: SvgWriter, x: float, y: float) -> None:
-        colour = STATUS_MARKS[Status.FOUND].colour
+        colour = STATUS_MARKS[ObstacleStatus.FOUND].colour
         arrow = f"M{x - 9:.0f},{y:.0f}h17m-5,-4.5l5,4.5l-5,4.5"
         page.path(arrow, stroke=colour, stroke_width=2.6, fill="none")
 
@@ -245,6 +245,6 @@ def _marks(scene: Scene, style: tuple[Look, ...], more: Sequence[Row]) -> Block:
         rows.append(Row(trail, lines_of("the way a robot came, newest part strongest", 12)))
     if any(robot.heading is not None for robot in scene.robots):
         rows.append(Row(nose, lines_of("where a robot faces", 12)))
-    if any(event.kind is EventKind.VIOLATION for event in scene.happened):
+    if any(event.kind is StoryKind.VIOLATION for event in scene.happened):
         rows.append(Row(refused, lines_of("step that was refused", 12)))
     return Block("Marks", (*rows, *more))

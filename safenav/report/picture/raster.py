@@ -16,7 +16,7 @@ from safenav.errors import UsageError
 from safenav.report.picture.scene import Options, svg_of
 from safenav.report.picture.text import FONTS
 from safenav.report.replay.perception import Shading, shading_of
-from safenav.report.replay.timeline import EventKind, Replay
+from safenav.report.replay.timeline import Replay, StoryKind
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -24,13 +24,13 @@ if TYPE_CHECKING:
     from safenav.report.picture.palette import Palette
 
 _HALTS = {
-    EventKind.VIOLATION,
-    EventKind.REQUEST,
-    EventKind.YIELD,
-    EventKind.RESOLVED,
-    EventKind.BLOCKED,
+    StoryKind.VIOLATION,
+    StoryKind.REQUEST,
+    StoryKind.YIELD,
+    StoryKind.RESOLVED,
+    StoryKind.BLOCKED,
 }
-_CAPTIONS = _HALTS | {EventKind.ASSUMPTION, EventKind.OUTCOME}
+_CAPTIONS = _HALTS | {StoryKind.ASSUMPTION, StoryKind.OUTCOME}
 
 
 def png_of(svg: str, width: int | None = None, zoom: float = 2.0) -> bytes:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from safenav.report.labels import labels
 from safenav.report.replay.perception import Shading
-from safenav.report.replay.timeline import Hidden, Placed, Scene, Status
+from safenav.report.replay.timeline import Hidden, ObstacleStatus, Placed, Scene
 from safenav.report.terminal.map import MapPicture, Marker, draw
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import Objective, describe, targets_of
@@ -34,7 +34,7 @@ def scene_of(scenario: Scenario) -> Scene:
                 obstacle.resolution_regions(scenario.map),
                 tuple(robot.name for robot in scenario.robots if obstacle.blocks(robot)),
             ),
-            Status.HIDDEN,
+            ObstacleStatus.HIDDEN,
         )
         for obstacle in scenario.obstacles
     )

@@ -28,7 +28,7 @@ from safenav.report.picture.shading import draw_shading, draw_taken, shading_row
 from safenav.report.picture.svg import SvgWriter, number
 from safenav.report.picture.text import wrapped
 from safenav.report.replay.perception import Shading
-from safenav.report.replay.timeline import EventKind, Hidden, Placed, Scene, Status
+from safenav.report.replay.timeline import Hidden, ObstacleStatus, Placed, Scene, StoryKind
 from safenav.scenario.objective import targets_of
 from safenav.world.map import Region
 
@@ -133,7 +133,7 @@ class _Drawing:
         for i, robot in enumerate(self.scene.robots):
             self._trail(robot, style[i], i - (len(style) - 1) / 2)
         for obstacle, status in self.scene.obstacles:
-            if status is not Status.HIDDEN or self.options.hidden:
+            if status is not ObstacleStatus.HIDDEN or self.options.hidden:
                 self._obstacle(obstacle, status)
         draw_taken(self.page, self.scene.robots, self.scene.map, self.cell, style)
         self._targets(style)
@@ -150,11 +150,15 @@ class _Drawing:
         x, y = self._corner(region)
         return x + self.cell / 2, y + self.cell / 2
 
-    def _obstacle(self, obstacle: Hidden, status: Status) -> None:
+    def _obstacle(self, obstacle: Hidden, status: ObstacleStatus) -> None:
         mark, cell = STATUS_MARKS[status], self.cell
         x, y = self._corner(obstacle.region)
-        dashes = {Status.HIDDEN: "3 3", Status.RESOLVED: "1.5 3"}.get(status)
-        tint = {Status.HIDDEN: 0.0, Status.RESOLVED: 0.08, Status.BLOCKED: 0.35}.get(status, 0.16)
+        dashes = {ObstacleStatus.HIDDEN: "3 3", ObstacleStatus.RESOLVED: "1.5 3"}.get(status)
+        tint = {
+            ObstacleStatus.HIDDEN: 0.0,
+            ObstacleStatus.RESOLVED: 0.08,
+            ObstacleStatus.BLOCKED: 0.35,
+        }.get(status, 0.16)
         self.page.rect(
             x + 1.2,
             y + 1.2,
@@ -167,7 +171,7 @@ class _Drawing:
             stroke_width=1.2 if dashes else 2,
             stroke_dasharray=dashes,
         )
-        radius = cell * (0.16 if status is Status.HIDDEN else 0.22)
+        radius = cell * (0.16 if status is ObstacleStatus.HIDDEN else 0.22)
         self.page.glyph(mark.path, *self._centre(obstacle.region), radius, fill=mark.colour)
 
     def _trail(self, robot: Placed, look: Look, lane: float) -> None:
@@ -221,7 +225,7 @@ class _Drawing:
         """An arrow from the robot into the region that it would have entered."""
         for event in self.scene.happened:
             robot = next((r for r in self.scene.robots if r.name == event.robot), None)
-            if event.kind is not EventKind.VIOLATION or event.region is None or robot is None:
+            if event.kind is not StoryKind.VIOLATION or event.region is None or robot is None:
                 continue
             x, y = (robot.col + 0.5) * self.cell, (robot.row + 0.5) * self.cell
             to_x, to_y = self._centre(event.region)
@@ -236,7 +240,7 @@ class _Drawing:
                 f"L{number(tip[0])},{number(tip[1])}"
                 f"L{number(back[0] + dy * wing)},{number(back[1] - dx * wing)}"
             )
-            colour = STATUS_MARKS[Status.FOUND].colour
+            colour = STATUS_MARKS[ObstacleStatus.FOUND].colour
             self.page.path(data, stroke=colour, stroke_width=self.cell * 0.06, fill="none")
 
     def _robot(self, robot: Placed, look: Look, row: float, col: float) -> None:

@@ -12,7 +12,7 @@ from safenav.report.picture.glyphs import Look
 from safenav.report.picture.legend import Row, lines_of
 from safenav.report.picture.svg import SvgWriter, number
 from safenav.report.replay.perception import Shading
-from safenav.report.replay.timeline import Belief, Placed
+from safenav.report.replay.timeline import Placed, RobotBelief
 from safenav.world.map import Region, RegionMap
 
 _ANGLES = (45, -45, 15, -75, 75, -15)
@@ -71,7 +71,7 @@ def shading_rows(shading: Shading, style: Mapping[str, Look]) -> list[Row]:
     for other, belief in shading.beliefs:
 
         def believed(
-            page: SvgWriter, x: float, y: float, other: str = other, belief: Belief = belief
+            page: SvgWriter, x: float, y: float, other: str = other, belief: RobotBelief = belief
         ) -> None:
             order, box = list(style).index(other), _swatch(x, y)
             _belief(page, box, box, belief, style[other], 40.0, order, "-legend")
@@ -108,7 +108,7 @@ def _belief(
     page: SvgWriter,
     area: str,
     border: str,
-    belief: Belief,
+    belief: RobotBelief,
     look: Look,
     cell: float,
     order: int,

@@ -16,7 +16,7 @@ from safenav.report.picture.glyphs import BLUE, EVENT_MARKS, VERMILLION
 from safenav.report.picture.legend import WIDTH, Block, Legend, Row, lines_of
 from safenav.report.picture.svg import SvgWriter, number
 from safenav.report.picture.text import wrapped
-from safenav.report.replay.timeline import EventKind
+from safenav.report.replay.timeline import StoryKind
 from safenav.scenario.objective import describe, targets_of
 from safenav.spec.compile import assumption_names
 from safenav.spec.task import Task
@@ -26,7 +26,7 @@ from safenav.world.map import Region, RegionMap
 _MARGIN = 16.0
 _THINNEST, _WIDEST = 0.015, 0.11
 """Of an arrow, in sides of a region; in between in proportion to its transitions."""
-_TARGET = EVENT_MARKS[EventKind.GOAL].path
+_TARGET = EVENT_MARKS[StoryKind.GOAL].path
 
 
 def svg_of_summary(strategy: Strategy, task: Task, world: RegionMap) -> str:

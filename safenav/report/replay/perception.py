@@ -9,12 +9,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from safenav.report.replay.timeline import Belief, Replay, Status
+from safenav.report.replay.timeline import ObstacleStatus, Replay, RobotBelief
 from safenav.trace.wording import regions_words
 from safenav.world.map import Region
 from safenav.world.sight import Visibility, members, visible_from
 
-_CLOSED = {Status.FOUND, Status.REQUESTED, Status.BLOCKED}
+_CLOSED = {ObstacleStatus.FOUND, ObstacleStatus.REQUESTED, ObstacleStatus.BLOCKED}
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class Shading:
     robot: str
     vision: float | None
     sight: frozenset[Region] | None = None
-    beliefs: tuple[tuple[str, Belief], ...] = ()
+    beliefs: tuple[tuple[str, RobotBelief], ...] = ()
 
 
 def viewers(replay: Replay) -> tuple[str, ...]:
@@ -45,7 +45,7 @@ def shading_of(replay: Replay, robot: str, tick: int) -> Shading:
         if viewer == robot
     )
     beliefs = tuple((other, belief) for other, belief in told if belief is not None)
-    sight = Sight(replay).mask(robot, tick)
+    sight = SightCache(replay).mask(robot, tick)
     seen = None if sight is None else frozenset(members(sight))
     return Shading(robot, track.vision, seen, beliefs)
 
@@ -63,7 +63,7 @@ def shading_lines(shading: Shading) -> list[str]:
 
 
 @dataclass
-class Sight:
+class SightCache:
     """Who sees what during a run; keeps what it has computed, so that asking for every tick is
     cheap."""
 

@@ -14,18 +14,18 @@ from pathlib import Path
 
 from safenav.errors import Diagnostic, InputError
 from safenav.report.replay.timeline import (
-    Belief,
     Changes,
-    Ending,
     Event,
-    EventKind,
     Hidden,
     LongStep,
-    Progress,
+    ObstacleStatus,
     Replay,
-    StackEntry,
-    Status,
-    Track,
+    RobotBelief,
+    RobotProgress,
+    RobotTrack,
+    RunEnd,
+    StackRow,
+    StoryKind,
 )
 from safenav.scenario.objective import Hold, Objective
 from safenav.trace import records, setting
@@ -49,7 +49,7 @@ def replay_of(trace: Trace) -> Replay:
     """The run that a trace tells. Raises InputError where it contradicts itself."""
     line = trace.header.line
     try:
-        telling = Telling.begin(trace)
+        telling = ReplayBuilder.begin(trace)
         for record in trace.records:
             line = record.line
             telling.tell(record)
@@ -63,29 +63,31 @@ class ContradictionError(Exception):
 
 
 @dataclass
-class Telling:
+class ReplayBuilder:
     """A replay in the making: ``tell`` it the lines of a trace in their order."""
 
     header: setting.ScenarioHeader
     map: RegionMap
-    tracks: dict[str, Track]
+    tracks: dict[str, RobotTrack]
     hidden: dict[str, Hidden]
     regions: dict[str, list[Region]]
     headings: dict[str, list[Heading | None]]
-    statuses: dict[str, list[tuple[int, Status]]]
+    statuses: dict[str, list[tuple[int, ObstacleStatus]]]
     objectives: dict[str, list[tuple[int, Objective | None]]]
-    progress: dict[str, list[tuple[int, Progress]]]
-    frames: list[StackEntry] = field(default_factory=list)
-    stack: list[tuple[int, tuple[StackEntry, ...]]] = field(default_factory=list)
+    progress: dict[str, list[tuple[int, RobotProgress]]]
+    frames: list[StackRow] = field(default_factory=list)
+    stack: list[tuple[int, tuple[StackRow, ...]]] = field(default_factory=list)
     events: list[Event] = field(default_factory=list)
-    beliefs: dict[tuple[str, str], list[tuple[int, Belief | None]]] = field(default_factory=dict)
+    beliefs: dict[tuple[str, str], list[tuple[int, RobotBelief | None]]] = field(
+        default_factory=dict
+    )
     bound: dict[str, list[Region | None]] = field(default_factory=dict)
     violation: records.Violation | None = None
-    ending: Ending | None = None
+    ending: RunEnd | None = None
     ended: int | None = None
 
     @classmethod
-    def begin(cls, trace: Trace) -> Telling:
+    def begin(cls, trace: Trace) -> ReplayBuilder:
         header = trace.header.scenario
         try:
             world = RegionMap.from_grid(header.map.grid, header.map.names)
@@ -99,7 +101,7 @@ class Telling:
             if robot.vision is not None and robot.vision < 1:
                 raise ContradictionError(f"{name} does not even see the next region")
             place = ((start,), (heading,))
-            tracks[name] = Track(name, robot.model, robot.layer, can, *place, robot.vision)
+            tracks[name] = RobotTrack(name, robot.model, robot.layer, can, *place, robot.vision)
         for name, obstacle in trace.obstacles.items():
             hidden[name] = _hidden(world, header, obstacle)
         return cls(
@@ -129,25 +131,25 @@ class Telling:
                 self.statuses[found.name] = []
             case records.Violation():
                 self.violation = line
-                self._status(line.obstacle, line.tick, Status.FOUND)
-                self._event(line, EventKind.VIOLATION, line.robot, line.proposed, line.obstacle)
+                self._status(line.obstacle, line.tick, ObstacleStatus.FOUND)
+                self._event(line, StoryKind.VIOLATION, line.robot, line.proposed, line.obstacle)
             case records.Backtrack():
                 if self.violation is not None:
                     self._reword(self.wording.backing_up(self.violation, line))
             case records.Request():
                 if line.helper is not None:
-                    self._status(line.obstacle, line.tick, Status.REQUESTED)
-                self._about(line, EventKind.REQUEST, line.requester, line.obstacle)
+                    self._status(line.obstacle, line.tick, ObstacleStatus.REQUESTED)
+                self._about(line, StoryKind.REQUEST, line.requester, line.obstacle)
             case records.Met():
-                self._event(line, EventKind.RESOLVED, line.robot, line.at, line.obstacle)
+                self._event(line, StoryKind.RESOLVED, line.robot, line.at, line.obstacle)
             case records.Resolved():
                 untraversable = line.traversable is False
-                status = Status.BLOCKED if untraversable else Status.RESOLVED
+                status = ObstacleStatus.BLOCKED if untraversable else ObstacleStatus.RESOLVED
                 self._status(line.obstacle, line.tick, status)
-                self._event(line, EventKind.RESOLVED, line.robot, line.at, line.obstacle)
+                self._event(line, StoryKind.RESOLVED, line.robot, line.at, line.obstacle)
             case records.Blocked():
-                self._status(line.obstacle, line.tick, Status.BLOCKED)
-                self._about(line, EventKind.BLOCKED, None, line.obstacle)
+                self._status(line.obstacle, line.tick, ObstacleStatus.BLOCKED)
+                self._about(line, StoryKind.BLOCKED, None, line.obstacle)
             case records.Push():
                 self._push(line)
             case records.Pop():
@@ -157,32 +159,32 @@ class Telling:
             case records.Goal():
                 self._goal(line)
             case records.Synthesis():
-                self._event(line, EventKind.SYNTHESIS, line.robot)
+                self._event(line, StoryKind.SYNTHESIS, line.robot)
             case records.Assumption():
-                self._event(line, EventKind.ASSUMPTION, line.robot)
+                self._event(line, StoryKind.ASSUMPTION, line.robot)
             case records.Appeared():
                 self._appear(line)
-                self._about(line, EventKind.APPEARED, None, line.obstacle)
+                self._about(line, StoryKind.APPEARED, None, line.obstacle)
             case records.Gone():
-                self._status(line.obstacle, line.tick, Status.RESOLVED)
-                self._about(line, EventKind.GONE, None, line.obstacle)
+                self._status(line.obstacle, line.tick, ObstacleStatus.RESOLVED)
+                self._about(line, StoryKind.GONE, None, line.obstacle)
             case records.Truth():
-                self._about(line, EventKind.TRUTH, None, line.obstacle)
+                self._about(line, StoryKind.TRUTH, None, line.obstacle)
             case records.NewObjective():
                 self._known(line.robot)
                 if line.at_once:
                     told = objective_of(line.objective)
                     self.objectives[line.robot].append((line.tick, told))
-                    self.progress[line.robot].append((line.tick, Progress()))
-                self._event(line, EventKind.OBJECTIVE, line.robot)
+                    self.progress[line.robot].append((line.tick, RobotProgress()))
+                self._event(line, StoryKind.OBJECTIVE, line.robot)
             case records.Service():
-                self._event(line, EventKind.SERVICE, line.robot)
+                self._event(line, StoryKind.SERVICE, line.robot)
             case records.Plan():
-                self._event(line, EventKind.PLAN)
+                self._event(line, StoryKind.PLAN)
             case records.PlanEnd():
-                self._event(line, EventKind.PLAN_END)
+                self._event(line, StoryKind.PLAN_END)
             case records.Outcome():
-                self.ending = Ending(
+                self.ending = RunEnd(
                     line.outcome.value,
                     line.explanation,
                     line.seconds,
@@ -190,7 +192,7 @@ class Telling:
                     line.synthesis_seconds,
                 )
                 self.ended = line.tick
-                self._event(line, EventKind.OUTCOME)
+                self._event(line, StoryKind.OUTCOME)
 
     def _move(self, line: records.Move) -> None:
         self._known(line.robot)
@@ -208,9 +210,9 @@ class Telling:
         del self.frames[max(0, line.depth - 1) :]
         giving_way = line.obstacle is None
         yielding = self._yielding(line) if giving_way else ()
-        self.frames.append(StackEntry(line.obstacle, line.requester, line.helper, yielding))
+        self.frames.append(StackRow(line.obstacle, line.requester, line.helper, yielding))
         self._objectives(line)
-        kind = EventKind.YIELD if giving_way else EventKind.PUSH
+        kind = StoryKind.YIELD if giving_way else StoryKind.PUSH
         self._about(line, kind, line.requester, line.obstacle)
         if giving_way:
             about = self.wording.giving_way(yielding, line.requester)
@@ -223,7 +225,7 @@ class Telling:
         dropped = self.frames[max(0, line.depth) :]
         del self.frames[max(0, line.depth) :]
         self._objectives(line)
-        self._about(line, EventKind.POP, line.requester, line.obstacle)
+        self._about(line, StoryKind.POP, line.requester, line.obstacle)
         if line.obstacle is None and dropped:
             self._reword(self.wording.given_way(line, dropped[0].yielding))
 
@@ -249,7 +251,7 @@ class Telling:
         self._known(line.of)
         regions = frozenset(_on_map(self.map, region) for region in line.regions)
         told = self.beliefs.setdefault((line.robot, line.of), [])
-        told.append((line.tick, Belief(line.seen, regions)))
+        told.append((line.tick, RobotBelief(line.seen, regions)))
 
     def _objectives(self, line: records.Push | records.Pop) -> None:
         self.stack.append((line.tick, tuple(self.frames)))
@@ -258,28 +260,28 @@ class Telling:
             objective = objective_of(told)
             if objective != self._objective(name):
                 self.objectives[name].append((line.tick, objective))
-                self.progress[name].append((line.tick, Progress()))
+                self.progress[name].append((line.tick, RobotProgress()))
 
     def _goal(self, line: records.Goal) -> None:
         self._known(line.robot)
         told = self.progress[line.robot]
-        before = told[-1][1] if told else Progress()
+        before = told[-1][1] if told else RobotProgress()
         holding = isinstance(self._objective(line.robot), Hold)
         rounds = 0 if holding else line.round  # ticks on the spot are no rounds to show
-        told.append((line.tick, Progress(rounds, _on_map(self.map, line.region))))
+        told.append((line.tick, RobotProgress(rounds, _on_map(self.map, line.region))))
         if not holding:
-            self._event(line, EventKind.GOAL, line.robot, line.region)
+            self._event(line, StoryKind.GOAL, line.robot, line.region)
         elif before.reached != line.region:  # holding on is no news
-            self._event(line, EventKind.GOAL, line.robot, line.region)
+            self._event(line, StoryKind.GOAL, line.robot, line.region)
             self._reword(self.wording.holding(line))
 
-    def _status(self, obstacle: str, tick: int, status: Status) -> None:
+    def _status(self, obstacle: str, tick: int, status: ObstacleStatus) -> None:
         if obstacle not in self.hidden:
             raise ContradictionError(f"the header has no obstacle {obstacle}")
         self.statuses[obstacle].append((tick, status))
 
     def _appear(self, line: records.Appeared) -> None:
-        self._status(line.obstacle, line.tick, Status.HIDDEN)
+        self._status(line.obstacle, line.tick, ObstacleStatus.HIDDEN)
         known = self.hidden[line.obstacle]
         if known.since > 0 and len(self.statuses[line.obstacle]) == 1:
             self.hidden[line.obstacle] = replace(known, since=line.tick)
@@ -289,7 +291,7 @@ class Telling:
             raise ContradictionError(f"the header has no robot {robot}")
 
     def _about(
-        self, line: records.Record, kind: EventKind, robot: str | None, obstacle: str | None
+        self, line: records.Record, kind: StoryKind, robot: str | None, obstacle: str | None
     ) -> None:
         known = self.hidden.get(obstacle or "")
         self._event(line, kind, robot, known.region if known is not None else None, obstacle)
@@ -297,7 +299,7 @@ class Telling:
     def _event(
         self,
         line: records.Record,
-        kind: EventKind,
+        kind: StoryKind,
         robot: str | None = None,
         region: Region | None = None,
         obstacle: str | None = None,
@@ -341,9 +343,9 @@ class Telling:
             robots=tracks,
             hidden=tuple(self.hidden.values()),
             last=last,
-            statuses={n: Changes.of(Status.HIDDEN, c) for n, c in self.statuses.items()},
+            statuses={n: Changes.of(ObstacleStatus.HIDDEN, c) for n, c in self.statuses.items()},
             objectives={n: Changes.of(c[0][1], c) for n, c in self.objectives.items()},
-            progress={n: Changes.of(Progress(), c) for n, c in self.progress.items()},
+            progress={n: Changes.of(RobotProgress(), c) for n, c in self.progress.items()},
             stack=Changes.of((), self.stack),
             events=tuple(replace(e, tick=min(e.tick, last)) for e in self.events),
             ending=self.ending,

@@ -20,7 +20,7 @@ from safenav.world.map import Heading, Region, RegionMap
 T = TypeVar("T")
 
 
-class Status(StrEnum):
+class ObstacleStatus(StrEnum):
     """What the team knows of a hidden obstacle, in the order in which it can learn it."""
 
     HIDDEN = "hidden"
@@ -36,18 +36,18 @@ class Status(StrEnum):
 
 
 _MEANINGS = {
-    Status.HIDDEN: "hidden so far",
-    Status.FOUND: "found",
-    Status.REQUESTED: "help requested",
-    Status.RESOLVED: "resolved",
-    Status.BLOCKED: "stays blocked",
+    ObstacleStatus.HIDDEN: "hidden so far",
+    ObstacleStatus.FOUND: "found",
+    ObstacleStatus.REQUESTED: "help requested",
+    ObstacleStatus.RESOLVED: "resolved",
+    ObstacleStatus.BLOCKED: "stays blocked",
 }
 
 
 _FAILURES = ("operator_needed", "unrealizable", "assumption_violated")
 
 
-class EventKind(StrEnum):
+class StoryKind(StrEnum):
     """The trace lines that tell the story (moves are not among them)."""
 
     SYNTHESIS = "synthesis"
@@ -76,7 +76,7 @@ class Event:
     happened to and ``region`` the place, where there is one."""
 
     tick: int
-    kind: EventKind
+    kind: StoryKind
     text: str
     robot: str | None = None
     region: Region | None = None
@@ -84,7 +84,7 @@ class Event:
 
 
 @dataclass(frozen=True)
-class Track:
+class RobotTrack:
     """One robot and where it was: ``regions[t]`` and ``headings[t]`` after tick t. ``vision``
     is how far it sees in regions, None without a limit; ``steps`` are those that took it more
     than one tick, in order."""
@@ -122,7 +122,7 @@ class LongStep:
 
 
 @dataclass(frozen=True)
-class Belief:
+class RobotBelief:
     """What a robot knows of another one: ``seen`` in the only one of ``regions``, or believed
     to be in any of them."""
 
@@ -148,7 +148,7 @@ class Hidden:
 
 
 @dataclass(frozen=True)
-class StackEntry:
+class StackRow:
     """One entry of the objective stack: who waits for what, and who helps.
 
     Without an obstacle the ``yielding`` robots give way to the requester.
@@ -175,7 +175,7 @@ class StackEntry:
 
 
 @dataclass(frozen=True)
-class Progress:
+class RobotProgress:
     """How far a robot is with the objective in force: rounds, and the target reached last."""
 
     rounds: int = 0
@@ -183,7 +183,7 @@ class Progress:
 
 
 @dataclass(frozen=True)
-class Ending:
+class RunEnd:
     """The ``outcome`` line of a trace."""
 
     outcome: str
@@ -239,8 +239,8 @@ class Scene:
     moment: str
     map: RegionMap
     robots: tuple[Placed, ...]
-    obstacles: tuple[tuple[Hidden, Status], ...]
-    stack: tuple[StackEntry, ...] = ()
+    obstacles: tuple[tuple[Hidden, ObstacleStatus], ...]
+    stack: tuple[StackRow, ...] = ()
     happened: tuple[Event, ...] = ()
 
 
@@ -250,19 +250,19 @@ class Replay:
 
     name: str
     map: RegionMap
-    robots: tuple[Track, ...]
+    robots: tuple[RobotTrack, ...]
     hidden: tuple[Hidden, ...]
     last: int
-    statuses: Mapping[str, Changes[Status]]
+    statuses: Mapping[str, Changes[ObstacleStatus]]
     objectives: Mapping[str, Changes[Objective | None]]
-    progress: Mapping[str, Changes[Progress]]
-    stack: Changes[tuple[StackEntry, ...]]
+    progress: Mapping[str, Changes[RobotProgress]]
+    stack: Changes[tuple[StackRow, ...]]
     events: tuple[Event, ...]
-    ending: Ending | None
+    ending: RunEnd | None
     version: str = ""
     within: bool = False
     """The run ended within its last tick: robots whose turn it was not stand where they were."""
-    beliefs: Mapping[tuple[str, str], Changes[Belief | None]] = field(default_factory=dict)
+    beliefs: Mapping[tuple[str, str], Changes[RobotBelief | None]] = field(default_factory=dict)
     """What a robot (first name) knows of another one (second), None while nothing was told."""
     _by_tick: dict[int, list[Event]] = field(default_factory=dict, repr=False, compare=False)
 
@@ -278,7 +278,7 @@ class Replay:
                 self._by_tick.setdefault(event.tick, []).append(event)
         return tuple(self._by_tick.get(tick, ()))
 
-    def track(self, name: str) -> Track:
+    def track(self, name: str) -> RobotTrack:
         """The robot of that name. Raises KeyError without one."""
         for track in self.robots:
             if track.name == name:
@@ -302,7 +302,7 @@ class Replay:
         events = self.happened(tick)
         return Scene(self.name, moment, self.map, robots, obstacles, stack, events)
 
-    def _placed(self, track: Track, tick: int, fraction: float, trail: int) -> Placed:
+    def _placed(self, track: RobotTrack, tick: int, fraction: float, trail: int) -> Placed:
         row, col = self._place(track, tick)
         heading = track.headings[tick]
         degrees = None if heading is None else heading * 90.0
@@ -322,7 +322,7 @@ class Replay:
             track.name, track.model, track.layer, *place, degrees, objective, tuple(way), taken
         )
 
-    def _place(self, track: Track, tick: int) -> tuple[float, float]:
+    def _place(self, track: RobotTrack, tick: int) -> tuple[float, float]:
         """(row, col) after a tick, between two regions while a step takes several ticks."""
         row, col = self.map.position(track.regions[tick])
         transit = track.transit(tick)

@@ -8,12 +8,12 @@ from typing import Any
 import click
 
 from safenav.explain.explanation import (
-    Cause,
     Core,
+    CoreMember,
     Dilemma,
     Explanation,
-    Member,
-    Moment,
+    NoStrategyCause,
+    PlayMoment,
     Repair,
     RepairKind,
     Witness,
@@ -64,21 +64,21 @@ def explanation_lines(found: Explanation, scenario: Scenario) -> Iterator[str]:
 
 def cause_words(found: Explanation, world: RegionMap) -> str:
     match found.cause:
-        case Cause.IMPOSSIBLE_START:
+        case NoStrategyCause.IMPOSSIBLE_START:
             return "its objective does not allow it to begin where it stands"
-        case Cause.CONTRADICTION:
+        case NoStrategyCause.CONTRADICTION:
             return "its objective contradicts itself, on whatever map"
-        case Cause.FORBIDDEN_WAY:
+        case NoStrategyCause.FORBIDDEN_WAY:
             return "its objective forbids what the map and its mobility make it do"
-        case Cause.CORNERED:
+        case NoStrategyCause.CORNERED:
             return f"{_others(found)} can bring it where every move breaks a guarantee"
-        case Cause.KEPT_AWAY:
+        case NoStrategyCause.KEPT_AWAY:
             return f"{_others(found)} can keep it away for ever"
         case _:
             return why_words(found.diagnosis, found.task, world)
 
 
-def member_words(member: Member, found: Explanation, world: RegionMap) -> str:
+def member_words(member: CoreMember, found: Explanation, world: RegionMap) -> str:
     """One member of a core in the scenario's terms."""
     objective = found.task.objective
     item = member.origin.item
@@ -172,17 +172,17 @@ def _others(found: Explanation) -> str:
     return " or ".join(names) or "somebody else"
 
 
-def _in_order(core: Core) -> list[Member]:
+def _in_order(core: Core) -> list[CoreMember]:
     """Walls come as one member, after all others."""
     walls = [m for m in core.members if m.origin.item == "map"]
     rest = [m for m in core.members if m.origin.item != "map"]
     if len(walls) < 2:
         return [*rest, *walls]
     constraints = tuple(c for m in walls for c in m.constraints)
-    return [*rest, Member(walls[0].origin, constraints, core.walls)]
+    return [*rest, CoreMember(walls[0].origin, constraints, core.walls)]
 
 
-def _about_one_goal(member: Member) -> bool:
+def _about_one_goal(member: CoreMember) -> bool:
     return len(member.constraints) == 1 and bool(member.regions)
 
 
@@ -209,7 +209,7 @@ def _runs(regions: Sequence[Region]) -> str:
     return ", ".join(str(a) if a == b else f"{a}-{b}" for a, b in runs)
 
 
-def _moment_words(moment: Moment, found: Explanation, world: RegionMap) -> str:
+def _moment_words(moment: PlayMoment, found: Explanation, world: RegionMap) -> str:
     if moment.region is None:
         return "it is somewhere"
     facing = "" if moment.heading is None else f", facing {moment.heading.label}"
@@ -235,7 +235,7 @@ def _inputs_words(inputs: Sequence[tuple[str, int]], world: RegionMap) -> str:
     return ", ".join(words)
 
 
-def _dilemma_words(dilemma: Dilemma, last: Moment, world: RegionMap) -> str:
+def _dilemma_words(dilemma: Dilemma, last: PlayMoment, world: RegionMap) -> str:
     stays = dilemma.region == last.region
     move = "staying" if stays else f"going to {world.label(dilemma.region)}"
     return f"{move} breaks: {_constraint_words(dilemma.broken)}"
@@ -262,7 +262,7 @@ def _indented(lines: Iterator[str] | Sequence[str]) -> Iterator[str]:
     return (f"  {line}" for line in lines)
 
 
-def _member_data(member: Member) -> dict[str, Any]:
+def _member_data(member: CoreMember) -> dict[str, Any]:
     return {
         "item": member.origin.item,
         "rule": member.origin.rule,
@@ -291,7 +291,7 @@ def _witness_data(witness: Witness) -> dict[str, Any]:
     }
 
 
-def _moment_data(moment: Moment) -> dict[str, Any]:
+def _moment_data(moment: PlayMoment) -> dict[str, Any]:
     return {
         "region": moment.region,
         "heading": None if moment.heading is None else moment.heading.label,

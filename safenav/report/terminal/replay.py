@@ -14,19 +14,19 @@ import click
 
 from safenav.report.labels import labels
 from safenav.report.replay.perception import shading_lines, shading_of, viewers
-from safenav.report.replay.timeline import EventKind, Replay, Status
+from safenav.report.replay.timeline import ObstacleStatus, Replay, StoryKind
 from safenav.report.terminal.map import MapPicture, Marker, draw
 from safenav.scenario.objective import targets_of
 from safenav.trace.wording import objective_words
 
 _BEGIN, _FRAME, _REST, _END = "\x1b[?25l\x1b[2J", "\x1b[H", "\x1b[J", "\x1b[?25h"
 _COLOURS = {
-    EventKind.VIOLATION: "red",
-    EventKind.REQUEST: "yellow",
-    EventKind.YIELD: "blue",
-    EventKind.RESOLVED: "green",
-    EventKind.BLOCKED: "magenta",
-    EventKind.OUTCOME: "cyan",
+    StoryKind.VIOLATION: "red",
+    StoryKind.REQUEST: "yellow",
+    StoryKind.YIELD: "blue",
+    StoryKind.RESOLVED: "green",
+    StoryKind.BLOCKED: "magenta",
+    StoryKind.OUTCOME: "cyan",
 }
 
 
@@ -39,7 +39,7 @@ def frame(replay: Replay, tick: int, recent: int = 6) -> list[str]:
         Marker(sign[track.name], track.regions[tick], track.headings[tick])
         for track in replay.robots
     ]
-    known = {status: {} for status in Status}  # type: dict[Status, dict[int, str]]
+    known = {status: {} for status in ObstacleStatus}  # type: dict[ObstacleStatus, dict[int, str]]
     for obstacle, status in scene.obstacles:
         known[status][obstacle.region] = obstacle.name
     objectives = {robot.name: robot.objective for robot in scene.robots}
@@ -50,8 +50,8 @@ def frame(replay: Replay, tick: int, recent: int = 6) -> list[str]:
         for target in targets_of(objective)
         for region in target
     }
-    closed = known[Status.FOUND] | known[Status.REQUESTED]
-    picture = MapPicture(robots, closed, known[Status.BLOCKED], sorted(targets))
+    closed = known[ObstacleStatus.FOUND] | known[ObstacleStatus.REQUESTED]
+    picture = MapPicture(robots, closed, known[ObstacleStatus.BLOCKED], sorted(targets))
     lines = [click.style(scene.title, bold=True) + f"  {scene.moment}", ""]
     lines += draw(replay.map, picture)
     lines.append("")

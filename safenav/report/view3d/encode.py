@@ -18,11 +18,11 @@ from safenav.motion.file.records import (
     Action,
     Drive,
     Flight,
+    FlownTrack,
     Motion,
     Release,
     Reserve,
     Segment,
-    Track,
 )
 from safenav.report.view3d.packing import packed
 
@@ -95,7 +95,7 @@ def _attitude(
     rows = [
         (line.t0 + index * line.step, row)
         for line in motion.lines
-        if isinstance(line, Track) and line.robot == robot
+        if isinstance(line, FlownTrack) and line.robot == robot
         for index, row in enumerate(line.rows)
     ]
     if rows:

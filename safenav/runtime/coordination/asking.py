@@ -99,7 +99,7 @@ class Asking:
                 tried = before.tried if before is not None else ()
                 if before is not None:
                     failed = before.result
-                    verdict = vocabulary.Verdict(failed.verdict.value)
+                    verdict = vocabulary.RecordedVerdict(failed.verdict.value)
                     tried += (
                         records.Tried(before.task.fairness.value, failed.spec_sha256, verdict),
                     )

@@ -149,7 +149,7 @@ def synthesis_told(
         state.tick,
         task.robot.name,
         reason,
-        vocabulary.Verdict(result.verdict.value),
+        vocabulary.RecordedVerdict(result.verdict.value),
         round(result.seconds, 6),
         result.states,
         result.cached,

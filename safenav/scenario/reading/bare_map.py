@@ -10,7 +10,7 @@ from pathlib import Path
 from safenav.dataclass import dataclass
 from safenav.errors import Diagnostic, InputError
 from safenav.scenario.reading.map import read_map
-from safenav.scenario.yaml.findings import Findings, Reach
+from safenav.scenario.yaml.findings import Findings, ReadableFolder
 from safenav.scenario.yaml.source import parsed, read_source
 from safenav.world.map import RegionMap
 
@@ -71,7 +71,7 @@ def map_lines(path: Path, division: Division, folder: Path) -> list[str]:
 
 
 def load_map(
-    path: Path, division: Division, reach: Reach | None = None, ask: str = _ASK
+    path: Path, division: Division, reach: ReadableFolder | None = None, ask: str = _ASK
 ) -> RegionMap:
     """The regions of a map file. ``reach``: which further files it may name. ``ask``: the
     hint for a map that nobody said how to divide. Raises InputError with everything that is

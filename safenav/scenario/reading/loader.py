@@ -23,7 +23,7 @@ from safenav.scenario.reading.regions import RegionReader
 from safenav.scenario.reading.robots import read_robots
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Scalar
-from safenav.scenario.yaml.findings import Findings, Reach
+from safenav.scenario.yaml.findings import Findings, ReadableFolder
 from safenav.scenario.yaml.source import parsed, read_source
 from safenav.world.map import RegionMap
 
@@ -84,7 +84,7 @@ def load_scenario_text(
 
 
 def load_text_with_catalogue(
-    text: str, file: str, reach: Reach | None = None, *, reachable: bool = True
+    text: str, file: str, reach: ReadableFolder | None = None, *, reachable: bool = True
 ) -> tuple[Scenario, Catalogue]:
     """The scenario in a text and the catalogue that its names refer to. ``reach``: which files
     it may name. Raises InputError."""
@@ -103,7 +103,7 @@ class Draft:
 
 
 def load_draft(
-    text: str, file: str, reach: Reach | None = None, *, reachable: bool = True
+    text: str, file: str, reach: ReadableFolder | None = None, *, reachable: bool = True
 ) -> Draft:
     """The scenario in a text that somebody is still working on. Raises nothing."""
     findings = Findings(file, reach)
@@ -122,7 +122,7 @@ def _load(
     file: str,
     change: Change | None,
     reachable: bool = True,
-    reach: Reach | None = None,
+    reach: ReadableFolder | None = None,
 ) -> tuple[Scenario, Catalogue]:
     findings = Findings(file, reach)
     document = parsed(text, findings)

@@ -6,7 +6,7 @@ from safenav.scenario.motion import (
     FOOTPRINT,
     ONLY_WITH_HEADING,
     WITH_FOOTPRINT,
-    Motion,
+    MotionModel,
     Parameter,
     Value,
     known_kinds,
@@ -23,7 +23,7 @@ KIND = "kind"
 
 def read_motion(
     node: Node | None, model: Mapping, mobility: Mobility | None, what: str, findings: Findings
-) -> Motion | None:
+) -> MotionModel | None:
     """The motion of a robot model; None if it says nothing, or has been reported."""
     if node is None:
         return None
@@ -57,7 +57,7 @@ def read_motion(
         polygon = _polygon(inner.get(FOOTPRINT), f"'{FOOTPRINT}' in {label}", findings)
         if polygon is not None:
             values[FOOTPRINT] = polygon
-    return Motion(kind, tuple(values.items()))
+    return MotionModel(kind, tuple(values.items()))
 
 
 def _listed() -> str:

@@ -14,7 +14,7 @@ MAX_REPORTED = 100
 
 
 @dataclass(frozen=True)
-class Reach:
+class ReadableFolder:
     """Which files an input may name: those in ``folder``, or none at all."""
 
     folder: Path | None
@@ -33,7 +33,7 @@ class Findings:
     """Diagnostics of one file; ``beside`` makes one for another file of the same input.
     ``reach``: which files it may name; None for any."""
 
-    def __init__(self, file: str, reach: Reach | None = None) -> None:
+    def __init__(self, file: str, reach: ReadableFolder | None = None) -> None:
         self.file = file
         self.reach = reach
         self._found: list[Diagnostic] = []
@@ -50,9 +50,9 @@ class Findings:
         return other
 
     @property
-    def home(self) -> Reach:
+    def home(self) -> ReadableFolder:
         """The folder of the input itself."""
-        return Reach(Path(self._files[0]).parent)
+        return ReadableFolder(Path(self._files[0]).parent)
 
     def read_from(self, text: str) -> None:
         """The text of this file, for messages to quote."""

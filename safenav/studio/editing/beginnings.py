@@ -10,7 +10,7 @@ from tempfile import TemporaryDirectory
 from safenav.errors import InputError, UsageError
 from safenav.scenario.reading.bare_map import Division, load_map
 from safenav.scenario.template import TEMPLATES, template_text
-from safenav.scenario.yaml.findings import Reach
+from safenav.scenario.yaml.findings import ReadableFolder
 from safenav.world.map import RegionMap
 
 BLANK = """\
@@ -52,7 +52,7 @@ def on_map(name: str, files: Mapping[str, bytes], division: Division) -> str:
         for other, content in files.items():
             (folder / Path(other).name).write_bytes(content)
         try:
-            world = load_map(folder / Path(name).name, division, Reach(folder), ASK)
+            world = load_map(folder / Path(name).name, division, ReadableFolder(folder), ASK)
         except InputError as error:  # nobody knows the folder
             told = [replace(d, file=Path(d.file).name) for d in error.diagnostics]
             raise InputError(told) from None

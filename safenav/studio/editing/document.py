@@ -11,7 +11,7 @@ TYPING = 1.2
 
 
 @dataclass
-class Document:
+class OpenDocument:
     """Owner of the text. ``revision`` grows with every change; ``saved``: what the file holds."""
 
     text: str

@@ -11,7 +11,14 @@ from dataclasses import dataclass
 from typing import Any
 
 from safenav.report.page.encode import encoded
-from safenav.report.replay.timeline import Changes, Hidden, Progress, Replay, Status, Track
+from safenav.report.replay.timeline import (
+    Changes,
+    Hidden,
+    ObstacleStatus,
+    Replay,
+    RobotProgress,
+    RobotTrack,
+)
 from safenav.scenario.catalogue import Catalogue
 from safenav.scenario.objective import Cover, Hold, Objective, Patrol, Visit
 from safenav.scenario.yaml.document import (
@@ -169,7 +176,9 @@ def _still(
         heading = _HEADINGS.get(robot["heading"] or "north") if turns else None
         layer, can = (model.layer, sorted(model.capabilities)) if model else ("ground", [])
         tracks.append(
-            Track(robot["name"], robot["model"], layer, tuple(can), (robot["start"],), (heading,))
+            RobotTrack(
+                robot["name"], robot["model"], layer, tuple(can), (robot["start"],), (heading,)
+            )
         )
     hidden = []
     for obstacle in obstacles:
@@ -185,9 +194,9 @@ def _still(
         robots=tuple(tracks),
         hidden=tuple(hidden),
         last=0,
-        statuses={h.name: Changes.of(Status.HIDDEN, []) for h in hidden},
+        statuses={h.name: Changes.of(ObstacleStatus.HIDDEN, []) for h in hidden},
         objectives={name: Changes.of(told, []) for name, told in objectives.items()},
-        progress={track.name: Changes.of(Progress(), []) for track in tracks},
+        progress={track.name: Changes.of(RobotProgress(), []) for track in tracks},
         stack=Changes.of((), []),
         events=(),
         ending=None,

@@ -1,7 +1,7 @@
 """The process that judges a scenario while it is drawn: robot by robot, and why not.
 
-Reads an ``Order`` from standard input, writes one JSON object a robot. It is killed when the text
-changes, so it keeps nothing but the synthesis cache.
+Reads a ``RunOrder`` from standard input, writes one JSON object a robot. It is killed when the
+text changes, so it keeps nothing but the synthesis cache.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from safenav.runtime.explanation import explain_team
 from safenav.runtime.mission import default_synthesizer
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_draft
-from safenav.studio.run.orders import Order
+from safenav.studio.run.orders import RunOrder
 
 
 def main() -> None:
     """Judge one text."""
     out = os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8")
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
-    order = Order.read(sys.stdin.readline())
+    order = RunOrder.read(sys.stdin.readline())
     scenario = load_draft(order.text, order.file, order.reach, reachable=False).scenario
     if scenario is None:
         return

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
-from safenav.studio.run.orders import Order
+from safenav.studio.run.orders import RunOrder
 
 CALM = 0.25
 """Seconds without a change before the robots are judged."""
@@ -25,7 +25,7 @@ class Judging:
         self._tell = tell
         self._task: asyncio.Task[None] | None = None
 
-    def judge(self, order: Order | None) -> None:
+    def judge(self, order: RunOrder | None) -> None:
         """Judge this text; None ends the judging of the one before."""
         self.verdicts = {}
         if self._task is not None:
@@ -40,7 +40,7 @@ class Judging:
             with suppress(asyncio.CancelledError):
                 await task
 
-    async def _judge(self, order: Order) -> None:
+    async def _judge(self, order: RunOrder) -> None:
         await asyncio.sleep(CALM)
         process = await asyncio.create_subprocess_exec(
             sys.executable,

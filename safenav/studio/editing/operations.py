@@ -14,7 +14,7 @@ from typing import Any
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
 from safenav.errors import UsageError
-from safenav.studio.editing.places import LISTS, Places
+from safenav.studio.editing.places import LISTS, MapPlaces
 from safenav.studio.editing.robots import (
     add_robot,
     move_robot,
@@ -41,7 +41,7 @@ def edited(text: str, operation: Operation) -> str:
 
 def add_obstacle(data: Any, told: Operation) -> None:
     """An obstacle of ``type`` at ``region``; ``from``, ``until`` and ``traversable`` if given."""
-    places = Places(data)
+    places = MapPlaces(data)
     obstacles = _listed(data, "obstacles", after="robots")
     like = next((o["region"] for o in obstacles if isinstance(o, dict) and "region" in o), None)
     if like is None:
@@ -98,7 +98,7 @@ def _listed(data: Any, key: str, *, after: str) -> Any:
 
 
 def move_obstacle(data: Any, told: Operation) -> None:
-    obstacle, places = _obstacle(data, told), Places(data)
+    obstacle, places = _obstacle(data, told), MapPlaces(data)
     obstacle["region"] = places.written(told["region"], obstacle.get("region"))
 
 
@@ -144,7 +144,7 @@ def repair(data: Any, told: Operation) -> None:
             paint(data, {"regions": [int(r) for r in walls[1].split(",")], "wall": False})
         elif item == "obstacles":
             told_obstacle = parsed(value)
-            place = {"region": Places(data).read(told_obstacle["region"])}
+            place = {"region": MapPlaces(data).read(told_obstacle["region"])}
             add_obstacle(data, {**told_obstacle, **place})
         else:
             holder = data

@@ -13,7 +13,7 @@ OBJECTIVES = ("patrol", "visit", "cover", "hold")
 LISTS = ("patrol", "visit", "cover")
 
 
-class Places:
+class MapPlaces:
     """The regions of one document: ``rows`` x ``cols`` of its grid."""
 
     def __init__(self, data: Any) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from safenav.studio.editing.operations import add_change, add_obstacle
-from safenav.studio.editing.places import Places
+from safenav.studio.editing.places import MapPlaces
 from safenav.studio.editing.round_trip import changed
 from safenav.trace.records import (
     Appeared,
@@ -103,7 +103,7 @@ def _entry(data: Any, name: str, tick: int) -> Any:
 
 def _entries_in(data: Any, region: int) -> list[Any]:
     """The obstacles in a region, in order."""
-    places = Places(data)
+    places = MapPlaces(data)
     return [
         entry
         for entry in data.get("obstacles") or ()

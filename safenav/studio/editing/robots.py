@@ -8,7 +8,7 @@ from typing import Any
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
 from safenav.errors import UsageError
-from safenav.studio.editing.places import OBJECTIVES, Places
+from safenav.studio.editing.places import OBJECTIVES, MapPlaces
 from safenav.studio.editing.round_trip import Operation, put
 
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
@@ -16,7 +16,7 @@ NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 def add_robot(data: Any, told: Operation) -> None:
     """A robot of ``model`` at ``region`` that stays there, until it gets an objective."""
-    places = Places(data)
+    places = MapPlaces(data)
     robots = data.get("robots")
     if not isinstance(robots, dict):
         robots = data["robots"] = CommentedMap()
@@ -39,7 +39,7 @@ def add_robot(data: Any, told: Operation) -> None:
 
 
 def move_robot(data: Any, told: Operation) -> None:
-    robot, places = _robot(data, told), Places(data)
+    robot, places = _robot(data, told), MapPlaces(data)
     before = places.read(robot.get("start"))
     robot["start"] = places.written(told["region"], robot.get("start"))
     objective = robot.get("objective")
@@ -63,7 +63,7 @@ def set_model(data: Any, told: Operation) -> None:
 
 def set_objective(data: Any, told: Operation) -> None:
     """``kind`` with ``regions`` in order."""
-    robot, places = _robot(data, told), Places(data)
+    robot, places = _robot(data, told), MapPlaces(data)
     kind, regions = told["kind"], list(told["regions"])
     if kind not in OBJECTIVES:
         raise UsageError(f"an objective is one of {', '.join(OBJECTIVES)}")

@@ -9,7 +9,7 @@ from ruamel.yaml.comments import CommentedMap
 from ruamel.yaml.scalarstring import LiteralScalarString
 
 from safenav.errors import UsageError
-from safenav.studio.editing.places import Places
+from safenav.studio.editing.places import MapPlaces
 from safenav.studio.editing.round_trip import Operation
 
 MOST = 512
@@ -19,7 +19,7 @@ SIDES = ("top", "bottom", "left", "right")
 
 def paint(data: Any, told: Operation) -> None:
     """``regions`` become walls, or floor (``wall`` false)."""
-    places = Places(data)
+    places = MapPlaces(data)
     rows = [list(row) for row in places.grid]
     for region in told["regions"]:
         places.written(region, 0)
@@ -29,7 +29,7 @@ def paint(data: Any, told: Operation) -> None:
 
 def resize(data: Any, told: Operation) -> None:
     """So many rows and columns more (or less) at each side; regions stay where they are."""
-    places = Places(data)
+    places = MapPlaces(data)
     top, bottom, left, right = (int(told.get(side, 0)) for side in SIDES)
     rows, cols = places.rows + top + bottom, places.cols + left + right
     if not (1 <= rows <= MOST and 1 <= cols <= MOST):
@@ -48,7 +48,7 @@ def resize(data: Any, told: Operation) -> None:
     if min(rows, cols) > 2:  # what was the border opens where the map grows
         grid = _opened(grid, places.grid, (top, bottom, left, right))
     _draw(data, grid)
-    after = Places(data)
+    after = MapPlaces(data)
     for value, put, region in moved:
         if region is None or isinstance(value, str):
             continue
@@ -87,7 +87,7 @@ def _opened(grid: list[str], old: list[str], grown: tuple[int, int, int, int]) -
 
 def name_region(data: Any, told: Operation) -> None:
     """``name`` for ``region``; an empty one takes the region's name away."""
-    places, name = Places(data), str(told.get("name") or "")
+    places, name = MapPlaces(data), str(told.get("name") or "")
     world = data["map"]
     used = {value for value, _ in places.each() if isinstance(value, str)}
     for old in [n for n, value in places.names.items() if places.read(value) == told["region"]]:

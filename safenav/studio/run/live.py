@@ -20,7 +20,7 @@ from typing import IO, Any
 
 from safenav.errors import UsageError
 from safenav.report.page.live import LiveRun
-from safenav.studio.run.orders import DONE, FAILED, REFUSED, Order
+from safenav.studio.run.orders import DONE, FAILED, REFUSED, RunOrder
 from safenav.trace.fields import convert
 from safenav.trace.records import KINDS, Header, Outcome, Record
 
@@ -34,7 +34,7 @@ LIMIT = 32 * 2**20
 Tell = Callable[[dict[str, Any]], None]
 
 
-class Phase(StrEnum):
+class LivePhase(StrEnum):
     """What the run is doing."""
 
     STARTING = "starting"
@@ -43,13 +43,15 @@ class Phase(StrEnum):
     ENDED = "ended"
 
 
-class Run:
+class StudioRun:
     """One run. ``lines``: its trace so far; ``changed``: somebody has changed its world."""
 
-    def __init__(self, order: Order, tell: Tell, *, speed: float = 4.0, trace: Path | None) -> None:
+    def __init__(
+        self, order: RunOrder, tell: Tell, *, speed: float = 4.0, trace: Path | None
+    ) -> None:
         self.order = order
         self.lines: list[bytes] = []
-        self.phase = Phase.STARTING
+        self.phase = LivePhase.STARTING
         self.speed = speed
         self.failure: str | None = None
         self.records: list[Record] = []
@@ -109,13 +111,13 @@ class Run:
     def play(self) -> None:
         """Go on, tick after tick."""
         self._playing = True
-        self._set(Phase.RUNNING)
+        self._set(LivePhase.RUNNING)
         self._wake.set()
 
     def pause(self) -> None:
         """Stop after the tick that is under way."""
         self._playing = False
-        self._set(Phase.PAUSED)
+        self._set(LivePhase.PAUSED)
         self._wake.set()
 
     def set_speed(self, speed: float) -> None:
@@ -131,13 +133,13 @@ class Run:
 
     def change(self, data: Mapping[str, Any]) -> None:
         """Change the world before the next tick."""
-        if self.phase is not Phase.ENDED:
+        if self.phase is not LivePhase.ENDED:
             self._send({**data, "do": "change"})
 
     async def end(self) -> None:
         """End the run within a second; its trace is kept."""
         process = self._process
-        if process is None or self.phase is Phase.ENDED:
+        if process is None or self.phase is LivePhase.ENDED:
             return
         self._playing = False
         if self._ready.is_set():
@@ -169,7 +171,7 @@ class Run:
     async def _drive(self) -> None:
         """Ask for ticks while the run is playing."""
         due = time.monotonic()
-        while self.phase is not Phase.ENDED:
+        while self.phase is not LivePhase.ENDED:
             await self._ready.wait()
             self._wake.clear()
             if self._steps:
@@ -188,7 +190,7 @@ class Run:
     async def _tell_when_busy(self) -> None:
         """Let pages know of a tick that takes long."""
         told = False
-        while self.phase is not Phase.ENDED:
+        while self.phase is not LivePhase.ENDED:
             await asyncio.sleep(0.2)
             if self.state["busy"] != told:
                 told = not told
@@ -239,13 +241,13 @@ class Run:
         self._busy_since = None
         if not self._begun:
             self._begun = True
-            self._set(Phase.RUNNING if self._playing else Phase.PAUSED)
+            self._set(LivePhase.RUNNING if self._playing else LivePhase.PAUSED)
         self._tell({"is": "news", "news": self._live.news()})
         self._ready.set()
 
     def _over(self) -> None:
         """The process has ended."""
-        self.phase = Phase.ENDED
+        self.phase = LivePhase.ENDED
         self._busy_since = None
         self._ready.set()
         self._wake.set()
@@ -256,8 +258,8 @@ class Run:
         else:
             self._tell_state()
 
-    def _set(self, phase: Phase) -> None:
-        if self._begun and self.phase is not Phase.ENDED:
+    def _set(self, phase: LivePhase) -> None:
+        if self._begun and self.phase is not LivePhase.ENDED:
             self.phase = phase
         self._tell_state()
 

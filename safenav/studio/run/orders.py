@@ -1,6 +1,6 @@
 """What the server and the process of a run say to each other: JSON, one object a line.
 
-To the process: an ``Order`` first, then ``{"do": "step"}``, ``{"do": "change", ...}``, ``{"do":
+To the process: a ``RunOrder`` first, then ``{"do": "step"}``, ``{"do": "change", ...}``, ``{"do":
 "end"}``. From it: the lines of the trace, and lines whose ``type`` begins with ``~``: ``~done``
 (a tick is over), ``~refused`` (a change that cannot be), ``~failed`` (the run ended in an error).
 """
@@ -17,14 +17,14 @@ from safenav.errors import UsageError
 from safenav.runtime.interventions import Close, Give, Intervention, Serve, SetTruth, TakeAway
 from safenav.scenario.catalogue import Catalogue
 from safenav.scenario.objective import Cover, Hold, Objective, Patrol, Visit
-from safenav.scenario.yaml.findings import Reach
+from safenav.scenario.yaml.findings import ReadableFolder
 from safenav.world.map import RegionMap
 
 DONE, REFUSED, FAILED = "~done", "~refused", "~failed"
 
 
 @dataclass(frozen=True)
-class Order:
+class RunOrder:
     """A scenario to run. ``folder``: where it may read files; None for nowhere, and ``trusted``
     for anywhere (the user has named the file). ``seed``: instead of its own. ``first``: robots that
     are judged before the others."""
@@ -37,17 +37,17 @@ class Order:
     first: tuple[str, ...] = ()
 
     @property
-    def reach(self) -> Reach | None:
+    def reach(self) -> ReadableFolder | None:
         """Which files the scenario may name."""
         if self.trusted:
             return None
-        return Reach(None if self.folder is None else Path(self.folder))
+        return ReadableFolder(None if self.folder is None else Path(self.folder))
 
     def line(self) -> str:
         return json.dumps(asdict(self)) + "\n"
 
     @classmethod
-    def read(cls, line: str) -> Order:
+    def read(cls, line: str) -> RunOrder:
         return cls(**json.loads(line))
 
 

@@ -17,7 +17,7 @@ from typing import IO, Any
 from safenav.errors import SafenavError, UsageError
 from safenav.runtime.mission import Mission
 from safenav.scenario.reading.loader import load_text_with_catalogue
-from safenav.studio.run.orders import DONE, FAILED, REFUSED, Order, intervention
+from safenav.studio.run.orders import DONE, FAILED, REFUSED, RunOrder, intervention
 from safenav.trace.records import Record
 from safenav.trace.writing import as_data
 
@@ -40,7 +40,7 @@ def main() -> None:
 
 
 def _serve(orders: IO[str], say: Any) -> None:
-    order = Order.read(orders.readline())
+    order = RunOrder.read(orders.readline())
     scenario, catalogue = load_text_with_catalogue(order.text, order.file, order.reach)
     if order.seed is not None:
         scenario = replace(scenario, seed=order.seed)

@@ -26,7 +26,7 @@ from safenav.synthesis.strategy import Field, locate
 
 
 @dataclass(frozen=True)
-class Measure:
+class ServedMeasure:
     """How far a position is from its goal: ``assumption`` is the index of the ENV_LIVENESS line
     that may be waited for here, None if nothing excuses waiting."""
 
@@ -41,11 +41,11 @@ class Position:
 
     values: Mapping[str, int]
     goal: int
-    measure: Measure
+    measure: ServedMeasure
 
 
 @dataclass(frozen=True)
-class Move:
+class ServedMove:
     """Where the strategy goes; ``met``: how many goals in turn this very move meets, beginning
     with the one that was pursued."""
 
@@ -53,7 +53,7 @@ class Move:
     met: int
 
 
-def falls(before: Position, move: Move, assumption_holds: bool) -> bool:
+def falls(before: Position, move: ServedMove, assumption_holds: bool) -> bool:
     """Whether a move keeps the promise of the measure. ``assumption_holds``: whether the
     assumption that ``before`` names holds on this move."""
     old, new = before.measure, move.to.measure
@@ -98,7 +98,7 @@ class ServedStrategy:
         variables); None without one."""
         return self._first("find", values, {"nodes": most})
 
-    def move(self, here: Position, inputs: Mapping[str, int]) -> Move | None:
+    def move(self, here: Position, inputs: Mapping[str, int]) -> ServedMove | None:
         """What the strategy does about these next inputs (all of them); None if the environment
         did what the assumptions exclude. Raises KeyError for a missing input."""
         state = [0] * self._width
@@ -123,7 +123,7 @@ class ServedStrategy:
         met = answer.get("met")
         if not isinstance(met, int):
             raise self._talk.nonsense(answer)
-        return Move(self._position(following, answer), met)
+        return ServedMove(self._position(following, answer), met)
 
     def close(self) -> None:
         """End the process."""
@@ -164,7 +164,7 @@ class ServedStrategy:
         ):
             raise self._talk.nonsense(answer)
         values = {field.variable.name: field.decode(state) for field in self._fields}
-        return Position(values, goal, Measure(distance, assumption))
+        return Position(values, goal, ServedMeasure(distance, assumption))
 
     def _bits(self, answer: Mapping[str, Any], key: str, count: int) -> list[int]:
         bits = answer.get(key)
