@@ -6,7 +6,6 @@ The order of what happens here is the order of lines in a trace (docs/trace.md).
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import field
 
 from safenav.dataclass import dataclass
 from safenav.runtime.characterization import Characterization, Violation
@@ -16,6 +15,7 @@ from safenav.runtime.coordination.objectives import alternating
 from safenav.runtime.coordination.strategies import Strategies
 from safenav.runtime.formulas import graph_of
 from safenav.runtime.monitor import Monitors
+from safenav.runtime.moves_told import MovesTold
 from safenav.runtime.navigation import Proposal
 from safenav.runtime.over import RunOver, Verdict
 from safenav.runtime.sightings_told import SightingsTold
@@ -28,7 +28,6 @@ from safenav.spec.others.tracking import Sightings, observe
 from safenav.spec.specification import Constraint
 from safenav.spec.task import Task
 from safenav.trace import records, vocabulary
-from safenav.trace.header import heading_in_trace
 from safenav.world.map import Region
 from safenav.world.moves import Pose
 
@@ -42,12 +41,12 @@ class Turns:
     strategies: Strategies
     coordination: Coordination
     traffic: Traffic
-    _signals: dict[str, records.Signal | None] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.monitors = Monitors(self.state)
         self.characterization = Characterization(self.world, self.state.knowledge)
         self.sightings = SightingsTold(self.state)
+        self.tell = MovesTold(self.state, self.sightings)
 
     def take(self, robot: RobotState) -> None:
         """One turn. Raises RunOver if the run cannot go on after it."""
@@ -106,7 +105,7 @@ class Turns:
         self._move(robot, proposal.pose, before, by)
         self.monitors.tell(robot.robot, broken)
         if silent:
-            self._report_no_answer(robot, observed)
+            self.tell.no_answer(robot, observed)
         if violation is not None:
             self.coordination.asked(violation)
         elif lost and robot.transit is None:
@@ -125,7 +124,7 @@ class Turns:
         if pose is not None:
             violation = self.characterization.check(robot.robot, robot.pose, pose.region)
             if violation is not None:
-                self._tell_violation(robot, violation)
+                self.tell.violation(robot, violation)
                 self.state.emit(records.Backtrack(self.state.tick, robot.name, robot.pose.region))
         if violation is not None:
             self.coordination.met(violation)
@@ -170,7 +169,7 @@ class Turns:
     def _travel(self, robot: RobotState, transit: Transit) -> None:
         """A tick of a step that takes several."""
         if self.state.tick < transit.arrives:
-            self._tell_move(robot, robot.pose, None)
+            self.tell.move(robot, robot.pose.region, None)
             self._act(robot)
             return
         robot.transit = None
@@ -187,7 +186,7 @@ class Turns:
         planned = by is vocabulary.MovedBy.PLAN
         if ticks > 1:
             robot.transit = Transit(pose, self.state.tick + ticks - 1, planned, before)
-            self._tell_move(robot, robot.pose, by)
+            self.tell.move(robot, robot.pose.region, by)
             self._act(robot)
         else:
             self._arrive(robot, pose, before, by, planned)
@@ -204,7 +203,7 @@ class Turns:
         start = robot.pose
         robot.pose = self.world.move(robot.robot, pose)
         strayed = robot.pose != pose
-        self._tell_move(robot, start, by)
+        self.tell.move(robot, start.region, by)
         if planned and not strayed:
             self.traffic.arrived(robot.name)
         progress, planner = robot.progress, robot.planner
@@ -257,7 +256,7 @@ class Turns:
         violation: Violation,
     ) -> Proposal:
         """Go back to the state before and take what is safe (paper, Section V-B)."""
-        self._tell_violation(robot, violation)
+        self.tell.violation(robot, violation)
         planner = robot.planner
         assert planner is not None
         options = planner.alternatives(robot.pose, observed, refused)
@@ -341,55 +340,6 @@ class Turns:
             self.leave_plan(vocabulary.PlanEndReason.CHANGED, settling=True)
             self.coordination.settle(vocabulary.Reason.REQUEST)
 
-    def _tell_violation(self, robot: RobotState, violation: Violation) -> None:
-        obstacle = violation.obstacle
-        self.state.introduce(obstacle)
-        work = self.state.knowledge.pending.get(obstacle.name)
-        left = obstacle.needs[work.need if work is not None else 0 :]
-        lacking = [n.action for n in left if n.action not in robot.robot.capabilities]
-        action = lacking[0] if lacking else obstacle.type.action
-        self.state.emit(
-            records.Violation(
-                self.state.tick,
-                robot.name,
-                violation.at,
-                violation.proposed,
-                obstacle.name,
-                action,
-            )
-        )
-
-    def _tell_move(self, robot: RobotState, start: Pose, by: vocabulary.MovedBy | None) -> None:
-        """The move line of this tick: towards the target while in transit, then to it."""
-        transit = robot.transit
-        now = robot.pose
-        signal = self._signal(robot)
-        self.state.emit(
-            records.Move(
-                self.state.tick,
-                robot.name,
-                start.region,
-                now.region,
-                heading_in_trace(now),
-                transit.pose.region if transit is not None else None,
-                by,
-                signal,
-            )
-        )
-        self.sightings.tell(robot)
-
-    def _signal(self, robot: RobotState) -> records.Signal | None:
-        """What an assignable strategy is told, where that has changed."""
-        planner = robot.planner
-        if planner is None or planner.switch is None or planner.node is None:
-            return None
-        values = planner.values()
-        told = records.Signal(bool(values["request"]), values["assigned"], bool(values["wait"]))
-        if self._signals.get(robot.name) == told:
-            return None
-        self._signals[robot.name] = told
-        return told
-
     def _step_off(self, robot: RobotState, start: Pose) -> tuple[dict[str, int], dict[str, int]]:
         """The variables of formulas around a step that was not their strategy's: poses, and what
         is remembered, which changes as the formulas have it if they allow the step."""
@@ -398,10 +348,3 @@ class Turns:
         if isinstance(objective, Ltl) and robot.pose != start:
             later = guarantees_of(objective).remembered(memory, start, robot.pose) or memory
         return {**values_of(start), **memory}, {**values_of(robot.pose), **later}
-
-    def _report_no_answer(self, robot: RobotState, observed: Mapping[str, int]) -> None:
-        """The strategy knows no answer, and no single assumption says why: what was observed
-        cannot be said in its inputs."""
-        where = ", ".join(f"{name} = {value}" for name, value in observed.items())
-        name = f"how the others move (now {where})"
-        self.state.emit(records.Assumption(self.state.tick, robot.name, name))

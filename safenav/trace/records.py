@@ -390,30 +390,7 @@ class Outcome(Record):
 
 KINDS: Mapping[str, type[Record]] = {
     kind.type: kind
-    for kind in (
-        Header,
-        Synthesis,
-        Move,
-        Discovered,
-        Appeared,
-        Gone,
-        Truth,
-        NewObjective,
-        Service,
-        Violation,
-        Backtrack,
-        Request,
-        Push,
-        Pop,
-        Met,
-        Resolved,
-        Blocked,
-        Goal,
-        Belief,
-        Assumption,
-        Plan,
-        PlanEnd,
-        Outcome,
-    )
+    for kind in list(globals().values())
+    if isinstance(kind, type) and issubclass(kind, Record) and "type" in vars(kind)
 }
-"""All types of lines, by the ``type`` in the file."""
+"""All types of lines above, by the ``type`` in the file."""

@@ -1,0 +1,78 @@
+"""What a turn did, told to the trace: the move, what stopped it, what a strategy did not know."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from safenav.runtime.characterization import Violation
+from safenav.runtime.sightings_told import SightingsTold
+from safenav.runtime.team import RobotState, TeamState
+from safenav.trace import records, vocabulary
+from safenav.trace.header import heading_in_trace
+from safenav.world.map import Region
+
+
+class MovesTold:
+    """Emits the lines of turns; remembers which signal each robot's moves told last."""
+
+    def __init__(self, state: TeamState, sightings: SightingsTold) -> None:
+        self._state = state
+        self._sightings = sightings
+        self._signals: dict[str, records.Signal | None] = {}
+
+    def move(self, robot: RobotState, start: Region, by: vocabulary.MovedBy | None) -> None:
+        """The move line of this tick: towards the target while in transit, then to it."""
+        transit = robot.transit
+        now = robot.pose
+        signal = self._signal(robot)
+        self._state.emit(
+            records.Move(
+                self._state.tick,
+                robot.name,
+                start,
+                now.region,
+                heading_in_trace(now),
+                transit.pose.region if transit is not None else None,
+                by,
+                signal,
+            )
+        )
+        self._sightings.tell(robot)
+
+    def _signal(self, robot: RobotState) -> records.Signal | None:
+        """What an assignable strategy is told, where that has changed."""
+        planner = robot.planner
+        if planner is None or planner.switch is None or planner.node is None:
+            return None
+        values = planner.values()
+        told = records.Signal(bool(values["request"]), values["assigned"], bool(values["wait"]))
+        if self._signals.get(robot.name) == told:
+            return None
+        self._signals[robot.name] = told
+        return told
+
+    def violation(self, robot: RobotState, violation: Violation) -> None:
+        """What the robot cannot get through, and the capability that it lacks for it."""
+        obstacle = violation.obstacle
+        self._state.introduce(obstacle)
+        work = self._state.knowledge.pending.get(obstacle.name)
+        left = obstacle.needs[work.need if work is not None else 0 :]
+        lacking = [n.action for n in left if n.action not in robot.robot.capabilities]
+        action = lacking[0] if lacking else obstacle.type.action
+        self._state.emit(
+            records.Violation(
+                self._state.tick,
+                robot.name,
+                violation.at,
+                violation.proposed,
+                obstacle.name,
+                action,
+            )
+        )
+
+    def no_answer(self, robot: RobotState, observed: Mapping[str, int]) -> None:
+        """The strategy knows no answer, and no single assumption says why: its inputs cannot say
+        what was observed."""
+        where = ", ".join(f"{name} = {value}" for name, value in observed.items())
+        name = f"how the others move (now {where})"
+        self._state.emit(records.Assumption(self._state.tick, robot.name, name))
