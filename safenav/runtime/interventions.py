@@ -10,7 +10,7 @@ from dataclasses import field, replace
 
 from safenav.dataclass import dataclass
 from safenav.errors import UsageError
-from safenav.runtime.coordination.algorithm import Coordination
+from safenav.runtime.coordination.algorithm import Coordinator
 from safenav.runtime.knowledge import UNTRAVERSABLE
 from safenav.runtime.progress import Progress
 from safenav.runtime.team import Assignment, RobotState, Role, TeamState
@@ -77,7 +77,7 @@ class Interventions:
 
     state: TeamState
     world: World
-    coordination: Coordination
+    coordination: Coordinator
     turns: Turns
     _asked: list[Intervention] = field(default_factory=list)
 

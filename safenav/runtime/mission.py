@@ -15,20 +15,19 @@ import safenav
 from safenav.dataclass import dataclass
 from safenav.errors import SafenavError, UsageError
 from safenav.runtime.checked_world import CheckedWorld
-from safenav.runtime.coordination.algorithm import Coordination
+from safenav.runtime.coordination.algorithm import Coordinator
 from safenav.runtime.coordination.asking import Asking
 from safenav.runtime.coordination.by_resynthesis import ByResynthesis
 from safenav.runtime.coordination.by_signals import BySignals
 from safenav.runtime.coordination.strategies import Strategies
 from safenav.runtime.coordination.telling import Telling
 from safenav.runtime.interventions import Intervention, Interventions
-from safenav.runtime.over import RunOver, Stop, Verdict
+from safenav.runtime.over import Conclusion, RunOver, Stop
 from safenav.runtime.team import TeamState
 from safenav.runtime.traffic.planning import Traffic
 from safenav.runtime.turn import Turns
 from safenav.runtime.world import SimulatedWorld, World
-from safenav.scenario.model import Coordination as Kind
-from safenav.scenario.model import Outcome, Scenario
+from safenav.scenario.model import Coordination, Outcome, Scenario
 from safenav.synthesis.binary import Binary
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.question import Listener as SynthesisListener
@@ -81,10 +80,10 @@ class Mission:
         self._strategies = Strategies(self.state)
         telling: Telling = (
             BySignals(self.state, self._asking, self._strategies)
-            if scenario.coordination is Kind.ASSIGNABLE
+            if scenario.coordination is Coordination.ASSIGNABLE
             else ByResynthesis(self._asking, self._strategies)
         )
-        self._coordination = Coordination(self.state, telling, self._stop)
+        self._coordination = Coordinator(self.state, telling, self._stop)
         self._traffic = Traffic(self.state, self._coordination, self._stop)
         self._turns = Turns(
             self.state, self._world, self._strategies, self._coordination, self._traffic
@@ -135,7 +134,7 @@ class Mission:
         if not self._started:
             raise UsageError("give_up() before start(): this mission has not begun")
         if self.result is None:
-            self._end(Verdict(Outcome.INTERRUPTED, explanation))
+            self._end(Conclusion(Outcome.INTERRUPTED, explanation))
         assert self.result is not None
         return self.result
 
@@ -169,12 +168,12 @@ class Mission:
         try:
             part()
         except RunOver as over:
-            self._end(over.verdict)
+            self._end(over.conclusion)
         except KeyboardInterrupt:
-            self._end(Verdict(Outcome.INTERRUPTED, "interrupted by the user"))
+            self._end(Conclusion(Outcome.INTERRUPTED, "interrupted by the user"))
         except SafenavError as error:
             with suppress(SafenavError):  # the trace itself may be what cannot be written
-                self._tell_end("error", Verdict(Outcome.INTERRUPTED, str(error)))
+                self._tell_end("error", Conclusion(Outcome.INTERRUPTED, str(error)))
             self._asking.close()
             raise
         except BaseException:
@@ -196,7 +195,7 @@ class Mission:
                 for name, answer in tasks.items()
             )
             specs = {name: answer.result.spec_sha256 for name, answer in tasks.items()}
-            raise RunOver(Verdict(Outcome.UNREALIZABLE, said, unrealizable=specs))
+            raise RunOver(Conclusion(Outcome.UNREALIZABLE, said, unrealizable=specs))
         errands = self._coordination.errands(set())
         self._coordination.telling.install(attempt, errands, vocabulary.Reason.INITIAL)
 
@@ -218,10 +217,10 @@ class Mission:
             rounds = self.scenario.until.rounds
             plural = "round" if rounds == 1 else "rounds"
             said = f"every robot has met its objective for {rounds} {plural}"
-            raise RunOver(Verdict(Outcome.COMPLETED, said))
+            raise RunOver(Conclusion(Outcome.COMPLETED, said))
         if state.tick >= self.scenario.limits.ticks:
             said = "; ".join([self._what_is_left(), *self._turns.monitors.unmet_fairness()])
-            raise RunOver(Verdict(Outcome.TICK_LIMIT, said))
+            raise RunOver(Conclusion(Outcome.TICK_LIMIT, said))
 
     def _completed(self) -> bool:
         """Whether everybody has done its rounds and nobody waits for help that is coming."""
@@ -246,14 +245,14 @@ class Mission:
         ]
         return f"not completed after {self.state.tick} ticks: {'; '.join(left)}"
 
-    def _end(self, verdict: Verdict) -> None:
+    def _end(self, conclusion: Conclusion) -> None:
         self.ending = True
         self._asking.close()
-        ended = self._tell_end(verdict.outcome.value, verdict)
+        ended = self._tell_end(conclusion.outcome.value, conclusion)
         self.result = RunResult(
-            verdict.outcome,
-            verdict.explanation,
-            verdict.cause,
+            conclusion.outcome,
+            conclusion.explanation,
+            conclusion.cause,
             dict(ended.rounds),
             ended.ticks,
             ended.seconds,
@@ -265,21 +264,21 @@ class Mission:
         if isinstance(record, records.Move):
             self._moved = record.tick
 
-    def _tell_end(self, outcome: str, verdict: Verdict) -> records.Outcome:
+    def _tell_end(self, outcome: str, conclusion: Conclusion) -> records.Outcome:
         if self._traffic.active:
             self._traffic.end(vocabulary.PlanEndReason.CHANGED)
         ended = records.Outcome(
             self.state.tick,
             vocabulary.Ending(outcome),
-            verdict.explanation,
+            conclusion.explanation,
             {name: robot.own.rounds for name, robot in self.state.robots.items()},
             self._moved,
             round(self._stop.elapsed, 6),
             self._asking.syntheses,
             round(self._asking.seconds, 6),
-            None if verdict.cause is None else vocabulary.OperatorCause(verdict.cause),
-            verdict.proof,
-            verdict.unrealizable,
+            None if conclusion.cause is None else vocabulary.OperatorCause(conclusion.cause),
+            conclusion.proof,
+            conclusion.unrealizable,
         )
         self.state.emit(ended)
         return ended

@@ -1,7 +1,7 @@
 """How a run ends: the one way for everything that can end it.
 
-Whatever finds that a run cannot or must not go on raises ``RunOver`` with the verdict; the mission
-catches it in one place. ``Stop`` is asked by everything that searches.
+Whatever finds that a run cannot or must not go on raises ``RunOver`` with the conclusion; the
+mission catches it in one place. ``Stop`` is asked by everything that searches.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from safenav.trace.proofs import Proof
 
 
 @dataclass(frozen=True)
-class Verdict:
+class Conclusion:
     """Why a run is over. ``cause`` and ``proof``: of ``operator_needed`` (docs/trace.md)."""
 
     outcome: Outcome
@@ -27,11 +27,11 @@ class Verdict:
 
 
 class RunOver(Exception):  # noqa: N818 - it is no error
-    """The run ends with ``verdict``."""
+    """The run ends with ``conclusion``."""
 
-    def __init__(self, verdict: Verdict) -> None:
-        self.verdict = verdict
-        super().__init__(verdict.explanation)
+    def __init__(self, conclusion: Conclusion) -> None:
+        self.conclusion = conclusion
+        super().__init__(conclusion.explanation)
 
 
 @dataclass
@@ -63,7 +63,7 @@ class Stop:
     def check(self) -> None:
         """Raises RunOver if the run must end now."""
         if self.asked is not None:
-            raise RunOver(Verdict(Outcome.INTERRUPTED, self.asked))
+            raise RunOver(Conclusion(Outcome.INTERRUPTED, self.asked))
         if self.seconds is not None and self.elapsed > self.seconds:
             said = f"not completed after {self.seconds:g} s, the limit of the run"
-            raise RunOver(Verdict(Outcome.TIME_LIMIT, said))
+            raise RunOver(Conclusion(Outcome.TIME_LIMIT, said))

@@ -10,14 +10,14 @@ from collections.abc import Mapping, Sequence
 from safenav.dataclass import dataclass
 from safenav.runtime.characterization import Characterization, Violation
 from safenav.runtime.checked_world import CheckedWorld
-from safenav.runtime.coordination.algorithm import Coordination
+from safenav.runtime.coordination.algorithm import Coordinator
 from safenav.runtime.coordination.objectives import alternating
 from safenav.runtime.coordination.strategies import Strategies
 from safenav.runtime.formulas import graph_of
 from safenav.runtime.monitor import Monitors
 from safenav.runtime.moves_told import MovesTold
 from safenav.runtime.navigation import Proposal
-from safenav.runtime.over import RunOver, Verdict
+from safenav.runtime.over import Conclusion, RunOver
 from safenav.runtime.sightings_told import SightingsTold
 from safenav.runtime.team import RobotState, TeamState, Transit
 from safenav.runtime.traffic.planning import Traffic
@@ -39,7 +39,7 @@ class Turns:
     state: TeamState
     world: CheckedWorld
     strategies: Strategies
-    coordination: Coordination
+    coordination: Coordinator
     traffic: Traffic
 
     def __post_init__(self) -> None:
@@ -308,7 +308,7 @@ class Turns:
             return
         rules = "; ".join(dict.fromkeys(constraint.origin.rule for constraint in broken))
         raise RunOver(
-            Verdict(
+            Conclusion(
                 Outcome.ASSUMPTION_VIOLATED,
                 f"the others did what {robot.name} assumed they never do"
                 f"{f' ({rules})' if rules else ''}, and from there it has no strategy",

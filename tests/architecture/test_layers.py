@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -85,6 +86,30 @@ def test_a_package_s_init_is_a_docstring() -> None:
     for name in faces:
         body = ast.parse(MODULES[name].read_text()).body
         assert len(body) == 1 and isinstance(body[0], ast.Expr), name
+
+
+ON_THEIR_OWN = ("safenav.audit.", "safenav.certify.checker.")
+"""They share nothing with what they check, so they have names of their own for it."""
+
+
+def classes(name: str) -> list[str]:
+    """The public classes of a module."""
+    body = ast.parse(MODULES[name].read_text()).body
+    found = [node.name for node in body if isinstance(node, ast.ClassDef)]
+    return [cls for cls in found if not cls.startswith("_")]
+
+
+TOLD = {"Choice", "Closure", "Joint", "Reach", "Tree", "Option"}  # of proofs
+TOLD |= {"Met", "Outcome", "Request", "Signal", "Violation"}
+"""Records of the trace that are called as what they tell of."""
+
+
+def test_a_class_has_its_name_to_itself() -> None:
+    counted = [name for name in MODULES if not name.startswith(ON_THEIR_OWN)]
+    trace = [name for name in counted if name.startswith("safenav.trace.")]
+    times = Counter(cls for name in counted for cls in classes(name))
+    times -= Counter(cls for name in trace for cls in classes(name) if cls in TOLD)
+    assert [cls for cls, count in times.items() if count > 1] == []
 
 
 @pytest.mark.parametrize("page", ["docs/architecture.md", "docs/glossary.md", "CONTRIBUTING.md"])

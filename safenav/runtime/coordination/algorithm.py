@@ -31,7 +31,7 @@ from safenav.trace import vocabulary
 
 
 @dataclass
-class Coordination:
+class Coordinator:
     """Reassigns robots when something was learnt. ``floor`` and ``found``: the last decision."""
 
     state: TeamState

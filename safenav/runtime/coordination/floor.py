@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import lru_cache
 
 from safenav.dataclass import dataclass
-from safenav.runtime.coordination.problem import Gate, Member, Need, Problem, Stage, Stages
+from safenav.runtime.coordination.problem import Gate, GateNeed, Member, Problem, Stage, Stages
 from safenav.runtime.coordination.requests import Requests
 from safenav.runtime.formulas import formulas_of, graph_of
 from safenav.runtime.poses import Mask, PoseGraph, bits, region_mask
@@ -55,7 +55,7 @@ def floor_of(
         work = state.knowledge.pending[request.obstacle.name]
         obstacle = work.obstacle
         needs = tuple(
-            Need(
+            GateNeed(
                 need.action,
                 need.robots,
                 region_mask(obstacle.resolution_regions(scenario.map, number)),

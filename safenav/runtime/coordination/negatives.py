@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from safenav.runtime.coordination.asking import Answer, Attempt
 from safenav.runtime.coordination.floor import Floor, poses_in
 from safenav.runtime.coordination.proofs import Closure, Proof, Tree
-from safenav.runtime.over import RunOver, Verdict
+from safenav.runtime.over import Conclusion, RunOver
 from safenav.runtime.team import TeamState
 from safenav.scenario.model import Outcome
 from safenav.scenario.objective import Ltl
@@ -99,7 +99,7 @@ def nobody_goes_on(
     never = bool(sealed) or (isinstance(closure, Closure) and bool(closure.never))
     cause = "never_resolvable" if never and isinstance(proof, Closure) else "unrealizable"
     return RunOver(
-        Verdict(
+        Conclusion(
             Outcome.OPERATOR_NEEDED,
             "; ".join(dict.fromkeys(said)),
             cause,
@@ -133,8 +133,8 @@ def no_strategy(state: TeamState, telling: Telling, attempt: Attempt) -> RunOver
         telling.announce(answer, Reason.BLOCKED)
         said.append(_why_not(state, name, answer.task))
         specs[name] = answer.result.spec_sha256
-    verdict = Verdict(Outcome.OPERATOR_NEEDED, "; ".join(said), "unrealizable", None, specs)
-    return RunOver(verdict)
+    conclusion = Conclusion(Outcome.OPERATOR_NEEDED, "; ".join(said), "unrealizable", None, specs)
+    return RunOver(conclusion)
 
 
 def _why_not(state: TeamState, name: str, task: Task) -> str:
@@ -147,4 +147,4 @@ def _why_not(state: TeamState, name: str, task: Task) -> str:
 def spent(question: str) -> RunOver:
     """The end of a run in which a search has used up its budget."""
     said = f"the budget for finding out {question} is spent; nothing is proven"
-    return RunOver(Verdict(Outcome.SEARCH_LIMIT, said))
+    return RunOver(Conclusion(Outcome.SEARCH_LIMIT, said))

@@ -21,7 +21,7 @@ class SpentError(Exception):
 
 
 @dataclass(frozen=True)
-class Need:
+class GateNeed:
     """One thing that an obstacle needs: ``robots`` distinct ones that can do ``action``, each on
     one of ``regions`` (a mask), all in the same tick if ``together``."""
 
@@ -40,7 +40,7 @@ class Gate:
     name: str
     region: int
     blocks: tuple[frozenset[int], ...]
-    needs: tuple[Need, ...]
+    needs: tuple[GateNeed, ...]
     barred: frozenset[int] = frozenset()
 
 
@@ -93,7 +93,7 @@ class Problem:
         """The obstacles that are not resolved."""
         return [gate for gate in range(len(self.gates)) if not self.resolved(gate, stages)]
 
-    def next_need(self, gate: int, stages: Stages) -> Need:
+    def next_need(self, gate: int, stages: Stages) -> GateNeed:
         return self.gates[gate].needs[stages[gate].need]
 
     def allowed(self, robot: int, stages: Stages) -> Mask:

@@ -14,7 +14,7 @@ from itertools import combinations, islice
 
 from safenav.runtime.coordination.floor import Floor
 from safenav.runtime.coordination.problem import Problem
-from safenav.runtime.over import RunOver, Verdict
+from safenav.runtime.over import Conclusion, RunOver
 from safenav.runtime.team import TeamState
 from safenav.runtime.traffic.joint import Count, Course
 from safenav.runtime.traffic.joint_plan import Exhausted, Search
@@ -126,4 +126,4 @@ def deadlocked(state: TeamState, floor: Floor, course: Course, answer: Exhausted
         len(places),
         hashlib.sha256(text.encode()).hexdigest(),
     )
-    return RunOver(Verdict(Outcome.OPERATOR_NEEDED, said, "deadlock", proof))
+    return RunOver(Conclusion(Outcome.OPERATOR_NEEDED, said, "deadlock", proof))

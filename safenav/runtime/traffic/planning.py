@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 from safenav.dataclass import dataclass
 from safenav.runtime.coordination.floor import Floor, awaited_by
 from safenav.runtime.formulas import formulas_of
-from safenav.runtime.over import RunOver, Stop, Verdict
+from safenav.runtime.over import Conclusion, RunOver, Stop
 from safenav.runtime.poses import FAR
 from safenav.runtime.team import Role, TeamState
 from safenav.runtime.traffic.certificates import Certificates
@@ -31,7 +31,7 @@ from safenav.trace.header import heading_in_trace
 from safenav.world.moves import Pose
 
 if TYPE_CHECKING:
-    from safenav.runtime.coordination.algorithm import Coordination
+    from safenav.runtime.coordination.algorithm import Coordinator
 
 ROUNDS_FIRST = 4
 """Rounds of search for the first plan that is asked for; every fourth failure adds one."""
@@ -45,7 +45,7 @@ class Traffic:
     """Plans for a team, and where each robot is in the plan that is followed, if any."""
 
     state: TeamState
-    coordination: Coordination
+    coordination: Coordinator
     stop: Stop
     execution: Execution | None = None
     wanted: str | None = None
@@ -174,7 +174,7 @@ class Traffic:
                 self._watch.begin_anew()
                 if self._failures > MOST_FAILURES:
                     said = f"the budget of the search for a joint plan is spent: {reason}"
-                    raise RunOver(Verdict(Outcome.SEARCH_LIMIT, said))
+                    raise RunOver(Conclusion(Outcome.SEARCH_LIMIT, said))
                 return
             answer = local
         self._failures = 0

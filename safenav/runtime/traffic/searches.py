@@ -22,7 +22,7 @@ from safenav.synthesis.strategy import Strategy
 from safenav.world.moves import Pose
 
 if TYPE_CHECKING:
-    from safenav.runtime.coordination.algorithm import Coordination
+    from safenav.runtime.coordination.algorithm import Coordinator
 
 AHEAD = 2
 """Rounds beyond those that the fastest robot has done that a plan looks ahead."""
@@ -31,7 +31,7 @@ AHEAD = 2
 class Searches:
     """What a search for a joint plan starts from now, and such searches."""
 
-    def __init__(self, state: TeamState, coordination: Coordination, stop: Stop) -> None:
+    def __init__(self, state: TeamState, coordination: Coordinator, stop: Stop) -> None:
         self._state = state
         self._coordination = coordination
         self._stop = stop

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from safenav.runtime.coordination.problem import Gate, Member, Need, Problem
+from safenav.runtime.coordination.problem import Gate, GateNeed, Member, Problem
 from safenav.runtime.poses import PoseGraph, region_mask
 from safenav.world.map import Heading, RegionMap
 from safenav.world.moves import Mobility, Pose
@@ -70,7 +70,7 @@ class Floor:
             if blocked is None:
                 able = [set(bot.can.split()) >= actions for _, bot in listed]
                 blocked = [i for i, yes in enumerate(able) if not yes]
-            needs = tuple(Need(a, n, region_mask(at), t) for a, n, at, t in block.needs)
+            needs = tuple(GateNeed(a, n, region_mask(at), t) for a, n, at, t in block.needs)
             barred = (frozenset(blocked),) * len(needs)
             gates.append(Gate(f"o{number}", block.region, barred, needs))
         layers = [bot.layer for _, bot in listed]
