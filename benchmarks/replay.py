@@ -19,11 +19,12 @@ import subprocess
 import sys
 import tempfile
 import time
-from itertools import pairwise
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
+
+from frames import described, gaps_of  # noqa: E402
 
 from report import made_traces, team_trace  # noqa: E402
 from report.browser import Browser  # noqa: E402
@@ -36,15 +37,6 @@ LOADED = """
     return [entry.loadEventEnd, paint ? paint.startTime : null];
 """
 CASE_STUDY = ROOT / "scenarios" / "case_study_1.yaml"
-FRAMES = """
-    const [milliseconds, done] = arguments, stamps = [];
-    const first = performance.now();
-    const note = now => {
-        stamps.push(now);
-        if (now - first < milliseconds) requestAnimationFrame(note); else done(stamps);
-    };
-    requestAnimationFrame(note);
-"""
 
 
 def main() -> None:
@@ -96,7 +88,6 @@ def _measure(page: Path, seconds: float, speeds: tuple[int, ...], solid: bool = 
         painted = [entry[1] for entry in opened if entry[1] is not None]
         paint = f", painted at {statistics.median(painted):.0f} ms" if painted else ""
         print(f"opens in          {loaded:8.0f} ms{paint}")
-        browser.driver.set_script_timeout(seconds * 4 + 30)
         for speed in speeds:
             browser.run('document.querySelector(".speed select").value = arguments[0]', str(speed))
             browser.run(
@@ -104,16 +95,10 @@ def _measure(page: Path, seconds: float, speeds: tuple[int, ...], solid: bool = 
             )
             browser.button("First tick").click()
             browser.button("Play").click()
-            stamps = browser.driver.execute_async_script(FRAMES, seconds * 1000)
+            gaps = gaps_of(browser.driver, seconds)
             browser.button("Pause").click()
-            gaps = sorted(b - a for a, b in pairwise(stamps))
-            rate = 1000 * len(gaps) / sum(gaps)
             late = sum(gap > 25 for gap in gaps) / len(gaps)
-            print(
-                f"speed {speed:3}         {rate:8.1f} frames/s, median gap "
-                f"{statistics.median(gaps):.1f} ms, 95 % {gaps[int(0.95 * len(gaps))]:.1f} ms, "
-                f"late {late:.1%}"
-            )
+            print(f"speed {speed:3}         {described(gaps)}, late {late:.1%}")
     finally:
         browser.driver.quit()
 

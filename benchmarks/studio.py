@@ -17,31 +17,21 @@ import argparse
 import json
 import os
 import resource
-import statistics
 import subprocess
 import sys
 import tempfile
 import time
-from itertools import pairwise
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
+from frames import described, gaps_of  # noqa: E402
+
 from safenav.scenario.reading.loader import load_draft  # noqa: E402
 from safenav.studio.editing.drawing import drawing_of  # noqa: E402
 from safenav.studio.editing.operations import edited  # noqa: E402
 from safenav.studio.run.orders import RunOrder  # noqa: E402
-
-FRAMES = """
-    const [milliseconds, done] = arguments, stamps = [];
-    const first = performance.now();
-    const note = now => {
-        stamps.push(now);
-        if (now - first < milliseconds) requestAnimationFrame(note); else done(stamps);
-    };
-    requestAnimationFrame(note);
-"""
 
 
 def scenario(
@@ -110,19 +100,13 @@ def shown(text: str, seconds: float) -> str:
                 browser.wait(lambda: browser.all(".begin button:enabled"))
                 browser.one(".begin button").click()
                 browser.wait(lambda: browser.all(".clock b") and browser.tick >= 2)
-                browser.driver.set_script_timeout(seconds * 4 + 30)
                 first = browser.tick
-                stamps = browser.driver.execute_async_script(FRAMES, seconds * 1000)
+                gaps = gaps_of(browser.driver, seconds)
                 ticks = browser.tick - first
                 browser.leave()
     finally:
         browser.driver.quit()
-    gaps = sorted(b - a for a, b in pairwise(stamps))
-    rate = 1000 * len(gaps) / sum(gaps)
-    return (
-        f"{rate:.1f} frames/s over {ticks} ticks, median gap {statistics.median(gaps):.1f} ms, "
-        f"95 % {gaps[int(0.95 * len(gaps))]:.1f} ms, longest {gaps[-1]:.0f} ms"
-    )
+    return f"{described(gaps)}, longest {gaps[-1]:.0f} ms, over {ticks} ticks"
 
 
 def main() -> None:

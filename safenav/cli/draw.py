@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from safenav.cli.division import division_options
 from safenav.errors import ExitCode, UsageError
 
 if TYPE_CHECKING:
@@ -33,16 +34,7 @@ Exit codes:
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Picture: .svg or .png.")
 @click.option("--width", type=click.IntRange(100, 8000), help="Width of the PNG in pixels.")
 @click.option("--sight", metavar="ROBOT", help="Shade what this robot sees from its start.")
-@click.option("--rows", type=click.IntRange(min=1), help="Divide a map file into this many rows.")
-@click.option("--cols", type=click.IntRange(min=1), help="... and this many columns.")
-@click.option(
-    "--side", type=click.FloatRange(min=0, min_open=True), metavar="M", help="... or into squares."
-)
-@click.option(
-    "--share",
-    type=click.FloatRange(0, 1),
-    help="Share of a region that must be blocked to make it a wall; default: any.",
-)
+@division_options
 @click.option("--legend/--no-legend", default=True, help="Explain the marks (pictures).")
 def command(
     scenario: Path,

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from safenav.cli.division import division_options
 from safenav.errors import ExitCode, UsageError
 from safenav.scenario.template import DEFAULT, TEMPLATES, template_text, write_text
 
@@ -48,16 +49,7 @@ EPILOG = "\n".join(
     type=click.Path(path_type=Path),
     help="Begin with this map (image, ROS, MovingAI) instead.",
 )
-@click.option("--rows", type=click.IntRange(min=1), help="Divide the map into this many rows.")
-@click.option("--cols", type=click.IntRange(min=1), help="... and this many columns.")
-@click.option(
-    "--side", type=click.FloatRange(min=0, min_open=True), metavar="M", help="... or into squares."
-)
-@click.option(
-    "--share",
-    type=click.FloatRange(0, 1),
-    help="Share of a region that makes it a wall.",
-)
+@division_options
 @click.option("--force", is_flag=True, help="Replace FILE if it exists.")
 def command(
     file: Path,

@@ -10,8 +10,8 @@ from math import atan2, hypot, pi, remainder, sqrt, tau
 
 from safenav.errors import UsageError
 from safenav.motion.file.records import Curve, Flight, Moving
-from safenav.motion.geometry import MetricFloor, way, yaw
-from safenav.motion.mover import Crossing, Mover, Values
+from safenav.motion.geometry import way, yaw
+from safenav.motion.mover import Crossing, Mover
 from safenav.motion.polynomial import PEAK, quintic
 
 PEAK_ACCELERATION = 10 / sqrt(3)
@@ -28,23 +28,15 @@ class DiscMover(Mover):
     name = "glide"
     at_rest = "rest"
 
-    def __init__(
-        self,
-        robot: str,
-        floor: MetricFloor,
-        region: int,
-        heading: str | None,
-        size: float,
-        values: Values,
-    ) -> None:
-        super().__init__(robot, floor, region, heading, size, values)
-        if size + 2 * ROOM > floor.side:
+    def begin(self) -> None:
+        side = self.floor.side
+        if self.size + 2 * ROOM > side:
             raise UsageError(
-                f"{robot}: a body of {size:g} m does not fit into regions of {floor.side:g} m\n"
+                f"{self.robot}: a body of {self.size:g} m does not fit into regions of {side:g} m\n"
                 "    give the map a larger 'resolution', or the model a smaller 'size'"
             )
-        self.place = floor.centre(region)
-        self.facing = yaw(heading) if heading else 0.0
+        self.place = self.floor.centre(self.region)
+        self.facing = yaw(self.heading) if self.heading else 0.0
 
     @property
     def altitude(self) -> float:

@@ -40,7 +40,6 @@ class Mover(ABC):
 
     A kind of motion is a subclass, constructed with the robot's name, the floor, the region and
     the heading (or None) where it starts, its size (metres), and the values of its parameters.
-    Raises UsageError if it cannot move so on this floor.
     """
 
     time: float = 0.0
@@ -60,6 +59,10 @@ class Mover(ABC):
         self.heading = heading
         self.size = size
         self.values = values
+        self.begin()
+
+    def begin(self) -> None:  # noqa: B027 - a kind that needs nothing more has nothing to do
+        """Take up the first pose. Raises UsageError if the robot cannot move so on this floor."""
 
     def shape(self, footprint: object) -> None:
         """Take a footprint (corners [x, y] in metres) instead of a disc. Raises UsageError."""

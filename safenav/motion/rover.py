@@ -12,26 +12,17 @@ from math import atan2, hypot, pi, remainder, sqrt, tau
 from safenav.errors import UsageError
 from safenav.motion.disc import PEAK_ACCELERATION, ROOM
 from safenav.motion.file.records import Arc, Drive, Moving
-from safenav.motion.geometry import MetricFloor, way, yaw
-from safenav.motion.mover import Crossing, Mover, Values
+from safenav.motion.geometry import way, yaw
+from safenav.motion.mover import Crossing, Mover
 from safenav.motion.polynomial import PEAK, quintic
 
 
 class RoverMover(Mover):
     """A rover at rest at ``place``, facing ``facing`` radians."""
 
-    def __init__(
-        self,
-        robot: str,
-        floor: MetricFloor,
-        region: int,
-        heading: str | None,
-        size: float,
-        values: Values,
-    ) -> None:
-        super().__init__(robot, floor, region, heading, size, values)
-        self.place = floor.centre(region)
-        self.facing = yaw(heading) if heading else 0.0
+    def begin(self) -> None:
+        self.place = self.floor.centre(self.region)
+        self.facing = yaw(self.heading) if self.heading else 0.0
         self.shape(None)
 
     def shape(self, footprint: object) -> None:

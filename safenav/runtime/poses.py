@@ -8,7 +8,7 @@ questions are answered from memory.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from functools import cached_property
 
 from safenav.world.map import Heading, Region, RegionMap
@@ -138,27 +138,11 @@ class PoseGraph:
 
     def closure(self, start: Mask, allowed: Mask) -> Mask:
         """What can be reached from ``start`` through ``allowed`` poses; ``start`` itself always."""
-        key = (start, allowed)
-        found = self._closures.get(key)
-        if found is None:
-            found = frontier = start
-            while frontier:
-                frontier = self.forward(frontier) & allowed & ~found
-                found |= frontier
-            self._closures[key] = found
-        return found
+        return _grown(self._closures, self.forward, start, allowed)
 
     def back(self, goal: Mask, allowed: Mask) -> Mask:
         """From where ``goal`` can be reached through ``allowed`` poses; ``goal`` itself always."""
-        key = (goal, allowed)
-        found = self._backs.get(key)
-        if found is None:
-            found = frontier = goal
-            while frontier:
-                frontier = self.backward(frontier) & allowed & ~found
-                found |= frontier
-            self._backs[key] = found
-        return found
+        return _grown(self._backs, self.backward, goal, allowed)
 
     def around(self, pose: Mask, allowed: Mask) -> Mask:
         """The poses from which ``pose`` can be reached and that it can reach itself."""
@@ -268,3 +252,17 @@ class PoseGraph:
         if heading == 2:
             return regions << self._cols
         return (regions & ~self._west) >> 1
+
+
+def _grown(
+    known: dict[tuple[Mask, Mask], Mask], step: Callable[[Mask], Mask], start: Mask, allowed: Mask
+) -> Mask:
+    """The least set with ``start`` that steps through ``allowed`` do not leave."""
+    found = known.get((start, allowed))
+    if found is None:
+        found = frontier = start
+        while frontier:
+            frontier = step(frontier) & allowed & ~found
+            found |= frontier
+        known[start, allowed] = found
+    return found

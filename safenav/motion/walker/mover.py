@@ -9,7 +9,7 @@ from math import pi
 from safenav.errors import UsageError
 from safenav.motion.file.records import Foothold, Moving, Piece, PressurePhase, Segment, Swing
 from safenav.motion.geometry import MetricFloor, turn, way, yaw
-from safenav.motion.mover import Crossing, Mover, Values
+from safenav.motion.mover import Crossing, Mover
 from safenav.motion.pendulum import Array
 from safenav.motion.walker import primitives
 from safenav.motion.walker.gait import Walker, gait_on
@@ -20,29 +20,21 @@ from safenav.motion.walker.primitives import LEFT, Primitive
 class WalkerMover(Mover):
     """A walker that stands, or is at a walking pose with ``foot`` on the ground."""
 
-    def __init__(
-        self,
-        robot: str,
-        floor: MetricFloor,
-        region: int,
-        heading: str | None,
-        size: float,
-        values: Values,
-    ) -> None:
-        super().__init__(robot, floor, region, heading or "east", size, values)
+    def begin(self) -> None:
+        self.heading = self.heading or "east"
         names = ("speed", "height", "foot", "clearance")
-        walker = Walker(size, *(values[name] for name in names))
+        walker = Walker(self.size, *(self.values[name] for name in names))
         try:
-            self.gait = gait_on(floor.side, walker)
+            self.gait = gait_on(self.floor.side, walker)
             fault = broken(most_demanding(self.gait))
         except UsageError as error:
-            raise UsageError(f"{robot}: {error}") from error
+            raise UsageError(f"{self.robot}: {error}") from error
         except ValueError:  # a step of an arc whose mass never gets over its foot
             fault = "the mass would fall back on an arc"
         if fault is not None:
             raise UsageError(
-                f"{robot}: a walker {walker.height:g} m high at {walker.speed:g} m/s cannot turn "
-                f"on regions of {floor.side:g} m: {fault}\n"
+                f"{self.robot}: a walker {walker.height:g} m high at {walker.speed:g} m/s cannot "
+                f"turn on regions of {self.floor.side:g} m: {fault}\n"
                 "    change 'speed' or 'height' of its model"
             )
         self.foot = 0

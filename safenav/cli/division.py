@@ -1,0 +1,31 @@
+"""How a map file is divided into regions: the same options wherever a command takes one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import click
+
+_OPTIONS = (
+    click.option("--rows", type=click.IntRange(min=1), help="Divide a map file into so many rows."),
+    click.option("--cols", type=click.IntRange(min=1), help="... and so many columns."),
+    click.option(
+        "--side",
+        type=click.FloatRange(min=0, min_open=True),
+        metavar="M",
+        help="... or into squares.",
+    ),
+    click.option(
+        "--share",
+        type=click.FloatRange(0, 1),
+        help="Share of a region that must be blocked to make it a wall; default: any.",
+    ),
+)
+
+
+def division_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """The options ``--rows``, ``--cols``, ``--side`` (metres) and ``--share``."""
+    for option in reversed(_OPTIONS):
+        command = option(command)
+    return command
