@@ -49,7 +49,7 @@ def strategy_measures(text: str, strategy_json: bytes) -> list[dict[str, Any]]:
     cases = strategy.edge_cases()
     fair = [cases.digits(c) for c in spec.sections["ENV_LIVENESS"]]
     return [
-        measure(strategy.next, cases.digits(goal), fair).to_data()
+        measure(_edges(strategy), cases.digits(goal), fair).to_data()
         for goal in spec.sections["SYS_LIVENESS"]
     ]
 
@@ -64,8 +64,9 @@ def counter_evidence(text: str, strategy_json: bytes) -> CounterEvidence:
     cases = strategy.edge_cases()
     fair = [cases.digits(c) for c in spec.sections["ENV_LIVENESS"]]
     goals = [cases.digits(c) for c in spec.sections["SYS_LIVENESS"]]
-    measures = [measure(strategy.next, met, ()).to_data() for met in fair]
-    measures.append(measure(strategy.next, "0" * cases.count, goals).to_data())
+    edges = _edges(strategy)
+    measures = [measure(edges, met, ()).to_data() for met in fair]
+    measures.append(measure(edges, "0" * cases.count, goals).to_data())
     chosen = [
         list(strategy.inputs[targets[0]]) if targets else _killing(spec, strategy, node)
         for node, targets in enumerate(strategy.next)
@@ -112,9 +113,17 @@ class RulesEvidence:
 def _measure(strategy: Strategy, met: str, excuses: Sequence[str]) -> dict[str, Any]:
     """A measure about the edges that runs take; the others have ``-`` for a digit."""
     try:
-        return measure(strategy.next, met.replace("-", "1"), excuses).to_data()
+        return measure(_edges(strategy), met.replace("-", "1"), excuses).to_data()
     except NoMeasureError:
         return Measure([0] * strategy.count, [None] * strategy.count).to_data()
+
+
+def _edges(strategy: Strategy) -> list[list[int]]:
+    """The edges that the checker looks at: of each node's twins only those of the first."""
+    edges: list[list[int]] = [[] for _ in range(strategy.count)]
+    for source, target in strategy.pairs():
+        edges[source].append(target)
+    return edges
 
 
 @lru_cache(maxsize=2)

@@ -135,18 +135,27 @@ def _proof_gone(line: Line, source: Random) -> bool:
     return line.pop("proof", None) is not None
 
 
-def _step(line: Line, source: Random) -> bool:
-    """A place of a plan that robots really come to."""
-    ways = [way for way in line["robots"].values() if len(way) > 1]
-    if not ways:
-        return False
-    way = source.choice(ways)
-    k = source.randrange(1, len(way))
+def _step(files: Files, source: Random) -> Files | None:
+    """A place of a plan that a robot comes to: a plan may end before that."""
+    lines = lines_of(files)
+    plan: Line = {}
+    found: list[tuple[list[Any], int]] = []
+    for line in lines:
+        if line["type"] == "plan":
+            plan, taken = line["robots"], dict.fromkeys(line["robots"], 0)
+        elif line["type"] == "plan_end":
+            plan = {}
+        elif line.get("by") == "plan" and plan and line.get("toward") is None:
+            taken[line["robot"]] += 1
+            found.append((plan[line["robot"]], taken[line["robot"]]))
+    if not found:
+        return None
+    way, k = source.choice(found)
     if source.random() < 0.5:
         del way[k]
     else:
         way[k] = [way[k][0] + source.choice([-1, 1, 13]), way[k][1]]
-    return True
+    return with_lines(files, lines)
 
 
 def _order(line: Line, source: Random) -> bool:
@@ -250,7 +259,7 @@ FORGERIES = (
     Mutant("another joint proof", _proof("joint", _other_joint)),
     Mutant("the proof of something else", _line(("blocked", "outcome"), _proof_of_another)),
     Mutant("no proof", _line(("blocked", "outcome"), _proof_gone)),
-    Mutant("a step of a plan", _line(("plan",), _step)),
+    Mutant("a step of a plan", _step),
     Mutant("an order of a plan", _line(("plan",), _order), ORDERS),
     Mutant("whose way it is", _line(("plan",), _owner)),
     Mutant("who helps", _line(("push", "pop"), _helper), ASKED),

@@ -40,6 +40,15 @@ TWO_NEEDS = (
 obstacles: [{type: pile, region: 7}]
 """,
 )
+WAITING = (
+    '["#######", "#.....#", "#######"]',
+    """
+  a: {model: cart, start: 8, objective: {ltl: {liveness: [region = 10, region = 8]}}}
+  b: {model: pusher, start: 12, objective: {hold: 12}}
+obstacles: [{type: bar, region: 9}]
+coordination: assignable
+""",
+)
 CATALOGUE = """
   robots:
     cart: {mobility: free, layer: ground, capabilities: []}
@@ -47,7 +56,7 @@ CATALOGUE = """
     lifter: {mobility: free, layer: ground, capabilities: [lift]}
     pusher: {mobility: free, layer: air, capabilities: [push]}
   obstacles:
-    beam: {action: lift, resolve_at: neighbours, blocks: [ground]}
+    bar: {action: push, resolve_at: neighbours, blocks: [ground]}
     pile:
       needs: [{action: lift, at: neighbours}, {action: push, at: neighbours}]
       blocks: [ground]
@@ -112,3 +121,13 @@ def test_who_helps_can_meet_the_next_need(tmp_path: Path) -> None:
             line |= {"helper": "c"} | ({"helpers": ["c"]} if "helpers" in line else {})
     said = said_of(bundle_of(TWO_NEEDS), lines, tmp_path)
     assert "c is to help with pile@7, but cannot meet its next need" in said
+
+
+def test_what_formulas_meet_while_a_robot_waits_is_no_goal_of_its_own() -> None:
+    """With goals that are assigned at runtime its strategy is still about its own formulas."""
+    bundle = bundle_of(WAITING)
+    lines = lines_of(files_of(bundle))
+    push = next(line for line in lines if line["type"] == "push")
+    assert push["objectives"]["a"]["ltl"]["liveness"] == ["region = 8"]
+    after = [line for line in lines[lines.index(push) :] if line["type"] == "goal"]
+    assert (after[0]["robot"], after[0]["region"]) == ("a", 8)

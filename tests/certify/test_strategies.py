@@ -1,6 +1,7 @@
 """The checker of strategies against an oracle of its own: random games, sound and damaged."""
 
 import json
+import re
 from random import Random
 
 import pytest
@@ -73,6 +74,14 @@ def counter_refused(text: str, strategy: str) -> str:
     return ""
 
 
+@pytest.fixture
+def twins(batch: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In every other batch all inputs may make twins, whatever their names."""
+    if batch % 2:
+        monkeypatch.setattr(checker, "PASSING", re.compile(r"\w+"))
+
+
+@pytest.mark.usefixtures("twins")
 @pytest.mark.parametrize("batch", range(12))
 def test_the_checker_and_the_oracle_agree_on_sound_and_damaged_strategies(batch: int) -> None:
     for seed in range(batch * BATCH, (batch + 1) * BATCH):
@@ -98,6 +107,7 @@ def test_the_checker_and_the_oracle_agree_on_sound_and_damaged_strategies(batch:
                 assert bool(verdict) == bool(check_strategy(game, broken)), (seed, damage.__name__)
 
 
+@pytest.mark.usefixtures("twins")
 @pytest.mark.parametrize("batch", range(6))
 def test_a_counterstrategy_that_the_oracle_rejects_is_refused(batch: int) -> None:
     judged = 0
@@ -136,6 +146,22 @@ def test_a_measure_that_does_not_fall_is_refused() -> None:
     for wrong in ([], [{"n": [0], "a": [None]}], [{"n": [0, -1], "a": [None, None]}]):
         with pytest.raises(checker.RefusedError):
             checker.check_strategy(spec, strategy, wrong)
+
+
+def test_twins_are_looked_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nodes 0 and 1 differ in what was observed alone, 2 and 3 in what they lead to as well."""
+    text = "[INPUT]\nbusy_east\n[OUTPUT]\nx\n[SYS_LIVENESS]\nx'\n"
+    states, after = [[0, 0], [1, 0], [0, 1], [1, 1]], [[2, 3], [2, 3], [0, 1], [2, 3]]
+    nodes = {str(k): {"state": states[k], "trans": after[k]} for k in range(4)}
+    document = {"variables": ["busy_east", "x"], "nodes": nodes}
+    graph = checker.Strategy(document, checker.read_specification(text))
+    assert graph.first == [0, 0, 2, 3]
+    assert list(graph.pairs()) == [(0, 2), (0, 3), (2, 0), (2, 0), (3, 2), (3, 3)]
+    read = text.replace("x'\n", "x' | busy_east\n")
+    assert checker.Strategy(document, checker.read_specification(read)).first == [0, 1, 2, 3]
+    monkeypatch.setattr(checker, "MOST_EDGES", 5)
+    with pytest.raises(checker.TooLargeError, match="6 edges"):
+        checker.Strategy(document, checker.read_specification(text))
 
 
 def test_components_come_after_what_they_lead_to() -> None:

@@ -276,6 +276,9 @@ class Task:
         self.own = list(declared)
         parts = (formulas_of(self.objective, part) for part in ("init", "safety", "liveness"))
         self.init, self.safety, liveness = map(clauses_of, parts)
+        about = set().union(*(clause.reads for clause in (*self.init, *self.safety, *liveness)))
+        good = {key.rstrip("'") for key in about} <= {*known}
+        require(good, "the objective's formulas speak of more than the robot")
         cases = self.graph.edge_cases() if self.kind == "ltl" else None
         self.always = cases.digits(*self.safety) if cases else ""
         self.recurring = [cases.digits(clause) for clause in liveness] if cases else []
@@ -421,12 +424,14 @@ class Task:
         """The edges that runs from the start nodes can take, and where wishes and assumptions are
         met on them. ``judge`` is asked about each node."""
         known: dict[tuple[int, Row], list[bool]] = {}
-        seen, bits = dict.fromkeys(starts), [-1] * self.offsets[-1]
+        seen = dict.fromkeys(self.graph.first[node] for node in starts)
+        bits = [-1] * self.offsets[-1]
         queue = list(seen)
         for source in queue:
             judge(source)
             region, awaited = self.poses[source][0], self.awaited(source)
             for edge, target in enumerate(self.graph.next[source], self.offsets[source]):
+                first = self.graph.first[target]
                 if self.always and self.always[edge] == "0":
                     raise RefusedError(
                         f"the edge from node {source} to {target} breaks the objective"
@@ -439,9 +444,9 @@ class Task:
                     known[key] = [self._holds(a, region, values) for a in self.assumptions]
                 holds = chain(self._met(awaited, target, edge), known[key])
                 bits[edge] = sum(1 << k for k, good in enumerate(holds) if good)
-                if target not in seen:
-                    seen[target] = None
-                    queue.append(target)
+                if first not in seen:
+                    seen[first] = None
+                    queue.append(first)
         for node in queue:
             self.of_pose.setdefault(self.poses[node], set()).add(node)
         count, total = len(self.wishes), len(self.wishes) + len(self.assumptions)
@@ -1005,7 +1010,7 @@ class Run:
             graph = Strategy(self.bundle.json(files[2][0]), text)
             initial = check_strategy(text, graph, self.bundle.json(measures))
             self._realized[spec, strategy] = graph, initial
-            size = f"{graph.count} nodes, {sum(graph.degrees)} edges"
+            size = f"{graph.count} nodes, {sum(map(len, graph.next))} edges"
             what = f"The strategy of {said} realizes the text of its specification: {size}."
             self.claim("realizes", what, files[1:])
         graph, initial = self._realized[spec, strategy]
@@ -1391,9 +1396,10 @@ class Run:
         done = all(self.taken[name] == len(way) - 1 for name, way in self.plan.items())
         require(done or record["reason"] != "reached", "the plan is not at its end")
         for name, node in (record.get("nodes") or {}).items():
-            robot = self.robots[name]
+            robot, task = self.robots[name], self.robots[name].task
             if node is not None and robot.toward is None:
-                there = robot.task is not None and node in robot.task.of_pose.get(robot.pose, ())
+                known = task.of_pose.get(robot.pose, ()) if task is not None else ()
+                there = task is not None and task.graph.first[node] in known
                 require(there, f"{name} goes on in node {node}, but is not in it")
                 robot.nodes = {node}
         self.plan, self.taken, self.orders = {}, {}, []
@@ -1443,21 +1449,22 @@ class Run:
 
     def _goal(self, record: Json) -> None:
         name, goal = record["robot"], record["goal"]
-        robot = self.robots[name]
-        targets, task = targets_of(robot.objective), robot.task
+        robot, own = self.robots[name], self.data[name]["objective"]
+        if not same_objective(robot.objective, own):
+            return  # nothing is claimed of what it meets while it waits or helps
+        targets, task = targets_of(own), robot.task
         there = not targets or robot.pose[0] in targets[goal]
         if task is not None and task.kind == "ltl":
-            pairs = product(robot.came_from, robot.nodes or ())
+            graph, pairs = task.graph, product(robot.came_from, robot.nodes or ())
             edges = [
-                task.offsets[a] + task.graph.next[a].index(b)
+                task.offsets[graph.first[a]] + graph.next[a].index(b)
                 for a, b in pairs
-                if b in task.graph.next[a]
+                if b in graph.next[a]
             ]
             there = not edges or any(task.recurring[goal][edge] == "1" for edge in edges)
         require(there, f"{name} is not at its goal {goal}")
-        if same_objective(robot.objective, self.data[name]["objective"]):
-            robot.awaited = (goal + 1) % (len(targets) or 1)
-            self._count(robot, goal)
+        robot.awaited = (goal + 1) % (len(targets) or 1)
+        self._count(robot, goal)
 
     def _count(self, robot: Robot, goal: int) -> None:
         """A goal is met; to hold is met in each turn that ends there."""
@@ -1531,8 +1538,8 @@ class Bundle:
             found = {name for name in archive.namelist() if not name.endswith("/")}
             self.read = archive.read
         self.manifest = self.json("manifest.json")
-        known = (self.manifest["format"], self.manifest["version"]) == ("safenav-bundle", 2)
-        require(known, "manifest.json is not of format safenav-bundle, version 2")
+        known = (self.manifest["format"], self.manifest["version"]) == ("safenav-bundle", 3)
+        require(known, "manifest.json is not of format safenav-bundle, version 3")
         self.files = self.manifest["files"]
         different = sorted(found ^ {*self.files, "manifest.json"})
         require(not different, f"{', '.join(different)} is either missing or not in the manifest")

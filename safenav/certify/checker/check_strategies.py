@@ -30,6 +30,7 @@ from typing import Any
 
 MOST_EDGES = 500_000
 MOST_CASES = 1 << 20
+PASSING = re.compile(r"busy_\w+|wait")  # inputs that tell nothing of what can be observed next
 
 Key = str  # a variable's name, followed by ' where its next value is meant
 Formula = tuple[Any, ...]  # ("var", key), ("num", n), ("const", truth), or operator and operands
@@ -362,7 +363,13 @@ def _extended(
 
 
 class Strategy:
-    """A graph whose nodes hold values of all variables. Edges are in the order of their sources."""
+    """A graph whose nodes hold values of all variables. ``next``: the nodes that follow each.
+
+    *Twins* are followed by the same nodes, and differ only in passing inputs whose present value no
+    formula reads. What holds of the edges of one holds of those of the others; so only the edges
+    of the ``first`` of them are looked at, each as if it led to the first of the twins there. They
+    are in the order of their sources.
+    """
 
     def __init__(self, document: Any, spec: Specification) -> None:
         nodes = [document["nodes"][str(k)] for k in range(len(document["nodes"]))]
@@ -378,11 +385,21 @@ class Strategy:
             require(good, f"node {node} does not hold {len(names)} bits")
             good = all(type(t) is int and 0 <= t < self.count for t in targets)
             require(good, f"node {node} has an edge to nowhere")
-        self.degrees = [len(targets) for targets in self.next]
-        if (edges := sum(self.degrees)) > MOST_EDGES:
-            raise TooLargeError(f"{edges} edges; this checker takes {MOST_EDGES}")
         self._bits = {name: "".join("01"[s[k]] for s in states) for k, name in enumerate(names)}
         self.inputs, self.outputs = self._rows(spec.inputs), self._rows(spec.outputs)
+        clauses = chain(*(spec.sections[name] for name in SECTIONS[2:]))
+        read = set(spec.keys("outputs")).union(*(clause.reads for clause in clauses))
+        kept = [v for v in self.variables if v.name in read or not PASSING.fullmatch(v.name)]
+        known: dict[Any, int] = {}
+        keys = zip(self._rows(kept), map(tuple, self.next), strict=True)
+        self.first = [known.setdefault(key, node) for node, key in enumerate(keys)]
+        self.next = [self.next[node] for node in self.first]  # twins share one list
+        self.sources = list(known.values())
+        self.degrees = [0] * self.count
+        for node in self.sources:
+            self.degrees[node] = len(self.next[node])
+        if (edges := sum(self.degrees)) > MOST_EDGES:
+            raise TooLargeError(f"{edges} edges; this checker takes {MOST_EDGES}")
 
     def _rows(self, variables: Sequence[Variable]) -> list[Row]:
         """Each node's values of some variables."""
@@ -402,11 +419,11 @@ class Strategy:
 
     def pairs(self) -> Iterator[tuple[int, int]]:
         """The edges."""
-        return ((node, target) for node, targets in enumerate(self.next) for target in targets)
+        return ((node, self.first[after]) for node in self.sources for after in self.next[node])
 
     def edge_cases(self) -> Cases:
         """One case an edge: values before it and after it (primed)."""
-        targets = list(chain(*self.next))
+        targets = list(chain(*(self.next[node] for node in self.sources)))
         cases = Cases(len(targets), self.spec.variables)
         for variable in self.variables:
             digits = [self._bits[bit] for bit in variable.bits]
@@ -443,9 +460,10 @@ def check_strategy(spec: Specification, graph: Strategy, measures: Any) -> list[
     cases = graph.edge_cases()
     graph.check_edges(cases, "ENV_TRANS", "SYS_TRANS")
     now = [*spec.keys("inputs"), *spec.keys("outputs")]
-    rows = [(*i, *o) for i, o in zip(graph.inputs, graph.outputs, strict=True)]
+    rows = [(*graph.inputs[node], *graph.outputs[node]) for node in graph.sources]
     counts = count_completions(spec, spec.keys("inputs'"), spec.sections["ENV_TRANS"], now, rows)
-    for node, (targets, count) in enumerate(zip(graph.next, counts, strict=True)):
+    for node, count in zip(graph.sources, counts, strict=True):
+        targets = graph.next[node]
         answered = len({graph.inputs[target] for target in targets})
         require(answered == len(targets), f"node {node} has two answers to one input")
         require(answered == count, f"node {node} answers {answered} of {count} allowed inputs")
