@@ -12,7 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import click
-import published
+from published import arbiters, robots
 
 ADVERSARIES = ("none", "four", "king")
 _FAIRNESS = "fairness: it comes back to far cells, as long as this robot does not keep it off"
@@ -262,7 +262,7 @@ def arbiter_command(clients: int) -> None:
 @click.option("--masters", type=click.IntRange(2), default=4, show_default=True)
 def amba_command(masters: int) -> None:
     """Arbitrate the AMBA AHB bus (published)."""
-    click.echo(published.amba(masters), nl=False)
+    click.echo(arbiters.amba(masters), nl=False)
 
 
 @main.command("synt15")
@@ -270,21 +270,21 @@ def amba_command(masters: int) -> None:
 @click.option("--coupled", is_flag=True, help="Lock requests come with requests: harder.")
 def synt15_command(masters: int, coupled: bool) -> None:
     """Arbitrate the AMBA AHB bus, as revised (published)."""
-    click.echo(published.synt15(masters, coupled), nl=False)
+    click.echo(arbiters.synt15(masters, coupled), nl=False)
 
 
 @main.command("genbuf")
 @click.option("--senders", type=click.IntRange(2), default=4, show_default=True)
 def genbuf_command(senders: int) -> None:
     """Queue what many senders have for two receivers (published)."""
-    click.echo(published.genbuf(senders), nl=False)
+    click.echo(arbiters.genbuf(senders), nl=False)
 
 
 @main.command("bunny")
 @click.option("--size", type=click.IntRange(2), default=4, show_default=True)
 def bunny_command(size: int) -> None:
     """Visit every cell of two sides of a field past a turtle (published)."""
-    click.echo(published.bunny(size), nl=False)
+    click.echo(robots.bunny(size), nl=False)
 
 
 @main.command("belief")
@@ -293,7 +293,7 @@ def bunny_command(size: int) -> None:
 @click.option("--adversaries", type=click.IntRange(1), default=1, show_default=True)
 def belief_command(rows: int, cols: int, adversaries: int) -> None:
     """Deliver while evading adversaries that are seen only from near (after a published one)."""
-    click.echo(published.belief(rows, cols, adversaries), nl=False)
+    click.echo(robots.belief(rows, cols, adversaries), nl=False)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,4 @@
-"""Families of specifications that others published, written anew at every size.
-
-Reactive synthesizers are compared on these.  Each function gives structuredslugs text.
+"""Arbiters of buses and buffers.
 
 - `amba`: the arbiter of the AMBA AHB bus, specified by Bloem, Jobstmann, Piterman, Pnueli and
   Sa'ar (Synthesis of Reactive(1) Designs, JCSS 2012), with monitors for the properties that are
@@ -8,52 +6,11 @@ Reactive synthesizers are compared on these.  Each function gives structuredslug
 - `genbuf`: IBM's generalized buffer between many senders and two receivers (same source).
 - `synt15`: the same arbiter as revised by Filippidis, Murray and Holzmann (A multi-paradigm
   language for reactive synthesis, SYNT 2015).
-- `bunny`: a robot with very many goals and a turtle that crosses its field (the same paper).
-- `belief`: a robot that delivers while it evades adversaries out of sight (after the belief maps of
-  safe locomotion planning, in which there is one adversary).
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-SECTIONS = (
-    "INPUT",
-    "OUTPUT",
-    "ENV_INIT",
-    "SYS_INIT",
-    "ENV_TRANS",
-    "SYS_TRANS",
-    "ENV_LIVENESS",
-    "SYS_LIVENESS",
-)
-
-
-def _text(title: str, **sections: Sequence[str]) -> str:
-    blocks = [f"# {title}\n"]
-    blocks += [
-        f"[{name}]\n" + "".join(f"{line}\n" for line in sections[name])
-        for name in SECTIONS
-        if sections.get(name)
-    ]
-    return "\n".join(blocks)
-
-
-def _all(parts: Sequence[str]) -> str:
-    return "(" + " & ".join(parts) + ")"
-
-
-def _any(parts: Sequence[str]) -> str:
-    return "(" + " | ".join(parts) + ")"
-
-
-def _code(name: str, bits: int, value: int, prime: str = "") -> str:
-    """That the bits name0, name1, ... (least first) stand for the value."""
-    return _all([f"{'' if value >> b & 1 else '!'}{name}{b}{prime}" for b in range(bits)])
-
-
-def _move(before: str, after: str) -> str:
-    return f"{before} -> {after}"
+from published.text import all_of, any_of, code, move, specification
 
 
 def amba(masters: int) -> str:
@@ -64,43 +21,43 @@ def amba(masters: int) -> str:
     bits = (masters - 1).bit_length()
 
     def owner(i: int, prime: str = "") -> str:
-        return _code("hmaster", bits, i, prime)
+        return code("hmaster", bits, i, prime)
 
     single = "(!hburst0 & !hburst1)"  # a burst of unspecified length
     four = "(!hburst0 & hburst1)"  # a burst of four
     a1 = ("(!stateA1_1 & !stateA1_0)", "(stateA1_1 & !stateA1_0)", "(!stateA1_1 & stateA1_0)")
     a1_next = tuple(s.replace(")", "')").replace(" &", "' &") for s in a1)
-    g3 = [_code("stateG3_", 3, k) for k in range(5)]
-    g3_next = [_code("stateG3_", 3, k, "'") for k in range(5)]
+    g3 = [code("stateG3_", 3, k) for k in range(5)]
+    g3_next = [code("stateG3_", 3, k, "'") for k in range(5)]
     begins = f"(hmastlock & start & {four})"
     sys_trans = [f"{owner(i)} -> (hbusreq{i} <-> busreq)" for i in every]
     sys_trans += [  # the owner of a locked burst gives the bus up at some time (assumption 1)
-        _move(f"{a1[0]} & (!hmastlock | !{single})", a1_next[0]),
-        _move(f"{a1[0]} & hmastlock & {single}", a1_next[1]),
-        _move(f"{a1[1]} & busreq", a1_next[1]),
-        _move(f"{a1[1]} & !busreq & (!hmastlock | !{single})", a1_next[0]),
-        _move(f"{a1[1]} & !busreq & hmastlock & {single}", a1_next[2]),
-        _move(f"{a1[2]} & busreq", a1_next[1]),
-        _move(f"{a1[2]} & hmastlock & {single}", a1_next[1]),
-        _move(f"{a1[2]} & !busreq & (!hmastlock | !{single})", a1_next[0]),
+        move(f"{a1[0]} & (!hmastlock | !{single})", a1_next[0]),
+        move(f"{a1[0]} & hmastlock & {single}", a1_next[1]),
+        move(f"{a1[1]} & busreq", a1_next[1]),
+        move(f"{a1[1]} & !busreq & (!hmastlock | !{single})", a1_next[0]),
+        move(f"{a1[1]} & !busreq & hmastlock & {single}", a1_next[2]),
+        move(f"{a1[2]} & busreq", a1_next[1]),
+        move(f"{a1[2]} & hmastlock & {single}", a1_next[1]),
+        move(f"{a1[2]} & !busreq & (!hmastlock | !{single})", a1_next[0]),
         "!hready -> !start'",
     ]
     sys_trans += [  # a locked burst of unspecified length lasts until it is given up
-        _move(f"!stateG2 & (!hmastlock | !start | !{single})", "!stateG2'"),
-        _move(f"!stateG2 & hmastlock & start & {single}", "stateG2'"),
-        _move("stateG2 & !start & busreq", "stateG2'"),
+        move(f"!stateG2 & (!hmastlock | !start | !{single})", "!stateG2'"),
+        move(f"!stateG2 & hmastlock & start & {single}", "stateG2'"),
+        move("stateG2 & !start & busreq", "stateG2'"),
         "!(stateG2 & start)",
-        _move("stateG2 & !start & !busreq", "!stateG2'"),
+        move("stateG2 & !start & !busreq", "!stateG2'"),
     ]
     sys_trans += [  # a locked burst of four lasts four transfers
-        _move(f"{g3[0]} & !{begins}", g3_next[0]),
-        _move(f"{g3[0]} & {begins} & !hready", g3_next[1]),
-        _move(f"{g3[0]} & {begins} & hready", g3_next[2]),
+        move(f"{g3[0]} & !{begins}", g3_next[0]),
+        move(f"{g3[0]} & {begins} & !hready", g3_next[1]),
+        move(f"{g3[0]} & {begins} & hready", g3_next[2]),
     ]
     for k in range(1, 5):
         sys_trans += [
-            _move(f"{g3[k]} & !start & !hready", g3_next[k]),
-            _move(f"{g3[k]} & !start & hready", g3_next[(k + 1) % 5]),
+            move(f"{g3[k]} & !start & !hready", g3_next[k]),
+            move(f"{g3[k]} & !start & hready", g3_next[(k + 1) % 5]),
             f"!({g3[k]} & start)",
         ]
     sys_trans += [f"hready -> (hgrant{i} <-> {owner(i, chr(39))})" for i in every]
@@ -123,12 +80,12 @@ def amba(masters: int) -> str:
             f"!(stateG10_{i} & hgrant{i} & !hbusreq{i})",
             f"(stateG10_{i} & hbusreq{i}) -> !stateG10_{i}'",
         ]
-    sys_trans += [f"(decide & {_all([f'!hbusreq{i}' for i in every])}) -> hgrant0'"]
+    sys_trans += [f"(decide & {all_of([f'!hbusreq{i}' for i in every])}) -> hgrant0'"]
     monitors = ["stateA1_0", "stateA1_1", "stateG2", *(f"stateG3_{b}" for b in range(3))]
     monitors += [f"stateG10_{i}" for i in range(1, masters)]
     low = ["hmastlock", "locked", "busreq", *(f"hgrant{i}" for i in range(1, masters)), *monitors]
     inputs = ["hburst0", "hburst1", *(f"hbusreq{i}" for i in every), *(f"hlock{i}" for i in every)]
-    return _text(
+    return specification(
         f"AMBA AHB arbiter, {masters} masters",
         INPUT=[*inputs, "hready"],
         OUTPUT=[
@@ -198,16 +155,16 @@ def genbuf(senders: int) -> str:
     ]
     for i in every:
         taken = f"(!BtoS_ACK{i} & BtoS_ACK{i}')"
-        selected = _code("SLC", bits, i, "'")
+        selected = code("SLC", bits, i, "'")
         sys_trans += [
             f"{taken} -> ENQ'",
             f"{taken} -> {selected}" if i == 0 else f"{taken} <-> {selected}",
         ]
-    nothing_taken = _all([f"(BtoS_ACK{i} | !BtoS_ACK{i}')" for i in every])
+    nothing_taken = all_of([f"(BtoS_ACK{i} | !BtoS_ACK{i}')" for i in every])
     given = [f"(RtoB_ACK{i} & !RtoB_ACK{i}')" for i in range(2)]
     sys_trans += [f"{nothing_taken} -> !ENQ'", *(f"{event} -> DEQ'" for event in given)]
     sys_trans += [
-        f"!{_any(given)} -> !DEQ'",
+        f"!{any_of(given)} -> !DEQ'",
         "(FULL & !DEQ) -> !ENQ",
         "EMPTY -> !DEQ",
         "(!stateG12 & EMPTY) -> !stateG12'",  # what was queued leaves again
@@ -219,7 +176,7 @@ def genbuf(senders: int) -> str:
     inputs = [*(f"StoB_REQ{i}" for i in every), "RtoB_ACK0", "RtoB_ACK1", "FULL", "EMPTY"]
     outputs = [*(f"BtoS_ACK{i}" for i in every), "BtoR_REQ0", "BtoR_REQ1", "stateG7_0", "stateG7_1"]
     outputs += ["ENQ", "DEQ", "stateG12", *(f"SLC{b}" for b in range(bits))]
-    return _text(
+    return specification(
         f"generalized buffer, {senders} senders",
         INPUT=inputs,
         OUTPUT=outputs,
@@ -255,7 +212,7 @@ def synt15(masters: int, coupled: bool = False) -> str:
     others = ("another_of_theirs", "another_of_ours")
 
     def edges(name: str, *choices: str) -> str:
-        return _any([f"({name}' = {k} & {choice})" for k, choice in enumerate(choices)])
+        return any_of([f"({name}' = {k} & {choice})" for k, choice in enumerate(choices)])
 
     def burst_lock(place: str) -> tuple[str, ...]:
         """A locked burst of unspecified length, from its beginning until it is given up."""
@@ -273,9 +230,9 @@ def synt15(masters: int, coupled: bool = False) -> str:
     ]
     sys_coupled = [
         *(f"(grant != {i} & grant' = {i}) -> request{i}'" for i in every if i > 0),
-        "(decide & " + _all([f"!{name}'" for name in requests]) + ") -> grant' = 0",
+        "(decide & " + all_of([f"!{name}'" for name in requests]) + ") -> grant' = 0",
     ]
-    return _text(
+    return specification(
         f"AMBA AHB arbiter, revised, {masters} masters",
         INPUT=[*inputs, "burst:0...2", "withdraw_edge:0...3", *others],
         OUTPUT=[
@@ -316,118 +273,4 @@ def synt15(masters: int, coupled: bool = False) -> str:
         ],
         ENV_LIVENESS=["ready", "!withdrawing"],
         SYS_LIVENESS=[f"!request{i} | master = {i}" for i in every],
-    )
-
-
-def bunny(size: int) -> str:
-    """A robot visits every cell of two opposite sides of its field; a turtle is in the way.
-
-    The turtle walks to and fro in one direction and appears anywhere in the other.  Both are
-    processes of the language of the paper, and have what its translation gives a process: the
-    number of what it does in one turn is a variable, so is where it stands in its program (one
-    place, as it repeats one choice), and so is whose turn it is among its side's processes (of
-    which there is one; before the first turn that is open).
-    """
-    if size < 2:
-        raise ValueError("a field has at least two cells a side")
-    turtle = ("(turn' = 0 & yt = yt' + 1)", "(turn' = 1 & yt' = yt + 1)", "turn' = 2")
-    walk = ("(go' = 0 & x = x' + 1)", "(go' = 1 & x' = x + 1)")
-    walk += ("(go' = 2 & y = y' + 1)", "(go' = 3 & y' = y + 1)", "go' = 4")
-    others = ("another_of_theirs", "another_of_ours")
-    return _text(
-        f"a robot with {2 * size} goals and a turtle",
-        INPUT=["turn:0...5", "place_of_turtle", f"xt:1...{size - 1}", f"yt:0...{size}", *others],
-        OUTPUT=["place_of_robot", f"x:0...{size}", f"y:0...{size}", "go:0...5"],
-        ENV_INIT=["yt = 0", "!place_of_turtle"],
-        SYS_INIT=["x = 0", "y = 0", "!place_of_robot"],
-        ENV_TRANS=[
-            "turn' = 0 | turn' = 1 | yt' = yt",
-            " | ".join(turtle),
-            *(f"!{name}'" for name in ("place_of_turtle", *others)),
-        ],
-        SYS_TRANS=[
-            "go' = 2 | go' = 3 | y' = y",
-            "go' = 0 | go' = 1 | x' = x",
-            " | ".join(walk),
-            "!(x = xt & y = yt)",
-            "!(xt' = x & yt' = y)",
-            "!place_of_robot'",
-        ],
-        ENV_LIVENESS=["yt = 0"],
-        SYS_LIVENESS=[f"x = {side} & y = {row}" for side in (0, size) for row in range(size)],
-    )
-
-
-def belief(rows: int, cols: int, adversaries: int, sight: int = 3) -> str:
-    """A robot delivers on a map while it evades adversaries that it sees only when they are near.
-
-    Of the kind of the belief maps in safe locomotion planning: one integer for each robot's cell,
-    and for each adversary's cell or that it is out of sight; what an adversary may do is listed
-    for each pair of cells.  It comes out of sight again and again.
-    """
-    cells = range(rows * cols)
-    unseen = rows * cols
-    border = {c for c in cells if c // cols in (0, rows - 1) or c % cols in (0, cols - 1)}
-    free = [c for c in cells if c not in border]
-    if len(free) < 4:
-        raise ValueError("the map has no four cells inside its border")
-
-    def near(a: int, b: int) -> int:
-        return max(abs(a // cols - b // cols), abs(a % cols - b % cols))
-
-    def steps(c: int) -> list[int]:
-        return [d for d in (c, c - 1, c + 1, c - cols, c + cols) if d in free]
-
-    env_trans = []
-    for k in range(adversaries):
-        for robot in free:
-            seen = [c for c in free if near(robot, c) <= sight]
-            edge = [c for c in seen if any(near(robot, d) > sight for d in steps(c))]
-            for c in seen:
-                targets = [d if d in seen else unseen for d in steps(c)]
-                choice = " | ".join(f"st{k}' = {d}" for d in dict.fromkeys(targets))
-                env_trans.append(f"(s = {robot} & st{k} = {c}) -> ({choice})")
-            for c in free:
-                if c not in seen:
-                    env_trans.append(f"(s = {robot} & st{k} = {c}) -> st{k}' = {unseen}")
-            choice = " | ".join(f"st{k}' = {d}" for d in [unseen, *edge])
-            env_trans.append(f"(s = {robot} & st{k} = {unseen}) -> ({choice})")
-        env_trans += [f"st{k}' != {c}" for c in sorted(border)] + [f"go = 0 -> st{k}' != s"]
-    env_trans += [
-        "go = 0 -> (orientation' = orientation & s' = s)",
-        f"go = 1 -> (orientation' = 0 & s' + {cols} = s)",
-        "go = 2 -> (orientation' = 1 & s' = s + 1)",
-        f"go = 3 -> (orientation' = 2 & s' = s + {cols})",
-        "go = 4 -> (orientation' = 3 & s' + 1 = s)",
-    ]
-    first, last = free[0], free[-1]
-    sys_trans = [f"orientation' = {k} -> go' != {back}" for k, back in enumerate((3, 4, 1, 2))]
-    sys_trans += [
-        f"(orientation = {k} & go = 0) -> (go' = 0 | go' = {k + 1})" for k in range(4)
-    ] + [f"s' != {c}" for c in sorted(border)]
-    for number, (goal, condition) in enumerate(
-        ((last, "order"), (first, f"s = {last} & pending0"))
-    ):
-        sys_trans += [
-            f"s = {goal} -> !pending{number}'",
-            f"s != {goal} -> (pending{number}' <-> (pending{number} | ({condition})))",
-        ]
-    for k in range(adversaries):
-        sys_trans += [f"st{k}' = {c} -> (s' != {c} & s != {c})" for c in free]
-    return _text(
-        f"deliveries on {rows} x {cols} cells, {adversaries} adversaries, sight {sight}",
-        INPUT=[
-            *(f"st{k}:0...{unseen}" for k in range(adversaries)),
-            "orientation:0...3",
-            f"s:0...{unseen - 1}",
-            "order",
-        ],
-        OUTPUT=["go:0...4", "pending0", "pending1"],
-        ENV_INIT=[f"s = {first}", "orientation = 1", "order"]
-        + [f"st{k} = {unseen}" for k in range(adversaries)],
-        SYS_INIT=["go = 0", "!pending0", "!pending1"],
-        ENV_TRANS=env_trans,
-        SYS_TRANS=sys_trans,
-        ENV_LIVENESS=[_all([f"st{k}' = {unseen}" for k in range(adversaries)])],
-        SYS_LIVENESS=["!pending0", "!pending1"],
     )
