@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import runpy
 import shutil
 import struct
@@ -54,10 +55,18 @@ def test_a_program_that_would_not_run_everywhere_is_refused(program: bytes, word
 
 @pytest.fixture(scope="module")
 def wheel() -> Path:
+    """The wheel, whose program the compiler optimizes as for users without a warning."""
+
     def make(folder: Path) -> None:
         kept = ROOT / "build" / "wheel"
+        flags = f"{os.environ.get('CXXFLAGS', '')} -Werror"
         with locked(kept.with_suffix(".lock")):
-            subprocess.run([sys.executable, SCRIPT, folder, kept], check=True, timeout=900)
+            subprocess.run(
+                [sys.executable, SCRIPT, folder, kept],
+                env={**os.environ, "CXXFLAGS": flags},
+                check=True,
+                timeout=900,
+            )
 
     (found,) = made_once("dist", make).glob("*.whl")
     return found

@@ -1,10 +1,16 @@
-"""The real slugs binary: SAFENAV_SLUGS names one, else the one that `make slugs` leaves."""
+"""The programs under test, and a folder of specifications.
+
+SAFENAV_SLUGS names another binary than the one that came with safenav.
+"""
 
 import os
 import subprocess
 from pathlib import Path
 
 import pytest
+
+from safenav.synthesis.binary import find_own_binary
+from slugs.commands import CROWDED, ENDLESS, FOLLOW, STUCK
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -13,12 +19,15 @@ ROOT = Path(__file__).resolve().parents[2]
 def slugs_binary() -> Path:
     """The binary under test; without one the test is skipped, unless one was asked for."""
     named = os.environ.get("SAFENAV_SLUGS")
-    binary = Path(named) if named else ROOT / "slugs" / "build" / "slugs"
-    if binary.is_file() and os.access(binary, os.X_OK):
-        return binary.resolve()
     if named:
-        pytest.fail(f"SAFENAV_SLUGS names no program: {named}")
-    pytest.skip(f"no slugs binary at {binary}: run `make slugs` or set SAFENAV_SLUGS")
+        binary = Path(named)
+        if not (binary.is_file() and os.access(binary, os.X_OK)):
+            pytest.fail(f"SAFENAV_SLUGS names no program: {named}")
+        return binary.resolve()
+    own = find_own_binary()
+    if own is None:
+        pytest.skip("no slugs binary: run `make install` or set SAFENAV_SLUGS")
+    return own.path.resolve()
 
 
 @pytest.fixture(scope="session")
@@ -28,3 +37,27 @@ def own_slugs(slugs_binary: Path) -> Path:
     if said.returncode != 0 or not said.stdout.startswith("slugs "):
         pytest.skip(f"{slugs_binary} is not the slugs of this repository")
     return slugs_binary
+
+
+@pytest.fixture(scope="session")
+def sanitized() -> Path:
+    """The build with assertions and sanitizers: SAFENAV_SLUGS_SANITIZED names another one."""
+    named = os.environ.get("SAFENAV_SLUGS_SANITIZED")
+    build = Path(named) if named else ROOT / "slugs" / "build-sanitized"
+    if not (build / "slugs").is_file():
+        pytest.skip(f"no {build / 'slugs'}: run `make slugs-test`")
+    return build.resolve()
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A folder with specifications to try commands on."""
+    for name, text in (
+        ("follow", FOLLOW),
+        ("stuck", STUCK),
+        ("endless", ENDLESS),
+        ("crowded", CROWDED),
+        ("broken", "[INPUT]\nx: 0...\n"),
+    ):
+        (tmp_path / f"{name}.structuredslugs").write_text(text)
+    return tmp_path

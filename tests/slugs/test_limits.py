@@ -1,0 +1,141 @@
+"""Limits of time, memory and nodes, and interrupts, end the command in order."""
+
+import json
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+import pytest
+
+from slugs.commands import STRATEGY, run
+
+
+@pytest.mark.parametrize(
+    ("limit", "file", "message"),
+    [
+        (("--timeout", "0.2"), "endless", "slugs: time limit reached while "),
+        (("--memory", "1"), "crowded", "slugs: memory limit reached while "),
+    ],
+)
+def test_a_limit_ends_the_run_in_order(
+    own_slugs: Path, folder: Path, limit: tuple[str, str], file: str, message: str
+) -> None:
+    """Exit status 3, how far it got, statistics, and no strategy."""
+    out = ("--stats", "stats.json", *STRATEGY, f"{file}.structuredslugs", "out.json")
+    before = sorted(folder.iterdir())
+    done = run(own_slugs, folder, *limit, *out)
+    assert done.returncode == 3
+    assert done.stderr.splitlines()[-1].startswith(message)
+    assert json.loads((folder / "stats.json").read_text())["verdict"] == "unknown"
+    assert sorted(folder.iterdir()) == sorted([*before, folder / "stats.json"])
+
+
+def test_a_strategy_with_too_many_nodes_is_given_up(own_slugs: Path, folder: Path) -> None:
+    """The verdict stands, and nothing is written; as many nodes as there are may be listed."""
+    whole = run(own_slugs, folder, *STRATEGY, "follow.structuredslugs")
+    count = len(json.loads(whole.stdout)["nodes"])
+    enough = run(own_slugs, folder, "--nodes", str(count), *STRATEGY, "follow.structuredslugs")
+    assert (enough.returncode, enough.stdout) == (0, whole.stdout)
+    limit = ("--nodes", str(count - 1))
+    done = run(own_slugs, folder, *limit, *STRATEGY, "follow.structuredslugs", "out.json")
+    assert done.returncode == 3
+    assert done.stderr.splitlines()[-2].startswith("RESULT: Specification is realizable")
+    assert done.stderr.splitlines()[-1].startswith("slugs: node limit reached while ")
+    assert not (folder / "out.json").exists()
+
+
+def _long_line(pieces: int) -> str:
+    """A specification whose one constraint has this many operators."""
+    return "[OUTPUT]\na\nb\n[SYS_TRANS]\n" + "| a & b " * pieces + "a\n"
+
+
+def _large_strategy(nodes: int) -> str:
+    """A strategy of FOLLOW's variables that is read for a while and then wrong."""
+    node = '{"rank": 0, "state": [0, 0, 0, 0], "trans": [0]}'
+    many = ", ".join(f'"{i}": {node}' for i in range(nodes))
+    names = '["light@0.0.2", "light@1", "at@0.0.2", "at@1"]'
+    return f'{{"version": 0, "variables": {names}, "nodes": {{{many}}}}}'
+
+
+@pytest.mark.parametrize("command", [(), ("--translate",), ("--check", "strategy.json")])
+@pytest.mark.parametrize(
+    ("limit", "message"),
+    [
+        (("--timeout", "0.005"), "slugs: time limit reached"),
+        (("--memory", "2"), "slugs: memory limit reached"),
+    ],
+)
+def test_limits_hold_while_reading(
+    own_slugs: Path,
+    folder: Path,
+    command: tuple[str, ...],
+    limit: tuple[str, str],
+    message: str,
+) -> None:
+    (folder / "long.slugsin").write_text(_long_line(1_000_000))
+    (folder / "strategy.json").write_text(_large_strategy(100_000))
+    file = "follow.structuredslugs" if "--check" in command else "long.slugsin"
+    done = run(own_slugs, folder, *limit, *command, file)
+    assert done.returncode == 3
+    assert done.stderr.splitlines()[-1].startswith(message)
+    assert done.stdout == ""
+
+
+def test_a_time_limit_ends_waiting_for_input(own_slugs: Path, folder: Path) -> None:
+    """Standard input that never comes."""
+    with subprocess.Popen(
+        [own_slugs, "--timeout", "0.1", "-"],
+        cwd=folder,
+        stdin=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        assert process.wait(timeout=300) == 3
+        assert process.stderr is not None
+        assert "slugs: time limit reached while reading" in process.stderr.read()
+
+
+def test_a_sum_has_no_more_bits_than_its_value_needs(own_slugs: Path, folder: Path) -> None:
+    """3,000 terms: the formulas of their sum stay in 40 MB, as diagrams and before."""
+    total = " + ".join(["x"] * 3000)
+    text = f"[OUTPUT]\nx: 0...7\n[SYS_INIT]\nx = 7\n[SYS_TRANS]\n{total} = 21000\nx' = x\n"
+    done = run(own_slugs, folder, "--memory", "40", "-", text=text)
+    assert "RESULT: Specification is realizable." in done.stderr
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_an_interrupt_ends_the_run_in_order(
+    own_slugs: Path, folder: Path, number: signal.Signals
+) -> None:
+    """An older strategy stays as it was, and no temporary file remains."""
+    (folder / "out.json").write_text("older")
+    before = sorted(folder.iterdir())
+    with subprocess.Popen(
+        [own_slugs, *STRATEGY, "endless.structuredslugs", "out.json"],
+        cwd=folder,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        assert process.stderr is not None
+        assert process.stderr.readline().startswith("slugs ")
+        time.sleep(0.1)
+        process.send_signal(number)
+        errors = process.stderr.read()
+        assert process.wait(timeout=300) == 3
+    assert errors.startswith("slugs: interrupted while ")
+    assert sorted(folder.iterdir()) == before
+    assert (folder / "out.json").read_text() == "older"
+
+
+def test_an_interrupt_ends_waiting_for_input(own_slugs: Path, folder: Path) -> None:
+    """Standard input that never comes."""
+    with subprocess.Popen(
+        [own_slugs, "-"], cwd=folder, stdin=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stderr is not None
+        assert process.stderr.readline().startswith("slugs ")
+        time.sleep(0.1)
+        process.send_signal(signal.SIGTERM)
+        assert process.stderr.read().startswith("slugs: interrupted while reading")
+        assert process.wait(timeout=300) == 3

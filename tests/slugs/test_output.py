@@ -1,0 +1,110 @@
+"""Output that cannot be written is an error, and files are kept as they were."""
+
+import resource
+import signal
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from slugs.commands import FOLLOW, STRATEGY, run
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--explicitStrategy", "follow.structuredslugs", "no/x"), "cannot write 'no/x'"),
+        (("--explicitStrategy", "follow.structuredslugs", "/"), "cannot write '/': Is a directory"),
+        (("--translate", "follow.structuredslugs", "no/x"), "cannot write 'no/x'"),
+        (("--stats", "no/x", "follow.structuredslugs"), "cannot write 'no/x'"),
+    ],
+)
+def test_an_output_that_cannot_be_opened_costs_no_solution(
+    own_slugs: Path, folder: Path, arguments: tuple[str, ...], message: str
+) -> None:
+    """Exit status 4, as for output that cannot be written."""
+    before = sorted(folder.iterdir())
+    done = run(own_slugs, folder, *arguments)
+    assert done.returncode == 4
+    assert message in done.stderr
+    assert "RESULT" not in done.stderr
+    assert sorted(folder.iterdir()) == before
+
+
+@pytest.mark.parametrize("how", ["2>&-", "2>/dev/full"])
+def test_a_verdict_that_cannot_be_told_is_an_error(own_slugs: Path, folder: Path, how: str) -> None:
+    """Standard error is closed or full: exit status 4, and no file gets what it should say."""
+    command = f'"$0" --explicitStrategy follow.structuredslugs out.txt {how}'
+    done = subprocess.run(["/bin/sh", "-c", command, own_slugs], cwd=folder, check=False)
+    assert done.returncode == 4
+    assert not (folder / "out.txt").exists()
+
+
+def test_output_that_is_lost_is_an_error(own_slugs: Path, folder: Path) -> None:
+    """A full disk and a closed pipe: exit status 4 and the reason."""
+    with Path("/dev/full").open("w") as full:
+        process = subprocess.run(
+            [own_slugs, *STRATEGY, "follow.structuredslugs"],
+            cwd=folder,
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=False,
+        )
+    assert process.returncode == 4
+    assert "cannot write to standard output: No space left on device" in process.stderr
+    done = run(own_slugs, folder, *STRATEGY, "follow.structuredslugs", "/dev/full")
+    assert done.returncode == 4
+    assert "cannot write '/dev/full': No space left on device" in done.stderr
+    with subprocess.Popen(
+        [own_slugs, *STRATEGY, "-"],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as piped:
+        assert piped.stdin is not None
+        assert piped.stdout is not None
+        assert piped.stderr is not None
+        piped.stdout.close()
+        piped.stdin.write(FOLLOW)
+        piped.stdin.close()
+        assert "cannot write to standard output: Broken pipe" in piped.stderr.read()
+        assert piped.wait(timeout=300) == 4
+
+
+def test_a_file_that_grows_too_large_leaves_nothing(own_slugs: Path, folder: Path) -> None:
+    """The older strategy stays when the new one does not fit."""
+    (folder / "out.json").write_text("older")
+    before = sorted(folder.iterdir())
+
+    def small_files() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+
+    process = subprocess.run(
+        [own_slugs, *STRATEGY, "follow.structuredslugs", "out.json"],
+        cwd=folder,
+        stderr=subprocess.PIPE,
+        text=True,
+        check=False,
+        preexec_fn=small_files,
+    )
+    assert process.returncode == 4
+    assert "cannot write 'out.json': File too large" in process.stderr
+    assert sorted(folder.iterdir()) == before
+    assert (folder / "out.json").read_text() == "older"
+
+
+def test_the_file_keeps_its_mode_and_links(own_slugs: Path, folder: Path) -> None:
+    """Renaming over a link would cut it; a new file has the mode that the umask gives."""
+    (folder / "real.json").write_text("older")
+    (folder / "real.json").chmod(0o600)
+    (folder / "link.json").symlink_to("real.json")
+    assert run(own_slugs, folder, *STRATEGY, "follow.structuredslugs", "link.json").returncode == 0
+    assert (folder / "link.json").is_symlink()
+    assert (folder / "real.json").read_text().startswith("{")
+    assert (folder / "real.json").stat().st_mode & 0o777 == 0o600
+    (folder / "plain").touch()
+    run(own_slugs, folder, *STRATEGY, "follow.structuredslugs", "new.json")
+    assert (folder / "new.json").stat().st_mode == (folder / "plain").stat().st_mode
