@@ -20,8 +20,15 @@ class MovesTold:
         self._sightings = sightings
         self._signals: dict[str, records.Signal | None] = {}
 
-    def move(self, robot: RobotState, start: Region, by: vocabulary.MovedBy | None) -> None:
-        """The move line of this tick: towards the target while in transit, then to it."""
+    def move(
+        self,
+        robot: RobotState,
+        start: Region,
+        by: vocabulary.MovedBy | None,
+        shown: frozenset[Region] = frozenset(),
+    ) -> None:
+        """The move line of this tick: towards the target while in transit, then to it.
+        ``shown``: regions that the strategy was shown as taken although nobody is there."""
         transit = robot.transit
         now = robot.pose
         signal = self._signal(robot)
@@ -35,6 +42,7 @@ class MovesTold:
                 transit.pose.region if transit is not None else None,
                 by,
                 signal,
+                tuple(sorted(shown)) or None,
             )
         )
         self._sightings.tell(robot)

@@ -15,16 +15,18 @@ from safenav.scenario.objective import Ltl, Patrol, Visit
 from safenav.spec.assignable import Switch
 from safenav.spec.specification import Specification
 from safenav.spec.task import Task
-from safenav.world.map import Heading
+from safenav.world.map import Heading, Region
 from safenav.world.moves import Mobility, Pose
 
 
 @dataclass(frozen=True)
 class Proposal:
-    """A next pose; ``node`` is the automaton's state after it, None off the automaton."""
+    """A next pose; ``node`` is the automaton's state after it, None off the automaton. ``shown``:
+    regions that it was shown as taken although nobody is there."""
 
     pose: Pose
     node: int | None
+    shown: frozenset[Region] = frozenset()
 
 
 class Controller(Protocol):

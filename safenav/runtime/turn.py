@@ -95,14 +95,14 @@ class Turns:
             by = vocabulary.MovedBy.BACKTRACK
         elif not self._may_move(robot, proposal.pose):
             proposal = self._another(robot, proposal)
-            by = vocabulary.MovedBy.STAY
+            by = vocabulary.MovedBy.STRATEGY if proposal.shown else vocabulary.MovedBy.STAY
         if by is vocabulary.MovedBy.STRATEGY or proposal.node != planner.node:
             self.monitors.check_guarantees(robot.robot, planner, observed, proposal)
         before = planner.values()
         planner.follow(proposal)
         if violation is not None:
             self.coordination.met(violation)
-        self._move(robot, proposal.pose, before, by)
+        self._move(robot, proposal.pose, before, by, proposal.shown)
         self.monitors.tell(robot.robot, broken)
         if silent:
             self.tell.no_answer(robot, observed)
@@ -179,17 +179,22 @@ class Turns:
             self.coordination.resynthesize(robot, vocabulary.Reason.PLAN)
 
     def _move(
-        self, robot: RobotState, pose: Pose, before: Mapping[str, int], by: vocabulary.MovedBy
+        self,
+        robot: RobotState,
+        pose: Pose,
+        before: Mapping[str, int],
+        by: vocabulary.MovedBy,
+        shown: frozenset[Region] = frozenset(),
     ) -> None:
         """Begin a step; one that takes a single tick ends at once."""
         ticks = self._duration(robot, pose)
         planned = by is vocabulary.MovedBy.PLAN
         if ticks > 1:
             robot.transit = Transit(pose, self.state.tick + ticks - 1, planned, before)
-            self.tell.move(robot, robot.pose.region, by)
+            self.tell.move(robot, robot.pose.region, by, shown)
             self._act(robot)
         else:
-            self._arrive(robot, pose, before, by, planned)
+            self._arrive(robot, pose, before, by, planned, shown)
 
     def _arrive(
         self,
@@ -198,12 +203,13 @@ class Turns:
         before: Mapping[str, int],
         by: vocabulary.MovedBy | None,
         planned: bool,
+        shown: frozenset[Region] = frozenset(),
     ) -> None:
         """Bring the robot to ``pose``, let it act there, and count its progress."""
         start = robot.pose
         robot.pose = self.world.move(robot.robot, pose)
         strayed = robot.pose != pose
-        self.tell.move(robot, start.region, by)
+        self.tell.move(robot, start.region, by, shown)
         if planned and not strayed:
             self.traffic.arrived(robot.name)
         progress, planner = robot.progress, robot.planner
@@ -287,7 +293,7 @@ class Turns:
                 and self.characterization.check(robot.robot, robot.pose, answer.pose.region) is None
                 and self._may_move(robot, answer.pose)
             ):
-                return Proposal(answer.pose, answer.node)
+                return Proposal(answer.pose, answer.node, shown)
         return Proposal(robot.pose, planner.node)
 
     def _may_move(self, robot: RobotState, pose: Pose) -> bool:

@@ -49,9 +49,25 @@ obstacles: [{type: bar, region: 9}]
 coordination: assignable
 """,
 )
+HELD_BACK = (
+    '["#######", "#.....#", "#.....#", "#######"]',
+    """
+  a: {model: walker, tracking: belief, vision: 3, start: 11, heading: west, objective: {hold: 15}}
+  b: {model: walker, start: 18, heading: east, objective: {hold: 15}}
+obstacles: [{type: door, region: 19}]
+""",
+)
+ON_THE_SPOT = (
+    LANE,
+    """
+  a: {model: pusher, start: 6, objective: {hold: 6}}
+obstacles: [{type: bar, region: 7}]
+""",
+)
 CATALOGUE = """
   robots:
     cart: {mobility: free, layer: ground, capabilities: []}
+    walker: {mobility: heading, layer: ground, capabilities: []}
     slow: {mobility: heading, layer: ground, capabilities: [], timing: 2}
     lifter: {mobility: free, layer: ground, capabilities: [lift]}
     pusher: {mobility: free, layer: air, capabilities: [push]}
@@ -131,3 +147,20 @@ def test_what_formulas_meet_while_a_robot_waits_is_no_goal_of_its_own() -> None:
     assert push["objectives"]["a"]["ltl"]["liveness"] == ["region = 8"]
     after = [line for line in lines[lines.index(push) :] if line["type"] == "goal"]
     assert (after[0]["robot"], after[0]["region"]) == ("a", 8)
+
+
+def test_a_robot_that_is_held_back_may_have_another_answer() -> None:
+    """The move says what its strategy was shown: that somebody is where it must not go."""
+    lines = lines_of(files_of(bundle_of(HELD_BACK)))
+    shown = [line for line in lines if line.get("busy")]
+    assert shown
+    assert all(line["by"] == "strategy" for line in shown)
+    assert any(line["to"] != line["from"] for line in shown)
+
+
+def test_a_robot_that_resolves_an_obstacle_has_held_since_then() -> None:
+    """Rounds count from the last resolution on; it resolves first, and then its turn ends there."""
+    lines = lines_of(files_of(bundle_of(ON_THE_SPOT)))
+    (resolved,) = [line for line in lines if line["type"] == "resolved"]
+    assert (resolved["tick"], lines[-1]["ticks"]) == (1, 2)
+    assert lines[-1]["outcome"] == "completed"

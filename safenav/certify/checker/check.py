@@ -33,7 +33,6 @@ import zipfile
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import asdict, dataclass, field
-from functools import partial
 from importlib import import_module
 from itertools import accumulate, chain, combinations, pairwise, product, repeat
 from math import prod
@@ -453,15 +452,9 @@ class Task:
         met = ["".join("-" if b < 0 else "01"[b >> k & 1] for b in bits) for k in range(total + 1)]
         return met[total], met[:count], met[count:total]
 
-    def check_strategy(self, start: int, measures: Callable[[], Any]) -> None:
-        """Refuse unless every run of the strategy from ``start`` keeps the scenario's rules."""
-        _, wishes, assumed = self.explore_strategy(start)
-        for k, (wish, measure) in enumerate(pairs_of(self.wishes, measures())):
-            what = f"it is not shown that no run misses {wish} for ever"
-            check_measure(self.graph, what, wishes[k], assumed, measure)
-
     def explore_strategy(self, start: int) -> Digits:
-        """The same but for measures, and the digits that they are about."""
+        """Refuse unless every run of the strategy from ``start`` keeps the scenario's rules. That
+        none misses a wish for ever is for measures to show, of the digits that this returns."""
         values, graph, inputs = self.values[start], self.graph, self.graph.inputs
         same = self.poses[start] == self.pose
         require(same, f"it begins at {self.poses[start]}, but the robot is at {self.pose}")
@@ -513,15 +506,11 @@ class Task:
         row = tuple(values.values())
         return any(complete(self.graph.spec, wanted, clauses, list(values), [row]))
 
-    def check_counterstrategy(self, proof: Json, measures: Callable[[], Any]) -> None:
-        """Refuse unless no way to keep the scenario's rules can be kept against it: each chosen
-        input can occur, each move that the rules leave has a successor, and each endless run
-        meets every assumption again and again, but misses a wish for ever."""
-        there, wishes, assumed = self.explore_counterstrategy(proof)
-        check_beaten(self.graph, assumed, wishes, there, measures())
-
     def explore_counterstrategy(self, proof: Json) -> Digits:
-        """The same but for measures, and the digits that they are about."""
+        """Refuse unless no way to keep the scenario's rules can be kept against it: each chosen
+        input can occur, and each move that the rules leave has a successor. Measures have to show,
+        of the digits that this returns, that endless runs meet every assumption again and again
+        and miss a wish for ever."""
         graph, start, chosen = self.graph, tuple(proof["start"]), proof["chosen"]
         same = dict(zip(self.inputs, start, strict=True)) == self.first()
         require(same, "the initial input is not what the robot knows at the start")
@@ -880,7 +869,7 @@ class Robot:
     active: bool = True  # whether it is in service
     goals: list[int] = field(default_factory=list)  # those met since the last resolution
     awaited: int = 0  # the target of its own objective whose turn it is
-    held: int = 0  # the last turn that counts for what it holds
+    held: int = -1  # the last turn that counts for what it holds
 
     @property
     def places(self) -> set[int]:
@@ -994,7 +983,8 @@ class Run:
         if record["verdict"] == "unrealizable" and self.bundle.has(proof):
             task = self._task(record, self._beat(spec))
             self._check_circumstances(record, task)
-            task.check_counterstrategy(self.bundle.json(proof), partial(self.bundle.json, path))
+            there, wishes, assumptions = task.explore_counterstrategy(self.bundle.json(proof))
+            check_beaten(task.graph, assumptions, wishes, there, self.bundle.json(path))
             files += [(proof, None), (path, None)]
             self.claim("unrealizable", f"No strategy exists for {said}.", files)
             for obstacle in self.known & self.present:
@@ -1019,7 +1009,11 @@ class Run:
         task = self._kept.get(path) or self._task(record, graph)
         self._check_circumstances(record, task)
         if path not in self._kept:
-            task.check_strategy(node, partial(self.bundle.json, path))
+            _, wishes, assumptions = task.explore_strategy(node)
+            aims = list(zip(task.wishes, wishes, strict=True))
+            for (wish, met), measure in pairs_of(aims, self.bundle.json(path)):
+                missed = f"it is not shown that no run misses {wish} for ever"
+                check_measure(graph, missed, met, assumptions, measure)
             self._kept[path] = task
             assumed = {"none": "whatever the others do"}.get(record["fairness"], record["fairness"])
             what = (
@@ -1068,9 +1062,6 @@ class Run:
             free = free and self._may_do(name, task.objective)
             require(free, f"{name} is synthesized for another objective than is in force")
             robot.objective = task.objective
-        for target, places in zip(task.targets, record.get("goal_places") or (), strict=False):
-            inside = {region for region, _ in places} <= target
-            require(inside, f"{name} counts places as goals that are none")
         closed = {why.removeprefix("obstacles."): r for r, why in record.get("closed") or ()}
         for other in self.data[name].get("conflicts", ()):
             parked = closed.get(f"robots.{other}") in self.robots[other].places
@@ -1176,16 +1167,6 @@ class Run:
         """The obstacles that stand as far as lines say, but are resolved by what robots did."""
         return {o for o in self.present if self.stages[o][0] == len(self.needs(o))}
 
-    def _met(self, record: Json) -> None:
-        """A need of an obstacle is said to be met: it is, by robots that can do it."""
-        obstacle, stage = record["obstacle"], record["need"]
-        met = obstacle in self.present and 0 <= stage < self.stages[obstacle][0]
-        require(met, f"need {stage + 1} of {obstacle} is not met")
-        action = self.needs(obstacle)[stage]["action"]
-        for name in record.get("robots") or [record["robot"]]:
-            able = action == record["action"] and action in self.data[name]["capabilities"]
-            require(able, f"{name} has no part in need {stage + 1} of {obstacle}")
-
     def _resolved(self, record: Json) -> None:
         obstacle = record["obstacle"]
         done = obstacle in self.present and (self.external or obstacle in self._finished())
@@ -1199,7 +1180,7 @@ class Run:
         self.known.discard(obstacle)
         self.untraversable |= {obstacle} if record["traversable"] is False else set()
         for robot in self.robots.values():
-            robot.goals = []
+            robot.goals = [0] if robot.held == self.turn else []
 
     def _blocked(self, record: Json) -> None:
         """An obstacle stays for good: it is untraversable, or the team can never resolve it."""
@@ -1309,12 +1290,6 @@ class Run:
         """The move is the strategy's answer, or what the trace says that it is instead."""
         by = record.get("by") or ("backtrack" if robot.back else "strategy")
         task, extra, back = robot.task, record.get("busy") or (), robot.back
-        if robot.refused is not None and not self.plan:
-            looked = dict(robot.knowledge)
-            told = self._answers(robot, extra)  # to what it was told before
-            robot.knowledge = looked
-            led = task is not None and robot.refused in {task.poses[n][0] for n in told}
-            require(led, f"{name} steps back from where its strategy does not lead")
         robot.signal = record.get("signal") or robot.signal
         answers = self._answers(robot, extra)
         robot.silent = not answers
@@ -1468,9 +1443,9 @@ class Run:
 
     def _count(self, robot: Robot, goal: int) -> None:
         """A goal is met; to hold is met in each turn that ends there."""
-        if "hold" not in robot.objective or robot.held != self.turn or not robot.goals:
+        if "hold" not in robot.objective or robot.held != self.turn:
             robot.goals.append(goal)
-        robot.held = self.turn
+            robot.held = self.turn if "hold" in robot.objective else robot.held
 
     def _outcome(self, record: Json) -> None:
         self.outcome, what, limits = record, record["outcome"], self.scenario["limits"]
