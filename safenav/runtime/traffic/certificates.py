@@ -11,8 +11,8 @@ from itertools import pairwise
 
 from safenav.runtime.poses import region_mask
 from safenav.runtime.team import TeamState
+from safenav.runtime.traffic.answers import Answer, Found
 from safenav.runtime.traffic.joint import Course, Joint
-from safenav.runtime.traffic.joint_plan import Answer, Found
 from safenav.runtime.traffic.rejoin import rejoined
 from safenav.runtime.traffic.searches import Searches
 from safenav.world.moves import Pose

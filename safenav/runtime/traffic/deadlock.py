@@ -10,14 +10,16 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import replace
-from itertools import combinations, islice
+from itertools import chain, combinations, islice
 
 from safenav.runtime.coordination.floor import Floor
 from safenav.runtime.coordination.problem import Problem
 from safenav.runtime.over import Conclusion, RunOver
 from safenav.runtime.team import TeamState
+from safenav.runtime.traffic.answers import Exhausted
 from safenav.runtime.traffic.joint import Count, Course
-from safenav.runtime.traffic.joint_plan import Exhausted, Search
+from safenav.runtime.traffic.joint_plan import Search
+from safenav.runtime.traffic.stuck import Stuck
 from safenav.scenario.model import Outcome
 from safenav.trace import proofs
 from safenav.trace.header import heading_in_trace
@@ -36,24 +38,26 @@ def deadlock_of_few(
     counts: Sequence[Count],
     stopping: Callable[[], None],
 ) -> tuple[Floor, Course, Exhausted] | None:
-    """Two or three robots of a larger team that cannot complete, as a floor of their own, and what
-    they can reach; None if none are found. ``among``: those that are looked at. Who is out of
-    service is none of them: it stands still only until it is back."""
-    for size in SIZES:
-        if size >= len(floor.names):
-            return None
-        for group in islice(_groups(floor, among, size), MOST_GROUPS):
-            stopping()
-            few = _only(floor, group)
-            course = Course(few.problem, rounds)
-            start = course.begun(few.poses, tuple(counts[i] for i in group), ())
-            wishes = [None] * size
-            search = Search(
-                course, lambda *_, w=wishes: w, start, course.completed, stopping=stopping
-            )
-            answer = search.run(1, STATES)
-            if isinstance(answer, Exhausted):
-                return few, course, answer
+    """A few robots of a larger team that cannot complete, as a floor of their own, and what they
+    can reach: those who never move again, or any two or three; None if none are found. ``among``:
+    those that are looked at. Who is out of service is none of them: it stands still only until it
+    is back."""
+    whole = Course(floor.problem, rounds)
+    now = whole.begun(floor.poses, tuple(counts), floor.stages)
+    stuck = Stuck(whole).cannot_complete(now)
+    groups = [tuple(sorted(stuck))] if stuck and stuck <= {*among} else []
+    sizes = [size for size in SIZES if size < len(floor.names)]
+    by_size = (islice(_groups(floor, among, size), MOST_GROUPS) for size in sizes)
+    for group in chain(groups, *by_size):
+        stopping()
+        few = _only(floor, group)
+        course = Course(few.problem, rounds)
+        start = course.begun(few.poses, tuple(counts[i] for i in group), ())
+        wishes = [None] * len(group)
+        search = Search(course, lambda *_, w=wishes: w, start, course.completed, stopping=stopping)
+        answer = search.singles(STATES) if group in groups else search.run(1, STATES)
+        if isinstance(answer, Exhausted):
+            return few, course, answer
     return None
 
 

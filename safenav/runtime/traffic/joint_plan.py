@@ -4,8 +4,9 @@ LaCAM (Okumura: LaCAM, search-based algorithm for quick multi-agent pathfinding,
 joint states: a depth-first search whose next state is what PIBT proposes, then PIBT with one robot
 forced, then every step of one robot alone, so that it is complete with few edges a state. One deep
 search makes needlessly long plans; many small ones, with other priorities and doubled budgets, find
-short ones. States in which somebody cannot go on any more are left out. A search that exhausts its
-space without robots left out is repeated with all states, which is the proof.
+short ones, and where the floor is full chains of legs do (``legs``). States in which somebody
+cannot go on any more are left out. A search that exhausts its space without robots left out is
+repeated with all states, which is the proof.
 """
 
 from __future__ import annotations
@@ -17,11 +18,13 @@ from collections.abc import Callable, Iterator, Sequence
 from enum import Enum
 from itertools import count as counting
 
-from safenav.dataclass import dataclass
 from safenav.runtime.coordination.problem import Stages
 from safenav.runtime.poses import FAR, Mask
+from safenav.runtime.traffic.answers import Answer, Exhausted, Found, Spent, way_to
 from safenav.runtime.traffic.joint import Count, Course, Joint
+from safenav.runtime.traffic.legs import by_legs
 from safenav.runtime.traffic.pibt import Field, Generator
+from safenav.runtime.traffic.stuck import Stuck
 
 FIRST_BUDGET = 200
 ROUNDS_OF_SEARCH = 7
@@ -29,9 +32,6 @@ ROUNDS_OF_SEARCH = 7
 MOST_FOR_AN_ORDER = 800
 SINGLES_BUDGET = 4_000
 PROOF_BUDGET = 60_000
-LOCAL_BUDGET = 3_000
-LOCAL_MOST = 3
-"""Robots that a local plan may move besides the one that it is for."""
 
 Guide = Callable[[Stages, tuple[int, ...]], Sequence[Mask | None]]
 """What coordination wants of each robot at stages and poses: a set of poses to go to, 0 for
@@ -47,30 +47,6 @@ class Variant(Enum):
     STATIC = "a random order"
     ONE = "one wish at a time"
     BEST = "best first"
-
-
-@dataclass(frozen=True)
-class Found:
-    """A plan: the joint states from the first to the last."""
-
-    states: tuple[Joint, ...]
-
-
-@dataclass(frozen=True)
-class Exhausted:
-    """No plan exists: these are all states that can be reached."""
-
-    states: frozenset[Joint]
-
-
-@dataclass(frozen=True)
-class Spent:
-    """The budget was spent: nothing is known."""
-
-    states: int
-
-
-Answer = Found | Exhausted | Spent
 
 
 class Search:
@@ -91,16 +67,19 @@ class Search:
         self.goal = goal
         self._guide = guide
         self._rng = random.Random(seed)
-        self._stopping = stopping
+        self.stopping = stopping
         self._guided: dict[Stages, Sequence[Mask | None]] = {}
         self._known: dict[Stages, dict[tuple[int, Count], Field]] = {}
         self._generator = Generator(course, self._rng)
+        self._stuck = Stuck(course)
 
     def run(self, rounds: int = ROUNDS_OF_SEARCH, proof: int = PROOF_BUDGET) -> Answer:
         """The first plan that a variant finds; the cheap ones first."""
         if self.goal(self.start):
             return Found((self.start,))
         few = len(self.start.poses) <= 4
+        if not few and self._stuck.cannot_complete(self.start):
+            return Spent(0)  # as good as refuted; the proof is about those who are stuck
         spent = 0
         budget = FIRST_BUDGET
         for turn in range(max(1, rounds)):
@@ -112,6 +91,11 @@ class Search:
                     # Counts the hopeless states as well; no more than were looked at, or nearly so.
                     return self.singles(proof or PROOF_BUDGET)
                 spent += answer.states
+            for _ in range(1 << turn):
+                chain = by_legs(self, self._rng)
+                if isinstance(chain, Found):
+                    return chain
+                spent += chain.states
             if turn == 0 and few:
                 answer = self.singles(min(SINGLES_BUDGET, proof))
                 if not isinstance(answer, Spent):
@@ -132,7 +116,7 @@ class Search:
         before: dict[Joint, Joint | None] = {self.start: None}
         queue = deque([self.start])
         while queue:
-            self._stopping()
+            self.stopping()
             state = queue.popleft()
             for robot, pose in course.singles(state):
                 after = course.after(state, robot, pose)
@@ -140,7 +124,7 @@ class Search:
                     continue
                 before[after] = state
                 if self.goal(after):
-                    return _way(before, after)
+                    return way_to(before, after)
                 queue.append(after)
             if len(before) > budget:
                 return Spent(len(before))
@@ -153,67 +137,21 @@ class Search:
             self._rng.shuffle(order)
         if variant is Variant.BEST:
             return self._best_first(budget)
-        return self._depth_first(budget, variant, order)
+        return self._depth_first(self.start, self.goal, budget, variant, order)
 
-    def local(self) -> Found | None:
-        """A plan that brings one robot to what it wants, with as few others moving as possible;
-        those that stay are in the way. It may lead nowhere for the others."""
-        start = self.start
-        fields = self._fields(start)
-        wanting = [i for i, f in enumerate(fields) if f is not None and f[start.poses[i]] > 0]
-        for others in range(LOCAL_MOST + 1):
-            for robot in wanting:
-                movable = {robot, *self._nearest(robot, others)}
-                found = self._leg(robot, movable)
-                if found is not None:
-                    return found
-        return None
+    def with_one_wish(self, start: Joint, goal: Goal, budget: int, order: list[int]) -> Answer:
+        """A search from another start for another goal, in which the first of ``order`` that wants
+        something has its way, and all others make way."""
+        return self._depth_first(start, goal, budget, Variant.ONE, order)
 
-    def _nearest(self, robot: int, count: int) -> list[int]:
-        members, poses = self.course.problem.members, self.start.poses
-        position = members[robot].graph.world.position
-        size = members[robot].graph.size
-        row, col = position(poses[robot] % size)
-
-        def away(other: int) -> int:
-            r, c = position(poses[other] % size)
-            return abs(r - row) + abs(c - col)
-
-        rivals = self.course.problem.conflicts[robot]
-        return sorted(rivals, key=lambda other: (away(other), other))[:count]
-
-    def _leg(self, robot: int, movable: set[int]) -> Found | None:
-        """A* over the steps of a few robots, for the sake of one."""
-        start, course = self.start, self.course
-        still = frozenset(range(len(start.poses))) - movable
-        limited = Course(course.problem, course.rounds, still)
-        field = self._fields(start)[robot]
-        assert field is not None
-        ticket = counting()
-        cost = {start: 0}
+    def _depth_first(
+        self, start: Joint, goal: Goal, budget: int, variant: Variant, order: list[int]
+    ) -> Answer:
         before: dict[Joint, Joint | None] = {start: None}
-        heap = [(field[start.poses[robot]], next(ticket), start)]
-        while heap and len(before) < LOCAL_BUDGET:
-            self._stopping()
-            _, _, state = heapq.heappop(heap)
-            if field[state.poses[robot]] == 0 or state.stages != start.stages:
-                return _way(before, state)
-            for mover, pose in limited.singles(state):
-                after = limited.after(state, mover, pose)
-                paid = cost[state] + 1
-                ahead = field[after.poses[robot]]
-                if ahead < FAR and paid < cost.get(after, FAR):
-                    cost[after] = paid
-                    before[after] = state
-                    heapq.heappush(heap, (paid + ahead, next(ticket), after))
-        return None
-
-    def _depth_first(self, budget: int, variant: Variant, order: list[int]) -> Answer:
-        before: dict[Joint, Joint | None] = {self.start: None}
-        stack = [(self.start, self._following(self.start, variant, order))]
+        stack = [(start, self._following(start, variant, order))]
         edges = 0
         while stack:
-            self._stopping()
+            self.stopping()
             state, following = stack[-1]
             after = next(following, None)
             if after is None:
@@ -225,8 +163,8 @@ class Search:
             if after in before:
                 continue
             before[after] = state
-            if self.goal(after):
-                return _way(before, after)
+            if goal(after):
+                return way_to(before, after)
             if len(before) > budget:
                 return Spent(len(before))
             stack.append((after, self._following(after, variant, order)))
@@ -239,14 +177,14 @@ class Search:
         ticket = counting()
         heap = [(self._left(self.start), next(ticket), self.start)]
         while heap:
-            self._stopping()
+            self.stopping()
             _, _, state = heapq.heappop(heap)
             for after in self._following(state, Variant.FARTHEST, order):
                 if after in before:
                     continue
                 before[after] = state
                 if self.goal(after):
-                    return _way(before, after)
+                    return way_to(before, after)
                 if len(before) > budget:
                     return Spent(len(before))
                 heapq.heappush(heap, (self._left(after), next(ticket), after))
@@ -256,7 +194,7 @@ class Search:
         """How much is left to do: goals, and the ways to the next ones."""
         weight = 4 * self.course.problem.members[0].graph.world.cols
         found = weight * len(self.course.problem.open(state.stages))
-        for i, field in enumerate(self._fields(state)):
+        for i, field in enumerate(self.fields(state)):
             if field is not None:
                 found += min(field[state.poses[i]], FAR // 1000)
             if not self.course.is_done(i, state.counts[i]):
@@ -265,9 +203,15 @@ class Search:
         return found
 
     def _following(self, state: Joint, variant: Variant, order: list[int]) -> Iterator[Joint]:
+        """The states that may come next and are not known to be hopeless."""
+        for after in self._proposed(state, variant, order):
+            if not self._stuck.cannot_complete(after):
+                yield after
+
+    def _proposed(self, state: Joint, variant: Variant, order: list[int]) -> Iterator[Joint]:
         """The states that may come next: proposals first, then every step of one robot."""
         course = self.course
-        fields = self._fields(state)
+        fields = self.fields(state)
         if variant is Variant.ONE:
             first = next((i for i in order if fields[i] is not None), None)
             fields = [field if i == first else None for i, field in enumerate(fields)]
@@ -296,7 +240,7 @@ class Search:
             if pose in hopeful[robot][poses[robot]]:
                 yield course.after(state, robot, pose)
 
-    def _fields(self, state: Joint) -> list[Field]:
+    def fields(self, state: Joint) -> list[Field]:
         """For each robot the distances to what it wants in a state."""
         guided = self._guided.get(state.stages)
         if guided is None:
@@ -330,12 +274,3 @@ def _attempts(budget: int) -> Iterator[tuple[Variant, int]]:
         times = max(1, budget // MOST_FOR_AN_ORDER) if drawn else 1
         for _ in range(times):
             yield variant, budget // times
-
-
-def _way(before: dict[Joint, Joint | None], last: Joint) -> Found:
-    way = []
-    state: Joint | None = last
-    while state is not None:
-        way.append(state)
-        state = before[state]
-    return Found(tuple(reversed(way)))

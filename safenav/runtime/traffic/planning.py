@@ -18,11 +18,13 @@ from safenav.runtime.formulas import formulas_of
 from safenav.runtime.over import Conclusion, RunOver, Stop
 from safenav.runtime.poses import FAR
 from safenav.runtime.team import Role, TeamState
+from safenav.runtime.traffic.answers import Answer, Exhausted, Found, Spent
 from safenav.runtime.traffic.certificates import Certificates
 from safenav.runtime.traffic.deadlock import deadlock_of_few, deadlocked
 from safenav.runtime.traffic.execution import Execution, Schedule, dues_of, schedule
 from safenav.runtime.traffic.joint import Count, Course, Joint, has_met
-from safenav.runtime.traffic.joint_plan import Answer, Exhausted, Found, Search, Spent
+from safenav.runtime.traffic.joint_plan import Search
+from safenav.runtime.traffic.local import local_plan
 from safenav.runtime.traffic.searches import Searches
 from safenav.runtime.traffic.watch import Watch
 from safenav.scenario.model import Outcome
@@ -168,7 +170,7 @@ class Traffic:
             raise deadlocked(self.state, replace(floor, stages=start.stages), course, answer)
         if isinstance(answer, Spent):
             self._look_for_few(plain, course)
-            local = None if self._turning else search.local()
+            local = None if self._turning else local_plan(search)
             if local is None:
                 self._failures += 1
                 self._watch.begin_anew()

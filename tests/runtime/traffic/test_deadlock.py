@@ -44,6 +44,15 @@ def test_three_are_deadlocked_where_each_two_of_them_are_not() -> None:
     assert look({**CROWD, **swap, "c": Bot("9", [8, 9])}) == ("a", "b", "c")
 
 
+def test_four_are_deadlocked_that_never_move_again() -> None:
+    """Each could only turn to where another one stands; any three of them get on."""
+    full = {f"r{at}": Bot(at, [28]) for at in ("25w", "31s", "32w", "26w")}
+    elsewhere = room(7, 10, 14)
+    assert look({**elsewhere, **full}) == tuple(full)
+    for name in full:
+        assert look({**elsewhere, **{n: bot for n, bot in full.items() if n != name}}) is None
+
+
 def test_nobody_is_deadlocked_by_an_obstacle() -> None:
     swap = {"a": Bot("7", [10]), "b": Bot("10", [7])}
     assert look({**CROWD, **swap}, Block(14, [("push", 1, (14,), False)])) is None

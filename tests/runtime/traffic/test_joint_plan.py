@@ -9,9 +9,10 @@ import pytest
 
 from runtime.coordination.floors import Bot, Floor
 from safenav.runtime.coordination.problem import Stages
+from safenav.runtime.traffic.answers import Exhausted, Found, Spent
 from safenav.runtime.traffic.execution import Execution, dues_of, schedule
 from safenav.runtime.traffic.joint import Count, Course, Joint, has_met
-from safenav.runtime.traffic.joint_plan import Exhausted, Found, Search, Spent, Variant
+from safenav.runtime.traffic.joint_plan import Search, Variant
 
 SWAP = ["#####", "#...#", "##.##", "#####"]
 TUBE = ["######", "#....#", "######"]
@@ -104,6 +105,30 @@ def test_headings_make_plans_for_the_next_goal_insufficient() -> None:
 def test_a_spent_budget_proves_nothing() -> None:
     floor = Floor(RING, {"a": Bot("6", [18, 6]), "b": Bot("18", [6, 18]), "c": Bot("8", [16])})
     assert isinstance(search(floor, rounds=3).singles(5), Spent)
+
+
+FULL = ["#########", "#...#...#", "#.......#", "#########"]
+
+
+def test_a_full_floor_is_left_leg_by_leg() -> None:
+    """Eight robots in thirteen regions, five of which cannot turn round: crowd 500003, of which
+    searches for all at once found no plan in 100 seconds."""
+    floor = Floor(
+        FULL,
+        {
+            "digit0": Bot("14s", [20, 24]),
+            "rover1": Bot("16", [25, 19]),
+            "cart2": Bot("20", [19, 16]),
+            "cart3": Bot("24", [25, 10]),
+            "digit4": Bot("11w", [11, 25]),
+            "digit5": Bot("21e", [15, 11]),
+            "digit6": Bot("19w", [23, 20]),
+            "digit7": Bot("15e", [23, 19]),
+        },
+    )
+    found = search(floor).run(3)
+    assert isinstance(found, Found)
+    play(floor, found, random.Random(0))
 
 
 @pytest.mark.parametrize("variant", Variant)

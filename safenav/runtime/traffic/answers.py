@@ -1,0 +1,42 @@
+"""What a search for a joint plan may answer: a plan, the proof that there is none, or nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from safenav.dataclass import dataclass
+from safenav.runtime.traffic.joint import Joint
+
+
+@dataclass(frozen=True)
+class Found:
+    """A plan: the joint states from the first to the last."""
+
+    states: tuple[Joint, ...]
+
+
+@dataclass(frozen=True)
+class Exhausted:
+    """No plan exists: these are all states that can be reached."""
+
+    states: frozenset[Joint]
+
+
+@dataclass(frozen=True)
+class Spent:
+    """The budget was spent: nothing is known."""
+
+    states: int
+
+
+Answer = Found | Exhausted | Spent
+
+
+def way_to(before: Mapping[Joint, Joint | None], last: Joint) -> Found:
+    """The plan that ends in a state, of the state before each."""
+    way = []
+    state: Joint | None = last
+    while state is not None:
+        way.append(state)
+        state = before[state]
+    return Found(tuple(reversed(way)))

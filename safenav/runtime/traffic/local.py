@@ -1,0 +1,77 @@
+"""A plan for one robot of a large team: a few others move, all the rest stay and are in the way.
+
+The last resort where everything can be undone and no plan for all was found in time. It may lead
+nowhere for the others.
+"""
+
+from __future__ import annotations
+
+import heapq
+from itertools import count as counting
+from typing import TYPE_CHECKING
+
+from safenav.runtime.poses import FAR
+from safenav.runtime.traffic.answers import Found, way_to
+from safenav.runtime.traffic.joint import Course, Joint
+
+if TYPE_CHECKING:
+    from safenav.runtime.traffic.joint_plan import Search
+
+BUDGET = 3_000
+MOST = 3
+"""Robots that may move besides the one that the plan is for."""
+
+
+def local_plan(search: Search) -> Found | None:
+    """A plan that brings one robot to what it wants, with as few others moving as possible."""
+    start = search.start
+    fields = search.fields(start)
+    wanting = [i for i, f in enumerate(fields) if f is not None and f[start.poses[i]] > 0]
+    for others in range(MOST + 1):
+        for robot in wanting:
+            movable = {robot, *_nearest(search, robot, others)}
+            found = _leg(search, robot, movable)
+            if found is not None:
+                return found
+    return None
+
+
+def _nearest(search: Search, robot: int, count: int) -> list[int]:
+    members, poses = search.course.problem.members, search.start.poses
+    position = members[robot].graph.world.position
+    size = members[robot].graph.size
+    row, col = position(poses[robot] % size)
+
+    def away(other: int) -> int:
+        r, c = position(poses[other] % size)
+        return abs(r - row) + abs(c - col)
+
+    rivals = search.course.problem.conflicts[robot]
+    return sorted(rivals, key=lambda other: (away(other), other))[:count]
+
+
+def _leg(search: Search, robot: int, movable: set[int]) -> Found | None:
+    """A* over the steps of a few robots, for the sake of one."""
+    start, course = search.start, search.course
+    still = frozenset(range(len(start.poses))) - movable
+    limited = Course(course.problem, course.rounds, still)
+    field = search.fields(start)[robot]
+    assert field is not None
+    ticket = counting()
+    cost = {start: 0}
+    before: dict[Joint, Joint | None] = {start: None}
+    heap = [(field[start.poses[robot]], next(ticket), start)]
+    while heap and len(before) < BUDGET:
+        search.stopping()
+        _, _, state = heapq.heappop(heap)
+        if field[state.poses[robot]] == 0 or state.stages != start.stages:
+            return way_to(before, state)
+        for mover, pose in limited.singles(state):
+            after = limited.after(state, mover, pose)
+            paid = cost[state] + 1
+            ahead = field[after.poses[robot]]
+            if ahead < FAR and paid < cost.get(after, FAR):
+                cost[after] = paid
+                before[after] = state
+                heapq.heappush(heap, (paid + ahead, next(ticket), after))
+    return None

@@ -1,0 +1,83 @@
+"""Robots that can never move again, which makes a joint state hopeless long before a search ends.
+
+Two robots with headings that face each other in a corner stay there for ever: each has only the
+other's region to go to. In general the greatest set of robots of which each step leads to where
+another one of the set stands, or to where it could not go on for ever. Nothing that others do, and
+no obstacle that goes, changes that. On full floors this is what most ways end in.
+"""
+
+from __future__ import annotations
+
+from safenav.runtime.poses import Mask, PoseGraph
+from safenav.runtime.traffic.joint import Course, Joint
+
+
+class Stuck:
+    """Finds such robots in the joint states of a course."""
+
+    def __init__(self, course: Course) -> None:
+        self._course = course
+        self._members = course.problem.members
+        self._conflicts = course.problem.conflicts
+        self._sizes = [member.graph.size for member in self._members]
+        self._after = [_Regions(m.graph, m.graph.live(m.targets, m.floor)) for m in self._members]
+        self._rivals = [i for i, conflicts in enumerate(self._conflicts) if conflicts]
+        self._possible = any(self._members[i].turns for i in self._rivals)
+
+    def robots(self, poses: tuple[int, ...]) -> set[int]:
+        """The robots that can never move again."""
+        if not self._possible:
+            return set()
+        after, sizes = self._after, self._sizes
+        taken = {poses[robot] % sizes[robot] for robot in self._rivals}
+        found = {robot for robot in self._rivals if taken.issuperset(after[robot][poses[robot]])}
+        while found:
+            free = [robot for robot in found if self._may_leave(robot, poses, found)]
+            if not free:
+                break
+            found.difference_update(free)
+        return found
+
+    def cannot_complete(self, state: Joint) -> set[int]:
+        """Robots of which one can never complete, whatever all others do; none if none are
+        known."""
+        stuck = self.robots(state.poses)
+        if not stuck:
+            return stuck
+        course = self._course
+        for robot, count in enumerate(state.counts):
+            if course.is_done(robot, count):
+                continue
+            if robot in stuck or not self._gets_on(robot, state, stuck):
+                return stuck | {robot}
+        return set()
+
+    def _may_leave(self, robot: int, poses: tuple[int, ...], stuck: set[int]) -> bool:
+        """Whether some step leads to where nobody stands who is taken for stuck."""
+        others = self._conflicts[robot] & stuck
+        taken = {poses[other] % self._sizes[other] for other in others}
+        return not taken.issuperset(self._after[robot][poses[robot]])
+
+    def _gets_on(self, robot: int, state: Joint, stuck: set[int]) -> bool:
+        """Whether a robot can get to what it awaits past those who are stuck."""
+        walls = 0
+        for other in self._conflicts[robot] & stuck:
+            walls |= 1 << state.poses[other] % self._sizes[other]
+        member = self._members[robot]
+        allowed = member.floor & ~member.graph.poses_on(walls)
+        goal = self._course.awaited(robot, state.counts[robot]) & allowed
+        return bool(member.graph.back(goal, allowed) >> state.poses[robot] & 1)
+
+
+class _Regions(dict[int, tuple[int, ...]]):
+    """The regions one step away from each pose, for steps into ``allowed`` poses; found when
+    somebody asks."""
+
+    def __init__(self, graph: PoseGraph, allowed: Mask) -> None:
+        self._graph = graph
+        self._allowed = allowed
+
+    def __missing__(self, pose: int) -> tuple[int, ...]:
+        steps = [step for step in self._graph.steps(pose) if self._allowed >> step & 1]
+        self[pose] = tuple(step % self._graph.size for step in steps)
+        return self[pose]
