@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from safenav.dataclass import dataclass
 from safenav.scenario.reading.grid import too_large
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Place
@@ -50,23 +51,36 @@ def read_movingai_map(
     before = len(findings)
     count = read_count(fields, findings)
     share = read_share(fields, findings)
-    name = read.text(node, "'movingai' of map", findings)
-    if name is None:
-        return None
-    path = folder / name
-    text = read_source(path, findings, node)
-    if text is None:
+    named = read_named(node, "movingai", folder, findings)
+    if named is None:
         return None
     try:
-        rows = parse_movingai(text)
+        rows = parse_movingai(named.text)
     except MapFileError as error:
-        tell(error, path, node, findings)
+        tell(error, named.path, node, findings)
         return None
     if len(findings) > before:
         return None
     blocked = np.array(rows, dtype=np.bool_)
     layout = Layout.of_count(blocked, *(count or blocked.shape))
     return with_walls(blocked, layout, share, node, findings)
+
+
+@dataclass(frozen=True)
+class MapText:
+    """A map file in text, and where it is."""
+
+    path: Path
+    text: str
+
+
+def read_named(node: Node, key: str, folder: Path, findings: Findings) -> MapText | None:
+    """The file that a key of the map names; None if it was reported."""
+    name = read.text(node, f"'{key}' of map", findings)
+    if name is None:
+        return None
+    text = read_source(folder / name, findings, node)
+    return None if text is None else MapText(folder / name, text)
 
 
 def read_pixels(node: Node, folder: Path, findings: Findings) -> Image | None:

@@ -8,12 +8,18 @@ from math import ceil
 from pathlib import Path
 
 from safenav.scenario.reading.grid import too_large
-from safenav.scenario.reading.map_file import read_count, read_pixels, read_share, with_walls
+from safenav.scenario.reading.map_file import (
+    read_count,
+    read_named,
+    read_pixels,
+    read_share,
+    with_walls,
+)
 from safenav.scenario.reading.origin import read_origin
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Scalar
 from safenav.scenario.yaml.findings import Findings
-from safenav.scenario.yaml.source import parsed, read_source
+from safenav.scenario.yaml.source import parsed
 from safenav.world.files.pixels import Blocked, Layout
 from safenav.world.files.ros import RosMap, occupied
 from safenav.world.frame import Frame
@@ -47,15 +53,11 @@ def read_ros(node: Node, fields: Mapping, folder: Path, findings: Findings) -> R
         extra = next(key for key in sized if key.text != "resolution")
         hint = "the size of a region follows from either of them"
         findings.add(extra, f"map: both '{extra.text}' and 'resolution'", hint)
-    name = read.text(node, "'ros' of map", findings)
-    if name is None:
+    named = read_named(node, "ros", folder, findings)
+    if named is None:
         return None
-    path = folder / name
-    text = read_source(path, findings, node)
-    if text is None:
-        return None
-    inside = findings.beside(str(path))
-    settings, blocked = _read_file(text, path, inside)
+    inside = findings.beside(str(named.path))
+    settings, blocked = _read_file(named.text, named.path, inside)
     if settings is None or blocked is None:
         return None
     height, width = (pixels * settings.resolution for pixels in blocked.shape)
