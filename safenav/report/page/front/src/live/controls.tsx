@@ -1,7 +1,7 @@
 /** Run, pause, step, speed and seed of a run that goes on; its timeline is that of a replay. */
 
 import { useState } from "preact/hooks";
-import { Button, SpeedButtons, Timeline } from "../panels/controls";
+import { BackButtons, Button, SpeedButtons, Timeline } from "../panels/controls";
 import type { Run } from "../run/run";
 import type { LivePlayer, Say } from "./player";
 
@@ -21,8 +21,7 @@ export function LiveControls({ run, player, tick, say }: LiveControlsProps) {
       <Timeline run={run} player={player} tick={tick} />
       <div class="buttons">
         <div class="group">
-          <Button icon="first" label="First tick" onClick={() => player.seek(0)} />
-          <Button icon="back" label="One tick back" onClick={() => player.step(-1)} />
+          <BackButtons player={player} />
           <Button
             icon={running ? "pause" : "play"}
             label={running ? "Pause the run" : "Run"}

@@ -18,8 +18,7 @@ export function Controls({ run, player, tick }: ControlsProps) {
       <Timeline run={run} player={player} tick={tick} />
       <div class="buttons">
         <div class="group">
-          <Button icon="first" label="First tick" onClick={() => player.seek(0)} />
-          <Button icon="back" label="One tick back" onClick={() => player.step(-1)} />
+          <BackButtons player={player} />
           <Button
             icon={player.playing ? "pause" : "play"}
             label={player.playing ? "Pause" : "Play"}
@@ -38,6 +37,16 @@ export function Controls({ run, player, tick }: ControlsProps) {
         <SpeedButtons player={player} />
       </div>
     </section>
+  );
+}
+
+/** To the first tick, and to the one before. */
+export function BackButtons({ player }: { player: Player }) {
+  return (
+    <>
+      <Button icon="first" label="First tick" onClick={() => player.seek(0)} />
+      <Button icon="back" label="One tick back" onClick={() => player.step(-1)} />
+    </>
   );
 }
 
