@@ -101,7 +101,8 @@ class RulesEvidence:
         try:
             task = Task(self._world, robot, line, cells, strategy)
             if counter is None:
-                _, wishes, assumed = task.explore_strategy(line["node"])
+                # What else the strategy has to keep is for the checker to see.
+                _, wishes, assumed = task.explore([line["node"]], lambda _: None)
                 return [_measure(strategy, met, assumed) for met in wishes]
             there, wishes, assumed = task.explore_counterstrategy(counter)
         except RefusedError:
@@ -118,11 +119,12 @@ def _measure(strategy: Strategy, met: str, excuses: Sequence[str]) -> dict[str, 
         return Measure([0] * strategy.count, [None] * strategy.count).to_data()
 
 
+@lru_cache(maxsize=2)
 def _edges(strategy: Strategy) -> list[list[int]]:
     """The edges that the checker looks at: of each node's twins only those of the first."""
     edges: list[list[int]] = [[] for _ in range(strategy.count)]
-    for source, target in strategy.pairs():
-        edges[source].append(target)
+    for node in strategy.sources:
+        edges[node] = [strategy.first[after] for after in strategy.next[node]]
     return edges
 
 

@@ -34,7 +34,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from copy import copy
 from dataclasses import asdict, dataclass, field
 from importlib import import_module
-from itertools import accumulate, chain, combinations, pairwise, product, repeat
+from itertools import accumulate, chain, combinations, product, repeat
 from math import prod
 from pathlib import Path
 from typing import Any
@@ -159,6 +159,11 @@ def coordinates(pose: Pose) -> Row:
 
 def named_coordinates(pose: Pose) -> dict[str, int]:
     return dict(zip(("region", "heading"), coordinates(pose), strict=False))
+
+
+def as_bits(truths: Iterable[bool]) -> int:
+    """Truths as a number, the first one as its lowest binary digit."""
+    return sum(1 << k for k, truth in enumerate(truths) if truth)
 
 
 # An objective is data: {kind: value}, with targets, or for the kind ``ltl`` with formulas.
@@ -422,34 +427,35 @@ class Task:
     def explore(self, starts: Iterable[int], judge: Callable[[int], None]) -> Digits:
         """The edges that runs from the start nodes can take, and where wishes and assumptions are
         met on them. ``judge`` is asked about each node."""
-        known: dict[tuple[int, Row], list[bool]] = {}
-        seen = dict.fromkeys(self.graph.first[node] for node in starts)
-        bits = [-1] * self.offsets[-1]
+        graph, count = self.graph, len(self.wishes)
+        wished, assumed = dict[tuple[int, int], int](), dict[tuple[int, Row], int]()
+        seen, bits = dict.fromkeys(graph.first[node] for node in starts), [-1] * self.offsets[-1]
         queue = list(seen)
         for source in queue:
             judge(source)
             region, awaited = self.poses[source][0], self.awaited(source)
-            for edge, target in enumerate(self.graph.next[source], self.offsets[source]):
-                first = self.graph.first[target]
+            for edge, target in enumerate(graph.next[source], self.offsets[source]):
                 if self.always and self.always[edge] == "0":
-                    raise RefusedError(
-                        f"the edge from node {source} to {target} breaks the objective"
-                    )
+                    said = f"the edge from node {source} to {target}"
+                    raise RefusedError(f"{said} breaks the objective")
                 if self.ordered and self.remembered[target] != awaited:
                     raise RefusedError(f"node {target} forgets whose turn it is: target {awaited}")
-                key = (region, self.graph.inputs[target])
-                if key not in known:
+                what, when = (awaited, target), (region, graph.inputs[target])
+                if what not in wished or self.recurring:
+                    wished[what] = as_bits(self._met(awaited, target, edge))
+                if when not in assumed:
                     values = self.values[target]
-                    known[key] = [self._holds(a, region, values) for a in self.assumptions]
-                holds = chain(self._met(awaited, target, edge), known[key])
-                bits[edge] = sum(1 << k for k, good in enumerate(holds) if good)
-                if first not in seen:
+                    holds = (self._holds(a, region, values) for a in self.assumptions)
+                    assumed[when] = as_bits(holds) << count
+                bits[edge] = wished[what] | assumed[when]
+                if (first := graph.first[target]) not in seen:
                     seen[first] = None
                     queue.append(first)
         for node in queue:
             self.of_pose.setdefault(self.poses[node], set()).add(node)
-        count, total = len(self.wishes), len(self.wishes) + len(self.assumptions)
-        met = ["".join("-" if b < 0 else "01"[b >> k & 1] for b in bits) for k in range(total + 1)]
+        total, kinds = count + len(self.assumptions), set(bits)
+        digits = [{b: "-" if b < 0 else "01"[b >> k & 1] for b in kinds} for k in range(total + 1)]
+        met = ["".join(map(digit.__getitem__, bits)) for digit in digits]
         return met[total], met[:count], met[count:total]
 
     def explore_strategy(self, start: int) -> Digits:
@@ -475,8 +481,9 @@ class Task:
                 key = (here, awaited, inputs[target])
                 if key not in allowed:
                     allowed[key] = self.legal(here, awaited, self.values[target])
-                edge = f"the edge from node {node} to {target}, {here} to {self.poses[target]},"
-                require(self.poses[target] in allowed[key], f"{edge} is no legal move")
+                if self.poses[target] not in allowed[key]:
+                    edge = f"the edge from node {node} to {target}, {here} to {self.poses[target]},"
+                    raise RefusedError(f"{edge} is no legal move")
 
         return self.explore([start], judge)
 
@@ -1346,13 +1353,8 @@ class Run:
         self.plan = {n: [(r, h) for r, h in way] for n, way in record["robots"].items()}
         self.taken, self.orders = dict.fromkeys(self.plan, 0), record["orders"]
         for name, way in self.plan.items():
-            mobility = self.data[name]["mobility"]
-            legal = all(b in self.world.moves(mobility, a) for a, b in pairwise(way))
-            legal = legal and way[:1] == [self.robots[name].destination]
-            require(legal, f"{name} cannot follow the plan from where it is")
-        for first, i, then, j in self.orders:
-            inside = 0 <= i < len(self.plan[first]) and 0 < j < len(self.plan[then])
-            require(inside, "an order of the plan is about no place of it")
+            begins = way[:1] == [self.robots[name].destination]
+            require(begins, f"{name} cannot follow the plan from where it is")
 
     def _check_planned(self, name: str, robot: Robot, after: Pose) -> None:
         """A step of a joint plan: the next one, when those have arrived that it waits for."""
@@ -1368,8 +1370,6 @@ class Run:
         robot.nodes = robot.after = None
 
     def _plan_end(self, record: Json) -> None:
-        done = all(self.taken[name] == len(way) - 1 for name, way in self.plan.items())
-        require(done or record["reason"] != "reached", "the plan is not at its end")
         for name, node in (record.get("nodes") or {}).items():
             robot, task = self.robots[name], self.robots[name].task
             if node is not None and robot.toward is None:

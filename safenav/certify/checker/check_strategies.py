@@ -318,7 +318,13 @@ def complete(
 ) -> Iterator[tuple[Row, Row]]:
     """All pairs of a row and values of the ``wanted`` variables that satisfy the clauses. One
     variable after the other takes all its values, first the one by which most clauses can be
-    evaluated; a clause is evaluated as soon as all that it reads is there."""
+    evaluated, and of these the smallest; a clause is evaluated as soon as all that it reads is
+    there."""
+
+    def first(key: Key) -> tuple[int, int]:
+        by_it = sum(clause.reads <= {*order, key} for clause in waiting)
+        return by_it, -len(spec.variables[key.rstrip("'")].bits)
+
     order, left, waiting = list(known), list(wanted), list(clauses)
     partial = list(dict.fromkeys(rows))
     values: list[Row] = [()]
@@ -330,7 +336,7 @@ def complete(
         partial = [*chain(*(_extended(spec, order, ready, rows, values) for rows in blocks))]
         if not left:
             break
-        key = max(left, key=lambda k: sum(c.reads <= {*order, k} for c in waiting))
+        key = max(left, key=first)
         left.remove(key)
         order.append(key)
         variable = spec.variables[key.rstrip("'")]
