@@ -10,7 +10,7 @@ from math import atan2, hypot, pi, remainder, sqrt, tau
 
 from safenav.errors import UsageError
 from safenav.motion.file.records import Curve, Flight, Moving
-from safenav.motion.geometry import way, yaw
+from safenav.motion.geometry import MetricFloor, way, yaw
 from safenav.motion.mover import Crossing, Mover
 from safenav.motion.polynomial import PEAK, quintic
 
@@ -20,6 +20,16 @@ TURNING = 1.5
 """Radians per second at which it turns to face something."""
 ROOM = 0.05
 """Metres that a robot stays inside its region when it stops short of an obstacle there."""
+
+
+def end_of(crossing: Crossing, floor: MetricFloor, size: float) -> tuple[float, float]:
+    """Where a round body of that size comes to rest: in the middle of the region, or short of an
+    obstacle there."""
+    x, y = floor.centre(crossing.to)
+    if crossing.short:
+        ahead, back = way(crossing.heading), floor.side / 2 - size / 2 - ROOM
+        x, y = x - ahead[0] * back, y - ahead[1] * back
+    return x, y
 
 
 class DiscMover(Mover):
@@ -51,12 +61,8 @@ class DiscMover(Mover):
         return PEAK * metres / self.values["speed"]
 
     def move(self, crossing: Crossing) -> list[Moving]:
-        x, y = self.floor.centre(crossing.to)
-        if crossing.short:
-            ahead = way(crossing.heading)
-            back = self.floor.side / 2 - self.size / 2 - ROOM
-            x, y = x - ahead[0] * back, y - ahead[1] * back
-        moved = self._go(crossing.tick, (x, y), yaw(crossing.heading), crossing.to)
+        there = end_of(crossing, self.floor, self.size)
+        moved = self._go(crossing.tick, there, yaw(crossing.heading), crossing.to)
         self.region, self.heading = crossing.to, crossing.heading
         return moved
 

@@ -10,9 +10,9 @@ from collections.abc import Mapping
 from math import atan2, hypot, pi, remainder, sqrt, tau
 
 from safenav.errors import UsageError
-from safenav.motion.disc import PEAK_ACCELERATION, ROOM
+from safenav.motion.disc import PEAK_ACCELERATION, ROOM, end_of
 from safenav.motion.file.records import Arc, Drive, Moving
-from safenav.motion.geometry import way, yaw
+from safenav.motion.geometry import yaw
 from safenav.motion.mover import Crossing, Mover
 from safenav.motion.polynomial import PEAK, quintic
 
@@ -40,12 +40,8 @@ class RoverMover(Mover):
         return {"size": self.size, **{name: self.values[name] for name in names}}
 
     def move(self, crossing: Crossing) -> list[Moving]:
-        x, y = self.floor.centre(crossing.to)
-        if crossing.short:
-            ahead = way(crossing.heading)
-            back = self.floor.side / 2 - self.size / 2 - ROOM
-            x, y = x - ahead[0] * back, y - ahead[1] * back
-        arcs = [*self._turning(yaw(crossing.heading)), self._driving((x, y))]
+        there = end_of(crossing, self.floor, self.size)
+        arcs = [*self._turning(yaw(crossing.heading)), self._driving(there)]
         drive = self._drive("drive", crossing.tick, crossing.to, arcs)
         self.region, self.heading = crossing.to, crossing.heading
         return [drive]
