@@ -86,7 +86,7 @@ class Planner:
         safe whatever the others do."""
         others = [p for p in self._successors(observed) if p.pose.region != refused.pose.region]
         if self.switch is not None:
-            others += self._successors({**observed, **self.switch.stop(pose.region)})
+            others += self._successors({**observed, **self.switch.stop()})
         return [*others, Proposal(pose, self.node)]
 
     def follow(self, proposal: Proposal) -> None:

@@ -5,8 +5,8 @@ keeps it where it is; ``request`` sends it to the region ``assigned``, and excus
 meanwhile. What it can be sent to is limited to regions from which it can go on with its own
 objective, and obstacles that turn out to be there for good still need a new strategy.
 
-A robot on its way is stopped by assigning it the region where it is, not by ``wait``: that would
-be a bit beside every pair of a place and a request, and so twice the nodes.
+Told to wait while a request is open, a robot is not told its place: that would be a bit beside
+every pair of a place and a request, and so twice the nodes.
 """
 
 from __future__ import annotations
@@ -57,11 +57,9 @@ class Switch:
         self._sent = signal.place
         return self._values(True, signal.place, False)
 
-    def stop(self, region: Region) -> dict[str, int]:
-        """The inputs that keep a robot in ``region``, whatever it was told before."""
-        if self._sent is None:
-            return self._values(False, self._neutral, True)
-        return self._values(True, region, False)
+    def stop(self) -> dict[str, int]:
+        """The inputs that keep the robot where it is; a request stays open."""
+        return self._values(self._sent is not None, self._neutral, True)
 
     def forget(self) -> None:
         """No request is open in the strategy's memory any more."""
@@ -154,13 +152,11 @@ def assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
         yield Constraint(Section.ENV_INIT, formula, begin)
     where = Origin("coordination", "it is sent only where it can come back from", SOURCE)
     allowed_next = one_of("assigned", allowed, "'")
-    yield Constraint(Section.ENV_TRANS, f"request' -> assigned' = region | {allowed_next}", where)
-    yield Constraint(Section.ENV_TRANS, f"!request' -> assigned' = {neutral}", where)
-    still = Origin("coordination", "until it is there, or is stopped, the place is kept", SOURCE)
-    kept = "assigned' = assigned | assigned' = region | assigned = region"
-    yield Constraint(Section.ENV_TRANS, f"request & request' -> {kept}", still)
-    stopped = Origin("coordination", "on its way it is stopped by the place where it is", SOURCE)
-    yield Constraint(Section.ENV_TRANS, "wait' -> !request'", stopped)
+    yield Constraint(Section.ENV_TRANS, f"request' & !wait' -> {allowed_next}", where)
+    yield Constraint(Section.ENV_TRANS, f"!request' | wait' -> assigned' = {neutral}", where)
+    still = Origin("coordination", "an open request keeps its place until it has to wait", SOURCE)
+    kept = "request & !wait & request' & !wait' -> assigned' = assigned"
+    yield Constraint(Section.ENV_TRANS, kept, still)
     fair = Origin("coordination", "it is infinitely often not told to wait", SOURCE)
     yield Constraint(Section.ENV_LIVENESS, "!wait'", fair)
 
@@ -178,11 +174,8 @@ def guarantees() -> Iterator[Constraint]:
     """It waits when told, and goes where it is asked to."""
     stay = Origin("coordination", "told to wait, it stays", SOURCE)
     yield Constraint(Section.SYS_TRANS, "wait' -> region' = region", stay)
-    stop = Origin("coordination", "sent to where it is, it stays", SOURCE)
-    formula = "request' & assigned' = region -> region' = region"
-    yield Constraint(Section.SYS_TRANS, formula, stop)
     go = Origin("coordination", "an open request is answered", SOURCE)
-    yield Constraint(Section.SYS_LIVENESS, "request' -> region' = assigned'", go)
+    yield Constraint(Section.SYS_LIVENESS, "request' & !wait' -> region' = assigned'", go)
 
 
 def excused(constraint: Constraint, holds: bool = False) -> Constraint:

@@ -67,6 +67,7 @@ from check_strategies import (
 MOST_STATES = 200_000
 MOST_MEMORY = 64
 HEADINGS = ("north", "east", "south", "west")
+TOLD = ("request", "wait", "assigned")
 Json = Mapping[str, Any]
 Pose = tuple[int, str | None]  # a region, and the heading of robots that have one
 Assumption = tuple[str, str, frozenset[int]]  # what happens again and again, of whom, and where
@@ -292,7 +293,7 @@ class Task:
     def expected(self, node: int) -> frozenset[Row]:
         """All inputs that can occur after a node."""
         region, values = self.poses[node][0], self.values[node]
-        told = (values["request"], values["assigned"]) if self.places is not None else ()
+        told = tuple(values[name] for name in TOLD) if self.places is not None else ()
         key = (region, told, tuple(values[f"at_{name}"] for name in self.tracked))
         if key not in self._expected:
             groups = list(self._groups(region, values))
@@ -307,11 +308,10 @@ class Task:
     def _groups(self, region: int, values: Json) -> Iterator[tuple[list[str], Iterable[Row]]]:
         """Inputs that do not depend on each other, with the values that can occur."""
         if self.places is not None:
-            sent = values["request"] and values["assigned"] != region
-            where = {region, values["assigned"]} if sent else {region, *self.places}
-            rows = [(1, 0, place) for place in where]
-            rows += [(0, wait, self.line["neutral"]) for wait in (0, 1)]
-            yield ["request", "wait", "assigned"], rows
+            again = values["request"] and not values["wait"]
+            rows = [(1, 0, place) for place in ({values["assigned"]} if again else self.places)]
+            rows += [(*told, self.line["neutral"]) for told in ((0, 0), (0, 1), (1, 1))]
+            yield [*TOLD], rows
         if self.nearby and self.moving:
             sides = self.world.sides
             open_ = [side for side in sides if self.world.step(region, side) is not None]
@@ -365,9 +365,7 @@ class Task:
         moves = self.world.moves(self.robot["mobility"], here)
         if self.kind == "hold" and here[0] in self.targets[0] and not seen.get("request"):
             moves = {here}
-        if self.places is not None and (
-            seen["wait"] or (seen["request"] and seen["assigned"] == here[0])
-        ):
+        if self.places is not None and seen["wait"]:
             moves &= {here}
         shut = self.taken(here[0], seen) | self.closed
         if self.kind == "patrol":
@@ -387,7 +385,7 @@ class Task:
             return met
         if not values["request"]:
             return [*met, True]  # while it is sent somewhere its own goals can wait
-        return [True] * len(met) + [values["assigned"] == region]
+        return [True] * len(met) + [bool(values["wait"]) or values["assigned"] == region]
 
     def _assumptions(self, fairness: str) -> list[Assumption]:
         """What is assumed to happen again and again: what, of whom, and where."""
@@ -1228,7 +1226,7 @@ class Run:
         if task is None:
             return set()
         if task.places is not None:
-            seen = {key: int(robot.signal[key]) for key in ("request", "wait", "assigned")}
+            seen = {key: int(robot.signal[key]) for key in TOLD}
         if task.nearby:
             taken = set(extra).union(*(self.robots[other].places for other in task.moving))
             for side in self.world.sides if task.moving else ():
