@@ -138,6 +138,17 @@ def test_who_is_leaving_a_target_does_not_meet_it_once_more() -> None:
     assert not check_trace(text(s.end("interrupted", {"slow": 0}))).findings
 
 
+@pytest.mark.parametrize(("by", "rules"), [("plan", []), ("strategy", ["missed-goal"])])
+def test_a_plan_may_cross_the_target_whose_turn_it_is_not(by: str, rules: list[str]) -> None:
+    """The strategy of a patrol never does, so it would have met it."""
+    s = Script("....\n####", {"a": robot("air", [], 0, {"patrol": [3, 1]})}, [])
+    s.next_tick().move("a", 1)
+    s.lines[-1]["by"] = by
+    s.next_tick().move("a", 2)
+    audit = check_trace(text(s.end("interrupted", {"a": 0})))
+    assert [f.rule for f in audit.findings if f.rule == "missed-goal"] == rules
+
+
 @pytest.mark.parametrize(("assigned", "rules"), [(1, []), (0, ["hold"])])
 def test_who_holds_leaves_only_where_signals_send_it(assigned: int, rules: list[str]) -> None:
     s = Script("....\n####", {"a": robot("ground", [], 0, {"hold": 0})}, [])

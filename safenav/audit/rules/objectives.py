@@ -120,7 +120,8 @@ class MissedGoalRule(Rule):
         if now.toward[robot] is not None:
             return  # it is leaving: only who ends a step, or stays, meets something
         met = {goal.goal for goal in turn.all(Goal)}
-        if now.alternates(robot) and progress.awaited is None:
+        crosses = progress.objective.kind == "patrol" and not _by_strategy(turn)
+        if progress.awaited is None and (now.alternates(robot) or crosses):
             return  # which target is next is not known yet
         for index, target in enumerate(progress.objective.targets):
             if here in target and index not in met and _is_due(progress, index, turn.origin):
