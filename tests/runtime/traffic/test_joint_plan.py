@@ -107,26 +107,62 @@ def test_a_spent_budget_proves_nothing() -> None:
     assert isinstance(search(floor, rounds=3).singles(5), Spent)
 
 
-FULL = ["#########", "#...#...#", "#.......#", "#########"]
+BOTTLENECK = ["#########", "#...#...#", "#.......#", "#########"]
+POCKETS = ["#########", "#.......#", "#...#...#", "#########"]
 
 
-def test_a_full_floor_is_left_leg_by_leg() -> None:
-    """Eight robots in thirteen regions, five of which cannot turn round: crowd 500003, of which
-    searches for all at once found no plan in 100 seconds."""
-    floor = Floor(
-        FULL,
-        {
-            "digit0": Bot("14s", [20, 24]),
-            "rover1": Bot("16", [25, 19]),
-            "cart2": Bot("20", [19, 16]),
-            "cart3": Bot("24", [25, 10]),
-            "digit4": Bot("11w", [11, 25]),
-            "digit5": Bot("21e", [15, 11]),
-            "digit6": Bot("19w", [23, 20]),
-            "digit7": Bot("15e", [23, 19]),
-        },
-    )
-    found = search(floor).run(3)
+@pytest.mark.parametrize(
+    ("grid", "bots"),
+    [
+        pytest.param(
+            BOTTLENECK,
+            [
+                Bot("14s", [20, 24]),
+                Bot("16", [25, 19]),
+                Bot("20", [19, 16]),
+                Bot("24", [25, 10]),
+                Bot("11w", [11, 25]),
+                Bot("21e", [15, 11]),
+                Bot("19w", [23, 20]),
+                Bot("15e", [23, 19]),
+            ],
+            id="crowd 500003",
+        ),
+        pytest.param(
+            BOTTLENECK,
+            [
+                Bot("15", [12], holds=True),
+                Bot("14", [10, 12, 25]),
+                Bot("22", [16], holds=True),
+                Bot("11", [11], any_order=True),
+                Bot("19n", [19, 11, 12], any_order=True),
+                Bot("10w", [25], any_order=True),
+                Bot("25", [15, 16]),
+                Bot("20n", [22, 10, 15]),
+            ],
+            id="crowd_hidden 1000096",
+        ),
+        pytest.param(
+            POCKETS,
+            [
+                Bot("11e", [16, 24]),
+                Bot("15", [25, 11]),
+                Bot("21n", [25, 13]),
+                Bot("10", [15, 21]),
+                Bot("20e", [10, 20]),
+                Bot("19", [20, 23]),
+                Bot("16n", [16, 14]),
+                Bot("13", [13, 12]),
+            ],
+            id="crowd 1000460",
+        ),
+    ],
+)
+def test_full_floors_are_left_leg_by_leg(grid: list[str], bots: list[Bot]) -> None:
+    """Eight robots in thirteen regions, some of which cannot turn round: searches for all of them
+    at once found no plan in a minute."""
+    floor = Floor(grid, {f"r{i}": bot for i, bot in enumerate(bots)})
+    found = search(floor).run(4)
     assert isinstance(found, Found)
     play(floor, found, random.Random(0))
 
