@@ -1,8 +1,10 @@
 """slugs with assertions and with address and undefined-behaviour sanitizers: fuzzers and games.
 
-`make slugs-test` builds it, and runs the unit tests in it.
+`make slugs-test` builds it, and runs the unit tests in it. `SAFENAV_RANDOM_GAMES` and
+`SAFENAV_FUZZ_FIRST` as for the release (`test_random_games.py`): a fifth as many games.
 """
 
+import os
 import subprocess
 from pathlib import Path
 from random import Random
@@ -12,6 +14,8 @@ import pytest
 from oracle import dense_game, random_specification
 from oracle.duel import Abilities, Duel
 
+GAMES = int(os.environ.get("SAFENAV_RANDOM_GAMES", "120")) // 5
+FIRST = int(os.environ.get("SAFENAV_FUZZ_FIRST", "0"))
 FUZZER_RUNS = "4000"
 FUZZER_SECONDS = "30"
 
@@ -41,7 +45,7 @@ def test_a_bounded_fuzzing_run_finds_nothing(sanitized: Path, tmp_path: Path, re
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", range(FIRST, FIRST + GAMES))
 def test_random_games_break_nothing(duel: Duel, seed: int) -> None:
     """All commands on small games, with all that the oracle knows about the answers."""
     specification = random_specification(Random(seed), integers=seed % 3 == 0, bits=3 + seed % 4)
@@ -49,7 +53,7 @@ def test_random_games_break_nothing(duel: Duel, seed: int) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(FIRST, FIRST + GAMES // 6))
 def test_games_whose_diagrams_are_reordered_break_nothing(duel: Duel, seed: int) -> None:
     assert duel.disagreement(dense_game(Random(seed)), seed) is None
 
