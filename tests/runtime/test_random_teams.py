@@ -18,7 +18,7 @@ from safenav.scenario.model import Outcome
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.writing import TraceWriter
 
-WANTED = int(os.environ.get("SAFENAV_FUZZ", "40"))
+WANTED = int(os.environ.get("SAFENAV_FUZZ", "20"))
 BATCH = 10
 
 REGRESSIONS = {

@@ -17,7 +17,7 @@ from oracle.duel import Abilities, Duel
 from oracle.rendering import to_slugsin
 
 BATCH = 50
-GAMES = int(os.environ.get("SAFENAV_RANDOM_GAMES", "300"))
+GAMES = int(os.environ.get("SAFENAV_RANDOM_GAMES", "200"))
 FIRST = int(os.environ.get("SAFENAV_FUZZ_FIRST", "0"))
 BATCHES = range((GAMES + BATCH - 1) // BATCH)
 DENSE = range((GAMES + 59) // 60)
