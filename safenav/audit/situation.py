@@ -329,7 +329,8 @@ class Situation:
                 self._put_in_force(record.objectives, record.line)
             case Synthesis():
                 self.form[record.robot, record.objective] = record.form
-                if self.derived and record.node is not None:  # it was installed
+                always_own = record.places is not None  # a strategy of assignable goals
+                if self.derived and record.node is not None and not always_own:  # it was installed
                     self._put_in_force({record.robot: record.objective}, record.line)
                 if record.tick > 0:
                     robot = record.robot

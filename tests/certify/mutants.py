@@ -267,16 +267,26 @@ def _set(key: str, values: list[Any]) -> Callable[[dict[str, Any], Random], bool
     return change
 
 
-def _begins_elsewhere(line: dict[str, Any], source: Random) -> bool:
-    if not line.get("strategy"):
-        return False
-    line["node"] += source.choice([1, 2, 3])
-    return True
+def _begins_elsewhere(files: Files, source: Random) -> Files | None:
+    """In a node that differs in more than in what was observed, or which goal comes first."""
+    lines = lines_of(files)
+    found = [line for line in lines if line["type"] == "synthesis" and line.get("strategy")]
+    if not found:
+        return None
+    line = source.choice(found)
+    strategy = json.loads(files[f"strategies/{line['strategy']}.json"])
+    before, line["node"] = line["node"], line["node"] + source.choice([1, 2, 3])
+    one, other = (strategy["nodes"].get(str(node)) for node in (before, line["node"]))
+    bits = enumerate(strategy["variables"])
+    kept = [k for k, name in bits if name != "wait" and not name.startswith("busy_")]
+    if other is not None and all(one["state"][k] == other["state"][k] for k in kept):
+        return None
+    return with_lines(files, lines)
 
 
 def _other_objectives(line: dict[str, Any], source: Random) -> bool:
     name = source.choice(sorted(line["objectives"]))
-    line["objectives"][name] = {"visit": [29, 30]}
+    line["objectives"][name] = {"visit": [0, 1]}  # nothing is resolved there
     return True
 
 
@@ -368,7 +378,7 @@ MUTANTS = (
     Mutant("an objective on the stack", _line("push", _other_objectives)),
     Mutant("a depth", _line("push", _set("depth", [0, 2, 3]))),
     Mutant("a violation gone", _drop_line("violation")),
-    Mutant("where a strategy begins", _line("synthesis", _begins_elsewhere)),
+    Mutant("where a strategy begins", _begins_elsewhere),
     Mutant("what a strategy is for", _line("synthesis", _set("objective", [{"hold": 29}]))),
     Mutant("a resolved obstacle gone", _drop_line("resolved")),
     Mutant("an outcome", _line("outcome", _set("outcome", ["completed"]))),

@@ -64,6 +64,16 @@ ON_THE_SPOT = (
 obstacles: [{type: bar, region: 7}]
 """,
 )
+LOSES_SIGHT = (
+    '["######", "#....#", "#....#", "######"]',
+    """
+  a: {model: pusher, start: 15, objective: {visit: [7, 16]}}
+  b: {model: cart, tracking: belief, vision: 1, start: 9, objective: {cover: [13, 15]}}
+  c: {model: cart, tracking: belief, vision: 2, start: 7, objective: {visit: [10]}}
+obstacles: [{type: bar, region: 8}]
+coordination: assignable
+""",
+)
 CATALOGUE = """
   robots:
     cart: {mobility: free, layer: ground, capabilities: []}
@@ -164,3 +174,15 @@ def test_a_robot_that_resolves_an_obstacle_has_held_since_then() -> None:
     (resolved,) = [line for line in lines if line["type"] == "resolved"]
     assert (resolved["tick"], lines[-1]["ticks"]) == (1, 2)
     assert lines[-1]["outcome"] == "completed"
+
+
+def test_a_strategy_of_assignable_goals_is_always_about_its_own() -> None:
+    """Two get new ones while they wait, because the obstacle is in their sight; what they are told
+    stays as it was."""
+    lines = lines_of(files_of(bundle_of(LOSES_SIGHT)))
+    own = {name: r["objective"] for name, r in lines[0]["scenario"]["robots"].items()}
+    push = next(k for k, line in enumerate(lines) if line["type"] == "push")
+    again = [line for line in lines[push:] if line["type"] == "synthesis"]
+    assert again
+    assert lines[push]["objectives"][again[0]["robot"]] != own[again[0]["robot"]]
+    assert all(line["objective"] == own[line["robot"]] for line in again)

@@ -1028,7 +1028,8 @@ class Run:
         robot = self.robots[name]
         robot.task, robot.nodes, robot.after = task, {node}, None
         robot.knowledge = dict(task.knowledge)
-        robot.signal = {"request": False, "assigned": record.get("neutral"), "wait": False}
+        nothing = {"request": False, "assigned": record.get("neutral"), "wait": False}
+        robot.signal = robot.signal or nothing  # told when it changes
         if same_objective(task.objective, self.data[name]["objective"]):
             robot.awaited = next(iter(task.memory.values()), 0)
 
@@ -1062,7 +1063,9 @@ class Run:
         same = task.pose == robot.destination
         require(same, f"{name} is at {robot.destination}, but synthesized for {task.pose}")
         tried = record["verdict"] == "unrealizable" and self.tick  # for an objective not in force
-        if not tried and not same_objective(task.objective, robot.objective):
+        own = same_objective(task.objective, self.data[name]["objective"])
+        meant = own if task.places is not None else same_objective(task.objective, robot.objective)
+        if not tried and not meant:  # with assignable goals it is always about its own
             free = self.stack and self.told != (self.tick, self.turn)  # a line of this turn holds
             free = free and self._may_do(name, task.objective)
             require(free, f"{name} is synthesized for another objective than is in force")

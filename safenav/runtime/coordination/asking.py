@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Answer:
-    """The synthesizer's last word on one robot's task. ``told``: the objective that is to be in
-    force, and ``form`` how it stands in the task; ``tried``: what failed before."""
+    """The synthesizer's last word on one robot's task. ``told``: the objective that it is for, and
+    ``form`` how that stands in the task; ``tried``: what failed before."""
 
     task: Task
     result: SynthesisResult
@@ -103,7 +103,7 @@ class Asking:
                     tried += (
                         records.Tried(before.task.fairness.value, failed.spec_sha256, verdict),
                     )
-                told = errands[name].assignment.objective
+                told = errands[name].objective
                 answers[name] = Answer(task, result, told, form, tried)
 
     def close(self) -> None:
