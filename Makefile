@@ -77,7 +77,7 @@ fuzz: slugs-test ## long campaigns: games, proofs, missions; with clang the read
 	SAFENAV_FUZZ=$(FUZZ) SAFENAV_RANDOM_GAMES=$(FUZZ) $(BIN)/pytest -n $(JOBS) --dist worksteal \
 	  tests/fuzz tests/campaigns tests/certify tests/motion/test_random_missions.py tests/motion/test_pushes.py \
 	  tests/slugs/test_random_games.py tests/slugs/test_sanitized.py tests/slugs/test_serve.py \
-	  tests/runtime/test_random_teams.py tests/runtime/test_beliefs.py \
+	  tests/runtime/test_random_teams.py tests/runtime/test_beliefs.py tests/spec/test_belief.py \
 	  tests/oracle/test_agreement.py tests/synthesis/test_reading.py \
 	  tests/synthesis/test_verify_random.py \
 	  tests/studio/test_editing.py tests/studio/test_random_sessions.py \

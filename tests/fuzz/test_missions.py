@@ -62,7 +62,7 @@ def quiet(scenario: Scenario) -> Synthesizer:
     )
 
 
-@campaign(120)
+@campaign(80)
 @given(scenarios())
 def test_every_mission_ends_well(data: dict[str, Any]) -> None:
     try:

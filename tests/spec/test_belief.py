@@ -1,4 +1,7 @@
-"""Beliefs contain the true position, and the specification says exactly how they develop."""
+"""Beliefs contain the true position, and the specification says exactly how they develop.
+
+Among the tests the campaigns are short; `make fuzz` tries thousands.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from fuzz.campaign import campaign
 from safenav.errors import UsageError
 from safenav.formula.evaluator import evaluate
 from safenav.formula.parser import parse
@@ -139,7 +143,7 @@ def inputs(scene: Scene, knowledge: Knowledge) -> dict[str, int]:
     return belief.observe(scene.task, scene.world, {"other": knowledge})
 
 
-@settings(max_examples=200, deadline=None)
+@campaign(100)
 @given(scenes(), st.data())
 def test_the_other_is_always_where_it_is_believed_to_be(scene: Scene, data: st.DataObject) -> None:
     seen_by = belief.watch_for(scene.task, scene.world)
@@ -149,7 +153,7 @@ def test_the_other_is_always_where_it_is_believed_to_be(scene: Scene, data: st.D
         assert (look.knowledge == look.other) == in_sight
 
 
-@settings(max_examples=200, deadline=None)
+@campaign(100)
 @given(scenes(), st.data())
 def test_what_is_observed_satisfies_the_assumptions(scene: Scene, data: st.DataObject) -> None:
     begins, steps = formulas(scene, Section.ENV_INIT), formulas(scene, Section.ENV_TRANS)
@@ -162,7 +166,7 @@ def test_what_is_observed_satisfies_the_assumptions(scene: Scene, data: st.DataO
         state = following
 
 
-@settings(max_examples=150, deadline=None)
+@campaign(75)
 @given(scenes(), st.data())
 def test_nobody_out_of_sight_is_where_the_robot_steps(scene: Scene, data: st.DataObject) -> None:
     for look in walk(scene, data, 12):
@@ -172,7 +176,7 @@ def test_nobody_out_of_sight_is_where_the_robot_steps(scene: Scene, data: st.Dat
             assert look.other != look.after != look.knowledge
 
 
-@settings(max_examples=100, deadline=None)
+@campaign(60)
 @given(scenes(), st.data())
 def test_a_specification_can_begin_with_a_belief(scene: Scene, data: st.DataObject) -> None:
     """As when a robot is resynthesized while the other is out of sight."""
@@ -218,7 +222,7 @@ def test_the_assumptions_allow_what_can_become_known_and_nothing_else(scene: Sce
             assert allowed == expected
 
 
-@settings(max_examples=100, deadline=None)
+@campaign(60)
 @given(scenes(), st.data())
 def test_knowledge_develops_as_defined(scene: Scene, data: st.DataObject) -> None:
     """The definition, word by word: successors in sight are exact, the others fold into the
@@ -264,7 +268,7 @@ def test_what_occurs_is_what_some_joint_path_leads_to(scene: Scene) -> None:
 
 
 @pytest.mark.parametrize("fairness", [Fairness.OFF_MY_TARGETS, Fairness.AT_ITS_TARGETS])
-@settings(max_examples=100, deadline=None)
+@campaign(60)
 @given(data=st.data())
 def test_a_fairness_assumption_holds_whenever_the_other_meets_it(
     fairness: Fairness, data: st.DataObject
@@ -293,7 +297,7 @@ def test_out_of_sight_means_believed(scene: Scene, data: st.DataObject) -> None:
         assert live or not unseen or not scene.task.observed[0].danger
 
 
-@settings(max_examples=100, deadline=None)
+@campaign(60)
 @given(scenes(Fairness.OUT_OF_MY_WAY), st.data())
 def test_out_of_the_way_means_not_beside_it(scene: Scene, data: st.DataObject) -> None:
     live = formulas(scene, Section.ENV_LIVENESS)
