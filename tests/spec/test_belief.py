@@ -5,11 +5,11 @@ Among the tests the campaigns are short; `make fuzz` tries thousands.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fuzz.campaign import campaign
@@ -27,7 +27,7 @@ from safenav.spec.others import belief
 from safenav.spec.others.knowledge import Knowledge, occurring
 from safenav.spec.others.tracking import OthersEncoding, encode_others
 from safenav.spec.specification import Section
-from safenav.spec.task import LADDERS, Fairness, Known, Observed, Task
+from safenav.spec.task import LADDERS, Fairness, Observed, Task
 from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.verdict import Verdict
 from safenav.verify.verification import first_failure
@@ -35,103 +35,10 @@ from safenav.world.map import Region, RegionMap
 from safenav.world.moves import Mobility, Pose
 from safenav.world.partition import Partition
 from safenav.world.sight import members
+from spec.scenes import Scene, scenes, walk
 
 MOST = 10_000
 CASE_STUDY_3 = Path(__file__).parents[2] / "scenarios" / "case_study_3.yaml"
-
-
-@st.composite
-def maps(draw: st.DrawFn) -> RegionMap:
-    rows, cols = draw(st.integers(1, 5)), draw(st.integers(1, 6))
-    line = st.lists(st.sampled_from("...#"), min_size=cols, max_size=cols).map("".join)
-    world = RegionMap.from_grid(draw(st.lists(line, min_size=rows, max_size=rows)))
-    assume(len(world.free) >= 2)
-    return world
-
-
-@st.composite
-def partitions(draw: st.DrawFn, world: RegionMap) -> Partition:
-    """Any partition whatever; cells need not be connected."""
-    labels = draw(st.lists(st.integers(0, 3), min_size=len(world.free), max_size=len(world.free)))
-    cells: dict[int, list[Region]] = {}
-    for region, label in zip(world.free, labels, strict=True):
-        cells.setdefault(label, []).append(region)
-    return Partition.given(cells.values(), world)
-
-
-@dataclass(frozen=True)
-class Scene:
-    """A map, and a robot on it with the task of keeping track of another."""
-
-    world: RegionMap
-    task: Task
-
-
-@st.composite
-def scenes(draw: st.DrawFn, fairness: Fairness = Fairness.NONE) -> Scene:
-    world = draw(maps())
-    free = st.sampled_from(world.free)
-    own, other = draw(free), draw(free)
-    danger = draw(st.booleans())
-    assume(own != other or not danger)
-    target = st.frozensets(free, min_size=1, max_size=3)
-    radius = draw(st.sampled_from([1.0, 1.5, 2.0, 3.0, None]))
-    model = RobotModel("rover", Mobility.FREE, "ground", frozenset(), radius)
-    objective = Visit((draw(target), draw(target)))
-    blocked = draw(st.frozensets(free, max_size=2)) - {own}
-    return Scene(
-        world,
-        Task(
-            Robot("rover", model, Pose(own), objective),
-            Pose(own),
-            objective,
-            blocked=tuple(Known(region, "map", "closed") for region in sorted(blocked)),
-            observed=(Observed("other", other, (draw(target),), danger),),
-            tracking=Tracking.BELIEF,
-            fairness=fairness,
-            partition=draw(st.none() | partitions(world)),
-            closed=draw(st.frozensets(free, max_size=2)),
-        ),
-    )
-
-
-@dataclass(frozen=True)
-class Look:
-    """One turn: the other has come to ``other``, the robot looks from ``before``, knows
-    ``knowledge``, and steps to ``after``."""
-
-    before: Region
-    other: Region
-    knowledge: Knowledge
-    after: Region
-
-
-def walk(scene: Scene, data: st.DataObject, steps: int) -> list[Look]:
-    """Both robots at random; they keep what they guarantee each other."""
-    world, task = scene.world, scene.task
-    (observed,) = task.observed
-    blocked = {known.region for known in task.blocked}
-    tracker = BeliefTracker.by(belief.watch_for(task, world))
-    own, other, knowledge = task.pose.region, observed.region, belief.known_of(observed)
-    looks = []
-    for _ in range(steps):
-        choices = [other, *world.neighbours(other)]
-        other = data.draw(st.sampled_from([r for r in choices if r != own or not observed.danger]))
-        knowledge = tracker.observe(own, other, knowledge)
-        steps_ = [own, *(r for r in world.neighbours(own) if r not in blocked)]
-        after = data.draw(st.sampled_from([r for r in steps_ if _allowed(task, r, knowledge)]))
-        looks.append(Look(own, other, knowledge, after))
-        own = after
-    return looks
-
-
-def _allowed(task: Task, region: Region, knowledge: Knowledge) -> bool:
-    """The guarantee that the specification demands, on the inputs."""
-    model_input = knowledge if isinstance(knowledge, int) else 10**6
-    return all(
-        evaluate(parse(c.formula), {}, {"region": region, "at_other": model_input})
-        for c in belief.guarantees(task)
-    )
 
 
 def formulas(scene: Scene, section: Section) -> list[Formula]:
