@@ -74,6 +74,13 @@ obstacles: [{type: bar, region: 8}]
 coordination: assignable
 """,
 )
+FAR_AWAY = (
+    '["#######", "#.....#", "#######"]',
+    """
+  a: {model: cart, start: 8, objective: {visit: [9, 8]}}
+obstacles: [{type: bar, region: 12}]
+""",
+)
 CATALOGUE = """
   robots:
     cart: {mobility: free, layer: ground, capabilities: []}
@@ -186,3 +193,18 @@ def test_a_strategy_of_assignable_goals_is_always_about_its_own() -> None:
     assert again
     assert lines[push]["objectives"][again[0]["robot"]] != own[again[0]["robot"]]
     assert all(line["objective"] == own[line["robot"]] for line in again)
+
+
+def test_an_obstacle_is_met_from_beside_it(tmp_path: Path) -> None:
+    """From elsewhere there is nothing to step back from."""
+    bundle = bundle_of(FAR_AWAY)
+    lines = lines_of(files_of(bundle))
+    first = next(k for k, line in enumerate(lines) if line["type"] == "move")
+    about = {"tick": 1, "robot": "a"}
+    met = {"at": 8, "proposed": 12, "obstacle": "bar@12", "action": "push"}
+    lines[first] |= {"to": 8, "by": "backtrack"}
+    lines[first:first] = [
+        {"type": "violation", **about, **met},
+        {"type": "backtrack", **about, "to": 8},
+    ]
+    assert "bar@12 does not block a at 12" in said_of(bundle, lines, tmp_path)
