@@ -13,6 +13,7 @@ from oracle.extraction import extract
 from oracle.fixpoint import Solution, initial_states, is_realizable, losing_inputs, solve
 from oracle.game import Game, build_game, members
 from oracle.generator import deep_formulas, random_specification
+from oracle.independent_games import independent_game
 from oracle.parity import counterstrategy_from_parity, solve_parity, strategy_from_parity
 from oracle.rendering import inputs_first, to_slugsin, to_structuredslugs
 from oracle.shrinking import shrink
@@ -35,6 +36,7 @@ __all__ = [
     "dense_game",
     "extract",
     "from_json",
+    "independent_game",
     "initial_states",
     "inputs_first",
     "is_realizable",

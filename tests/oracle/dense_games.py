@@ -24,21 +24,21 @@ def dense_game(source: Random, bits: int = 11) -> Specification:
     every = ins + outs
 
     def goals(count: int) -> tuple[Formula, ...]:
-        return tuple(_mix(source, every, every, source.choice((1, 2, 4))) for _ in range(count))
+        return tuple(mixed(source, every, every, source.choice((1, 2, 4))) for _ in range(count))
 
     rules: list[Formula] = [
-        Binary("->", _mix(source, every, ins, 6), _mix(source, [], outs, 3))
+        Binary("->", mixed(source, every, ins, 6), mixed(source, [], outs, 3))
         for _ in range(source.randint(3, 5))
     ]
     rules += [
-        Binary("<->", Atom(name, True), _mix(source, every, ins, 5))
+        Binary("<->", Atom(name, True), mixed(source, every, ins, 5))
         for name in source.sample(outs, 2)
     ]
     return Specification(
         tuple(variables),
-        sys_init=(_mix(source, outs, [], 3),),
+        sys_init=(mixed(source, outs, [], 3),),
         env_trans=tuple(
-            Binary("->", _mix(source, every, [], 5), _mix(source, [], ins, 2)) for _ in range(2)
+            Binary("->", mixed(source, every, [], 5), mixed(source, [], ins, 2)) for _ in range(2)
         ),
         sys_trans=tuple(rules),
         env_liveness=goals(source.randint(0, 3)),
@@ -46,7 +46,7 @@ def dense_game(source: Random, bits: int = 11) -> Specification:
     )
 
 
-def _mix(source: Random, now: list[str], later: list[str], count: int) -> Formula:
+def mixed(source: Random, now: list[str], later: list[str], count: int) -> Formula:
     """A chain of `count` literals, mostly exclusive-or."""
     atoms = [Atom(name) for name in now] + [Atom(name, True) for name in later]
 

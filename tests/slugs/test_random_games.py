@@ -12,7 +12,14 @@ from random import Random
 
 import pytest
 
-from oracle import Specification, deep_formulas, dense_game, random_specification, shrink
+from oracle import (
+    Specification,
+    deep_formulas,
+    dense_game,
+    independent_game,
+    random_specification,
+    shrink,
+)
 from oracle.duel import Abilities, Duel
 from oracle.rendering import to_slugsin
 
@@ -85,6 +92,13 @@ def test_games_of_eight_bits(duel: Duel, seed: int) -> None:
 def test_games_that_need_reordering(duel: Duel, seed: int) -> None:
     """Thousands of nodes at 2,048 states: sifting and collection must not change a byte."""
     _compare(duel, dense_game(Random(FIRST + seed)), seed)
+
+
+@pytest.mark.parametrize("batch", DENSE)
+def test_games_whose_environment_has_independent_parts(duel: Duel, batch: int) -> None:
+    """Solved with one relation for each part, listed with one for all."""
+    for seed in range(FIRST + batch * 6, FIRST + (batch + 1) * 6):
+        _compare(duel, independent_game(Random(seed)), seed)
 
 
 @pytest.mark.parametrize("batch", DEEP)

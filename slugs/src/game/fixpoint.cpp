@@ -44,32 +44,30 @@ Fixpoint::Fixpoint(Game &game, bool robotics_init, Steps order, Statistics &stat
 Bdd Fixpoint::stay(const Bdd &start, const Bdd &moves, const Bdd &allowed, std::uint64_t &iterations) {
   BddStore &store = game_.store;
   Bdd x = start;
-  Bdd open = moves & x;
+  Bdd open = game_.narrowed(moves, x);
   const auto step = [&] {
     const Bdd unanswered =
         store.minus_exists_both(open, game_.sys_trans, allowed & store.to_next(x), game_.next_outputs);
-    return store.exists(unanswered, game_.next_inputs);
+    return game_.origins(unanswered);
   };
   for (;;) {
     ++iterations;
     const Bdd lost = step();
-    if (lost.is_false())
+    const Bdd kept = x & !lost;
+    if (kept == x)
       return x;
-    x &= !lost;
-    open &= !lost;
+    x = kept;
+    open = game_.narrowed(open, !lost);
     game_.reordering.between_steps(step);
   }
 }
 
 // Keeps to states with no move of the environment that stops the system, so that
 // `sys_trans` is all that restricts answers.
-void Fixpoint::leave_stuck_states() {
-  const Bdd stuck = game_.env_trans & !game_.answerable;
-  z_ &= !game_.store.exists(stuck, game_.next_inputs);
-}
+void Fixpoint::leave_stuck_states() { z_ &= !game_.stuck_states(); }
 
 void Fixpoint::close_under_safety() {
-  z_ = stay(z_, game_.env_trans, game_.store.constant(true), statistics_.safety_iterations);
+  z_ = stay(z_, game_.moves_from(z_), game_.store.constant(true), statistics_.safety_iterations);
 }
 
 bool Fixpoint::solve() {
@@ -103,7 +101,7 @@ Bdd Fixpoint::wait(const Bdd &open, const Bdd &start, std::size_t i, std::uint64
   if (!decided_by_input_[i])
     return stay(start, open, !assumption, iterations);
   // Where the environment can satisfy the assumption, waiting is lost at once.
-  const Bdd x = start & !store.exists_both(open, assumption, game_.next_inputs);
+  const Bdd x = start & !game_.origins(open, assumption);
   if (assumption.is_true())
     return x;
   return stay(x, open & !assumption, store.constant(true), iterations);
@@ -119,7 +117,8 @@ Bdd Fixpoint::reach_goal(std::size_t j) {
   const bool settled = settled_[j];
   settled_[j] = true;
   // What the environment may do that the system cannot answer by coming closer.
-  Bdd open = game_.env_trans & z_;
+  const Bdd moves = game_.moves_from(z_);
+  Bdd open = moves;
   const auto answer = [&](const Bdd &targets) {
     const auto step = [&] {
       return store.minus_exists_both(open, game_.sys_trans, targets, game_.next_outputs);
@@ -129,7 +128,7 @@ Bdd Fixpoint::reach_goal(std::size_t j) {
   };
   answer(game_.guarantees[j] & store.to_next(z_));
   const bool verdict_only = order_ == Steps::Fewest;
-  const Bdd last = verdict_only ? game_.env_trans & z_ & !open : Bdd();
+  const Bdd last = verdict_only ? moves & !open : Bdd();
   const auto finish = [&](const Bdd &y) {
     if (verdict_only && y == z_)
       reached_.add(last);
@@ -157,7 +156,7 @@ Bdd Fixpoint::reach_goal(std::size_t j) {
       for (;;) {
         if (order_ == Steps::BiasForAction)
           round.steps.emplace_back(store, larger);
-        const Bdd next = larger | (z_ & !store.exists(open, game_.next_inputs));
+        const Bdd next = larger | (z_ & !game_.origins(open));
         if (next == larger)
           break;
         answer(store.to_next(next & !larger));

@@ -2,10 +2,11 @@
 
 #include "game/game.hpp"
 
-#include "game/order.hpp"
+#include "game/conjuncts.hpp"
 
 #include <algorithm>
 #include <cassert>
+#include <map>
 #include <unordered_map>
 #include <unordered_set>
 
@@ -83,16 +84,6 @@ Bdd translate(BddStore &store, const FormulaPool &formulas, FormulaId root) {
   return take(root);
 }
 
-std::vector<FormulaId> parts_of(const Specification &specification, FormulaPool &formulas, Section section) {
-  std::vector<FormulaId> parts;
-  std::unordered_set<FormulaId> known;
-  for (const Constraint &constraint : specification[section])
-    for (const FormulaId f : conjuncts(formulas, constraint.formula))
-      if (known.insert(f).second)
-        parts.push_back(f);
-  return parts;
-}
-
 // Whose conjunction is that of the parts: a new one whenever the last is found to
 // have more than `most` nodes.
 std::vector<Bdd> factors(BddStore &store, FormulaPool &formulas, std::vector<FormulaId> parts,
@@ -151,18 +142,22 @@ void Game::build() {
   const auto conjunction = [&](const std::vector<FormulaId> &parts) {
     return factors(store, formulas, parts).back();
   };
-  env_init = conjunction(parts_of(specification, formulas, Section::EnvInit));
-  sys_init = conjunction(parts_of(specification, formulas, Section::SysInit));
-  env_factors_ =
-      factors(store, formulas, parts_of(specification, formulas, Section::EnvTrans), most_nodes_of_factor);
-  std::vector<FormulaId> answers = parts_of(specification, formulas, Section::SysTrans);
+  const auto of_section = [&](Section section) { return conjuncts(specification, formulas, section); };
+  env_init = conjunction(of_section(Section::EnvInit));
+  sys_init = conjunction(of_section(Section::SysInit));
+  std::vector<FormulaId> answers = of_section(Section::SysTrans);
   const auto of_outputs = std::stable_partition(answers.begin(), answers.end(), [&](FormulaId f) {
     return !mentions(formulas, f, [&](const FormulaNode &variable) {
       return variable.right && specification.variables[variable.left].owner == Owner::Output;
     });
   });
-  answerable = conjunction({answers.begin(), of_outputs});
+  const Environment environment = independent_parts(specification, formulas, store.account().budget());
+  env_factors_ = factors(store, formulas, environment.shared, most_nodes_of_factor);
+  if (environment.parts.empty())
+    answerable = conjunction({answers.begin(), of_outputs});
   sys_trans = conjunction({of_outputs, answers.end()});
+  if (!environment.parts.empty())
+    build_parts(formulas, environment, {answers.begin(), of_outputs});
   assumptions = goals(store, specification, Section::EnvLiveness);
   guarantees = goals(store, specification, Section::SysLiveness);
   const std::vector<Var> nobody_reads = unread();
@@ -170,9 +165,51 @@ void Game::build() {
     unread_ = store.make_set(nobody_reads);
 }
 
+void Game::build_parts(FormulaPool &formulas, const Environment &environment,
+                       const std::vector<FormulaId> &answers) {
+  const auto conjunction = [&](const std::vector<FormulaId> &constraints) {
+    return factors(store, formulas, constraints).back();
+  };
+  parts_.emplace();
+  std::vector<Var> own;
+  for (const IndependentPart &part : environment.parts) {
+    parts_->moves.push_back(conjunction(part.constraints));
+    for (const std::uint32_t v : part.own)
+      own.push_back(current_var(v));
+  }
+  parts_->moves.insert(parts_->moves.end(), env_factors_.begin(), env_factors_.end());
+  env_factors_.clear();
+  std::map<std::vector<std::uint32_t>, std::vector<FormulaId>> about; // by next inputs
+  for (const FormulaId f : answers) {
+    std::vector<std::uint32_t> inputs;
+    mentions(formulas, f, [&](const FormulaNode &variable) {
+      if (variable.right)
+        inputs.push_back(variable.left);
+      return false;
+    });
+    std::sort(inputs.begin(), inputs.end());
+    about[inputs].push_back(f);
+  }
+  for (const auto &[inputs, constraints] : about)
+    parts_->answerable.push_back(conjunction(constraints));
+
+  const std::vector<Bdd> &moves = parts_->moves;
+  parts_->move.emplace(store, moves, own);
+  // What is shared first: often it is a function, and then it makes sets smaller.
+  parts_->undo.emplace(store, std::vector<Bdd>(moves.rbegin(), moves.rend()),
+                       vars_of(specification, true, true, false));
+  std::vector<Bdd> all = moves;
+  all.insert(all.end(), parts_->answerable.begin(), parts_->answerable.end());
+  all.push_back(sys_trans);
+  parts_->step.emplace(store, all, current_vars());
+}
+
 std::vector<Var> Game::unread() {
   std::vector<bool> read(2 * specification.variables.size(), false);
-  for (const std::vector<Bdd> &readers : {env_factors_, {answerable, sys_trans}, assumptions, guarantees})
+  std::vector<std::vector<Bdd>> relations{env_factors_, {answerable, sys_trans}, assumptions, guarantees};
+  if (parts_)
+    relations.insert(relations.end(), {parts_->moves, parts_->answerable});
+  for (const std::vector<Bdd> &readers : relations)
     for (const Bdd &reader : readers)
       for (const Var v : store.support(reader))
         read[v] = true;
@@ -189,13 +226,48 @@ Bdd Game::environment_moves(const Bdd &from) const {
 }
 
 void Game::restrict_to(const Bdd &some) {
-  assert(!env_factors_.empty());
   states = some;
+  if (parts_)
+    return;
+  assert(!env_factors_.empty());
   env_trans = environment_moves(some);
   env_factors_.clear();
 }
 
+void Game::join_parts() {
+  if (!parts_)
+    return;
+  env_trans = states;
+  for (const Bdd &moves : parts_->moves)
+    env_trans &= moves;
+  for (const Bdd &part : parts_->answerable)
+    answerable &= part;
+  parts_.reset();
+}
+
+Bdd Game::moves_from(const Bdd &some) { return parts_ ? (*parts_->move)(some) : env_trans & some; }
+
+Bdd Game::origins(const Bdd &moves) {
+  return parts_ ? (*parts_->undo)(moves) : store.exists(moves, next_inputs);
+}
+
+Bdd Game::origins(const Bdd &moves, const Bdd &allowed) {
+  return parts_ ? origins(moves & allowed) : store.exists_both(moves, allowed, next_inputs);
+}
+
+Bdd Game::stuck_states() {
+  if (!parts_)
+    return origins(env_trans & !answerable);
+  const Bdd moves = moves_from(states);
+  Bdd stuck = store.constant(false);
+  for (const Bdd &part : parts_->answerable)
+    stuck |= origins(moves & !part);
+  return stuck;
+}
+
 Bdd Game::image(const Bdd &from) {
+  if (parts_)
+    return store.to_current((*parts_->step)(from));
   assert(!env_factors_.empty());
   return store.to_current(store.exists_both(environment_moves(from) & answerable, sys_trans, current));
 }

@@ -9,6 +9,8 @@
 #include "bdd/bdd.hpp"
 #include "bdd/reordering.hpp"
 #include "core/specification.hpp"
+#include "game/independent_parts.hpp"
+#include "game/product.hpp"
 
 #include <optional>
 #include <vector>
@@ -32,7 +34,8 @@ struct Game {
   Bdd env_init;
   Bdd sys_init;
   // Only restrict_to() makes this one diagram.  For all states it can be far larger
-  // than its factors, and than for the states that a play can visit.
+  // than its factors, and than for the states that a play can visit.  If the
+  // environment has independent parts, only join_parts() makes it and `answerable`.
   Bdd env_trans;
   // SYS_TRANS is the conjunction of these two.  What it says of the present and the
   // next inputs alone: after any other move of the environment the system is stuck.
@@ -45,6 +48,20 @@ struct Game {
   Bdd states; // where the environment relation holds any move
   // The game in these states only.  Once, after build().
   void restrict_to(const Bdd &states);
+
+  // What the environment may do in these states, as far as answers depend on it: a
+  // set of pairs of a state and next inputs that does not tell apart what is the own
+  // present of an independent part.  Narrowing a set of them to the moves from some
+  // states is optional, and done where it costs nothing.
+  Bdd moves_from(const Bdd &some);
+  Bdd narrowed(const Bdd &moves, const Bdd &some) const { return parts_ ? moves : moves & some; }
+  // The states from which the environment has any of these moves; if it has
+  // independent parts, also states outside of `states`.
+  Bdd origins(const Bdd &moves);
+  Bdd origins(const Bdd &moves, const Bdd &allowed); // of those that are in both sets
+  // Where it has a move that the system cannot answer at all.
+  Bdd stuck_states();
+  void join_parts();
 
   // States to which one step of both players can lead.
   Bdd image(const Bdd &from);
@@ -60,6 +77,17 @@ struct Game {
   std::vector<Var> current_vars() const;
 
 private:
+  // If the environment has independent parts: relations that are multiplied one at a time.
+  struct Parts {
+    std::vector<Bdd> moves;      // ENV_TRANS: of each part, and what is not of one part
+    std::vector<Bdd> answerable; // by what they say something of
+    std::optional<Product> move; // from states to moves
+    std::optional<Product> undo; // from moves to states
+    std::optional<Product> step; // from states to next states
+  };
+  void build_parts(FormulaPool &formulas, const Environment &environment,
+                   const std::vector<FormulaId> &answers);
+
   // Of these states, or of the states and moves so far.
   Bdd environment_moves(const Bdd &from) const;
 
@@ -67,6 +95,7 @@ private:
   std::vector<Var> unread();
 
   std::vector<Bdd> env_factors_; // ENV_TRANS is their conjunction
+  std::optional<Parts> parts_;
   std::optional<VarSet> unread_; // none if there are none
 };
 

@@ -6,36 +6,17 @@
 
 #include "game/order.hpp"
 
+#include "game/conjuncts.hpp"
+#include "game/independent_parts.hpp"
+
 #include <algorithm>
 #include <numeric>
-#include <unordered_set>
 
 namespace slugs {
 
 namespace {
 
 using HyperEdge = std::vector<std::uint32_t>;
-
-// Splits f (negated if `negative`) and appends its conjuncts.
-void split(FormulaPool &formulas, FormulaId f, std::vector<FormulaId> &result) {
-  std::unordered_set<std::uint64_t> seen;
-  std::vector<std::pair<FormulaId, bool>> todo{{f, false}};
-  while (!todo.empty()) {
-    const auto [g, negative] = todo.back();
-    todo.pop_back();
-    if (!seen.insert(std::uint64_t{g} << 1 | (negative ? 1 : 0)).second)
-      continue;
-    const FormulaNode node = formulas[g];
-    if (node.op == Op::Not) {
-      todo.emplace_back(node.left, !negative);
-    } else if (node.op == (negative ? Op::Or : Op::And)) {
-      todo.emplace_back(node.right, negative);
-      todo.emplace_back(node.left, negative);
-    } else if (g != formulas.constant(!negative)) {
-      result.push_back(negative ? formulas.negation(g) : g);
-    }
-  }
-}
 
 std::uint64_t total_span(const std::vector<HyperEdge> &edges, const std::vector<double> &position) {
   double span = 0;
@@ -50,52 +31,15 @@ std::uint64_t total_span(const std::vector<HyperEdge> &edges, const std::vector<
 
 } // namespace
 
-std::vector<FormulaId> conjuncts(FormulaPool &formulas, FormulaId formula) {
-  std::vector<FormulaId> result;
-  split(formulas, formula, result);
-  return result;
-}
-
-bool mentions(const FormulaPool &formulas, FormulaId formula,
-              const std::function<bool(const FormulaNode &)> &asked) {
-  std::unordered_set<FormulaId> seen{formula};
-  std::vector<FormulaId> todo{formula};
-  while (!todo.empty()) {
-    const FormulaNode &node = formulas[todo.back()];
-    todo.pop_back();
-    if (node.op == Op::Variable) {
-      if (asked(node))
-        return true;
-      continue;
-    }
-    if (node.op == Op::False || node.op == Op::True)
-      continue;
-    if (seen.insert(node.left).second)
-      todo.push_back(node.left);
-    if (node.op != Op::Not && seen.insert(node.right).second)
-      todo.push_back(node.right);
-  }
-  return false;
-}
-
-std::vector<std::uint32_t> variables_of(const FormulaPool &formulas, FormulaId formula) {
-  std::vector<std::uint32_t> result;
-  mentions(formulas, formula, [&](const FormulaNode &variable) {
-    result.push_back(variable.left);
-    return false;
-  });
-  std::sort(result.begin(), result.end());
-  result.erase(std::unique(result.begin(), result.end()), result.end());
-  return result;
-}
-
-std::vector<std::uint32_t> force_order(const Specification &specification) {
+std::vector<std::uint32_t> force_order(const Specification &specification, const Budget &budget) {
   const std::size_t n = specification.variables.size();
   FormulaPool formulas = specification.formulas;
+  BudgetPacer pacer(budget);
   std::vector<HyperEdge> edges;
   for (const auto &section : specification.constraints)
     for (const Constraint &constraint : section)
       for (const FormulaId f : conjuncts(formulas, constraint.formula)) {
+        pacer.step();
         HyperEdge edge = variables_of(formulas, f);
         if (edge.size() > 1)
           edges.push_back(std::move(edge));
@@ -109,6 +53,7 @@ std::vector<std::uint32_t> force_order(const Specification &specification) {
   std::uint64_t best_span = total_span(edges, position);
   constexpr int most_rounds = 60, patience = 5;
   for (int round = 0, stale = 0; round < most_rounds && stale < patience; ++round) {
+    budget.check();
     std::vector<double> pull(n, 0.0);
     std::vector<std::uint32_t> degree(n, 0);
     for (const HyperEdge &edge : edges) {
@@ -137,6 +82,30 @@ std::vector<std::uint32_t> force_order(const Specification &specification) {
     }
   }
   return best;
+}
+
+std::vector<std::uint32_t> start_order(const Specification &specification, const Budget &budget) {
+  const std::vector<std::uint32_t> order = force_order(specification, budget);
+  FormulaPool formulas = specification.formulas;
+  const std::vector<IndependentPart> parts = independent_parts(specification, formulas, budget).parts;
+  if (parts.empty())
+    return order;
+  // Parts in the order of their first variables; the rest, which is nobody's own,
+  // comes second.
+  std::vector<std::size_t> part_of(order.size(), parts.size());
+  for (std::size_t k = 0; k < parts.size(); ++k)
+    for (const std::uint32_t v : parts[k].own)
+      part_of[v] = k;
+  std::vector<std::size_t> place(parts.size() + 1, 0);
+  std::size_t places = 0;
+  for (const std::uint32_t v : order)
+    if (part_of[v] < parts.size() && place[part_of[v]] == 0)
+      place[part_of[v]] = ++places == 1 ? 1 : places + 1;
+  place.back() = 2;
+  std::vector<std::uint32_t> result = order;
+  std::stable_sort(result.begin(), result.end(),
+                   [&](std::uint32_t v, std::uint32_t w) { return place[part_of[v]] < place[part_of[w]]; });
+  return result;
 }
 
 } // namespace slugs

@@ -2,28 +2,22 @@
 
 #pragma once
 
+#include "core/budget.hpp"
 #include "core/specification.hpp"
 
 #include <cstdint>
-#include <functional>
 #include <vector>
 
 namespace slugs {
 
-// The conjuncts of a formula, found through nested conjunctions and negated
-// disjunctions; their conjunction is the formula.
-std::vector<FormulaId> conjuncts(FormulaPool &formulas, FormulaId formula);
-
-// Whether one of the formula's variables, present or next, is as asked for.
-bool mentions(const FormulaPool &formulas, FormulaId formula,
-              const std::function<bool(const FormulaNode &)> &asked);
-
-// The variables (indices into Specification::variables, current or next) that
-// occur in the formula, ascending.
-std::vector<std::uint32_t> variables_of(const FormulaPool &formulas, FormulaId formula);
-
 // An order in which variables that share constraints are close: order[k] is the
 // variable at position k.
-std::vector<std::uint32_t> force_order(const Specification &specification);
+std::vector<std::uint32_t> force_order(const Specification &specification, const Budget &budget);
+
+// The same, with the inputs of each independent part of the environment in one
+// piece: the first above everything else, all others below.  Given the rest, parts do
+// not know of each other, so diagrams grow with their sum; with two of them above the
+// rest, with their product.
+std::vector<std::uint32_t> start_order(const Specification &specification, const Budget &budget);
 
 } // namespace slugs

@@ -81,7 +81,7 @@ void Solver::Implementation::solve() {
   game.reset();
   timed(Phase::Build, [&] {
     const std::vector<std::uint32_t> order =
-        options.start_order.empty() ? force_order(specification) : options.start_order;
+        options.start_order.empty() ? start_order(specification, budget) : options.start_order;
     game.emplace(specification, order, budget);
     game->build();
   });
@@ -98,7 +98,7 @@ void Solver::Implementation::solve() {
     fixpoint.emplace(*game, options.robotics_init, steps, statistics);
     verdict = fixpoint->solve() ? Verdict::Realizable : Verdict::Unrealizable;
     if (verdict == Verdict::Realizable) {
-      const Bdd stuck = fixpoint->winning() & !game->store.exists(game->env_trans, game->next_inputs);
+      const Bdd stuck = fixpoint->winning() & !game->origins(game->moves_from(fixpoint->winning()));
       statistics.vacuous_win = game->env_init.is_false() || !stuck.is_false();
     }
   });
@@ -122,8 +122,10 @@ void Solver::strategy(StrategySink &sink) {
     throw std::logic_error("a strategy of an unrealizable specification");
   if (it.options.verdict_only)
     throw std::logic_error("a strategy after solving for the verdict only");
-  it.timed(Phase::Strategy,
-           [&] { extract_strategy(*it.game, *it.fixpoint, it.options.most_nodes, sink, it.statistics); });
+  it.timed(Phase::Strategy, [&] {
+    it.game->join_parts();
+    extract_strategy(*it.game, *it.fixpoint, it.options.most_nodes, sink, it.statistics);
+  });
 }
 
 OnDemandStrategy &Solver::on_demand() {
@@ -133,6 +135,7 @@ OnDemandStrategy &Solver::on_demand() {
   if (it.options.verdict_only)
     throw std::logic_error("a strategy after solving for the verdict only");
   it.timed(Phase::Strategy, [&] {
+    it.game->join_parts();
     it.on_demand.emplace(*it.game, *it.fixpoint);
     it.game->store.account().lift_deadline();
   });
@@ -144,6 +147,7 @@ void Solver::counterstrategy(StrategySink &sink) {
   if (verdict() != Verdict::Unrealizable)
     throw std::logic_error("a counterstrategy of a realizable specification");
   it.timed(Phase::Strategy, [&] {
+    it.game->join_parts();
     const Bdd losing = it.game->states & !it.fixpoint->winning();
     extract_counterstrategy(*it.game, losing, it.options.robotics_init, sink, it.statistics);
   });
