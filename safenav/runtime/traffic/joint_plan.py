@@ -22,7 +22,7 @@ from safenav.runtime.coordination.problem import Stages
 from safenav.runtime.poses import FAR, Mask
 from safenav.runtime.traffic.answers import Answer, Exhausted, Found, Spent, way_to
 from safenav.runtime.traffic.joint import Count, Course, Joint
-from safenav.runtime.traffic.legs import by_legs
+from safenav.runtime.traffic.legs import CHAIN_BUDGET, by_legs
 from safenav.runtime.traffic.pibt import Field, Generator
 from safenav.runtime.traffic.stuck import Stuck
 
@@ -91,11 +91,10 @@ class Search:
                     # Counts the hopeless states as well; no more than were looked at, or nearly so.
                     return self.singles(proof or PROOF_BUDGET)
                 spent += answer.states
-            for _ in range(1 << turn):
-                chain = by_legs(self, self._rng)
-                if isinstance(chain, Found):
-                    return chain
-                spent += chain.states
+            answer = by_legs(self, self._rng, CHAIN_BUDGET << turn)
+            if isinstance(answer, Found):
+                return answer
+            spent += answer.states
             if turn == 0 and few:
                 answer = self.singles(min(SINGLES_BUDGET, proof))
                 if not isinstance(answer, Spent):

@@ -1,24 +1,25 @@
 """A joint plan as a chain of legs: one robot after the other is brought to what it wants next.
 
 On full floors one search for everybody at once loses its way; a leg for one robot, with all others
-pushed aside, is a matter of some ten states. Any robot that succeeds may be the next: legs are
-tried with small budgets first. A chain that ends in a state from which no leg leads on is given
-up; another one, with other orders, may be luckier.
+pushed aside, is a matter of some ten states. Any robot that succeeds may be the next. A chain that
+ends in a state from which no leg leads on goes back to an earlier one, and on by other legs.
 """
 
 from __future__ import annotations
 
 import random
 from collections.abc import Callable, Sequence
+from itertools import chain
 from typing import Protocol
 
 from safenav.runtime.traffic.answers import Answer, Found, Spent
 from safenav.runtime.traffic.joint import Joint
 from safenav.runtime.traffic.pibt import Field
 
-LEG_BUDGETS = (50, 200)
+LEG_BUDGET = 30
+"""States that a leg may take beyond two for each of its steps."""
 CHAIN_BUDGET = 3_000
-"""States looked at in vain, after which a chain is given up."""
+"""States looked at in vain, after which the first chain is given up."""
 LEGS_OF_A_ROBOT = 50
 """More of them on the average lead nowhere: robots push each other from where they want to be."""
 
@@ -38,17 +39,23 @@ class LegSearch(Protocol):
         """A search in which the first of ``order`` has its way."""
 
 
-def by_legs(search: LegSearch, rng: random.Random) -> Found | Spent:
-    """One chain from the start of a search to its goal. ``rng`` draws whose turn it is."""
-    states, spent, legs = [search.start], 0, 0
-    while not search.goal(states[-1]):
-        leg, vain = _next_leg(search, states[-1], rng)
+def by_legs(search: LegSearch, rng: random.Random, most_vain: int) -> Found | Spent:
+    """One chain from the start of a search to its goal. ``rng`` draws whose turn it is, and how far
+    to go back where no leg leads on; ``most_vain``: states looked at for nothing."""
+    legs: list[tuple[Joint, ...]] = [(search.start,)]
+    most = LEGS_OF_A_ROBOT * len(search.start.poses)
+    spent, made = 0, 0
+    while not search.goal(legs[-1][-1]):
+        leg, vain = _next_leg(search, legs[-1][-1], rng)
         spent += vain
-        legs += 1
-        if leg is None or spent > CHAIN_BUDGET or legs > LEGS_OF_A_ROBOT * len(leg[0].poses):
-            return Spent(spent + len(states))
-        states += leg[1:]
-    return Found(tuple(states))
+        made += 1
+        if spent > most_vain or made > most or (leg is None and len(legs) == 1):
+            return Spent(spent + sum(map(len, legs)))
+        if leg is None:
+            del legs[rng.randrange(1, len(legs)) :]
+        else:
+            legs.append(leg)
+    return Found((search.start, *chain.from_iterable(leg[1:] for leg in legs[1:])))
 
 
 def _next_leg(
@@ -59,15 +66,17 @@ def _next_leg(
     wanting = [i for i, field in enumerate(fields) if field is not None and field[state.poses[i]]]
     rng.shuffle(wanting)
     vain = 0
-    for budget in LEG_BUDGETS:
-        for robot in wanting:
-            others = [other for other in range(len(fields)) if other != robot]
-            rng.shuffle(others)
-            goal = _reached(search, state, robot)
-            answer = search.with_one_wish(state, goal, budget, [robot, *others])
-            if isinstance(answer, Found):
-                return answer.states, vain
-            vain += budget
+    for robot in wanting:
+        others = [other for other in range(len(fields)) if other != robot]
+        rng.shuffle(others)
+        field = fields[robot]
+        assert field is not None
+        budget = LEG_BUDGET + 2 * field[state.poses[robot]]
+        goal = _reached(search, state, robot)
+        answer = search.with_one_wish(state, goal, budget, [robot, *others])
+        if isinstance(answer, Found):
+            return answer.states, vain
+        vain += budget
     return None, vain
 
 
