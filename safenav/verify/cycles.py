@@ -79,10 +79,10 @@ def _core(sources: list[int], targets: list[int]) -> Iterator[Edge]:
         effort -= len(sources)
         chosen = list(keep)
         sources, targets = list(compress(sources, chosen)), list(compress(targets, chosen))
-        inner = set(sources).intersection(targets)
-        if len(inner) == len(set(chain(sources, targets))):
+        tails, heads = set(sources), set(targets)
+        if tails == heads:
             break
-        keep = map(and_, map(inner.__contains__, sources), map(inner.__contains__, targets))
+        keep = map(and_, map(heads.__contains__, sources), map(tails.__contains__, targets))
     return zip(sources, targets, strict=True)
 
 
