@@ -72,11 +72,21 @@ void test_shared_formulas_are_written_once() {
               reading::holds(s, reading::only(s, Section::SysInit), v));
 }
 
+// An integer of one value has no bits, so nothing may be left of a specification.
+void test_what_says_nothing_is_read_again() {
+  for (const std::string lines : {"", "[SYS_LIVENESS]\none = 4\n"}) {
+    std::ostringstream printed;
+    translate(reading::read("[OUTPUT]\none:4...4\n" + lines), printed);
+    EXPECT_EQ(reading::read(printed.str()).variables.size(), std::size_t{0});
+  }
+}
+
 } // namespace
 
 int main() {
   return expect::run([] {
     test_round_trip();
     test_shared_formulas_are_written_once();
+    test_what_says_nothing_is_read_again();
   });
 }

@@ -115,8 +115,10 @@ private:
 };
 
 // In declaration order, which fixes the order of states: a new heading each
-// time that the owner changes.
+// time that the owner changes.  One that is all, too: nobody reads an empty file.
 void print_variables(const Specification &specification, std::ostream &out) {
+  if (specification.variables.empty())
+    out << "[OUTPUT]\n";
   const Owner *last = nullptr;
   for (const Variable &variable : specification.variables) {
     if (!last || *last != variable.owner)
