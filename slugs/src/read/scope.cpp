@@ -2,9 +2,36 @@
 
 #include "read/scope.hpp"
 
+#include "core/hash.hpp"
 #include "read/messages/spelling.hpp"
 
+#include <cstring>
+
 namespace slugs {
+
+namespace {
+
+// Eight bytes at a time; the last ones may overlap.
+std::uint64_t hash(std::string_view name) {
+  const char *at = name.data();
+  std::uint64_t h = name.size(), word = 0;
+  if (name.size() < sizeof word) {
+    for (const char c : name)
+      word = word << 8 | static_cast<unsigned char>(c);
+  } else {
+    for (std::size_t i = 0; i + sizeof word < name.size(); i += sizeof word) {
+      std::memcpy(&word, at + i, sizeof word);
+      h = (h ^ word) * golden_multiplier;
+      h ^= h >> 32;
+    }
+    std::memcpy(&word, at + name.size() - sizeof word, sizeof word);
+  }
+  h = (h ^ word) * golden_multiplier;
+  h ^= h >> 32;
+  return h * second_multiplier;
+}
+
+} // namespace
 
 bool may_use(Section section, Owner owner, bool next) {
   switch (section) {
@@ -20,22 +47,43 @@ bool may_use(Section section, Owner owner, bool next) {
 }
 
 Scope::Scope(const Specification &specification) : specification_(specification) {
+  std::size_t size = 16;
+  while (size < 2 * (specification.integers.size() + specification.variables.size()))
+    size *= 2;
+  symbols_.resize(size);
   std::uint32_t index = 0;
   for (const Integer &integer : specification.integers) {
-    symbols_.emplace(integer.name, Symbol{true, index++});
+    add(integer.name, Symbol{true, index++});
     names_.push_back(integer.name);
   }
   index = 0;
   for (const Variable &variable : specification.variables) {
-    symbols_.emplace(variable.name, Symbol{false, index++});
+    add(variable.name, Symbol{false, index++});
     if (specification.integers.empty() || variable.name.find('@') == std::string::npos)
       names_.push_back(variable.name);
   }
 }
 
+// Where the name is, or would be.
+std::size_t Scope::place_of(std::string_view name, std::uint64_t hash) const {
+  std::size_t place = static_cast<std::size_t>(hash >> 32) & (symbols_.size() - 1);
+  for (;; place = (place + 1) & (symbols_.size() - 1)) {
+    const Entry &entry = symbols_[place];
+    if (entry.name.empty() || (entry.hash == hash && entry.name == name))
+      return place;
+  }
+}
+
+// The first declaration counts.
+void Scope::add(std::string_view name, Symbol symbol) {
+  Entry &entry = symbols_[place_of(name, hash(name))];
+  if (entry.name.empty())
+    entry = {name, hash(name), symbol};
+}
+
 const Symbol *Scope::find(std::string_view name) const {
-  const auto place = symbols_.find(name);
-  return place == symbols_.end() ? nullptr : &place->second;
+  const Entry &entry = symbols_[place_of(name, hash(name))];
+  return entry.name.empty() ? nullptr : &entry.symbol;
 }
 
 Owner Scope::owner(const Symbol &symbol) const {

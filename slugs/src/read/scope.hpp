@@ -38,8 +38,17 @@ public:
                          Diagnostics &diagnostics) const;
 
 private:
+  struct Entry {
+    std::string_view name; // empty in an empty place
+    std::uint64_t hash;
+    Symbol symbol;
+  };
+  std::size_t place_of(std::string_view name, std::uint64_t hash) const;
+  void add(std::string_view name, Symbol symbol);
+
   const Specification &specification_;
-  std::unordered_map<std::string_view, Symbol> symbols_;
+  // Open addressing: half of what is read of a long file is names.
+  std::vector<Entry> symbols_;
   std::vector<std::string> names_; // as declared, for suggestions
   mutable std::unordered_map<std::string, std::string> nearest_;
 };
