@@ -207,4 +207,11 @@ def test_an_obstacle_is_met_from_beside_it(tmp_path: Path) -> None:
         {"type": "violation", **about, **met},
         {"type": "backtrack", **about, "to": 8},
     ]
-    assert "bar@12 does not block a at 12" in said_of(bundle, lines, tmp_path)
+    assert "no obstacle is before a" in said_of(bundle, lines, tmp_path)
+
+
+def test_a_request_is_dropped_when_its_obstacle_is_resolved(tmp_path: Path) -> None:
+    """Before anybody moves again, however the run ends."""
+    bundle = bundle_of(TWO_NEEDS)
+    lines = [line for line in lines_of(files_of(bundle)) if line["type"] != "pop"]
+    assert "a request for pile@7 is left open" in said_of(bundle, lines, tmp_path)

@@ -868,7 +868,7 @@ class Robot:
     came_from: set[int] = field(default_factory=set)  # the nodes before its last step
     knowledge: dict[str, int] = field(default_factory=dict)
     signal: Json = field(default_factory=dict)
-    refused: bool = False  # whether it was about to enter an obstacle in this turn
+    refused: int | None = None  # where an obstacle stands that it was about to enter in this turn
     back: Json | None = None  # its ``backtrack`` line in this turn
     silent: bool = False  # whether its strategy had no answer in its last turn
     active: bool = True  # whether it is in service
@@ -1156,11 +1156,9 @@ class Run:
 
     def _violation(self, record: Json) -> None:
         name, obstacle, at = record["robot"], record["obstacle"], record["proposed"]
-        robot, mobility = self.robots[name], self.data[name]["mobility"]
-        ahead = {region for region, _ in self.world.moves(mobility, robot.pose)} - {robot.pose[0]}
         blocked = self.obstacles[obstacle]["region"] == at and self.stands(obstacle, name)
-        require(blocked and at in ahead, f"{obstacle} does not block {name} at {at}")
-        robot.refused = True
+        require(blocked, f"{obstacle} does not block {name} at {at}")
+        self.robots[name].refused = at
         self.known.add(obstacle)
 
     def _perform(self, name: str) -> None:
@@ -1249,6 +1247,8 @@ class Run:
         require(due, f"it is {name}'s turn, or not yet this tick's")
         missed = sorted(self._finished())
         require(not missed, f"no line tells that {', '.join(missed)} was resolved")
+        asked = self.stack[-1]["obstacle"] if self.stack else None
+        require(asked is None or asked in self.present, f"a request for {asked} is left open")
         self.turn, self.moves = self.turn + 1, self.moves + 1
         pose, toward = (record["to"], record.get("heading")), record.get("toward")
         try:
@@ -1261,7 +1261,7 @@ class Run:
                 raise
             self.strayed += 1  # of an external world: it is not where it was told to go
             after, robot.nodes, robot.after = pose, set(), set()
-        robot.refused, robot.back = False, None
+        robot.refused = robot.back = None
         robot.pose, robot.toward, robot.destination = pose, toward, after
         if toward is None and robot.after is not None:
             robot.nodes, robot.after = robot.after, None
@@ -1328,8 +1328,11 @@ class Run:
             robot.after, self.answers = fits, self.answers + 1
 
     def _backtrack(self, record: Json) -> None:
-        require(self.robots[record["robot"]].refused, "nothing was refused")
-        self.robots[record["robot"]].back = record
+        name, robot = record["robot"], self.robots[record["robot"]]
+        moves = self.world.moves(self.data[name]["mobility"], robot.pose)
+        ahead = {region for region, _ in moves} - {robot.pose[0]}
+        require(robot.refused in ahead, f"no obstacle is before {name}")
+        robot.back = record
 
     def _service(self, record: Json) -> None:
         """A robot is to stand still, or is back and goes on from where it is."""
