@@ -1,7 +1,7 @@
 /** The page as a whole. */
 
 import type { ComponentChildren } from "preact";
-import { useCallback, useEffect, useLayoutEffect, useMemo, useReducer, useRef, useState } from "preact/hooks";
+import { useCallback, useLayoutEffect, useMemo, useReducer, useRef, useState } from "preact/hooks";
 import { Button, Controls } from "./panels/controls";
 import { Events } from "./panels/events";
 import { KEYS, listen } from "./keyboard";
@@ -75,7 +75,8 @@ export function App({ run, player, stage, extras = {} }: AppProps) {
   const openHelp = (): void => help.current!.showModal();
   useLayoutEffect(() => player.onTick(() => redraw(0)), [player]);
   useLayoutEffect(() => applyTheme(theme), [theme]);
-  useEffect(
+  // Before the page shows: whoever sees it may press a key.
+  useLayoutEffect(
     () => listen(run, player, { eye, help: openHelp, theme: () => setTheme(nextTheme) }),
     [run, player, eye],
   );

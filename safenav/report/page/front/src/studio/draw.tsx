@@ -1,7 +1,7 @@
 /** The drawing board: map and text of a scenario, side by side. */
 
 import type { ComponentChildren } from "preact";
-import { useEffect, useLayoutEffect, useMemo, useState } from "preact/hooks";
+import { useLayoutEffect, useMemo, useState } from "preact/hooks";
 import { Button } from "../panels/controls";
 import type { Say } from "../live/player";
 import { MapView } from "../map/map";
@@ -45,7 +45,7 @@ export function Draw({ doc, verdicts, say, menus, run }: DrawProps) {
     problems,
     verdict: verdict?.verdict === "unrealizable" ? verdict : null,
   });
-  useEffect(() => {
+  useLayoutEffect(() => {
     const pressed = (event: KeyboardEvent): void => {
       const control = event.ctrlKey || event.metaKey;
       const typing = event.target instanceof HTMLElement && event.target.matches("input, textarea, select");
