@@ -1,6 +1,6 @@
 """Blows: the walker stays up, in its regions, within the limits that the file tells.
 
-Among the tests 150 of them; `make fuzz` tries thousands.
+Among the tests 500 of them; `make fuzz` tries thousands.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from safenav.motion.walker.courses import Actual, PendingMove
 from safenav.motion.walker.pushes import struck
 from safenav.motion.walker.recovery import recovered
 
-PUSHES = int(os.environ.get("SAFENAV_FUZZ", "150"))
+PUSHES = int(os.environ.get("SAFENAV_FUZZ", "500"))
 FIRST = int(os.environ.get("SAFENAV_FUZZ_FIRST", "0"))
 SIZE = 0.15
 
