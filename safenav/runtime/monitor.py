@@ -61,9 +61,9 @@ class Monitors:
         self, robot: Robot, planner: Planner, observed: Values
     ) -> list[Constraint]:
         """What the others did against a robot's assumptions since its last step; nothing is
-        known of a robot that has left its automaton."""
+        known of a robot that has left its automaton, or did not answer the last look."""
         watched = self._of(robot, planner)
-        if planner.node is None or not self._complete(watched.spec, observed):
+        if planner.node is None or planner.behind or not self._complete(watched.spec, observed):
             return []
         return list(_violated(watched.spec, Section.ENV_TRANS, planner.values(), observed))
 

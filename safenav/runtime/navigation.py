@@ -21,11 +21,13 @@ from safenav.world.moves import Mobility, Pose
 
 @dataclass(frozen=True)
 class Proposal:
-    """A next pose; ``node`` is the automaton's state after it, None off the automaton. ``shown``:
-    regions that it was shown as taken although nobody is there."""
+    """A next pose; ``node`` is the automaton's state after it, None off the automaton. ``answers``:
+    the automaton goes there; else the robot stays, and so does the node. ``shown``: regions that
+    it was shown as taken although nobody is there."""
 
     pose: Pose
     node: int | None
+    answers: bool = False
     shown: frozenset[Region] = frozenset()
 
 
@@ -45,13 +47,15 @@ class Controller(Protocol):
 class Planner:
     """One robot's strategy and where in it the robot is: at ``node``, None when it has left it.
 
-    ``switch`` steers it where goals are assignable.
+    ``behind``: the node remembers how things were before the last look, since the robot was kept
+    from answering it. ``switch`` steers the strategy where goals are assignable.
     """
 
     def __init__(self, task: Task, strategy: Controller, node: int) -> None:
         self.task = task
         self.strategy = strategy
         self.node: int | None = node
+        self.behind = False
         self.switch: Switch | None = None
 
     @classmethod
@@ -89,9 +93,17 @@ class Planner:
             others += self._successors({**observed, **self.switch.stop()})
         return [*others, Proposal(pose, self.node)]
 
+    def held_back(self, pose: Pose, observed: Mapping[str, int]) -> Proposal:
+        """What a robot does that is not to move: it is told to wait, or its node is left alone."""
+        waiting = None
+        if self.switch is not None:
+            waiting = self.propose({**observed, **self.switch.stop()})
+        return waiting or Proposal(pose, self.node)
+
     def follow(self, proposal: Proposal) -> None:
         """The proposal was carried out."""
         self.node = proposal.node
+        self.behind = not proposal.answers
 
     def relocate(self, pose: Pose, progress: Progress, inputs: Mapping[str, int]) -> bool:
         """Go to a node of the automaton for a pose, for what is left of an objective and for
@@ -104,6 +116,7 @@ class Planner:
             node = self.strategy.find(wanted | memory)
             if node is not None:
                 self.node = node
+                self.behind = False
                 if self.switch is not None:
                     self.switch.forget()
                 return True
@@ -114,7 +127,7 @@ class Planner:
         if self.node is None:
             return
         for node in self.strategy.successors_for(self.node, observed):
-            yield Proposal(self._pose(self.strategy.values(node)), node)
+            yield Proposal(self._pose(self.strategy.values(node)), node, answers=True)
 
     def _pose(self, values: Mapping[str, int]) -> Pose:
         if "heading" in values:

@@ -6,6 +6,7 @@ The order of what happens here is the order of lines in a trace (docs/trace.md).
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from safenav.dataclass import dataclass
 from safenav.runtime.characterization import Characterization, Violation
@@ -84,18 +85,19 @@ class Turns:
         broken = self.monitors.broken_assumptions(robot.robot, planner, observed)
         answer = planner.propose(observed)
         lost, silent = answer is None, answer is None and planner.node is not None and not broken
+        silent = silent and not planner.behind
         proposal = answer or Proposal(robot.pose, None)
         by = vocabulary.MovedBy.STRATEGY if answer is not None else vocabulary.MovedBy.STAY
         if self.traffic.wanted is not None:  # a plan is due: nobody begins another step
-            lost, silent, proposal = False, False, Proposal(robot.pose, planner.node)
-            by = vocabulary.MovedBy.STAY
+            lost, silent, proposal = False, False, planner.held_back(robot.pose, observed)
+            by = vocabulary.MovedBy.STRATEGY if proposal.answers else vocabulary.MovedBy.STAY
         violation = self.characterization.check(robot.robot, robot.pose, proposal.pose.region)
         if violation is not None:
             proposal = self._back_up(robot, observed, proposal, violation)
             by = vocabulary.MovedBy.BACKTRACK
         elif not self._may_move(robot, proposal.pose):
-            proposal = self._another(robot, proposal)
-            by = vocabulary.MovedBy.STRATEGY if proposal.shown else vocabulary.MovedBy.STAY
+            proposal = self._another(robot, observed, proposal)
+            by = vocabulary.MovedBy.STRATEGY if proposal.answers else vocabulary.MovedBy.STAY
         if by is vocabulary.MovedBy.STRATEGY or proposal.node != planner.node:
             self.monitors.check_guarantees(robot.robot, planner, observed, proposal)
         before = planner.values()
@@ -103,6 +105,8 @@ class Turns:
         if violation is not None:
             self.coordination.met(violation)
         self._move(robot, proposal.pose, before, by, proposal.shown)
+        if robot.planner is planner and planner.behind:
+            self.strategies.catch_up(robot)
         self.monitors.tell(robot.robot, broken)
         if silent:
             self.tell.no_answer(robot, observed)
@@ -279,7 +283,9 @@ class Turns:
         self.state.emit(records.Backtrack(self.state.tick, robot.name, safe.pose.region, node))
         return safe
 
-    def _another(self, robot: RobotState, refused: Proposal) -> Proposal:
+    def _another(
+        self, robot: RobotState, observed: Mapping[str, int], refused: Proposal
+    ) -> Proposal:
         """Another answer of the strategy, with the refused region shown as taken; else stay."""
         planner = robot.planner
         assert planner is not None
@@ -293,8 +299,8 @@ class Turns:
                 and self.characterization.check(robot.robot, robot.pose, answer.pose.region) is None
                 and self._may_move(robot, answer.pose)
             ):
-                return Proposal(answer.pose, answer.node, shown)
-        return Proposal(robot.pose, planner.node)
+                return replace(answer, shown=shown)
+        return planner.held_back(robot.pose, observed)
 
     def _may_move(self, robot: RobotState, pose: Pose) -> bool:
         """Whether a move loses nothing: the team can go on from there, alone and together."""

@@ -81,6 +81,14 @@ FAR_AWAY = (
 obstacles: [{type: bar, region: 12}]
 """,
 )
+KEPT_STILL = (
+    '["#####", "###.#", "#...#", "#####"]',
+    """
+  a: {model: walker, tracking: TRACKING, vision: 3, start: 11, heading: east, objective: {hold: 12}}
+  b: {model: cart, start: 8, objective: {visit: [8, 11, 13]}}
+coordination: COORDINATION
+""",
+)
 CATALOGUE = """
   robots:
     cart: {mobility: free, layer: ground, capabilities: []}
@@ -215,3 +223,16 @@ def test_a_request_is_dropped_when_its_obstacle_is_resolved(tmp_path: Path) -> N
     bundle = bundle_of(TWO_NEEDS)
     lines = [line for line in lines_of(files_of(bundle)) if line["type"] != "pop"]
     assert "a request for pile@7 is left open" in said_of(bundle, lines, tmp_path)
+
+
+@pytest.mark.parametrize("coordination", ["assignable", "resynthesis"])
+@pytest.mark.parametrize("tracking", ["belief", "exact"])
+def test_a_robot_that_is_kept_still_knows_where_others_are(
+    tracking: str, coordination: str
+) -> None:
+    """It waits for a plan while the other one comes nearer by two steps, and blames nobody."""
+    grid, robots = KEPT_STILL
+    robots = robots.replace("TRACKING", tracking).replace("COORDINATION", coordination)
+    lines = lines_of(files_of(bundle_of((grid, robots))))
+    assert lines[-1]["cause"] == "deadlock"
+    assert not [line for line in lines if line["type"] == "assumption"]

@@ -1310,9 +1310,13 @@ class Run:
             self._check_planned(name, robot, after)
         elif by == "stay" and not answers:
             robot.nodes = None
-        elif by == "backtrack" and stays and task is not None:  # it may have been told to wait
-            waiting = {n for n in answers if task.poses[n] == after}
-            robot.after = robot.may_be() | waiting
+        elif stays and task is not None:  # it may have been told to wait, or remember this look
+            looked = {f"at_{other}": robot.knowledge[other] for other in task.tracked}
+            there = task.of_pose.get(after, ()) if looked else ()
+            robot.after = {n for n in there if looked.items() <= task.values[n].items()}
+            robot.after |= robot.may_be()
+            if by == "backtrack":
+                robot.after |= {n for n in answers if task.poses[n] == after}
         elif by == "backtrack" and not stays:
             node = back["node"] if back else 0
             follows = chain(*(task.graph.next[n] for n in robot.may_be())) if task else ()

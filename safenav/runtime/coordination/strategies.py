@@ -121,6 +121,18 @@ class Strategies:
             return False
         return planner.relocate(state.pose, state.progress, self._seen_now(state, planner.task))
 
+    def catch_up(self, state: RobotState) -> None:
+        """A robot was kept from answering its last look: it goes on in a node that remembers that
+        look. If there is none it stays in its node, which may do."""
+        planner = state.planner
+        if planner is None:
+            return
+        node = planner.node
+        if not self._seen_now(state, planner.task) and planner.switch is None:
+            planner.behind = False  # its nodes remember nothing of a look
+        elif node is not None and not self.relocate(state):
+            planner.node = node
+
     def _seen_now(self, state: RobotState, task: Task) -> dict[str, int]:
         """The inputs that a strategy remembers from the last step, as they are now."""
         if task.tracking is Tracking.NEARBY or not task.observed:
