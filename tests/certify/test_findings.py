@@ -81,6 +81,15 @@ FAR_AWAY = (
 obstacles: [{type: bar, region: 12}]
 """,
 )
+FROM_BOTH_SIDES = (
+    '["#######", "#.....#", "#######"]',
+    """
+  a: {model: cart, avoids: [], start: 8, objective: {visit: [11, 8]}}
+  b: {model: cart, avoids: [], start: 12, objective: {visit: [9, 12]}}
+  c: {model: pusher, start: 8, objective: {hold: 8}}
+obstacles: [{type: bar, region: 10}]
+""",
+)
 KEPT_STILL = (
     '["#####", "###.#", "#...#", "#####"]',
     """
@@ -236,3 +245,15 @@ def test_a_robot_that_is_kept_still_knows_where_others_are(
     lines = lines_of(files_of(bundle_of((grid, robots))))
     assert lines[-1]["cause"] == "deadlock"
     assert not [line for line in lines if line["type"] == "assumption"]
+
+
+def test_who_meets_an_obstacle_asks_for_help(tmp_path: Path) -> None:
+    """Even if another one has asked already: it is told what to do until the obstacle is gone."""
+    bundle = bundle_of(FROM_BOTH_SIDES)
+    lines = lines_of(files_of(bundle))
+    told = [
+        k for k, line in enumerate(lines) if (line["type"], line.get("requester")) == ("push", "b")
+    ]
+    del lines[told[0]]
+    said = said_of(bundle, lines, tmp_path)
+    assert "b met bar@10, and no request of it is on the stack" in said

@@ -919,6 +919,7 @@ class Run:
         self.orders: list[Any] = []
         self.refuted: Any = None  # the tick and turn of the last proof, the proof, and who never
         self.told: Any = None  # the tick and turn of the last line about the stack
+        self.met: Any = None  # the turn in which an obstacle was last met, who met it, and which
         self.claims: list[Claim] = []
         self.moves = self.answers = self.tick = self.turn = self.line = self.strayed = 0
         self.outcome: Json | None = None
@@ -1159,6 +1160,7 @@ class Run:
         blocked = self.obstacles[obstacle]["region"] == at and self.stands(obstacle, name)
         require(blocked, f"{obstacle} does not block {name} at {at}")
         self.robots[name].refused = at
+        self.met = self.turn, name, obstacle
         self.known.add(obstacle)
 
     def _perform(self, name: str) -> None:
@@ -1249,6 +1251,10 @@ class Run:
         require(not missed, f"no line tells that {', '.join(missed)} was resolved")
         asked = self.stack[-1]["obstacle"] if self.stack else None
         require(asked is None or asked in self.present, f"a request for {asked} is left open")
+        if self.met and self.met[0] < self.turn:
+            asks = any((p["requester"], p["obstacle"]) == self.met[1:] for p in self.stack)
+            asks = asks or self.met[2] in self.sealed or self.met[2] not in self.present
+            require(asks, f"{self.met[1]} met {self.met[2]}, and no request of it is on the stack")
         self.turn, self.moves = self.turn + 1, self.moves + 1
         pose, toward = (record["to"], record.get("heading")), record.get("toward")
         try:
@@ -1524,7 +1530,8 @@ class Bundle:
             self.read = archive.read
         self.manifest = self.json("manifest.json")
         known = (self.manifest["format"], self.manifest["version"]) == ("safenav-bundle", 3)
-        require(known, "manifest.json is not of format safenav-bundle, version 3")
+        said = "is not of format safenav-bundle, version 3; an older bundle has its own check.py"
+        require(known, f"manifest.json {said}")
         self.files = self.manifest["files"]
         different = sorted(found ^ {*self.files, "manifest.json"})
         require(not different, f"{', '.join(different)} is either missing or not in the manifest")
