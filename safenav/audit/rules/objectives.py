@@ -133,13 +133,14 @@ class RoundsRule(Rule):
     """Rounds add up: of as many goals in a row as there are targets, exactly one completes a
     round, and the outcome tells the last number. Counting may begin anew when the robot gets
     another objective or strategy, and when an obstacle is resolved or joins O (of robots told by
-    signals: when a need of it is met); with a pop it may also go on where it was before the push
-    (D 5.8, T)."""
+    signals: when a need of it is met); with a pop, or a synthesis for the robot's own objective, it
+    may also go on where it was before (D 5.8, T)."""
 
     name = "rounds"
 
     def __init__(self) -> None:
         self._last: dict[str, int] = {}
+        self._own: dict[str, int] = {}  # the last round of the robot's own objective
         self._steps: dict[str, list[int]] = {}
         self._unsure: set[str] = set()
         self._pushed: list[dict[str, int]] = []
@@ -157,10 +158,18 @@ class RoundsRule(Rule):
                     self._last[robot] = before.get(robot, 0)
         elif isinstance(record, NewObjective):
             self._unsure.add(record.robot)
-            self._last[record.robot] = 0
+            self._last[record.robot] = self._own[record.robot] = 0
         elif isinstance(record, Synthesis | Assumption):
             self._unsure.add(record.robot)
+            own = now.header.robots[record.robot].objective
+            if (
+                isinstance(record, Synthesis)
+                and record.objective == own != now.objectives[record.robot]
+            ):
+                self._last[record.robot] = self._own.get(record.robot, 0)
         elif isinstance(record, Goal):
+            if now.objectives[record.robot] == now.header.robots[record.robot].objective:
+                self._own[record.robot] = record.round
             problem = self._problem(record, now.objectives[record.robot])
             if problem:
                 yield self.broken_by(record, record.robot, problem)
