@@ -124,6 +124,7 @@ def command(
         mission = Mission(plan, synthesizer, listeners=listeners, progress=WaitingLine())
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGALRM):
             signal.signal(number, lambda number, _: _interrupt(mission, number))
+        signal.setitimer(signal.ITIMER_REAL, plan.limits.seconds or 0, PATIENCE)
         result = mission.run()
         signal.setitimer(signal.ITIMER_REAL, 0)
         if html is not None and trace is not None:
@@ -153,11 +154,15 @@ def _watch(scenario: Path, seed: int | None, trace: Path | None) -> int:
 
 def _interrupt(mission: Mission, number: int) -> None:
     """The first signal ends the run at the next opportunity, a second one at once: one of the
-    user's, or, if that opportunity does not come, the clock's."""
+    user's, or, if that opportunity does not come, the clock's. The clock's alone is about the time
+    limit of the run."""
     if number == signal.SIGALRM and mission.ending:
         return
     if mission.stopping:
         raise KeyboardInterrupt
+    if number == signal.SIGALRM:
+        mission.look_at_the_clock()
+        return
     mission.stop()
     signal.setitimer(signal.ITIMER_REAL, PATIENCE)
 

@@ -111,6 +111,11 @@ class Mission:
         search. A synthesis that is under way is given up at once, by an exception, so this is to
         be called in the run's own thread."""
         self._stop.ask(why)
+        self.look_at_the_clock()
+
+    def look_at_the_clock(self) -> None:
+        """Give up a synthesis, or the verification of its strategy, that outlasts the time limit of
+        the run, by an exception: to be called in the run's own thread."""
         if self._asking.busy:
             self._stop.check()
 

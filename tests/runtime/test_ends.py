@@ -31,6 +31,12 @@ from safenav.runtime.world import SimulatedWorld
 SimulatedWorld.move = lambda *_: pathlib.Path({!r}).touch() or time.sleep(900)
 """
 """A world in which the first move never ends; it leaves a file."""
+UNSURE = """
+import time
+import safenav.runtime.mission
+safenav.runtime.mission.first_failure = lambda *_: time.sleep(900)
+"""
+"""A verification that never ends."""
 
 
 def safenav(*arguments: object, before: str = "", **variables: str) -> subprocess.Popen[str]:
@@ -54,6 +60,15 @@ def outcome(trace: Path) -> str:
 def test_a_run_keeps_its_time_limit(tmp_path: Path) -> None:
     trace = tmp_path / "t.jsonl"
     run = safenav("run", WAREHOUSE, "--no-map", "--time-limit", "0.5", "--trace", trace)
+    run.communicate(timeout=300)
+    assert run.returncode == 3
+    assert outcome(trace) == "time_limit"
+
+
+def test_a_run_keeps_its_time_limit_while_a_strategy_is_verified(tmp_path: Path) -> None:
+    trace = tmp_path / "t.jsonl"
+    arguments = ("run", HELLO, "--no-map", "--time-limit", "0.5", "--trace", trace)
+    run = safenav(*arguments, before=UNSURE, SAFENAV_CACHE="off")
     run.communicate(timeout=300)
     assert run.returncode == 3
     assert outcome(trace) == "time_limit"
