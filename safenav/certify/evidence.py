@@ -12,13 +12,15 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
-from safenav.certify.checker.check import Task, World, circumstances
+from safenav.certify.checker.check import circumstances
 from safenav.certify.checker.check_strategies import (
     RefusedError,
     Row,
     Specification,
     Strategy,
+    Task,
     TooLargeError,
+    World,
     complete,
     count_completions,
     read_specification,

@@ -1,4 +1,5 @@
-"""First half of the checker: does a strategy realize the text of its specification?
+"""First half of the checker: does a strategy realize the text of its specification, and does it
+keep the rules of the scenario (``Task``)?
 
 A specification is a text in structured slugs: variables that the environment chooses (INPUT) and
 variables that the robot chooses (OUTPUT), and for each side formulas about how it begins (INIT),
@@ -19,13 +20,14 @@ digit of a long integer (``Cases``).
 
 from __future__ import annotations
 
+import json
 import operator
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import reduce
-from itertools import chain, zip_longest
+from itertools import accumulate, chain, combinations, product, zip_longest
 from typing import Any
 
 MOST_EDGES = 500_000
@@ -559,3 +561,486 @@ def check_measure(graph: Strategy, goal: str, met: str, excuses: Sequence[str], 
         if not same or excuse is None or excuses[excuse][edge] != "0":
             falls = f"the measure does not fall from node {source} to node {target}"
             raise RefusedError(f"{goal}: {falls}")
+
+
+# ---------------------------------------------------------------- the world
+
+HEADINGS = ("north", "east", "south", "west")
+TOLD = ("request", "wait", "assigned")
+Json = Mapping[str, Any]
+Pose = tuple[int, str | None]  # a region, and the heading of robots that have one
+Assumption = tuple[str, str, frozenset[int]]  # what happens again and again, of whom, and where
+# Digits of edges, 1 where something is met, 0 where it is missed, - where no run goes: of nothing,
+# of each wish, of each assumption.
+Digits = tuple[str, list[str], list[str]]
+
+
+class World:
+    """The map of the scenario: which regions are free, and which lie next to each other."""
+
+    def __init__(self, data: Json) -> None:
+        cells = "".join(data["grid"])
+        self.rows, self.cols, self.size = data["rows"], data["cols"], len(cells)
+        sized = [len(line) for line in data["grid"]] == [self.cols] * self.rows
+        fits = sized and set(cells) <= {*"#."}
+        require(fits, "the map is not as large as it says, or has other cells than # and .")
+        self.free = frozenset(region for region, cell in enumerate(cells) if cell == ".")
+        tall, wide = self.rows > 1, self.cols > 1
+        self.sides = [h for h in HEADINGS if (tall if h in ("north", "south") else wide)]
+        self._sight: dict[Any, bool] = {}
+
+    def step(self, region: int, heading: str) -> int | None:
+        """The free region on that side, or None."""
+        row, col = divmod(region, self.cols)
+        row += {"north": -1, "south": 1}.get(heading, 0)
+        col += {"west": -1, "east": 1}.get(heading, 0)
+        beyond = row * self.cols + col
+        inside = 0 <= row < self.rows and 0 <= col < self.cols
+        return beyond if inside and beyond in self.free else None
+
+    def around(self, regions: Iterable[int]) -> set[int]:
+        """The regions and their free neighbours."""
+        near = ((r, *(self.step(r, heading) for heading in HEADINGS)) for r in regions)
+        return {r for r in chain(*near) if r is not None}
+
+    def moves(self, mobility: str, pose: Pose) -> set[Pose]:
+        """The poses after one step or none. With heading mobility a robot never goes backwards,
+        faces the way of its step, and keeps its heading while it stays."""
+        found = {pose}
+        for k, heading in enumerate(HEADINGS):
+            beyond = self.step(pose[0], heading)
+            if beyond is not None and mobility == "free":
+                found.add((beyond, None))
+            elif beyond is not None and (k - HEADINGS.index(str(pose[1]))) % 4 != 2:
+                found.add((beyond, heading))
+        return found
+
+    def sees(self, a: int, b: int, radius: float | None, closed: frozenset[int]) -> bool:
+        """Whether region b is in sight from a. The distance of the centres is at most the
+        radius; the segment between them passes through the interior of no wall or closed region,
+        and not between two of them that touch at a corner."""
+        key = (min(a, b), max(a, b), radius, closed)
+        if key not in self._sight:
+            (row, col), (row_b, col_b) = divmod(a, self.cols), divmod(b, self.cols)
+            down, right = row_b - row, col_b - col
+            near = radius is None or down * down + right * right <= radius * radius
+            self._sight[key] = near and self._line(row, col, down, right, closed - {a, b})
+        return self._sight[key]
+
+    def _line(self, row: int, col: int, down: int, right: int, closed: frozenset[int]) -> bool:
+        touched = set()
+        for r in range(min(0, down), max(0, down) + 1):
+            for c in range(min(0, right), max(0, right) + 1):
+                region = (row + r) * self.cols + col + c
+                if region in self.free and region not in closed:
+                    continue
+                apart = 2 * abs(down * c - right * r)  # twice the distance, times the length
+                if apart < abs(down) + abs(right):
+                    return False
+                if apart == abs(down) + abs(right):
+                    touched.add((r, c))
+        across = (1 if down > 0 else -1, 1 if right > 0 else -1)
+        return not any((r + across[0], c - across[1]) in touched for r, c in touched)
+
+
+def poses_of(listed: Iterable[Sequence[Any]], mobility: str) -> frozenset[Pose]:
+    """Places ``[region, heading]``; null stands for any heading."""
+    every = HEADINGS if mobility == "heading" else (None,)
+    return frozenset((r, h) for r, given in listed for h in ((given,) if given else every))
+
+
+def coordinates(pose: Pose) -> Row:
+    """The pose as variables have it: region, and heading if any."""
+    return (pose[0],) if pose[1] is None else (pose[0], HEADINGS.index(pose[1]))
+
+
+def named_coordinates(pose: Pose) -> dict[str, int]:
+    return dict(zip(("region", "heading"), coordinates(pose), strict=False))
+
+
+def as_bits(truths: Iterable[bool]) -> int:
+    """Truths as a number, the first one as its lowest binary digit."""
+    return sum(1 << k for k, truth in enumerate(truths) if truth)
+
+
+# An objective is data: {kind: value}, with targets, or for the kind ``ltl`` with formulas.
+
+
+def targets_of(objective: Json) -> list[frozenset[int]]:
+    """The targets of an objective: sets of regions of which any one counts."""
+    ((kind, value),) = objective.items()
+    listed = [value] if kind == "hold" else value if kind != "ltl" else []
+    return [frozenset([t] if isinstance(t, int) else t) for t in listed]
+
+
+def is_ordered(objective: Json) -> bool:
+    return "patrol" in objective or "visit" in objective
+
+
+def formulas_of(objective: Json, part: str) -> list[str]:
+    """The objective's own formulas: ``init``, ``safety`` or ``liveness``."""
+    found = objective.get("ltl", {}).get(part, ())
+    return [found] if isinstance(found, str) else list(found)
+
+
+def clauses_of(texts: Iterable[str]) -> list[Any]:
+    """Formulas of an objective, with headings as numbers."""
+
+    def named(formula: Formula) -> Formula:
+        if formula[0] == "var" and formula[1] in HEADINGS:
+            return ("num", HEADINGS.index(formula[1]))
+        return tuple(named(part) if isinstance(part, tuple) else part for part in formula)
+
+    return [read_clause(text, rename=named) for text in texts]
+
+
+def same_objective(given: Json, wanted: Json) -> bool:
+    """Whether an objective is the wanted one, or asks for its targets in turn."""
+    return given == wanted or ("patrol" in wanted and given == {"visit": wanted["patrol"]})
+
+
+def in_words(objective: Json) -> str:
+    ((kind, value),) = objective.items()
+    return f"{kind} {json.dumps(value)}"
+
+
+# ---------------------------------------------------------------- scenario -> strategy
+
+
+class Task:
+    """What a robot is synthesized for, and the strategy or counterstrategy for it, by the scenario
+    itself and without the formulas of the specification (an objective in formulas brings its own).
+    ``line``: the ``synthesis`` line of the trace; ``robot``: its entry in the scenario; ``cells``:
+    of which beliefs are made."""
+
+    def __init__(self, world: World, robot: Json, line: Json, cells: Any, graph: Strategy) -> None:
+        self.world, self.robot, self.line, self.graph = world, robot, line, graph
+        self.pose: Pose = (line["region"], line.get("heading"))
+        self.objective: Json = line["objective"]
+        if line.get("form") == "alternation" and "patrol" in self.objective:
+            self.objective = {"visit": self.objective["patrol"]}
+        self.kind, self.ordered = next(iter(self.objective)), is_ordered(self.objective)
+        self.targets = targets_of(self.objective)
+        self.memory: dict[str, int] = dict(line.get("memory") or {})
+        self.closed = {region for region, _ in line.get("closed") or ()}
+        self.forbidden = poses_of(line.get("forbidden") or (), robot["mobility"])
+        self.moving = list(line.get("moving") or ())
+        self.places = line.get("places")  # where it can be sent (``assignable``), or None
+        self.nearby = robot["tracking"] == "nearby"
+        self.sight_closed = frozenset(line.get("sight_closed") or ())
+        self._read_beliefs(cells or ())
+        self._read_nodes()
+        self._read_formulas()
+        goals = range(len(self.recurring) or len(self.targets))
+        self.wishes = ["the next target"] if self.ordered else [f"goal {k}" for k in goals]
+        self.wishes += ["the place that it is sent to"] if self.places is not None else []
+        self.assumptions = self._assumptions(line["fairness"])
+
+    def _read_beliefs(self, cells: Iterable[Sequence[int]]) -> None:
+        """Values of the variables ``at_NAME``: a region, or beyond them the number of a belief,
+        which is a set of cells."""
+        self.cells = [frozenset(cell) for cell in cells]
+        self.numbers: dict[str, dict[frozenset[int], int]] = {}  # the values of beliefs
+        self.regions: dict[str, dict[int, frozenset[int]]] = {}  # and where the other one is then
+        for name, known in (self.line.get("beliefs") or {}).items():
+            values = {frozenset(belief): k for k, belief in enumerate(known, self.world.size)}
+            self.numbers[name] = values
+            union = {k: [self.cells[cell] for cell in belief] for belief, k in values.items()}
+            self.regions[name] = {k: frozenset().union(*parts) for k, parts in union.items()}
+        self.knowledge = {
+            name: self.numbers[name][frozenset(known)] if isinstance(known, list) else known
+            for name, known in (self.line.get("knowledge") or {}).items()
+        }
+        self.tracked = [] if self.nearby else list(self.knowledge)
+
+    def _read_nodes(self) -> None:
+        self.inputs = [variable.name for variable in self.graph.spec.inputs]
+        self.values = [self.graph.values(node) for node in range(self.graph.count)]
+        turns = self.robot["mobility"] == "heading"
+        self.poses: list[Pose] = [
+            (values["region"], HEADINGS[values["heading"]] if turns else None)
+            for values in self.values
+        ]
+        self.remembered = [max((v.get(m, 0) for m in self.memory), default=0) for v in self.values]
+        self.offsets = [0, *accumulate(self.graph.degrees)]  # the number of each node's first edge
+        self.of_pose: dict[Pose, set[int]] = {}  # the nodes that a run can come to, by their pose
+        self._expected: dict[Any, frozenset[Row]] = {}
+
+    def _read_formulas(self) -> None:
+        """The objective's own formulas: on edges, those that are to hold always and the digits of
+        those that are to hold again and again."""
+        declared = self.objective.get("ltl", {}).get("memory", {})
+        known = {v.name: [v.least, v.most] for v in self.graph.spec.outputs}
+        for name, bounds in declared.items():
+            same = known.get(name) == ([0, 1] if bounds == "bool" else list(bounds))
+            require(same, "the memory of the objective is not that of the strategy")
+        self.own = list(declared)
+        parts = (formulas_of(self.objective, part) for part in ("init", "safety", "liveness"))
+        self.init, self.safety, liveness = map(clauses_of, parts)
+        about = set().union(*(clause.reads for clause in (*self.init, *self.safety, *liveness)))
+        good = {key.rstrip("'") for key in about} <= {*known}
+        require(good, "the objective's formulas speak of more than the robot")
+        cases = self.graph.edge_cases() if self.kind == "ltl" else None
+        self.always = cases.digits(*self.safety) if cases else ""
+        self.recurring = [cases.digits(clause) for clause in liveness] if cases else []
+
+    # what can be observed
+
+    def expected(self, node: int) -> frozenset[Row]:
+        """All inputs that can occur after a node."""
+        region, values = self.poses[node][0], self.values[node]
+        told = tuple(values[name] for name in TOLD) if self.places is not None else ()
+        key = (region, told, tuple(values[f"at_{name}"] for name in self.tracked))
+        if key not in self._expected:
+            groups = list(self._groups(region, values))
+            names = [name for group, _ in groups for name in group]
+            same = sorted(names) == sorted(self.inputs)
+            require(same, f"the inputs are {self.inputs}, but should be {names}")
+            order = [names.index(name) for name in self.inputs]
+            rows = (tuple(chain(*row)) for row in product(*(after for _, after in groups)))
+            self._expected[key] = frozenset(tuple(row[i] for i in order) for row in rows)
+        return self._expected[key]
+
+    def _groups(self, region: int, values: Json) -> Iterator[tuple[list[str], Iterable[Row]]]:
+        """Inputs that do not depend on each other, with the values that can occur."""
+        if self.places is not None:
+            again = values["request"] and not values["wait"]
+            rows = [(1, 0, place) for place in ({values["assigned"]} if again else self.places)]
+            rows += [(*told, self.line["neutral"]) for told in ((0, 0), (0, 1), (1, 1))]
+            yield [*TOLD], rows
+        if self.nearby and self.moving:
+            sides = self.world.sides
+            open_ = [side for side in sides if self.world.step(region, side) is not None]
+            most = min(len(open_), len(self.moving))
+            some = chain(*(combinations(open_, count) for count in range(most + 1)))
+            busy = [tuple(int(side in taken) for side in sides) for taken in some]
+            yield [f"busy_{side}" for side in sides], busy
+        for name in self.tracked:
+            after = self.after(name, region, values[f"at_{name}"])
+            yield [f"at_{name}"], [(value,) for value in after]
+
+    def after(self, name: str, region: int, value: int) -> set[int]:
+        """What may be known of another robot next, if ``value`` is known of it now. The other one
+        stays or steps, not onto this robot if they are in conflict; then this robot looks."""
+        reach = self.world.around(self.whereabouts(name, value))
+        reach -= {region} if name in self.moving else set()
+        seen = {r for r in reach if self.sees(region, r)}
+        if seen == reach:
+            return seen
+        belief = frozenset(k for k, cell in enumerate(self.cells) if cell & (reach - seen))
+        known = belief in self.numbers[name]
+        require(known, f"{name} may be in the cells {sorted(belief)}: there is no input")
+        return seen | {self.numbers[name][belief]}
+
+    def sees(self, here: int, there: int) -> bool:
+        radius, closed = self.robot.get("vision"), self.sight_closed
+        return self.robot["tracking"] == "exact" or self.world.sees(here, there, radius, closed)
+
+    def whereabouts(self, name: str, value: int) -> frozenset[int]:
+        """The regions where another robot may be if that is known of it."""
+        return frozenset({value}) if value < self.world.size else self.regions[name][value]
+
+    def taken(self, region: int, seen: Json) -> set[int | None]:
+        """The regions observed as taken, from where the robot stands before its move."""
+        if not self.nearby:
+            return {seen[f"at_{name}"] for name in self.moving}
+        sides = self.world.sides if self.moving else ()
+        return {self.world.step(region, side) for side in sides if seen[f"busy_{side}"]}
+
+    # what is to be done, and what is assumed
+
+    def awaited(self, node: int) -> int:
+        """The target whose turn it is in a node: the one that it remembers, or the one after it if
+        that is reached there."""
+        index = self.remembered[node]
+        reached = self.ordered and self.poses[node][0] in self.targets[index]
+        return (index + 1) % len(self.targets) if reached else index
+
+    def legal(self, here: Pose, awaited: int, seen: Json) -> set[Pose]:
+        """The poses that the rules leave after an observation, while a target is awaited."""
+        moves = self.world.moves(self.robot["mobility"], here)
+        if self.kind == "hold" and here[0] in self.targets[0] and not seen.get("request"):
+            moves = {here}
+        if self.places is not None and seen["wait"]:
+            moves &= {here}
+        shut = self.taken(here[0], seen) | self.closed
+        if self.kind == "patrol":
+            shut |= self.targets[1 - awaited]  # the one whose turn it is not
+        return {pose for pose in moves if pose[0] not in shut} - self.forbidden
+
+    def _met(self, awaited: int, node: int, edge: int) -> list[bool]:
+        """Which wishes are met by a step into a node while a target is awaited."""
+        region, values = self.poses[node][0], self.values[node]
+        if self.ordered:
+            met = [region in self.targets[awaited]]
+        elif self.recurring:
+            met = [digits[edge] == "1" for digits in self.recurring]
+        else:
+            met = [region in target for target in self.targets]
+        if self.places is None:
+            return met
+        if not values["request"]:
+            return [*met, True]  # while it is sent somewhere its own goals can wait
+        return [True] * len(met) + [bool(values["wait"]) or values["assigned"] == region]
+
+    def _assumptions(self, fairness: str) -> list[Assumption]:
+        """What is assumed to happen again and again: what, of whom, and where."""
+        found: list[Assumption] = []
+        if self.places is not None:
+            found.append(("no wait", "", frozenset()))
+        if fairness == "out_of_my_way":
+            found.append(("nobody near", "", frozenset()))
+        for name in self.moving:
+            if fairness == "out_of_my_sight" and self.numbers[name]:
+                found.append(("unseen", name, frozenset()))
+            if fairness == "off_my_targets":
+                found += [("off", name, aim) for aim in self.targets]
+            if fairness == "at_its_targets":
+                aims = targets_of({"visit": self.line["others_targets"][name]})
+                found += [("at", name, aim) for aim in aims]
+        return found
+
+    def _holds(self, assumption: Assumption, region: int, seen: Json) -> bool:
+        """Whether it is so at a step from a region with what is observed then. What is only
+        believed counts if it may be so."""
+        kind, about, aim = assumption
+        if self.places is not None and seen["wait"]:
+            return False  # what others do while the robot must stay where it is helps nobody
+        if kind == "no wait":
+            return True
+        if kind == "nobody near":
+            return not self.world.around([region]) & self.taken(region, seen)
+        value = seen[f"at_{about}"]
+        where = self.whereabouts(about, value)
+        return (
+            value >= self.world.size
+            if kind == "unseen"
+            else bool(where - aim if kind == "off" else where & aim)
+        )
+
+    def explore(self, starts: Iterable[int], judge: Callable[[int], None]) -> Digits:
+        """The edges that runs from the start nodes can take, and where wishes and assumptions are
+        met on them. ``judge`` is asked about each node."""
+        graph, count = self.graph, len(self.wishes)
+        wished, assumed = dict[tuple[int, int], int](), dict[tuple[int, Row], int]()
+        seen, bits = dict.fromkeys(graph.first[node] for node in starts), [-1] * self.offsets[-1]
+        queue = list(seen)
+        for source in queue:
+            judge(source)
+            region, awaited = self.poses[source][0], self.awaited(source)
+            for edge, target in enumerate(graph.next[source], self.offsets[source]):
+                if self.always and self.always[edge] == "0":
+                    said = f"the edge from node {source} to {target}"
+                    raise RefusedError(f"{said} breaks the objective")
+                if self.ordered and self.remembered[target] != awaited:
+                    raise RefusedError(f"node {target} forgets whose turn it is: target {awaited}")
+                what, when = (awaited, target), (region, graph.inputs[target])
+                if what not in wished or self.recurring:
+                    wished[what] = as_bits(self._met(awaited, target, edge))
+                if when not in assumed:
+                    values = self.values[target]
+                    holds = (self._holds(a, region, values) for a in self.assumptions)
+                    assumed[when] = as_bits(holds) << count
+                bits[edge] = wished[what] | assumed[when]
+                if (first := graph.first[target]) not in seen:
+                    seen[first] = None
+                    queue.append(first)
+        for node in queue:
+            self.of_pose.setdefault(self.poses[node], set()).add(node)
+        total, kinds = count + len(self.assumptions), set(bits)
+        digits = [{b: "-" if b < 0 else "01"[b >> k & 1] for b in kinds} for k in range(total + 1)]
+        met = ["".join(map(digit.__getitem__, bits)) for digit in digits]
+        return met[total], met[:count], met[count:total]
+
+    def explore_strategy(self, start: int) -> Digits:
+        """Refuse unless every run of the strategy from ``start`` keeps the scenario's rules. That
+        none misses a wish for ever is for measures to show, of the digits that this returns."""
+        values, graph, inputs = self.values[start], self.graph, self.graph.inputs
+        same = self.poses[start] == self.pose
+        require(same, f"it begins at {self.poses[start]}, but the robot is at {self.pose}")
+        for name, value in (self.memory | self._positions()).items():
+            given = values.get(name)
+            require(given == value, f"it begins with {name} = {given}, not {value}")
+        if self.own and not self.memory:
+            begun = self.completed("init", (), values)
+            require(begun, "it begins as the objective forbids")
+        allowed: dict[Any, set[Pose]] = {}
+
+        def judge(node: int) -> None:
+            targets, here, awaited = graph.next[node], self.poses[node], self.awaited(node)
+            for row in sorted(self.expected(node) - {inputs[target] for target in targets}):
+                said = dict(zip(self.inputs, row, strict=True))
+                raise RefusedError(f"node {node} has no answer to {said}, which can occur")
+            for target in targets:
+                key = (here, awaited, inputs[target])
+                if key not in allowed:
+                    allowed[key] = self.legal(here, awaited, self.values[target])
+                if self.poses[target] not in allowed[key]:
+                    edge = f"the edge from node {node} to {target}, {here} to {self.poses[target]},"
+                    raise RefusedError(f"{edge} is no legal move")
+
+        return self.explore([start], judge)
+
+    def _positions(self) -> dict[str, int]:
+        return {f"at_{name}": self.knowledge[name] for name in self.tracked}
+
+    def first(self) -> dict[str, int]:
+        """The inputs with which everything begins."""
+        told = {"assigned": self.line["neutral"]} if self.places is not None else {}
+        return dict.fromkeys(self.inputs, 0) | self._positions() | told
+
+    def completed(self, part: str, wanted: Sequence[str], values: Json) -> set[Row]:
+        """The values of ``wanted`` (primed for the part ``safety``) under the own formulas."""
+        clauses = self.init if part == "init" else self.safety
+        known = [name for name in values if name not in wanted]
+        row = tuple(values[name] for name in known)
+        return {after for _, after in complete(self.graph.spec, wanted, clauses, known, [row])}
+
+    def follows(self, objective: Json, before: Pose, after: Pose) -> bool:
+        """Whether an objective's own safety lines allow a step, for some values of the memory
+        (lines about a memory that this strategy does not have are left out)."""
+        after_ = {f"{name}'": value for name, value in named_coordinates(after).items()}
+        values = named_coordinates(before) | after_
+        wanted = [*self.own, *(f"{name}'" for name in self.own)]
+        lines = clauses_of(formulas_of(objective, "safety"))
+        clauses = [clause for clause in lines if clause.reads <= {*values, *wanted}]
+        row = tuple(values.values())
+        return any(complete(self.graph.spec, wanted, clauses, list(values), [row]))
+
+    def explore_counterstrategy(self, proof: Json) -> Digits:
+        """Refuse unless no way to keep the scenario's rules can be kept against it: each chosen
+        input can occur, and each move that the rules leave has a successor. Measures have to show,
+        of the digits that this returns, that endless runs meet every assumption again and again
+        and miss a wish for ever."""
+        graph, start, chosen = self.graph, tuple(proof["start"]), proof["chosen"]
+        same = dict(zip(self.inputs, start, strict=True)) == self.first()
+        require(same, "the initial input is not what the robot knows at the start")
+        begin = [
+            n
+            for n in graph.initial()
+            if graph.inputs[n] == start and self.poses[n] == self.pose
+            if self.memory.items() <= self.values[n].items()
+        ]
+        values = self.first() | named_coordinates(self.pose)
+        ways = self.completed("init", [] if self.memory else self.own, values | self.memory)
+        begun = {tuple(self.values[n][name] for name in self.own) for n in begin}
+        listed = begin and (not self.own or self.memory or ways <= begun)
+        require(listed or not (begin or ways), "not all ways to begin have a node")
+        place = list(named_coordinates(self.pose))
+        names = place + self.own if self.kind == "ltl" else place
+
+        def judge(node: int) -> None:
+            row, here = tuple(chosen[node]), self.poses[node]
+            can = row in self.expected(node)
+            require(can, f"the input chosen in node {node} cannot occur")
+            seen = dict(zip(self.inputs, row, strict=True))
+            answers = {coordinates(pose) for pose in self.legal(here, self.awaited(node), seen)}
+            if self.kind == "ltl":
+                own = {name: self.values[node][name] for name in names}
+                allowed = self.completed("safety", [f"{name}'" for name in names], own)
+                answers = {row for row in allowed if row[: len(place)] in answers}
+            answers -= {tuple(self.values[t][name] for name in names) for t in graph.next[node]}
+            for row in sorted(answers):
+                raise RefusedError(f"in node {node} the robot could go on to {row}")
+
+        return self.explore(begin, judge)
