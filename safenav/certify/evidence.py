@@ -104,7 +104,7 @@ class RulesEvidence:
             task = Task(self._world, robot, line, cells, strategy)
             if counter is None:
                 # What else the strategy has to keep is for the checker to see.
-                _, wishes, assumed = task.explore([line["node"]], lambda _: None)
+                _, wishes, assumed = task.explore(task.begins(line["node"]), lambda _: None)
                 return [_measure(strategy, met, assumed) for met in wishes]
             there, wishes, assumed = task.explore_counterstrategy(counter)
         except RefusedError:

@@ -65,6 +65,8 @@ class Planner:
         Raises KeyError if the strategy has no such node (it is not for this task).
         """
         values = _where(task, task.pose)
+        if task.assignable:
+            values["wait"] = 0  # told to wait, it may begin elsewhere
         node = strategy.find_initial(values)
         if node is None:
             raise KeyError(f"no initial node for {values}")

@@ -180,7 +180,7 @@ class Turns:
         by = vocabulary.MovedBy.PLAN if transit.planned else None
         self._arrive(robot, transit.pose, transit.before, by, transit.planned)
         if robot.planner is not None and robot.planner.node is None and not self.traffic.active:
-            self.coordination.resynthesize(robot, vocabulary.Reason.PLAN)
+            self._go_on(robot)
 
     def _move(
         self,
@@ -241,6 +241,11 @@ class Turns:
         if self.traffic.active:
             self.leave_plan(vocabulary.PlanEndReason.CHANGED)
         else:
+            self._go_on(robot)
+
+    def _go_on(self, robot: RobotState) -> None:
+        """The robot goes on from where it is: in its strategy, if that knows the pose."""
+        if not self.strategies.relocate(robot):
             self.coordination.resynthesize(robot, vocabulary.Reason.PLAN)
 
     def _look(self, robot: RobotState, shown: frozenset[Region]) -> dict[str, int]:
@@ -300,6 +305,8 @@ class Turns:
                 and self._may_move(robot, answer.pose)
             ):
                 return replace(answer, shown=shown)
+        if planner.switch is not None:
+            planner.switch.refused = robot.pose
         return planner.held_back(robot.pose, observed)
 
     def _may_move(self, robot: RobotState, pose: Pose) -> bool:

@@ -15,13 +15,14 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from safenav.dataclass import dataclass
-from safenav.scenario.guarantees import guarantees_of
+from safenav.scenario.model import Tracking
 from safenav.scenario.objective import Ltl, Objective, Patrol, Visit
-from safenav.spec.movement import one_of
+from safenav.spec.movement import among, one_of
+from safenav.spec.sending import Part, Sending, sending, whereabouts
 from safenav.spec.specification import Constraint, Origin, Owner, Section, Variable
 from safenav.spec.task import Task
 from safenav.world.map import Region, RegionMap
-from safenav.world.moves import Pose, moves
+from safenav.world.moves import Mobility, Pose
 
 SOURCE = "paper, Section V-D, the runtime-assignable goal"
 
@@ -36,12 +37,14 @@ class Signal:
 
 class Switch:
     """Turns signals into inputs that respect what the specification assumes of them: the
-    assigned region does not change while a request is open."""
+    assigned region does not change while a request is open. ``refused``: the pose in which the
+    last move of the strategy was refused that the team could not do with."""
 
-    def __init__(self, places: frozenset[Region]) -> None:
-        self.places = places
-        self._neutral = min(places)
+    def __init__(self, sending: Sending) -> None:
+        self.sending = sending
+        self._neutral = neutral(sending)
         self._sent: Region | None = None
+        self.refused: Pose | None = None
 
     def inputs(self, signal: Signal | None, region: Region) -> dict[str, int]:
         """The inputs for a robot in ``region`` under ``signal``."""
@@ -70,61 +73,6 @@ class Switch:
         return {"request": int(request), "assigned": assigned, "wait": int(wait)}
 
 
-def places(task: Task, world: RegionMap) -> frozenset[Region]:
-    """The regions that the robot can be sent to and come back from: those in which it has a
-    pose that lies on a way from its start to itself and back to where it has been."""
-    blocked = {known.region for known in task.blocked}
-    mobility = task.robot.model.mobility
-    formulas = guarantees_of(task.objective) if isinstance(task.objective, Ltl) else None
-    after: dict[Pose, tuple[Pose, ...]] = {}
-    queue = [task.pose]
-    while queue:
-        pose = queue.pop()
-        if pose not in after:
-            steps = moves(mobility, pose, world, blocked)
-            if formulas is not None:
-                steps = tuple(to for to in steps if to == pose or formulas.allows(pose, to))
-            after[pose] = steps
-            queue += steps
-    before: dict[Pose, list[Pose]] = {pose: [] for pose in after}
-    for pose, following in after.items():
-        for nxt in following:
-            before[nxt].append(pose)
-    home = _returning(task, after, before)
-    return frozenset(pose.region for pose in home) or frozenset({task.pose.region})
-
-
-def _returning(
-    task: Task, after: dict[Pose, tuple[Pose, ...]], before: dict[Pose, list[Pose]]
-) -> set[Pose]:
-    """The poses between which the robot can go back and forth, the objective's among them."""
-    wanted = [region for target in task.targets for region in target]
-    if isinstance(task.objective, Ltl):
-        formulas = guarantees_of(task.objective)
-        goals = range(formulas.goals)
-        wanted = [p.region for p in after if any(formulas.meets(g, p, p) for g in goals)]
-    best: set[Pose] = set()
-    for pose in after:
-        if pose in best or (wanted and pose.region not in wanted):
-            continue
-        loop = _closure(pose, after) & _closure(pose, before)
-        met = {region for p in loop if (region := p.region) in wanted}
-        if (len(met), len(loop)) > (len({p.region for p in best} & set(wanted)), len(best)):
-            best = loop
-    return best
-
-
-def _closure(pose: Pose, steps: dict[Pose, tuple[Pose, ...]] | dict[Pose, list[Pose]]) -> set[Pose]:
-    found = {pose}
-    queue = [pose]
-    while queue:
-        for nxt in steps[queue.pop()]:
-            if nxt not in found:
-                found.add(nxt)
-                queue.append(nxt)
-    return found
-
-
 def own_objective(objective: Objective) -> Objective:
     """The objective as it stands in a specification with assignable goals: a patrol is plain
     alternation, since the literal formula forbids ways on which a helper may have to come back
@@ -143,17 +91,29 @@ def inputs(task: Task, world: RegionMap) -> tuple[Variable, ...]:
     )
 
 
+def neutral(sending: Sending) -> Region:
+    """What is assigned while nothing is asked."""
+    return min(sending.places)
+
+
 def assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
-    """Requests are to places that it can come back from, and keep still while they are open."""
-    allowed = places(task, world)
-    neutral = min(allowed)
+    """Requests are to places that it can reach without giving up its own objective, and keep still
+    while they are open."""
+    possible = sending(task, world)
+    idle = neutral(possible)
     begin = Origin("coordination", "nothing is asked before the first move", SOURCE)
-    for formula in ("!request", "!wait", f"assigned = {neutral}"):
+    nothing = ("!request", f"assigned = {idle}")
+    for formula in nothing if begins_anywhere(task) else (*nothing, "!wait"):
         yield Constraint(Section.ENV_INIT, formula, begin)
-    where = Origin("coordination", "it is sent only where it can come back from", SOURCE)
-    allowed_next = one_of("assigned", allowed, "'")
+    where = Origin("coordination", "it is sent only where its objective stays possible", SOURCE)
+    allowed_next = one_of("assigned", possible.places, "'")
     yield Constraint(Section.ENV_TRANS, f"request' & !wait' -> {allowed_next}", where)
-    yield Constraint(Section.ENV_TRANS, f"!request' | wait' -> assigned' = {neutral}", where)
+    for part in possible.parts:
+        asked, here = _asked(part), among(part.poses)
+        yield Constraint(
+            Section.ENV_TRANS, f"{asked} -> {here}", where, tuple(sorted(part.regions))
+        )
+    yield Constraint(Section.ENV_TRANS, f"!request' | wait' -> assigned' = {idle}", where)
     still = Origin("coordination", "an open request keeps its place until it has to wait", SOURCE)
     kept = "request & !wait & request' & !wait' -> assigned' = assigned"
     yield Constraint(Section.ENV_TRANS, kept, still)
@@ -170,12 +130,52 @@ def at_leisure(constraint: Constraint) -> Constraint:
     return replace(constraint, formula=f"!{wait} & ({constraint.formula})")
 
 
-def guarantees() -> Iterator[Constraint]:
+def guarantees(task: Task, world: RegionMap) -> Iterator[Constraint]:
     """It waits when told, and goes where it is asked to."""
     stay = Origin("coordination", "told to wait, it stays", SOURCE)
     yield Constraint(Section.SYS_TRANS, "wait' -> region' = region", stay)
+    possible = sending(task, world)
+    able = Origin("coordination", "it passes by nothing that it is asked to go to", SOURCE)
+    for part in possible.parts:
+        formula = f"{_asked(part)} -> {among(part.poses, prime=True)}"
+        yield Constraint(Section.SYS_TRANS, formula, able, tuple(sorted(part.regions)))
+    home = Origin("coordination", "it does not leave for good unless it is asked to", SOURCE)
+    for part in possible.homes:
+        asked = "!request' | " + one_of("assigned", part.regions, "'")
+        formula = f"{among(part.poses)} & ({asked}) -> {among(part.poses, prime=True)}"
+        yield Constraint(Section.SYS_TRANS, formula, home)
     go = Origin("coordination", "an open request is answered", SOURCE)
     yield Constraint(Section.SYS_LIVENESS, "request' & !wait' -> region' = assigned'", go)
+
+
+def _asked(part: Part) -> str:
+    """The robot is asked to go to one of the regions of a part."""
+    assigned = one_of("assigned", part.regions, "'")
+    return f"request' & !wait' & {assigned}"
+
+
+def begins_anywhere(task: Task) -> bool:
+    """Whether the strategy is to know every pose and memory from which its goals can be met, not
+    only those that its own ways lead to: a joint plan may leave the robot in any. Without headings
+    and formulas its ways lead everywhere. A strategy that remembers where others are does not have
+    a node for every place of theirs either way."""
+    wayward = task.robot.model.mobility is Mobility.HEADING or isinstance(task.objective, Ltl)
+    nearby = task.tracking is Tracking.NEARBY
+    return task.assignable and task.endangered and nearby and wayward
+
+
+def unless_elsewhere(constraint: Constraint) -> Constraint:
+    """How it begins where it is; told to wait at first, it is elsewhere."""
+    if constraint.section is not Section.SYS_INIT:
+        return constraint
+    return replace(constraint, formula=f"wait | ({constraint.formula})")
+
+
+def elsewhere(task: Task, world: RegionMap) -> Iterator[Constraint]:
+    """Told to wait at first, it is anywhere that it can ever come to."""
+    anywhere = one_of("region", whereabouts(task, world))
+    origin = Origin("coordination", "told to wait at first, it is where others have put it", SOURCE)
+    yield Constraint(Section.SYS_INIT, f"wait -> {anywhere}", origin)
 
 
 def excused(constraint: Constraint, holds: bool = False) -> Constraint:

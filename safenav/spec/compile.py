@@ -35,6 +35,8 @@ def compile_task(task: Task, world: RegionMap) -> Specification:
     others = encode_others(task, world)
     objective = encode(task.objective, f"{task.item}.objective", task.pose.region, task.memory)
     steering, steered = _steering(task, world)
+    anywhere = assignable.begins_anywhere(task)
+    begins = assignable.unless_elsewhere if anywhere else _unchanged
     variables = [
         *steering.inputs,
         *others.inputs,
@@ -48,10 +50,11 @@ def compile_task(task: Task, world: RegionMap) -> Specification:
     constraints = [
         *steering.assumptions,
         *(assignable.at_leisure(c) if task.assignable else c for c in others.assumptions),
-        *_beginning(task),
+        *(begins(constraint) for constraint in _beginning(task)),
+        *(assignable.elsewhere(task, world) if anywhere else ()),
         *_motion(task, world, others),
         *steering.guarantees,
-        *(steered(constraint) for constraint in objective.constraints),
+        *(begins(steered(constraint)) for constraint in objective.constraints),
     ]
     title = f"{robot.name} ({robot.model.name}): {describe(task.objective)}"
     return Specification(robot.name, title, tuple(variables), tuple(constraints))
@@ -62,15 +65,19 @@ def _steering(
 ) -> tuple[OthersEncoding, Callable[[Constraint], Constraint]]:
     """What lets goals be assigned at runtime, and what that does to the robot's own goals."""
     if not task.assignable:
-        return OthersEncoding(), lambda constraint: constraint
+        return OthersEncoding(), _unchanged
     encoding = OthersEncoding(
         assignable.inputs(task, world),
         (),
         tuple(assignable.assumptions(task, world)),
-        tuple(assignable.guarantees()),
+        tuple(assignable.guarantees(task, world)),
     )
     holds = isinstance(task.objective, Hold)
     return encoding, lambda constraint: assignable.excused(constraint, holds)
+
+
+def _unchanged(constraint: Constraint) -> Constraint:
+    return constraint
 
 
 def assumption_names(task: Task, world: RegionMap) -> list[str]:

@@ -6,10 +6,11 @@ stays short and the synthesizer sees adders and comparisons that it shares.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 
 from safenav.spec.specification import Constraint, Origin, Section
 from safenav.world.map import Heading, Region, RegionMap
+from safenav.world.moves import Pose
 
 SOURCE_MAP = "paper, eq. (1)"
 SOURCE_MOBILITY = "paper, Section VI"
@@ -17,9 +18,27 @@ SOURCE_MOBILITY = "paper, Section VI"
 
 def one_of(variable: str, regions: Iterable[Region], prime: str = "") -> str:
     """``variable`` is in one of the regions, as a formula that binds like an atom."""
-    atoms = [f"{variable}{prime} = {region}" for region in sorted(regions)]
+    atoms = [f"{variable}{prime} = {region:d}" for region in sorted(regions)]
     if not atoms:
         return "FALSE"
+    return atoms[0] if len(atoms) == 1 else "(" + " | ".join(atoms) + ")"
+
+
+def among(poses: Collection[Pose], *, prime: bool = False) -> str:
+    """The robot is in one of the poses, as a formula that binds like an atom."""
+    mark = "'" if prime else ""
+    regions: dict[Heading | None, set[Region]] = {}
+    for pose in poses:
+        regions.setdefault(pose.heading, set()).add(pose.region)
+    ways: dict[frozenset[Region], list[Heading]] = {}
+    for heading in sorted(heading for heading in regions if heading is not None):
+        ways.setdefault(frozenset(regions[heading]), []).append(heading)
+    atoms = [one_of("region", regions[None], mark)] if None in regions else []
+    for there, facing in ways.items():
+        atom = one_of("region", there, mark)
+        if len(facing) < len(Heading):
+            atom = f"{atom} & {one_of('heading', facing, mark)}"
+        atoms.append(f"({atom})")
     return atoms[0] if len(atoms) == 1 else "(" + " | ".join(atoms) + ")"
 
 

@@ -71,6 +71,14 @@ class Tried:
 
 
 @dataclass(frozen=True)
+class PlacesFrom:
+    """Regions that a robot can be sent to only from some places (``from_``)."""
+
+    places: tuple[Region, ...]
+    from_: tuple[Place, ...]
+
+
+@dataclass(frozen=True)
 class Synthesis(Record):
     """A robot was synthesized. For a strategy that was installed, ``node`` is where it begins.
 
@@ -80,8 +88,8 @@ class Synthesis(Record):
     knowledge only), ``fairness`` and ``others_targets``, ``tracking``, ``knowledge`` of others
     at the start (a region, or cells), ``beliefs`` (the numbering of belief values, for each
     other robot), ``sight_closed`` (regions that block the view), ``places`` and ``neutral``
-    (what can be assigned), ``forbidden`` and ``goal_places`` beyond the objective, ``form``,
-    and ``tried`` before.
+    (what can be assigned; ``places_from``: what only from some places), ``forbidden`` and
+    ``goal_places`` beyond the objective, ``form``, and ``tried`` before.
     """
 
     type: ClassVar[str] = "synthesis"
@@ -111,6 +119,7 @@ class Synthesis(Record):
     sight_closed: tuple[Region, ...] | None = None
     places: tuple[Region, ...] | None = None
     neutral: int | None = None
+    places_from: tuple[PlacesFrom, ...] | None = None
     forbidden: tuple[Place, ...] | None = None
     goal_places: tuple[tuple[Place, ...], ...] | None = None
     form: Form | None = None

@@ -133,9 +133,16 @@ def _broken_off(run: Ended, lines: tuple[Mapping[str, Any], ...]) -> tuple[str, 
 
 
 def _told_by_signals(lines: tuple[Mapping[str, Any], ...]) -> tuple[str, str] | None:
-    """A team that is told by signals is synthesized once, and where the known map changes."""
+    """A team that is told by signals is synthesized once, and robots for which the known map has
+    changed."""
+    blocked: set[str] = set()  # for whom something has joined O since their last strategy
     for line in lines:
-        if line["type"] == "synthesis" and line["reason"] not in ("initial", "blocked"):
+        if line["type"] == "blocked":
+            blocked.update(line["robots"])
+        if line["type"] != "synthesis" or line["reason"] == "initial":
+            continue
+        changed, blocked = line["robot"] in blocked, blocked - {line["robot"]}
+        if line["reason"] != "blocked" or not changed:
             return "synthesized again", f"tick {line['tick']}, {line['robot']}: {line['reason']}"
     return None
 

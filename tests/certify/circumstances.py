@@ -6,15 +6,17 @@ The names are those of a ``synthesis`` line (docs/trace.md).
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 from safenav.scenario.model import Tracking
 from safenav.scenario.objective import Ltl, Patrol, Visit
 from safenav.scenario.pursuit import Pursuit
-from safenav.spec.assignable import places
 from safenav.spec.others.belief import models
+from safenav.spec.sending import sending
 from safenav.spec.task import Fairness, Task
 from safenav.world.map import RegionMap
+from safenav.world.moves import Pose
 
 
 def circumstances(task: Task, world: RegionMap) -> dict[str, Any]:
@@ -51,9 +53,17 @@ def circumstances(task: Task, world: RegionMap) -> dict[str, Any]:
         }
         told["sight_closed"] = sorted(task.closed)
     if task.assignable:
-        told["places"] = sorted(places(task, world))
+        possible = sending(task, world)
+        told["places"] = sorted(possible.places)
         told["neutral"] = min(told["places"])
+        told["places_from"] = [
+            {"places": sorted(part.regions), "from": _told(part.poses)} for part in possible.parts
+        ]
     return told
+
+
+def _told(poses: Iterable[Pose]) -> list[list[Any]]:
+    return [[p.region, None if p.heading is None else p.heading.label] for p in poses]
 
 
 def _memory(task: Task) -> dict[str, int]:

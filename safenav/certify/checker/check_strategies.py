@@ -726,6 +726,10 @@ class Task:
         self.forbidden = poses_of(line.get("forbidden") or (), robot["mobility"])
         self.moving = list(line.get("moving") or ())
         self.places = line.get("places")  # where it can be sent (``assignable``), or None
+        self.places_from = [  # from where, if not from everywhere
+            (set(part["places"]), poses_of(part["from"], robot["mobility"]))
+            for part in line.get("places_from") or ()
+        ]
         self.nearby = robot["tracking"] == "nearby"
         self.sight_closed = frozenset(line.get("sight_closed") or ())
         self._read_beliefs(cells or ())
@@ -788,11 +792,11 @@ class Task:
 
     def expected(self, node: int) -> frozenset[Row]:
         """All inputs that can occur after a node."""
-        region, values = self.poses[node][0], self.values[node]
+        pose, values = self.poses[node], self.values[node]
         told = tuple(values[name] for name in TOLD) if self.places is not None else ()
-        key = (region, told, tuple(values[f"at_{name}"] for name in self.tracked))
+        key = (pose, told, tuple(values[f"at_{name}"] for name in self.tracked))
         if key not in self._expected:
-            groups = list(self._groups(region, values))
+            groups = list(self._groups(pose, values))
             names = [name for group, _ in groups for name in group]
             same = sorted(names) == sorted(self.inputs)
             require(same, f"the inputs are {self.inputs}, but should be {names}")
@@ -801,11 +805,14 @@ class Task:
             self._expected[key] = frozenset(tuple(row[i] for i in order) for row in rows)
         return self._expected[key]
 
-    def _groups(self, region: int, values: Json) -> Iterator[tuple[list[str], Iterable[Row]]]:
+    def _groups(self, pose: Pose, values: Json) -> Iterator[tuple[list[str], Iterable[Row]]]:
         """Inputs that do not depend on each other, with the values that can occur."""
+        region = pose[0]
         if self.places is not None:
             again = values["request"] and not values["wait"]
-            rows = [(1, 0, place) for place in ({values["assigned"]} if again else self.places)]
+            places = {values["assigned"]} if again else set(self.places)
+            places = places.difference(*(to for to, of in self.places_from if pose not in of))
+            rows = [(1, 0, place) for place in places]
             rows += [(*told, self.line["neutral"]) for told in ((0, 0), (0, 1), (1, 1))]
             yield [*TOLD], rows
         if self.nearby and self.moving:
@@ -979,7 +986,12 @@ class Task:
                     edge = f"the edge from node {node} to {target}, {here} to {self.poses[target]},"
                     raise RefusedError(f"{edge} is no legal move")
 
-        return self.explore([start], judge)
+        return self.explore(self.begins(start), judge)
+
+    def begins(self, start: int) -> list[int]:
+        """Where a run can come to its strategy: where it begins, and where it is put (told to wait
+        at first, with assignable goals)."""
+        return [start, *self.graph.initial()] if self.places is not None else [start]
 
     def _positions(self) -> dict[str, int]:
         return {f"at_{name}": self.knowledge[name] for name in self.tracked}

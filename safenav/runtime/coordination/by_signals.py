@@ -61,7 +61,8 @@ class BySignals:
         assignment = robot.assignment
         if assignment.role is Role.OWN:
             awaited = robot.own.awaited()
-            if not awaited or not self._meets_something(robot):
+            led = self._meets_something(robot) or switch.refused == robot.pose
+            if not awaited or not led:
                 return switch.inputs(None, here)
             place = self._next(robot, self._poses(robot, awaited))
             if place == here:
@@ -70,7 +71,7 @@ class BySignals:
             place = self._next(robot, assignment.goal)
         elif isinstance(assignment.objective, Hold):
             place = self._next(robot, self._poses(robot, assignment.objective.target))
-        if place is None or place == here or place not in switch.places:
+        if place is None or place == here:
             return switch.inputs(Signal(here, wait=True), here)
         return switch.inputs(Signal(place, wait=False), here)
 
@@ -85,17 +86,20 @@ class BySignals:
 
     def _next(self, robot: RobotState, goal: Mask) -> Region | None:
         """Where to send a robot that is to come to ``goal``: as far along a shortest way around
-        all that the team knows as there is no shorter way for one that does not know it."""
+        all that the team knows as there is no shorter way for one that does not know it. A robot
+        whose own way was refused is led step by step."""
         knowledge = self.state.knowledge
         graph = graph_of(robot.robot, self.state.scenario.map)
         assert robot.planner is not None and robot.planner.switch is not None
-        places = robot.planner.switch.places
+        switch = robot.planner.switch
         task = robot.planner.task
         own = graph.everywhere & ~graph.poses_on(region_mask(k.region for k in task.blocked))
         walls = knowledge.walls_for(robot.robot, knowledge.pending)
         allowed = own & ~graph.poses_on(region_mask(known.region for known in walls))
+        if robot.assignment.kept is not None:
+            allowed &= robot.assignment.kept
         here = graph.number(robot.pose)
-        goal &= graph.poses_on(region_mask(places)) & (allowed | 1 << here)
+        goal &= allowed | 1 << here
         field = graph.distances(goal, allowed)
         found: Region | None = None
         pose, way = here, 0
@@ -105,8 +109,12 @@ class BySignals:
             way += 1
             region = pose % graph.size
             there = graph.poses_on(1 << region)
-            if region in places and graph.steps_between(1 << here, there, own) == way:
+            if not switch.sending.allows(robot.pose, region):
+                continue
+            if graph.steps_between(1 << here, there, own) == way:
                 found = region
+            if switch.refused == robot.pose:
+                break
         return robot.pose.region if field[here] == 0 else found
 
     def _own(self, name: str, errand: Errand) -> Errand:

@@ -14,13 +14,15 @@ from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.scenario.model import Tracking
 from safenav.scenario.objective import Ltl, Patrol, Visit
 from safenav.scenario.pursuit import Pursuit
-from safenav.spec.assignable import Switch, places
+from safenav.spec.assignable import Switch, neutral
 from safenav.spec.compile import assumption_names
 from safenav.spec.others.belief import models
+from safenav.spec.sending import Sending, sending
 from safenav.spec.task import Fairness, Task
 from safenav.synthesis.verdict import SynthesisResult
 from safenav.trace import records, vocabulary
 from safenav.trace.header import heading_in_trace, objective_in_trace
+from safenav.trace.vocabulary import Place
 from safenav.world.moves import Pose
 
 if TYPE_CHECKING:
@@ -61,7 +63,7 @@ class Strategies:
         state = self._state.robots[answer.task.robot.name]
         planner = Planner.start(answer.task, strategy)
         if answer.task.assignable:
-            planner.switch = Switch(places(answer.task, self._state.scenario.map))
+            planner.switch = Switch(sending(answer.task, self._state.scenario.map))
         if (
             answer.form is vocabulary.Form.OTHER_MEMORY
             and state.assignment.role is Role.OWN
@@ -155,7 +157,7 @@ def synthesis_told(
     from."""
     task, result = answer.task, answer.result
     world = state.scenario.map
-    assigned = places(task, world) if task.assignable else None
+    possible = sending(task, world) if task.assignable else None
     believed = task.tracking is Tracking.BELIEF and bool(task.observed)
     return records.Synthesis(
         state.tick,
@@ -195,12 +197,22 @@ def synthesis_told(
         if believed
         else None,
         sight_closed=tuple(sorted(task.closed)) if believed else None,
-        places=tuple(sorted(assigned)) if assigned is not None else None,
-        neutral=min(assigned) if assigned else None,
-        forbidden=tuple((pose.region, heading_in_trace(pose)) for pose in _sorted(task.forbidden))
-        or None,
+        places=tuple(sorted(possible.places)) if possible is not None else None,
+        neutral=neutral(possible) if possible is not None else None,
+        places_from=_places_from(possible) if possible is not None else None,
+        forbidden=_told(task.forbidden) or None,
         form=answer.form,
         tried=answer.tried or None,
+    )
+
+
+def _places_from(possible: Sending) -> tuple[records.PlacesFrom, ...] | None:
+    return (
+        tuple(
+            records.PlacesFrom(tuple(sorted(part.regions)), _told(part.poses))
+            for part in possible.parts
+        )
+        or None
     )
 
 
@@ -228,5 +240,7 @@ def _on_demand(served: ServedStrategy, most: int) -> OnDemand:
     return OnDemand(served, most)
 
 
-def _sorted(poses: frozenset[Pose]) -> list[Pose]:
-    return sorted(poses, key=lambda pose: (pose.region, pose.heading or 0))
+def _told(poses: frozenset[Pose]) -> tuple[Place, ...]:
+    """Poses as a trace tells them."""
+    ordered = sorted(poses, key=lambda pose: (pose.region, pose.heading or 0))
+    return tuple((pose.region, heading_in_trace(pose)) for pose in ordered)

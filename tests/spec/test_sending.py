@@ -1,0 +1,86 @@
+"""Where a robot can be sent from where, without giving up its own objective."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from safenav.scenario.model import Robot, RobotModel
+from safenav.scenario.objective import Cover, Hold, Ltl, Objective, Visit
+from safenav.spec.sending import Sending, sending
+from safenav.spec.task import Known, Task
+from safenav.world.map import Heading, RegionMap
+from safenav.world.moves import Mobility, Pose
+
+CORRIDOR = RegionMap.from_grid(["#######", "#.....#", "#######"])  # regions 8 to 12
+RING = RegionMap.from_grid(["#####", "#...#", "#.#.#", "#...#", "#####"])  # 6 to 18 around 12
+
+
+def sent(world: RegionMap, start: Pose, objective: Objective) -> Sending:
+    mobility = Mobility.FREE if start.heading is None else Mobility.HEADING
+    robot = Robot("r", RobotModel("m", mobility, "ground", frozenset()), start, objective)
+    return sending(Task(robot, start, objective, assignable=True), world)
+
+
+def visit(*regions: int) -> Visit:
+    return Visit(tuple(frozenset({region}) for region in regions))
+
+
+@pytest.mark.parametrize(
+    ("objective", "regions"),
+    [
+        pytest.param(visit(10), {8, 9, 10, 11, 12}, id="everywhere"),
+        pytest.param(Hold(frozenset({8})), {8, 9, 10, 11, 12}, id="holds"),
+        pytest.param(
+            Ltl(safety=("region' != 11",), liveness=("region = 8",)), {8, 9, 10}, id="a zone"
+        ),
+        pytest.param(
+            Ltl(safety=("region = 10 -> region' != 9",), liveness=("region = 8",)),
+            {8, 9},
+            id="no way back to its goal",
+        ),
+    ],
+)
+def test_it_is_sent_where_its_objective_stays_possible(
+    objective: Objective, regions: set[int]
+) -> None:
+    assert sent(CORRIDOR, Pose(9), objective) == Sending(frozenset(regions))
+
+
+def test_behind_a_one_way_step_it_is_sent_on_only() -> None:
+    ltl = Ltl(safety=("region = 10 -> region' != 9",), liveness=("region = 12",))
+    found = sent(CORRIDOR, Pose(9), ltl)
+    ways = {here: {to for to in range(13) if found.allows(Pose(here), to)} for here in (9, 10)}
+    assert ways == {9: {8, 9, 10, 11, 12}, 10: {10, 11, 12}}
+    assert found.homes == ()
+
+
+def test_with_headings_a_corridor_is_one_way() -> None:
+    """Its goal is either end: it can be sent as far as to the one that it faces."""
+    found = sent(CORRIDOR, Pose(11, Heading.WEST), Visit((frozenset({8, 11}),)))
+    west = [Pose(region, Heading.WEST) for region in (8, 9, 10, 11)]
+    ways = [{to for to in range(13) if found.allows(pose, to)} for pose in west]
+    assert ways == [{8}, {8, 9}, {8, 9, 10}, {8, 9, 10}]
+    assert {frozenset(p.region for p in home.poses) for home in found.homes} == {
+        frozenset({8, 9, 10}),
+        frozenset({11}),
+    }
+
+
+def test_both_ways_round_are_as_good() -> None:
+    found = sent(RING, Pose(6, Heading.EAST), Cover((frozenset({18}), frozenset({8}))))
+    assert found == Sending(frozenset(RING.free))
+
+
+def test_nothing_is_assigned_if_the_objective_is_lost_already() -> None:
+    found = sent(CORRIDOR, Pose(11, Heading.WEST), visit(12))
+    assert found == Sending(frozenset({11}))
+
+
+def test_obstacles_that_stay_are_walls() -> None:
+    model = RobotModel("m", Mobility.FREE, "ground", frozenset())
+    robot = Robot("r", model, Pose(9), visit(9))
+    task = Task(robot, Pose(9), visit(9), assignable=True)
+    shut = replace(task, blocked=(Known(11, "door", "it stays"),))
+    assert sending(shut, CORRIDOR).places == {8, 9, 10}
