@@ -12,7 +12,9 @@ namespace {
 
 constexpr std::size_t first_sift = 1u << 14;
 constexpr std::size_t first_allowance = 1u << 18;
-constexpr double growth = 1.2;
+// How far a pair may make diagrams grow on its way. Early sifts are followed by others,
+// and in the fixpoint the order has been settled: there a long way rarely pays.
+constexpr double growth = 1.2, early_growth = 1.1, late_growth = 1.05;
 constexpr std::uint64_t least_work = 1u << 21;
 constexpr std::uint64_t unlimited = std::numeric_limits<std::uint64_t>::max();
 
@@ -52,14 +54,16 @@ std::uint64_t Reordering::most_work() const {
 }
 
 void Reordering::before_operation() {
-  if (!active_ || settled_ || store_.live_nodes() < sift_at_)
+  // What survives a collection may be almost as much.
+  const std::size_t least = std::max(sift_at_, store_.collected_nodes() + sift_at_ / 8);
+  if (!active_ || settled_ || store_.live_nodes() < least)
     return;
   store_.collect();
   const std::size_t before = store_.live_nodes();
   if (before < sift_at_)
     return;
   SiftingLog log;
-  sift(store_, log, growth, gamble());
+  sift(store_, log, early_growth, gamble());
   // Where sifting gains little, more sifting gains nothing.
   plan(much_less(store_.live_nodes(), before) ? 2 : 16);
 }
@@ -137,8 +141,10 @@ void Reordering::between_steps(const Work &step) {
   const std::uint64_t old_cost = cost(step, unlimited);
   const std::uint64_t looked = store_.sifting_work();
   SiftingLog log;
+  // Often so much was worked only because the game is large.
+  constexpr std::uint64_t share = 8;
   if (dear(store_.live_nodes()))
-    sift_all(store_, log, growth, work);
+    sift_all(store_, log, late_growth, work / share);
   else if (grown)
     log = sift_thoroughly();
   else {
