@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <new>
 #include <utility>
 
 namespace slugs {
@@ -15,7 +16,7 @@ namespace {
 // Operands are small consecutive numbers: the first step spreads them over the
 // high bits, the second over all; linear probing suffers from any clusters.
 std::uint64_t hash(const FormulaNode &node) {
-  const std::uint64_t operands = std::uint64_t{node.left} << 32 | node.right;
+  const std::uint64_t operands = static_cast<std::uint64_t>(node.left) << 32 | node.right;
   std::uint64_t h = (operands ^ static_cast<std::uint64_t>(node.op) << 61) * golden_multiplier;
   h ^= h >> 32;
   h *= second_multiplier;
@@ -26,68 +27,76 @@ std::uint32_t tag_of(std::uint64_t hash) { return static_cast<std::uint32_t>(has
 
 } // namespace
 
-FormulaPool::FormulaPool() : slots_(64) {
+FormulaPool::FormulaPool() : slots_(first_slots) {
   nodes_.push_back({Op::False, 0, 0});
   nodes_.push_back({Op::True, 0, 0});
 }
 
+FormulaId FormulaPool::add(const FormulaNode &node) {
+  if (nodes_.size() == FormulaNode::most)
+    throw std::bad_alloc();
+  nodes_.push_back(node);
+  return static_cast<FormulaId>(nodes_.size() - 1);
+}
+
 FormulaId FormulaPool::intern(Op op, std::uint32_t left, std::uint32_t right) {
   // Operands come first, so whoever goes through the nodes in order needs no recursion.
-  assert(op == Op::Variable || (left < nodes_.size() && right < nodes_.size()));
+  assert(left < nodes_.size() && right < nodes_.size());
   const FormulaNode node{op, left, right};
   const std::uint64_t h = hash(node);
   Slot &slot = slots_[place_of(node, h)];
   if (slot.id)
     return slot.id;
-  const auto id = static_cast<FormulaId>(nodes_.size());
+  const FormulaId id = add(node);
   slot = {tag_of(h), id};
-  nodes_.push_back(node);
-  if (3 * nodes_.size() > 2 * slots_.size())
-    grow();
+  if (3 * ++remembered_ > 2 * slots_.size())
+    make_room();
   return id;
 }
 
-// Open addressing in two steps.  A parser makes the operands of a node right before
-// it, so what has a late operand is first looked for where that is in the table: one
-// formula after another, and not one cache miss each.  Nothing is ever removed, so an
-// empty slot ends the search; where that neighbourhood is full, all of the table
-// follows.
+// Open addressing.  Nothing is removed alone, so an empty slot ends the search.
 std::size_t FormulaPool::place_of(const FormulaNode &node, std::uint64_t hash) const {
-  constexpr std::size_t neighbourhood = 8;
   const std::size_t last = slots_.size() - 1;
   const std::uint32_t tag = tag_of(hash);
-  const auto fits = [&](std::size_t place) {
+  for (std::size_t place = hash & last;; place = (place + 1) & last) {
     const Slot &slot = slots_[place];
     if (!slot.id)
-      return true;
-    if (slot.tag != tag)
-      return false;
-    const FormulaNode &known = nodes_[slot.id];
-    return known.op == node.op && known.left == node.left && known.right == node.right;
-  };
-  const std::size_t operand = std::max(node.left, node.right);
-  const std::size_t near = (operand + operand / 2) & last & ~(neighbourhood - 1); // all of the table
-  for (std::size_t place = near; place < near + neighbourhood; ++place)
-    if (fits(place))
       return place;
-  std::size_t place = hash & last;
-  while (!fits(place))
-    place = (place + 1) & last;
-  return place;
+    if (slot.tag != tag)
+      continue;
+    const FormulaNode &known = nodes_[slot.id];
+    if (known.op == node.op && known.left == node.left && known.right == node.right)
+      return place;
+  }
 }
 
-void FormulaPool::grow() {
-  const std::size_t size = 2 * slots_.size();
-  slots_ = std::vector<Slot>(); // before the larger table is there
+// In a larger table, or by forgetting: then only what comes next is remembered.
+void FormulaPool::make_room() {
+  const bool forget = slots_.size() >= most_slots_;
+  const std::size_t size = forget ? recent_slots : 2 * slots_.size();
+  slots_ = std::vector<Slot>(); // before the other table is there
   slots_.resize(size);
-  for (std::size_t id = 2; id < nodes_.size(); ++id) {
-    const std::uint64_t h = hash(nodes_[id]);
-    slots_[place_of(nodes_[id], h)] = {tag_of(h), static_cast<FormulaId>(id)};
+  if (forget) {
+    most_slots_ = recent_slots;
+    oldest_ = static_cast<FormulaId>(nodes_.size());
+    remembered_ = 0;
+  }
+  for (FormulaId id = oldest_; id < nodes_.size(); ++id) {
+    const FormulaNode &node = nodes_[id];
+    if (node.op < Op::Not)
+      continue;
+    const std::uint64_t h = hash(node);
+    slots_[place_of(node, h)] = {tag_of(h), id};
   }
 }
 
 FormulaId FormulaPool::variable(std::uint32_t index, bool next) {
-  return intern(Op::Variable, index, next ? 1 : 0);
+  const std::size_t place = 2 * std::size_t{index} + (next ? 1 : 0);
+  if (place >= variables_.size())
+    variables_.resize(std::max(place + 1, 2 * variables_.size()));
+  if (!variables_[place])
+    variables_[place] = add({Op::Variable, index, next ? 1u : 0u});
+  return variables_[place];
 }
 
 FormulaId FormulaPool::negation(FormulaId f) {

@@ -167,12 +167,7 @@ FormulaId PrefixParser::value(const Symbol *symbol, const Lexeme &lexeme, bool n
     diagnostics_.error(lexeme.place, "found integer '" + printable(lexeme.text) + "' in a prefix line",
                        "prefix lines use its bits only; write the line infix to compare integers");
   } else if (scope_.check_use(*symbol, lexeme.text, lexeme.place, section_, next, diagnostics_)) {
-    const std::size_t place = 2 * std::size_t{symbol->index} + (next ? 1 : 0);
-    if (place >= variables_.size())
-      variables_.resize(place + 1);
-    if (!variables_[place])
-      variables_[place] = pool_.variable(symbol->index, next);
-    return variables_[place];
+    return pool_.variable(symbol->index, next);
   }
   return pool_.constant(true);
 }

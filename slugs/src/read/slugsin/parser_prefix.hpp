@@ -60,8 +60,7 @@ private:
   Lexer *line_ = nullptr;
   Section section_ = Section::EnvInit;
   std::deque<Waiting> waiting_;
-  std::vector<Buffer> buffers_;      // open ones
-  std::vector<FormulaId> variables_; // present and next values that have occurred; else 0
+  std::vector<Buffer> buffers_; // open ones
   FormulaId result_ = 1;
   bool done_ = false;
   bool failed_ = false;

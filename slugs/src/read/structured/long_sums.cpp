@@ -45,7 +45,7 @@ Bounded bounded(FormulaPool &pool, const IntegerValue &a, const IntegerValue &b)
     FormulaNode node = pool[summand.literal];
     if (node.op == Op::Not)
       node = pool[node.left];
-    return std::pair(node.left, node.right);
+    return static_cast<std::uint64_t>(node.left) << 32 | node.right;
   };
   std::stable_sort(result.summands.begin(), result.summands.end(),
                    [&](const Summand &x, const Summand &y) { return place(x) < place(y); });
