@@ -85,7 +85,7 @@ private:
         atoms.push_back(s.formulas.variable(v, true));
     }
     for (unsigned i = 0; i < count; ++i)
-      s[section].push_back({tree(s.formulas, atoms, 3), 1, "", false});
+      s.add(section, tree(s.formulas, atoms, 3), 1, "", false);
   }
 
   FormulaId tree(FormulaPool &pool, const std::vector<FormulaId> &atoms, int depth) {
@@ -257,7 +257,7 @@ Specification hard(unsigned bits) {
       product = s.formulas.conjunction(product, s.formulas.variable(random() % bits, random() % 2));
     all = s.formulas.exclusive(all, product);
   }
-  s[Section::SysTrans].push_back({all, 1, "", false});
+  s.add(Section::SysTrans, all, 1, "", false);
   return s;
 }
 
@@ -375,7 +375,7 @@ void two_solvers_live_side_by_side() {
 void a_specification_without_variables_has_one_state() {
   Specification empty;
   EXPECT(solve(empty, {}).verdict == Verdict::Realizable);
-  empty[Section::SysTrans].push_back({empty.formulas.constant(false), 1, "", false});
+  empty.add(Section::SysTrans, empty.formulas.constant(false), 1, "", false);
   EXPECT(solve(empty, {}).verdict == Verdict::Unrealizable);
 }
 

@@ -178,9 +178,8 @@ void require_violation(const CheckModel &model) {
     kept.flip();
     const std::vector<std::uint32_t> starving = components(graph, kept, count);
     each_inner_edge(starving, kept, [&](Node node, std::uint64_t) {
-      throw Rejection(
-          model.name(node) + ": it is on a cycle that never meets the assumption " +
-          CheckModel::describe(model.specification[Section::EnvLiveness][i], Section::EnvLiveness));
+      throw Rejection(model.name(node) + ": it is on a cycle that never meets the assumption " +
+                      model.describe(model.specification[Section::EnvLiveness][i], Section::EnvLiveness));
     });
   }
 }

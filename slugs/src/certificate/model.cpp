@@ -213,10 +213,10 @@ std::string CheckModel::describe(const Valuation &valuation, Owner owner) const 
   return text.empty() ? "(there are no variables)" : text;
 }
 
-std::string CheckModel::describe(const Constraint &constraint, Section section) {
+std::string CheckModel::describe(const Constraint &constraint, Section section) const {
   return std::string(section_names[static_cast<std::size_t>(section)]) +
          (constraint.range_limit ? ", the range declared in line " : ", line ") +
-         std::to_string(constraint.line) + ": " + printable(constraint.text, 200);
+         std::to_string(constraint.line) + ": " + printable(specification.text(constraint), 200);
 }
 
 } // namespace slugs

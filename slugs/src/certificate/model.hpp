@@ -50,7 +50,7 @@ public:
   // For messages.
   std::string name(Node node) const;
   std::string describe(const Valuation &valuation, Owner owner) const;
-  static std::string describe(const Constraint &constraint, Section section);
+  std::string describe(const Constraint &constraint, Section section) const;
 
   const Specification &specification;
   const ExplicitStrategy &strategy;

@@ -151,9 +151,9 @@ void require_guarantees(const CheckModel &model) {
     }
     for (Node node = 0; node < graph.size(); ++node)
       if (cyclic[component[node]] && met[component[node]] == assumptions.size())
-        throw Rejection(
-            model.name(node) + ": it is on a cycle that meets all assumptions but never the guarantee " +
-            CheckModel::describe(model.specification[Section::SysLiveness][j], Section::SysLiveness));
+        throw Rejection(model.name(node) +
+                        ": it is on a cycle that meets all assumptions but never the guarantee " +
+                        model.describe(model.specification[Section::SysLiveness][j], Section::SysLiveness));
   }
 }
 

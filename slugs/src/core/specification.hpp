@@ -9,6 +9,7 @@
 #include <array>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace slugs {
@@ -41,11 +42,13 @@ inline constexpr std::size_t section_count = 6;
 inline constexpr std::array<const char *, section_count> section_names = {
     "ENV_INIT", "SYS_INIT", "ENV_TRANS", "SYS_TRANS", "ENV_LIVENESS", "SYS_LIVENESS"};
 
+// In sixteen bytes, since there may be millions.
 struct Constraint {
   FormulaId formula;
-  int line;         // of the source, from 1
-  std::string text; // as written; for a range limit: "name:min...max"
-  bool range_limit; // generated from an integer's declaration
+  int line; // of the source, from 1
+  std::uint64_t text : 52;
+  std::uint64_t text_length : 11;
+  std::uint64_t range_limit : 1; // generated from an integer's declaration
 };
 
 struct Specification {
@@ -54,6 +57,18 @@ struct Specification {
   std::vector<Variable> variables;
   std::vector<Integer> integers;
   std::array<std::vector<Constraint>, section_count> constraints;
+  std::string texts; // of all constraints
+
+  void add(Section section, FormulaId formula, int line, std::string_view text, bool range_limit) {
+    constexpr std::size_t longest_text = 1000; // as kept for messages
+    text = text.substr(0, longest_text);
+    (*this)[section].push_back({formula, line, texts.size(), text.size(), range_limit});
+    texts += text;
+  }
+  // As written; of a range limit "name:min...max".
+  std::string_view text(const Constraint &constraint) const {
+    return std::string_view(texts).substr(constraint.text, constraint.text_length);
+  }
 
   std::vector<Constraint> &operator[](Section s) { return constraints[static_cast<std::size_t>(s)]; }
   const std::vector<Constraint> &operator[](Section s) const {

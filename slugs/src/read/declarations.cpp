@@ -180,11 +180,13 @@ void limit_ranges(Specification &specification, BudgetPacer &pacer) {
         bits.push_back(pool.variable(integer.first + bit, next));
       }
       const FormulaId above = less(pool, {integer.max - integer.min, {}}, bit_vector(std::move(bits)));
-      return Constraint{pool.negation(above), integer.line, integer.name + ":" + range_text(integer), true};
+      return pool.negation(above);
     };
     const bool input = integer.owner == Owner::Input;
-    specification[input ? Section::EnvInit : Section::SysInit].push_back(limit(false));
-    specification[input ? Section::EnvTrans : Section::SysTrans].push_back(limit(true));
+    const std::string text = integer.name + ":" + range_text(integer);
+    const FormulaId now = limit(false), next = limit(true);
+    specification.add(input ? Section::EnvInit : Section::SysInit, now, integer.line, text, true);
+    specification.add(input ? Section::EnvTrans : Section::SysTrans, next, integer.line, text, true);
   }
 }
 

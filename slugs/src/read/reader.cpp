@@ -16,6 +16,22 @@ namespace slugs {
 
 namespace {
 
+// The first character that is neither blank nor a negation, and no "!=".
+char first_character(std::string_view line) {
+  for (std::size_t i = 0; i < line.size(); ++i)
+    if (!is_blank(line[i]) && (line[i] != '!' || line.substr(i, 2) == "!="))
+      return line[i];
+  return '\0';
+}
+
+// Whether there are only names, numbers, primes and negations, which both languages have.
+bool is_plain(std::string_view line) {
+  for (const char c : line)
+    if (!continues_name(c) && !is_blank(c) && c != '!' && c != '\'')
+      return false;
+  return line.find("TRUE") == std::string_view::npos && line.find("FALSE") == std::string_view::npos;
+}
+
 // Whether a line is prefix notation: behind leading negations it starts with an
 // operator that no infix formula can start with.  A line such as "! a" is both.
 bool is_prefix(Lexer line) {
@@ -78,7 +94,12 @@ Language language_of(const Sections &sections, const Source &source, BudgetPacer
   }
   for (const std::vector<int> &section : sections.constraints)
     for (const int number : section) {
-      const Lexer line(source.line(number), number, Words::Structured, pacer);
+      // What most lines of long files are is seen without a lexer.
+      pacer.step();
+      const std::string_view text = source.line(number);
+      if (std::string_view("&|^$?").find(first_character(text)) != std::string_view::npos || is_plain(text))
+        continue;
+      const Lexer line(text, number, Words::Structured, pacer);
       if (!is_prefix(line) && is_infix(line, constants))
         return Language::Structured;
     }
@@ -94,7 +115,6 @@ Language language_of(const Source &source) {
 }
 
 Specification read_specification(const Source &source, Diagnostics &diagnostics, const Budget &budget) {
-  constexpr std::size_t longest_text = 1000; // of a constraint as kept for messages
   BudgetPacer pacer(budget);
   budget.check();
   Specification specification;
@@ -109,6 +129,7 @@ Specification read_specification(const Source &source, Diagnostics &diagnostics,
   PrefixParser prefix(scope, pool, diagnostics);
   for (std::size_t i = 0; i < section_count; ++i) {
     const Section section = static_cast<Section>(i);
+    specification[section].reserve(sections.constraints[i].size());
     for (const int number : sections.constraints[i]) {
       const std::string_view text = source.line(number);
       const auto lexer = [&](Words words) { return Lexer(text, number, words, pacer); };
@@ -120,8 +141,7 @@ Specification read_specification(const Source &source, Diagnostics &diagnostics,
         Lexer line = lexer(Words::Structured);
         formula = parse_infix(line, section, scope, specification, pool, diagnostics);
       }
-      const std::string_view kept = trimmed(text).substr(0, longest_text);
-      specification[section].push_back({formula, number, std::string(kept), false});
+      specification.add(section, formula, number, trimmed(text), false);
     }
   }
   limit_ranges(specification, pacer);

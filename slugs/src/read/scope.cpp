@@ -11,24 +11,37 @@ namespace slugs {
 
 namespace {
 
-// Eight bytes at a time; the last ones may overlap.
-std::uint64_t hash(std::string_view name) {
+constexpr std::size_t most_short = 7; // bytes of a name that is its own key
+
+// A short name itself with its length; of others a hash, which no short name has. Eight
+// bytes at a time; pieces may overlap.
+std::uint64_t key_of(std::string_view name) {
   const char *at = name.data();
-  std::uint64_t h = name.size(), word = 0;
-  if (name.size() < sizeof word) {
-    for (const char c : name)
-      word = word << 8 | static_cast<unsigned char>(c);
-  } else {
-    for (std::size_t i = 0; i + sizeof word < name.size(); i += sizeof word) {
-      std::memcpy(&word, at + i, sizeof word);
-      h = (h ^ word) * golden_multiplier;
-      h ^= h >> 32;
+  const std::size_t length = name.size();
+  if (length <= most_short) {
+    std::uint32_t first = 0, last = 0;
+    if (length >= sizeof first) {
+      std::memcpy(&first, at, sizeof first);
+      std::memcpy(&last, at + length - sizeof last, sizeof last);
+    } else {
+      for (const char c : name)
+        first = first << 8 | static_cast<unsigned char>(c);
     }
-    std::memcpy(&word, at + name.size() - sizeof word, sizeof word);
+    // Of the last four bytes as many are new as the length says: at most three.
+    const std::uint64_t rest =
+        length > sizeof first ? std::uint64_t{last} >> 8 * (2 * sizeof first - length) : 0;
+    return std::uint64_t{length} << 56 | rest << 32 | first;
   }
+  std::uint64_t h = length, word = 0;
+  for (std::size_t i = 0; i + sizeof word < length; i += sizeof word) {
+    std::memcpy(&word, at + i, sizeof word);
+    h = (h ^ word) * golden_multiplier;
+    h ^= h >> 32;
+  }
+  std::memcpy(&word, at + length - sizeof word, sizeof word);
   h = (h ^ word) * golden_multiplier;
   h ^= h >> 32;
-  return h * second_multiplier;
+  return h * second_multiplier | std::uint64_t{most_short + 1} << 56;
 }
 
 } // namespace
@@ -51,50 +64,56 @@ Scope::Scope(const Specification &specification) : specification_(specification)
   while (size < 2 * (specification.integers.size() + specification.variables.size()))
     size *= 2;
   symbols_.resize(size);
-  std::uint32_t index = 0;
-  for (const Integer &integer : specification.integers) {
-    add(integer.name, Symbol{true, index++});
-    names_.push_back(integer.name);
-  }
-  index = 0;
-  for (const Variable &variable : specification.variables) {
-    add(variable.name, Symbol{false, index++});
-    if (specification.integers.empty() || variable.name.find('@') == std::string::npos)
-      names_.push_back(variable.name);
-  }
+  for (std::uint32_t i = 0; i < specification.integers.size(); ++i)
+    add(Symbol{i, true, specification.integers[i].owner});
+  for (std::uint32_t i = 0; i < specification.variables.size(); ++i)
+    add(Symbol{i, false, specification.variables[i].owner});
+}
+
+const std::string &Scope::name(const Symbol &symbol) const {
+  return symbol.integer ? specification_.integers[symbol.index].name
+                        : specification_.variables[symbol.index].name;
 }
 
 // Where the name is, or would be.
-std::size_t Scope::place_of(std::string_view name, std::uint64_t hash) const {
-  std::size_t place = static_cast<std::size_t>(hash >> 32) & (symbols_.size() - 1);
-  for (;; place = (place + 1) & (symbols_.size() - 1)) {
+std::size_t Scope::place_of(std::string_view name, std::uint64_t key) const {
+  const std::size_t last = symbols_.size() - 1;
+  for (std::size_t place = static_cast<std::size_t>(key * golden_multiplier >> 32) & last;;
+       place = (place + 1) & last) {
     const Entry &entry = symbols_[place];
-    if (entry.name.empty() || (entry.hash == hash && entry.name == name))
+    if (!entry.key || (entry.key == key && (name.size() <= most_short || this->name(entry.symbol) == name)))
       return place;
   }
 }
 
 // The first declaration counts.
-void Scope::add(std::string_view name, Symbol symbol) {
-  Entry &entry = symbols_[place_of(name, hash(name))];
-  if (entry.name.empty())
-    entry = {name, hash(name), symbol};
+void Scope::add(Symbol symbol) {
+  const std::uint64_t key = key_of(name(symbol));
+  Entry &entry = symbols_[place_of(name(symbol), key)];
+  if (!entry.key)
+    entry = {key, symbol};
 }
 
 const Symbol *Scope::find(std::string_view name) const {
-  const Entry &entry = symbols_[place_of(name, hash(name))];
-  return entry.name.empty() ? nullptr : &entry.symbol;
+  const std::uint64_t key = key_of(name);
+  const Entry &entry = symbols_[place_of(name, key)];
+  return entry.key ? &entry.symbol : nullptr;
 }
 
-Owner Scope::owner(const Symbol &symbol) const {
-  return symbol.integer ? specification_.integers[symbol.index].owner
-                        : specification_.variables[symbol.index].owner;
+const std::vector<std::string> &Scope::names() const {
+  if (!names_.empty())
+    return names_;
+  for (const Integer &integer : specification_.integers)
+    names_.push_back(integer.name);
+  for (const Variable &variable : specification_.variables)
+    if (specification_.integers.empty() || variable.name.find('@') == std::string::npos)
+      names_.push_back(variable.name);
+  return names_;
 }
 
 bool Scope::check_use(const Symbol &symbol, std::string_view name, Place place, Section section, bool next,
                       Diagnostics &diagnostics) const {
-  const Owner owner = this->owner(symbol);
-  if (may_use(section, owner, next))
+  if (may_use(section, symbol.owner, next))
     return true;
   const char *hint = "";
   if (section == Section::EnvInit && !next)
@@ -107,7 +126,7 @@ bool Scope::check_use(const Symbol &symbol, std::string_view name, Place place, 
     hint = "the environment moves first: ENV_TRANS may use current values and next inputs";
   diagnostics.error(place,
                     std::string(next ? "the next value of " : "") +
-                        (owner == Owner::Input ? "input '" : "output '") + printable(name) +
+                        (symbol.owner == Owner::Input ? "input '" : "output '") + printable(name) +
                         "' is not allowed in " + section_names[static_cast<std::size_t>(section)],
                     hint);
   return false;
@@ -117,7 +136,7 @@ void Scope::report_undeclared(std::string_view name, Place place, const std::str
                               Diagnostics &diagnostics) const {
   const auto [known, fresh] = nearest_.try_emplace(std::string(name));
   if (fresh)
-    known->second = nearest_word(name, names_);
+    known->second = nearest_word(name, names());
   diagnostics.error(place, "undeclared variable '" + printable(name) + "'",
                     known->second.empty() ? hint : "did you mean '" + printable(known->second) + "'?");
 }

@@ -16,8 +16,9 @@
 namespace slugs {
 
 struct Symbol {
-  bool integer;        // else one bit
   std::uint32_t index; // into Specification::integers or ::variables
+  bool integer;        // else one bit
+  Owner owner;
 };
 
 bool may_use(Section section, Owner owner, bool next);
@@ -28,7 +29,6 @@ public:
   explicit Scope(const Specification &specification);
 
   const Symbol *find(std::string_view name) const;
-  Owner owner(const Symbol &symbol) const;
 
   // A mention of a declared name: says why if the section forbids it.
   bool check_use(const Symbol &symbol, std::string_view name, Place place, Section section, bool next,
@@ -39,17 +39,18 @@ public:
 
 private:
   struct Entry {
-    std::string_view name; // empty in an empty place
-    std::uint64_t hash;
+    std::uint64_t key; // 0 in an empty place
     Symbol symbol;
   };
-  std::size_t place_of(std::string_view name, std::uint64_t hash) const;
-  void add(std::string_view name, Symbol symbol);
+  std::size_t place_of(std::string_view name, std::uint64_t key) const;
+  void add(Symbol symbol);
+  const std::vector<std::string> &names() const;
+  const std::string &name(const Symbol &symbol) const;
 
   const Specification &specification_;
   // Open addressing: half of what is read of a long file is names.
   std::vector<Entry> symbols_;
-  std::vector<std::string> names_; // as declared, for suggestions
+  mutable std::vector<std::string> names_; // as declared, once a suggestion is needed
   mutable std::unordered_map<std::string, std::string> nearest_;
 };
 

@@ -2,21 +2,21 @@
 
 #include "read/source.hpp"
 
+#include <algorithm>
 #include <utility>
 
 namespace slugs {
 
-Source::Source(std::string file, std::string_view text) : file_(std::move(file)) {
-  if (text.substr(0, 3) == "\xEF\xBB\xBF")
-    text.remove_prefix(3);
-  while (!text.empty()) {
-    const std::size_t end = text.find('\n');
-    std::string_view line = text.substr(0, end);
-    if (!line.empty() && line.back() == '\r')
-      line.remove_suffix(1);
-    lines_.push_back(line);
-    text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
+Source::Source(std::string file, std::string_view text) : file_(std::move(file)), text_(text) {
+  if (text_.substr(0, 3) == "\xEF\xBB\xBF")
+    text_.remove_prefix(3);
+  starts_.reserve(static_cast<std::size_t>(std::count(text_.begin(), text_.end(), '\n')) + 2);
+  for (std::size_t at = 0; at < text_.size();) {
+    starts_.push_back(at);
+    const std::size_t end = text_.find('\n', at);
+    at = end == std::string_view::npos ? text_.size() : end + 1;
   }
+  starts_.push_back(text_.size());
 }
 
 std::string_view trimmed(std::string_view text) {

@@ -24,15 +24,24 @@ public:
   Source(std::string file, std::string_view text);
 
   const std::string &file() const { return file_; }
-  int line_count() const { return static_cast<int>(lines_.size()); }
-  std::string_view line(int number) const { return lines_[static_cast<std::size_t>(number - 1)]; }
+  int line_count() const { return static_cast<int>(starts_.size()) - 1; }
+  std::string_view line(int number) const {
+    const std::size_t begin = starts_[static_cast<std::size_t>(number) - 1];
+    std::size_t end = starts_[static_cast<std::size_t>(number)];
+    if (text_[end - 1] == '\n')
+      --end;
+    if (end > begin && text_[end - 1] == '\r')
+      --end;
+    return text_.substr(begin, end - begin);
+  }
 
 private:
   std::string file_;
-  std::vector<std::string_view> lines_;
+  std::string_view text_;
+  std::vector<std::size_t> starts_; // of the lines, and the end
 };
 
-inline bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\v' || c == '\f' || c == '\r'; }
+inline bool is_blank(char c) { return c == ' ' || c == '\t' || (c >= '\v' && c <= '\r'); }
 inline bool is_digit(char c) { return c >= '0' && c <= '9'; }
 std::string_view trimmed(std::string_view text);
 

@@ -139,7 +139,7 @@ void translate(const Specification &specification, std::ostream &out) {
     out << "\n[" << section_names[i] << "]\n";
     for (const Constraint &constraint : specification.constraints[i]) {
       if (constraint.range_limit)
-        out << "# limits of " << constraint.text << '\n';
+        out << "# limits of " << specification.text(constraint) << '\n';
       printer.print(constraint.formula);
       out << '\n';
     }
