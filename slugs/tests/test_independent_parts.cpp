@@ -24,7 +24,8 @@ const std::string two_walkers = "[INPUT]\nhere\na:0...3\nb:0...3\n[OUTPUT]\ngo\n
 std::string found(const std::string &text) {
   Specification specification = reading::read(text);
   std::string result;
-  const Environment environment = independent_parts(specification, specification.formulas, Budget{});
+  const Environment environment =
+      independent_parts(specification, Conjuncts(specification, Budget{}), Budget{});
   for (const IndependentPart &part : environment.parts) {
     for (const std::uint32_t v : part.own)
       result += specification.variables[v].name + " ";
@@ -48,7 +49,10 @@ void test_parts_are_found() {
 void test_the_start_order_has_one_part_above_the_rest() {
   const Specification specification = reading::read(two_walkers);
   std::string order;
-  for (const std::uint32_t v : start_order(specification, Budget{}))
+  const Conjuncts conjuncts(specification, Budget{});
+  const Environment environment = independent_parts(specification, conjuncts, Budget{});
+  for (const std::uint32_t v :
+       start_order(specification.variables.size(), conjuncts, environment.parts, Budget{}))
     order += specification.variables[v].name[0];
   EXPECT(order == "aahgbb" || order == "aaghbb" || order == "bbhgaa" || order == "bbghaa");
 }

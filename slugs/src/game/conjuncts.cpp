@@ -1,117 +1,113 @@
 #include "game/conjuncts.hpp"
 
-#include "core/hash.hpp"
-
-#include <algorithm>
+#include <utility>
 
 namespace slugs {
 
 namespace {
 
-// What has been met. Most formulas are small and there are very many, so a set must
-// cost next to nothing to begin with: open addressing, and no memory for each element.
-class Met {
+// Small numbers, forgotten at the cost of those that are in the set.
+class MarkedNumbers {
 public:
+  explicit MarkedNumbers(std::size_t most) : marked_(most, false) {}
   // Whether it is new.
-  bool insert(std::uint64_t id) {
-    if (2 * (count_ + 1) > slots_.size())
-      grow();
-    std::uint64_t &slot = slots_[place_of(id)];
-    if (slot != empty)
+  bool insert(std::size_t number) {
+    if (marked_[number])
       return false;
-    slot = id;
-    ++count_;
+    marked_[number] = true;
+    numbers_.push_back(static_cast<std::uint32_t>(number));
     return true;
+  }
+  void clear() {
+    for (const std::uint32_t number : numbers_)
+      marked_[number] = false;
+    numbers_.clear();
   }
 
 private:
-  static constexpr std::uint64_t empty = static_cast<std::uint64_t>(-1);
+  std::vector<bool> marked_;
+  std::vector<std::uint32_t> numbers_;
+};
 
-  // Where it is, or the empty place where it belongs.
-  std::size_t place_of(std::uint64_t id) const {
-    const std::size_t mask = slots_.size() - 1;
-    std::size_t at = static_cast<std::size_t>((id * golden_multiplier) >> 32) & mask;
-    while (slots_[at] != empty && slots_[at] != id)
-      at = (at + 1) & mask;
-    return at;
-  }
-  void grow() {
-    const std::vector<std::uint64_t> before = std::move(slots_);
-    slots_.assign(2 * before.size(), empty);
-    for (const std::uint64_t id : before)
-      if (id != empty)
-        slots_[place_of(id)] = id;
+std::size_t signed_number(FormulaId formula, bool negative) {
+  return 2 * std::size_t{formula} + (negative ? 1 : 0);
+}
+
+// Goes through formulas from the top.
+class Visit {
+public:
+  Visit(const FormulaPool &formulas, const Budget &budget)
+      : formulas_(formulas), pacer_(budget), seen_(2 * formulas.size()) {}
+
+  template <class Found> void conjuncts(FormulaId formula, Found found) {
+    std::vector<std::pair<FormulaId, bool>> todo{{formula, false}};
+    while (!todo.empty()) {
+      pacer_.step();
+      const auto [f, negative] = todo.back();
+      todo.pop_back();
+      if (!seen_.insert(signed_number(f, negative)))
+        continue;
+      const FormulaNode &node = formulas_[f];
+      if (node.op == Op::Not) {
+        todo.emplace_back(node.left, !negative);
+      } else if (node.op == (negative ? Op::Or : Op::And)) {
+        todo.emplace_back(node.right, negative);
+        todo.emplace_back(node.left, negative);
+      } else if (f != formulas_.constant(!negative)) {
+        found(f, negative);
+      }
+    }
+    seen_.clear();
   }
 
-  std::vector<std::uint64_t> slots_ = std::vector<std::uint64_t>(32, empty);
-  std::size_t count_ = 0;
+  void reads(FormulaId formula, std::vector<Read> &reads) {
+    std::vector<FormulaId> todo{formula};
+    const auto visit = [&](FormulaId f) {
+      if (seen_.insert(f))
+        todo.push_back(f);
+    };
+    while (!todo.empty()) {
+      pacer_.step();
+      const FormulaNode &node = formulas_[todo.back()];
+      todo.pop_back();
+      if (node.op == Op::Variable)
+        reads.push_back({node.left & 0x7FFFFFFFu, node.right & 1u});
+      if (node.op >= Op::Not)
+        visit(node.left);
+      if (node.op > Op::Not)
+        visit(node.right);
+    }
+    seen_.clear();
+  }
+
+private:
+  const FormulaPool &formulas_;
+  BudgetPacer pacer_;
+  MarkedNumbers seen_;
 };
 
 } // namespace
 
-std::vector<FormulaId> conjuncts(FormulaPool &formulas, FormulaId formula) {
-  std::vector<FormulaId> result;
-  Met seen;
-  std::vector<std::pair<FormulaId, bool>> todo{{formula, false}};
-  while (!todo.empty()) {
-    const auto [f, negative] = todo.back();
-    todo.pop_back();
-    if (!seen.insert(std::uint64_t{f} << 1 | (negative ? 1 : 0)))
-      continue;
-    const FormulaNode node = formulas[f];
-    if (node.op == Op::Not) {
-      todo.emplace_back(node.left, !negative);
-    } else if (node.op == (negative ? Op::Or : Op::And)) {
-      todo.emplace_back(node.right, negative);
-      todo.emplace_back(node.left, negative);
-    } else if (f != formulas.constant(!negative)) {
-      result.push_back(negative ? formulas.negation(f) : f);
-    }
+Conjuncts::Conjuncts(const Specification &specification, const Budget &budget) {
+  const FormulaPool &formulas = specification.formulas;
+  Visit visit(formulas, budget), below(formulas, budget);
+  std::vector<std::uint32_t> known(2 * formulas.size()); // 1 + where it is
+  for (std::size_t section = 0; section < section_count; ++section) {
+    std::vector<Conjunct> &all = all_[section];
+    for (const Constraint &constraint : specification.constraints[section])
+      visit.conjuncts(constraint.formula, [&](FormulaId f, bool negative) {
+        std::uint32_t &place = known[signed_number(f, negative)];
+        if (place == 0) {
+          const std::size_t first = reads_.size();
+          below.reads(f, reads_);
+          all.push_back({f, negative, static_cast<std::uint32_t>(reads_.size() - first), first});
+          place = static_cast<std::uint32_t>(all.size());
+        }
+        occurrences_[section].push_back(place - 1);
+      });
+    for (const Conjunct &conjunct : all)
+      known[signed_number(conjunct.formula, conjunct.negative)] = 0;
   }
-  return result;
-}
-
-std::vector<FormulaId> conjuncts(const Specification &specification, FormulaPool &formulas, Section section) {
-  std::vector<FormulaId> parts;
-  Met known;
-  for (const Constraint &constraint : specification[section])
-    for (const FormulaId f : conjuncts(formulas, constraint.formula))
-      if (known.insert(f))
-        parts.push_back(f);
-  return parts;
-}
-
-bool mentions(const FormulaPool &formulas, FormulaId formula,
-              const std::function<bool(const FormulaNode &)> &asked) {
-  Met seen;
-  std::vector<FormulaId> todo{formula};
-  while (!todo.empty()) {
-    const FormulaNode &node = formulas[todo.back()];
-    todo.pop_back();
-    if (node.op == Op::Variable) {
-      if (asked(node))
-        return true;
-      continue;
-    }
-    if (node.op == Op::False || node.op == Op::True)
-      continue;
-    if (seen.insert(node.left))
-      todo.push_back(node.left);
-    if (node.op != Op::Not && seen.insert(node.right))
-      todo.push_back(node.right);
-  }
-  return false;
-}
-
-std::vector<std::uint32_t> variables_of(const FormulaPool &formulas, FormulaId formula) {
-  std::vector<std::uint32_t> result;
-  mentions(formulas, formula, [&](const FormulaNode &variable) {
-    result.push_back(variable.left);
-    return false;
-  });
-  std::sort(result.begin(), result.end());
-  result.erase(std::unique(result.begin(), result.end()), result.end());
-  return result;
 }
 
 } // namespace slugs

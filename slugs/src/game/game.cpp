@@ -2,11 +2,10 @@
 
 #include "game/game.hpp"
 
-#include "game/conjuncts.hpp"
-
 #include <algorithm>
 #include <cassert>
 #include <map>
+#include <numeric>
 #include <unordered_map>
 #include <unordered_set>
 
@@ -26,6 +25,9 @@ std::vector<Var> vars_of(const Specification &specification, bool next, bool inp
 // operands first, and not by recursion.  What has been used for the last time is
 // dropped: it would be dragged along in collections and reorderings.
 Bdd translate(BddStore &store, const FormulaPool &formulas, FormulaId root) {
+  if (formulas[root].op == Op::Variable)
+    return store.variable(formulas[root].right ? next_var(formulas[root].left)
+                                               : current_var(formulas[root].left));
   struct Value {
     Bdd bdd;
     std::size_t uses = 0; // to come
@@ -86,29 +88,35 @@ Bdd translate(BddStore &store, const FormulaPool &formulas, FormulaId root) {
 
 // Whose conjunction is that of the parts: a new one whenever the last is found to
 // have more than `most` nodes.
-std::vector<Bdd> factors(BddStore &store, FormulaPool &formulas, std::vector<FormulaId> parts,
+std::vector<Bdd> factors(BddStore &store, const FormulaPool &formulas, const Conjuncts &conjuncts,
+                         const std::vector<Conjunct> &parts,
                          std::size_t most = static_cast<std::size_t>(-1)) {
   // A conjunction visits what is above its operands, so where there are very many
   // the lowest come first.
   constexpr std::size_t many = 1000;
+  std::vector<std::uint32_t> order(parts.size());
+  std::iota(order.begin(), order.end(), 0u);
   if (parts.size() > many) {
-    std::unordered_map<FormulaId, std::uint32_t> top;
-    for (const FormulaId f : parts)
-      for (const std::uint32_t v : variables_of(formulas, f)) {
-        const std::uint32_t level = store.level_of(current_var(v));
-        const auto [place, fresh] = top.try_emplace(f, level);
-        if (!fresh)
-          place->second = std::min(place->second, level);
-      }
-    std::stable_sort(parts.begin(), parts.end(), [&](FormulaId f, FormulaId g) { return top[f] > top[g]; });
+    std::vector<std::uint32_t> top;
+    for (const Conjunct &part : parts) {
+      const Conjuncts::Reads reads = conjuncts.reads(part);
+      std::uint32_t level = reads.begin() == reads.end() ? 0 : static_cast<std::uint32_t>(-1);
+      for (const Read read : reads)
+        level = std::min(level, store.level_of(current_var(read.variable)));
+      top.push_back(level);
+    }
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::uint32_t f, std::uint32_t g) { return top[f] > top[g]; });
   }
   // Sizes cost a visit of the diagram.
   constexpr std::size_t between_looks = 32;
   std::vector<Bdd> result{store.constant(true)};
-  for (std::size_t i = 0; i < parts.size(); ++i) {
+  for (std::size_t i = 0; i < parts.size() && !result.back().is_false(); ++i) {
     if (i % between_looks == 0 && store.live_nodes() > most && store.size(result.back()) > most)
       result.push_back(store.constant(true));
-    result.back() &= translate(store, formulas, parts[i]);
+    const Conjunct &part = parts[order[i]];
+    const Bdd value = translate(store, formulas, part.formula);
+    result.back() &= part.negative ? !value : value;
   }
   return result;
 }
@@ -135,29 +143,28 @@ Game::Game(const Specification &spec, const std::vector<std::uint32_t> &order, c
       sys_init(store.constant(true)), env_trans(store.constant(true)), answerable(store.constant(true)),
       sys_trans(store.constant(true)), states(store.constant(true)) {}
 
-void Game::build() {
+void Game::build(const Conjuncts &conjuncts, const Environment &environment) {
   // Each factor costs a multiplication for each set of states.
   constexpr std::size_t most_nodes_of_factor = 10000;
-  FormulaPool formulas = specification.formulas;
-  const auto conjunction = [&](const std::vector<FormulaId> &parts) {
-    return factors(store, formulas, parts).back();
+  const FormulaPool &formulas = specification.formulas;
+  const auto conjunction = [&](const std::vector<Conjunct> &parts) {
+    return factors(store, formulas, conjuncts, parts).back();
   };
-  const auto of_section = [&](Section section) { return conjuncts(specification, formulas, section); };
-  env_init = conjunction(of_section(Section::EnvInit));
-  sys_init = conjunction(of_section(Section::SysInit));
-  std::vector<FormulaId> answers = of_section(Section::SysTrans);
-  const auto of_outputs = std::stable_partition(answers.begin(), answers.end(), [&](FormulaId f) {
-    return !mentions(formulas, f, [&](const FormulaNode &variable) {
-      return variable.right && specification.variables[variable.left].owner == Owner::Output;
+  env_init = conjunction(conjuncts[Section::EnvInit]);
+  sys_init = conjunction(conjuncts[Section::SysInit]);
+  std::vector<Conjunct> answers = conjuncts[Section::SysTrans];
+  const auto of_outputs = std::stable_partition(answers.begin(), answers.end(), [&](const Conjunct &f) {
+    const Conjuncts::Reads reads = conjuncts.reads(f);
+    return std::none_of(reads.begin(), reads.end(), [&](Read read) {
+      return read.next && specification.variables[read.variable].owner == Owner::Output;
     });
   });
-  const Environment environment = independent_parts(specification, formulas, store.account().budget());
-  env_factors_ = factors(store, formulas, environment.shared, most_nodes_of_factor);
+  env_factors_ = factors(store, formulas, conjuncts, environment.shared, most_nodes_of_factor);
   if (environment.parts.empty())
     answerable = conjunction({answers.begin(), of_outputs});
   sys_trans = conjunction({of_outputs, answers.end()});
   if (!environment.parts.empty())
-    build_parts(formulas, environment, {answers.begin(), of_outputs});
+    build_parts(conjuncts, environment, {answers.begin(), of_outputs});
   assumptions = goals(store, specification, Section::EnvLiveness);
   guarantees = goals(store, specification, Section::SysLiveness);
   const std::vector<Var> nobody_reads = unread();
@@ -165,10 +172,10 @@ void Game::build() {
     unread_ = store.make_set(nobody_reads);
 }
 
-void Game::build_parts(FormulaPool &formulas, const Environment &environment,
-                       const std::vector<FormulaId> &answers) {
-  const auto conjunction = [&](const std::vector<FormulaId> &constraints) {
-    return factors(store, formulas, constraints).back();
+void Game::build_parts(const Conjuncts &conjuncts, const Environment &environment,
+                       const std::vector<Conjunct> &answers) {
+  const auto conjunction = [&](const std::vector<Conjunct> &constraints) {
+    return factors(store, specification.formulas, conjuncts, constraints).back();
   };
   parts_.emplace();
   std::vector<Var> own;
@@ -179,14 +186,12 @@ void Game::build_parts(FormulaPool &formulas, const Environment &environment,
   }
   parts_->moves.insert(parts_->moves.end(), env_factors_.begin(), env_factors_.end());
   env_factors_.clear();
-  std::map<std::vector<std::uint32_t>, std::vector<FormulaId>> about; // by next inputs
-  for (const FormulaId f : answers) {
+  std::map<std::vector<std::uint32_t>, std::vector<Conjunct>> about; // by next inputs
+  for (const Conjunct &f : answers) {
     std::vector<std::uint32_t> inputs;
-    mentions(formulas, f, [&](const FormulaNode &variable) {
-      if (variable.right)
-        inputs.push_back(variable.left);
-      return false;
-    });
+    for (const Read read : conjuncts.reads(f))
+      if (read.next)
+        inputs.push_back(read.variable);
     std::sort(inputs.begin(), inputs.end());
     about[inputs].push_back(f);
   }

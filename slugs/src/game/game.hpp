@@ -9,6 +9,7 @@
 #include "bdd/bdd.hpp"
 #include "bdd/reordering.hpp"
 #include "core/specification.hpp"
+#include "game/conjuncts.hpp"
 #include "game/independent_parts.hpp"
 #include "game/product.hpp"
 
@@ -19,7 +20,7 @@ namespace slugs {
 
 struct Game {
   Game(const Specification &specification, const std::vector<std::uint32_t> &order, const Budget &budget);
-  void build();
+  void build(const Conjuncts &conjuncts, const Environment &environment);
 
   const Specification &specification;
   BddStore store; // bit i is specification.variables[i]
@@ -85,8 +86,8 @@ private:
     std::optional<Product> undo; // from moves to states
     std::optional<Product> step; // from states to next states
   };
-  void build_parts(FormulaPool &formulas, const Environment &environment,
-                   const std::vector<FormulaId> &answers);
+  void build_parts(const Conjuncts &conjuncts, const Environment &environment,
+                   const std::vector<Conjunct> &answers);
 
   // Of these states, or of the states and moves so far.
   Bdd environment_moves(const Bdd &from) const;

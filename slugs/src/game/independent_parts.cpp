@@ -1,7 +1,6 @@
 #include "game/independent_parts.hpp"
 
-#include "game/conjuncts.hpp"
-
+#include <algorithm>
 #include <map>
 #include <numeric>
 #include <utility>
@@ -25,56 +24,54 @@ private:
   std::vector<std::uint32_t> leader_;
 };
 
-struct Reads {
-  std::vector<std::uint32_t> present;
-  std::vector<std::uint32_t> next_inputs;
-  bool next_outputs = false;
-};
-
 } // namespace
 
-Environment independent_parts(const Specification &specification, FormulaPool &formulas,
+Environment independent_parts(const Specification &specification, const Conjuncts &conjuncts,
                               const Budget &budget) {
   // A part with fewer inputs of its own is not worth an operation.
   constexpr std::size_t least_own = 2;
+  constexpr std::uint32_t none = static_cast<std::uint32_t>(-1);
   BudgetPacer pacer(budget);
-  const auto reads_of = [&](FormulaId f) {
-    pacer.step();
-    Reads reads;
-    mentions(formulas, f, [&](const FormulaNode &variable) {
-      if (!variable.right)
-        reads.present.push_back(variable.left);
-      else if (specification.variables[variable.left].owner == Owner::Input)
-        reads.next_inputs.push_back(variable.left);
-      else
-        reads.next_outputs = true;
-      return false;
-    });
-    return reads;
+  const auto is_input = [&](Read read) {
+    return specification.variables[read.variable].owner == Owner::Input;
   };
   Environment environment;
-  environment.shared = conjuncts(specification, formulas, Section::EnvTrans);
+  environment.shared = conjuncts[Section::EnvTrans];
   const std::size_t n = specification.variables.size();
   Groups groups(n);
-  std::vector<Reads> reads;
-  for (const FormulaId f : environment.shared) {
-    reads.push_back(reads_of(f));
-    for (const std::uint32_t v : reads.back().next_inputs)
-      groups.join(v, reads.back().next_inputs.front());
+  std::vector<std::uint32_t> first_next; // input of each constraint, if any
+  for (const Conjunct &constraint : environment.shared) {
+    std::uint32_t first = none;
+    for (const Read read : conjuncts.reads(constraint)) {
+      pacer.step();
+      if (!read.next || !is_input(read))
+        continue;
+      if (first == none)
+        first = read.variable;
+      groups.join(read.variable, first);
+    }
+    first_next.push_back(first);
   }
 
   // Whose present values are asked for by anything but their own group.
   std::vector<bool> asked_for(n, false);
-  for (const Reads &constraint : reads)
-    for (const std::uint32_t v : constraint.present)
-      if (constraint.next_inputs.empty() || groups.of(v) != groups.of(constraint.next_inputs.front()))
-        asked_for[v] = true;
+  for (std::size_t i = 0; i < environment.shared.size(); ++i)
+    for (const Read read : conjuncts.reads(environment.shared[i])) {
+      pacer.step();
+      if (!read.next && (first_next[i] == none || groups.of(read.variable) != groups.of(first_next[i])))
+        asked_for[read.variable] = true;
+    }
   for (const Section section : {Section::SysTrans, Section::EnvLiveness, Section::SysLiveness})
-    for (const FormulaId f : conjuncts(specification, formulas, section)) {
-      const Reads constraint = reads_of(f);
-      if (section != Section::SysTrans || constraint.next_outputs)
-        for (const std::uint32_t v : constraint.present)
-          asked_for[v] = true;
+    for (const Conjunct &constraint : conjuncts[section]) {
+      const Conjuncts::Reads reads = conjuncts.reads(constraint);
+      const bool asks =
+          section != Section::SysTrans ||
+          std::any_of(reads.begin(), reads.end(), [&](Read read) { return read.next && !is_input(read); });
+      for (const Read read : reads) {
+        pacer.step();
+        if (asks && !read.next)
+          asked_for[read.variable] = true;
+      }
     }
 
   std::map<std::uint32_t, IndependentPart> parts; // by group
@@ -85,10 +82,9 @@ Environment independent_parts(const Specification &specification, FormulaPool &f
     part = part->second.own.size() < least_own ? parts.erase(part) : std::next(part);
   if (parts.size() < 2)
     return environment;
-  const std::vector<FormulaId> all = std::exchange(environment.shared, {});
+  const std::vector<Conjunct> all = std::exchange(environment.shared, {});
   for (std::size_t i = 0; i < all.size(); ++i) {
-    const auto part =
-        reads[i].next_inputs.empty() ? parts.end() : parts.find(groups.of(reads[i].next_inputs.front()));
+    const auto part = first_next[i] == none ? parts.end() : parts.find(groups.of(first_next[i]));
     (part == parts.end() ? environment.shared : part->second.constraints).push_back(all[i]);
   }
   for (auto &[group, part] : parts)

@@ -11,6 +11,7 @@
 
 #include "core/budget.hpp"
 #include "core/specification.hpp"
+#include "game/conjuncts.hpp"
 
 #include <cstdint>
 #include <vector>
@@ -18,16 +19,16 @@
 namespace slugs {
 
 struct IndependentPart {
-  std::vector<FormulaId> constraints;
+  std::vector<Conjunct> constraints;
   std::vector<std::uint32_t> own; // inputs, ascending
 };
 
 struct Environment {
   std::vector<IndependentPart> parts; // none or at least two
-  std::vector<FormulaId> shared;      // the other constraints of ENV_TRANS
+  std::vector<Conjunct> shared;       // the other constraints of ENV_TRANS
 };
 
-Environment independent_parts(const Specification &specification, FormulaPool &formulas,
+Environment independent_parts(const Specification &specification, const Conjuncts &conjuncts,
                               const Budget &budget);
 
 } // namespace slugs

@@ -6,9 +6,6 @@
 
 #include "game/order.hpp"
 
-#include "game/conjuncts.hpp"
-#include "game/independent_parts.hpp"
-
 #include <algorithm>
 #include <numeric>
 
@@ -16,34 +13,62 @@ namespace slugs {
 
 namespace {
 
-using HyperEdge = std::vector<std::uint32_t>;
-
-std::uint64_t total_span(const std::vector<HyperEdge> &edges, const std::vector<double> &position) {
-  double span = 0;
-  for (const HyperEdge &edge : edges) {
-    const auto [low, high] =
-        std::minmax_element(edge.begin(), edge.end(),
-                            [&](std::uint32_t a, std::uint32_t b) { return position[a] < position[b]; });
-    span += position[*high] - position[*low];
+// Sets of at least two variables, one after the other.
+class HyperEdges {
+public:
+  HyperEdges(const Conjuncts &conjuncts, BudgetPacer &pacer) {
+    for (std::size_t i = 0; i < section_count; ++i) {
+      const Section section = static_cast<Section>(i);
+      for (const std::uint32_t occurrence : conjuncts.occurrences(section)) {
+        const std::size_t before = pins_.size();
+        for (const Read read : conjuncts.reads(conjuncts[section][occurrence])) {
+          pacer.step();
+          pins_.push_back(read.variable);
+        }
+        const auto first = pins_.begin() + static_cast<std::ptrdiff_t>(before);
+        std::sort(first, pins_.end());
+        pins_.erase(std::unique(first, pins_.end()), pins_.end());
+        if (pins_.size() > before + 1)
+          ends_.push_back(pins_.size());
+        else
+          pins_.resize(before);
+      }
+    }
   }
+
+  std::size_t pins() const { return pins_.size(); }
+  // Calls with begin and end of each.
+  template <class Use> void for_each(Use use) const {
+    const std::uint32_t *begin = pins_.data();
+    for (const std::size_t end : ends_) {
+      use(begin, pins_.data() + end);
+      begin = pins_.data() + end;
+    }
+  }
+
+private:
+  std::vector<std::uint32_t> pins_;
+  std::vector<std::size_t> ends_;
+};
+
+std::uint64_t total_span(const HyperEdges &edges, const std::vector<double> &position) {
+  double span = 0;
+  edges.for_each([&](const std::uint32_t *v, const std::uint32_t *end) {
+    double low = position[*v], high = low;
+    for (++v; v != end; ++v) {
+      low = std::min(low, position[*v]);
+      high = std::max(high, position[*v]);
+    }
+    span += high - low;
+  });
   return static_cast<std::uint64_t>(span);
 }
 
 } // namespace
 
-std::vector<std::uint32_t> force_order(const Specification &specification, const Budget &budget) {
-  const std::size_t n = specification.variables.size();
-  FormulaPool formulas = specification.formulas;
+std::vector<std::uint32_t> force_order(std::size_t n, const Conjuncts &conjuncts, const Budget &budget) {
   BudgetPacer pacer(budget);
-  std::vector<HyperEdge> edges;
-  for (const auto &section : specification.constraints)
-    for (const Constraint &constraint : section)
-      for (const FormulaId f : conjuncts(formulas, constraint.formula)) {
-        pacer.step();
-        HyperEdge edge = variables_of(formulas, f);
-        if (edge.size() > 1)
-          edges.push_back(std::move(edge));
-      }
+  const HyperEdges edges(conjuncts, pacer);
 
   std::vector<std::uint32_t> order(n);
   std::iota(order.begin(), order.end(), 0u);
@@ -52,20 +77,24 @@ std::vector<std::uint32_t> force_order(const Specification &specification, const
   std::vector<std::uint32_t> best = order;
   std::uint64_t best_span = total_span(edges, position);
   constexpr int most_rounds = 60, patience = 5;
-  for (int round = 0, stale = 0; round < most_rounds && stale < patience; ++round) {
+  // A round goes through all pins, and of millions of constraints few rounds have to do.
+  constexpr std::size_t most_pins = std::size_t{1} << 26;
+  std::size_t pins = 0;
+  for (int round = 0, stale = 0; round < most_rounds && stale < patience && pins < most_pins; ++round) {
     budget.check();
+    pins += edges.pins();
     std::vector<double> pull(n, 0.0);
     std::vector<std::uint32_t> degree(n, 0);
-    for (const HyperEdge &edge : edges) {
+    edges.for_each([&](const std::uint32_t *begin, const std::uint32_t *end) {
       double centre = 0;
-      for (const std::uint32_t v : edge)
-        centre += position[v];
-      centre /= static_cast<double>(edge.size());
-      for (const std::uint32_t v : edge) {
-        pull[v] += centre;
-        ++degree[v];
+      for (const std::uint32_t *v = begin; v != end; ++v)
+        centre += position[*v];
+      centre /= static_cast<double>(end - begin);
+      for (const std::uint32_t *v = begin; v != end; ++v) {
+        pull[*v] += centre;
+        ++degree[*v];
       }
-    }
+    });
     for (std::uint32_t v = 0; v < n; ++v)
       if (degree[v])
         position[v] = pull[v] / degree[v];
@@ -84,10 +113,9 @@ std::vector<std::uint32_t> force_order(const Specification &specification, const
   return best;
 }
 
-std::vector<std::uint32_t> start_order(const Specification &specification, const Budget &budget) {
-  const std::vector<std::uint32_t> order = force_order(specification, budget);
-  FormulaPool formulas = specification.formulas;
-  const std::vector<IndependentPart> parts = independent_parts(specification, formulas, budget).parts;
+std::vector<std::uint32_t> start_order(std::size_t variables, const Conjuncts &conjuncts,
+                                       const std::vector<IndependentPart> &parts, const Budget &budget) {
+  const std::vector<std::uint32_t> order = force_order(variables, conjuncts, budget);
   if (parts.empty())
     return order;
   // Parts in the order of their first variables; the rest, which is nobody's own,

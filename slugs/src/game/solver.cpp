@@ -80,10 +80,14 @@ void Solver::Implementation::solve() {
   fixpoint.reset();
   game.reset();
   timed(Phase::Build, [&] {
+    const Conjuncts conjuncts(specification, budget);
+    const Environment environment = independent_parts(specification, conjuncts, budget);
     const std::vector<std::uint32_t> order =
-        options.start_order.empty() ? start_order(specification, budget) : options.start_order;
+        options.start_order.empty()
+            ? start_order(specification.variables.size(), conjuncts, environment.parts, budget)
+            : options.start_order;
     game.emplace(specification, order, budget);
-    game->build();
+    game->build(conjuncts, environment);
   });
   timed(Phase::Reach, [&] {
     const Bdd reachable = reachable_states(*game);
