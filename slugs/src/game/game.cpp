@@ -6,8 +6,6 @@
 #include <cassert>
 #include <map>
 #include <numeric>
-#include <unordered_map>
-#include <unordered_set>
 
 namespace slugs {
 
@@ -21,74 +19,9 @@ std::vector<Var> vars_of(const Specification &specification, bool next, bool inp
   return result;
 }
 
-// Formulas may be deep, so they are translated in the order of their ids,
-// operands first, and not by recursion.  What has been used for the last time is
-// dropped: it would be dragged along in collections and reorderings.
-Bdd translate(BddStore &store, const FormulaPool &formulas, FormulaId root) {
-  if (formulas[root].op == Op::Variable)
-    return store.variable(formulas[root].right ? next_var(formulas[root].left)
-                                               : current_var(formulas[root].left));
-  struct Value {
-    Bdd bdd;
-    std::size_t uses = 0; // to come
-  };
-  std::unordered_map<FormulaId, Value> values;
-  std::vector<FormulaId> needed{root};
-  const auto use = [&](FormulaId id) {
-    if (++values[id].uses == 1)
-      needed.push_back(id);
-  };
-  values[root].uses = 1;
-  for (std::size_t i = 0; i < needed.size(); ++i) {
-    const FormulaNode node = formulas[needed[i]];
-    if (node.op == Op::False || node.op == Op::True || node.op == Op::Variable)
-      continue;
-    use(node.left);
-    if (node.op != Op::Not)
-      use(node.right);
-  }
-  std::sort(needed.begin(), needed.end());
-  const auto take = [&](FormulaId id) {
-    Value &value = values[id];
-    assert(value.uses > 0);
-    const Bdd result = value.bdd;
-    if (--value.uses == 0)
-      value.bdd = Bdd();
-    return result;
-  };
-  for (const FormulaId id : needed) {
-    const FormulaNode &node = formulas[id];
-    Bdd &result = values[id].bdd;
-    switch (node.op) {
-    case Op::False:
-      result = store.constant(false);
-      break;
-    case Op::True:
-      result = store.constant(true);
-      break;
-    case Op::Variable:
-      result = store.variable(node.right ? next_var(node.left) : current_var(node.left));
-      break;
-    case Op::Not:
-      result = !take(node.left);
-      break;
-    case Op::And:
-      result = take(node.left) & take(node.right);
-      break;
-    case Op::Or:
-      result = take(node.left) | take(node.right);
-      break;
-    case Op::Xor:
-      result = take(node.left) ^ take(node.right);
-      break;
-    }
-  }
-  return take(root);
-}
-
 // Whose conjunction is that of the parts: a new one whenever the last is found to
 // have more than `most` nodes.
-std::vector<Bdd> factors(BddStore &store, const FormulaPool &formulas, const Conjuncts &conjuncts,
+std::vector<Bdd> factors(BddStore &store, Translation &translate, const Conjuncts &conjuncts,
                          const std::vector<Conjunct> &parts,
                          std::size_t most = static_cast<std::size_t>(-1)) {
   // A conjunction visits what is above its operands, so where there are very many
@@ -115,16 +48,16 @@ std::vector<Bdd> factors(BddStore &store, const FormulaPool &formulas, const Con
     if (i % between_looks == 0 && store.live_nodes() > most && store.size(result.back()) > most)
       result.push_back(store.constant(true));
     const Conjunct &part = parts[order[i]];
-    const Bdd value = translate(store, formulas, part.formula);
+    const Bdd value = translate(part.formula);
     result.back() &= part.negative ? !value : value;
   }
   return result;
 }
 
-std::vector<Bdd> goals(BddStore &store, const Specification &specification, Section section) {
+std::vector<Bdd> goals(BddStore &store, Translation &translate, const std::vector<Constraint> &section) {
   std::vector<Bdd> result;
-  for (const Constraint &constraint : specification[section])
-    result.push_back(translate(store, specification.formulas, constraint.formula));
+  for (const Constraint &constraint : section)
+    result.push_back(translate(constraint.formula));
   if (result.empty())
     result.push_back(store.constant(true));
   return result;
@@ -146,9 +79,9 @@ Game::Game(const Specification &spec, const std::vector<std::uint32_t> &order, c
 void Game::build(const Conjuncts &conjuncts, const Environment &environment) {
   // Each factor costs a multiplication for each set of states.
   constexpr std::size_t most_nodes_of_factor = 10000;
-  const FormulaPool &formulas = specification.formulas;
+  Translation translate(store, specification.formulas);
   const auto conjunction = [&](const std::vector<Conjunct> &parts) {
-    return factors(store, formulas, conjuncts, parts).back();
+    return factors(store, translate, conjuncts, parts).back();
   };
   env_init = conjunction(conjuncts[Section::EnvInit]);
   sys_init = conjunction(conjuncts[Section::SysInit]);
@@ -159,23 +92,23 @@ void Game::build(const Conjuncts &conjuncts, const Environment &environment) {
       return read.next && specification.variables[read.variable].owner == Owner::Output;
     });
   });
-  env_factors_ = factors(store, formulas, conjuncts, environment.shared, most_nodes_of_factor);
+  env_factors_ = factors(store, translate, conjuncts, environment.shared, most_nodes_of_factor);
   if (environment.parts.empty())
     answerable = conjunction({answers.begin(), of_outputs});
   sys_trans = conjunction({of_outputs, answers.end()});
   if (!environment.parts.empty())
-    build_parts(conjuncts, environment, {answers.begin(), of_outputs});
-  assumptions = goals(store, specification, Section::EnvLiveness);
-  guarantees = goals(store, specification, Section::SysLiveness);
+    build_parts(translate, conjuncts, environment, {answers.begin(), of_outputs});
+  assumptions = goals(store, translate, specification[Section::EnvLiveness]);
+  guarantees = goals(store, translate, specification[Section::SysLiveness]);
   const std::vector<Var> nobody_reads = unread();
   if (!nobody_reads.empty())
     unread_ = store.make_set(nobody_reads);
 }
 
-void Game::build_parts(const Conjuncts &conjuncts, const Environment &environment,
+void Game::build_parts(Translation &translate, const Conjuncts &conjuncts, const Environment &environment,
                        const std::vector<Conjunct> &answers) {
   const auto conjunction = [&](const std::vector<Conjunct> &constraints) {
-    return factors(store, specification.formulas, conjuncts, constraints).back();
+    return factors(store, translate, conjuncts, constraints).back();
   };
   parts_.emplace();
   std::vector<Var> own;

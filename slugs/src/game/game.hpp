@@ -12,6 +12,7 @@
 #include "game/conjuncts.hpp"
 #include "game/independent_parts.hpp"
 #include "game/product.hpp"
+#include "game/translation.hpp"
 
 #include <optional>
 #include <vector>
@@ -86,7 +87,7 @@ private:
     std::optional<Product> undo; // from moves to states
     std::optional<Product> step; // from states to next states
   };
-  void build_parts(const Conjuncts &conjuncts, const Environment &environment,
+  void build_parts(Translation &translate, const Conjuncts &conjuncts, const Environment &environment,
                    const std::vector<Conjunct> &answers);
 
   // Of these states, or of the states and moves so far.
