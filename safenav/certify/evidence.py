@@ -23,6 +23,7 @@ from safenav.certify.checker.check_strategies import (
     World,
     complete,
     count_completions,
+    primed,
     read_specification,
 )
 from safenav.certify.measures import Measure, NoMeasureError, measure
@@ -144,21 +145,20 @@ def _read(strategy_json: bytes, text: str) -> Strategy:
 
 def _killing(spec: Specification, strategy: Strategy, node: int) -> list[int]:
     """A next input to which the robot has no answer."""
-    keys = [*spec.keys("inputs"), *spec.keys("outputs")]
-    wanted = spec.keys("inputs'")
+    keys, wanted = [*spec.variables], primed(spec.inputs)
     row = (*strategy.inputs[node], *strategy.outputs[node])
-    found = complete(spec, wanted, spec.sections["ENV_TRANS"], keys, [row])
+    found = complete(spec.variables, wanted, spec.sections["ENV_TRANS"], keys, [row])
     rows = [(*row, *values) for _, values in found]
-    after, limits = spec.keys("outputs'"), spec.sections["SYS_TRANS"]
-    counts = count_completions(spec, after, limits, [*keys, *wanted], rows)
+    after, limits = primed(spec.outputs), spec.sections["SYS_TRANS"]
+    counts = count_completions(spec.variables, after, limits, [*keys, *wanted], rows)
     return _without_answer(rows, counts, len(keys))
 
 
 def _opening(spec: Specification) -> list[int]:
     """An initial input to which the robot has no answer."""
-    inputs, outputs = spec.keys("inputs"), spec.keys("outputs")
-    rows = [v for _, v in complete(spec, inputs, spec.sections["ENV_INIT"], (), [()])]
-    counts = count_completions(spec, outputs, spec.sections["SYS_INIT"], inputs, rows)
+    inputs, outputs = [*spec.inputs], [*spec.outputs]
+    rows = [v for _, v in complete(spec.variables, inputs, spec.sections["ENV_INIT"], (), [()])]
+    counts = count_completions(spec.variables, outputs, spec.sections["SYS_INIT"], inputs, rows)
     return _without_answer(rows, counts, 0)
 
 

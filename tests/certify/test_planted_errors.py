@@ -184,7 +184,7 @@ EXERCISES = [
         OPEN,
         WALKER,
         replaced("heading = 1", "heading = 0"),
-        "it begins at",
+        "it begins with heading",
     ),
     Exercise(
         "a wrong target to begin with",

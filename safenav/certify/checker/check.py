@@ -48,10 +48,10 @@ elif __package__:  # the maker of bundles has these two files in a package
 
 from check_strategies import (
     TOLD,
+    Clause,
     Json,
     Pose,
     RefusedError,
-    Specification,
     Strategy,
     Task,
     TooLargeError,
@@ -60,13 +60,11 @@ from check_strategies import (
     check_counterstrategy,
     check_measure,
     check_strategy,
-    clauses_of,
     complete,
     coordinates,
     formulas_of,
     in_words,
     is_ordered,
-    pairs_of,
     poses_of,
     read_specification,
     read_variable,
@@ -134,19 +132,19 @@ class Team:
         ]
         variables = [read_variable(line) for line in lines]
         few = prod(v.most - v.least + 1 for v in variables[len(place) :]) <= MOST_MEMORY
-        spec, keys = Specification((), tuple(variables), {}), [*place, *(f"{p}'" for p in place)]
+        spec, keys = {v.name: v for v in variables}, [*place, *(f"{p}'" for p in place)]
         poses = poses_of(((region, None) for region in self.world.free), mobility)
         pairs = [(pose, after) for pose in poses for after in self.world.moves(mobility, pose)]
         rows = {(*coordinates(a), *coordinates(b)): (a, b) for a, b in pairs}
 
-        def met(texts: Iterable[str]) -> set[tuple[Pose, Pose]]:
-            clauses = [clause for clause in clauses_of(texts) if few or clause.reads <= {*keys}]
+        def met(lines: Iterable[Clause]) -> set[tuple[Pose, Pose]]:
+            clauses = [clause for clause in lines if few or clause.reads <= {*keys}]
             wanted = sorted(set().union(*(clause.reads for clause in clauses)) - {*keys})
             return {rows[row] for row, _ in complete(spec, wanted, clauses, keys, list(rows))}
 
         allowed = {(a, b) for a, b in met(formulas_of(own, "safety")) if a != b}
         self.allowed[name], self.aims[name] = allowed, []
-        for goal in map(met, ([text] for text in formulas_of(own, "liveness"))):
+        for goal in map(met, ([line] for line in formulas_of(own, "liveness"))):
             staying = {a for a, b in goal if a == b}
             entered = {b for a, b in goal & allowed if not {a, b} & staying}
             self.aims[name].append(frozenset(staying | entered))
@@ -545,7 +543,7 @@ class Run:
         if path not in self._kept:
             _, wishes, assumptions = task.explore_strategy(node)
             aims = list(zip(task.wishes, wishes, strict=True))
-            for (wish, met), measure in pairs_of(aims, self.bundle.json(path)):
+            for (wish, met), measure in zip(aims, self.bundle.json(path), strict=True):
                 missed = f"it is not shown that no run misses {wish} for ever"
                 check_measure(graph, missed, met, assumptions, measure)
             self._kept[path] = task
@@ -977,7 +975,7 @@ class Run:
         if task is not None and task.kind == "ltl":
             graph, pairs = task.graph, product(robot.came_from, robot.nodes or ())
             edges = [
-                task.offsets[graph.first[a]] + graph.next[a].index(b)
+                graph.offset[graph.first[a]] + graph.next[a].index(b)
                 for a, b in pairs
                 if b in graph.next[a]
             ]

@@ -33,10 +33,13 @@ from typing import Any
 MOST_EDGES = 500_000
 MOST_CASES = 1 << 20
 PASSING = re.compile(r"busy_\w+|wait")  # inputs that tell nothing of what can be observed next
+HEADINGS = ("north", "east", "south", "west")
+TOLD = ("request", "wait", "assigned")
 
 Key = str  # a variable's name, followed by ' where its next value is meant
 Formula = tuple[Any, ...]  # ("var", key), ("num", n), ("const", truth), or operator and operands
 Row = tuple[int, ...]
+Json = Mapping[str, Any]
 
 
 class RefusedError(Exception):
@@ -57,8 +60,8 @@ def require(holds: object, reason: str) -> None:
 
 @dataclass(frozen=True)
 class Variable:
-    """A variable with the values ``least``...``most``, and the names of its bits as strategies
-    have them, lowest first. They hold value - least. A Boolean one is 0...1 and ``truth``."""
+    """Values ``least``...``most``; or a truth, 0 or 1. ``bits``: the names of its bits as
+    strategies have them, lowest first. They hold value - least."""
 
     name: str
     least: int
@@ -66,10 +69,14 @@ class Variable:
     bits: tuple[str, ...]
     truth: bool
 
+    @property
+    def values(self) -> range:
+        return range(self.least, self.most + 1)
+
 
 @dataclass(frozen=True)
 class Clause:
-    """One line of a section."""
+    """One line of a section, and the variables that it reads."""
 
     line: int
     text: str
@@ -77,141 +84,110 @@ class Clause:
     reads: frozenset[Key]
 
 
+Variables = Mapping[str, Variable]
 SECTIONS = ("ENV_INIT", "SYS_INIT", "ENV_TRANS", "SYS_TRANS", "ENV_LIVENESS", "SYS_LIVENESS")
 
 
 @dataclass(frozen=True)
 class Specification:
-    inputs: tuple[Variable, ...]
-    outputs: tuple[Variable, ...]
+    inputs: Variables
+    outputs: Variables
     sections: Mapping[str, list[Clause]]
 
     @property
-    def variables(self) -> dict[str, Variable]:
-        return {variable.name: variable for variable in (*self.inputs, *self.outputs)}
+    def variables(self) -> Variables:
+        return {**self.inputs, **self.outputs}
 
-    def keys(self, part: str) -> list[Key]:
-        """The keys of ``inputs``, ``outputs``, or with a ' of their next values."""
-        return [v.name + "'" * part.endswith("'") for v in getattr(self, part.rstrip("'"))]
+
+def primed(names: Iterable[str]) -> list[Key]:
+    return [f"{name}'" for name in names]
 
 
 def read_specification(text: str) -> Specification:
     """Read a text in structured slugs; what is not understood is refused."""
-    sections: dict[str, list[tuple[int, str]]] = {s: [] for s in ("INPUT", "OUTPUT", *SECTIONS)}
+    lines: dict[str, list[tuple[int, str]]] = {s: [] for s in ("INPUT", "OUTPUT", *SECTIONS)}
     section = ""
     for number, line in enumerate(map(str.strip, text.splitlines()), 1):
         if line.startswith("["):
             section = line.strip("[]")
         elif line and not line.startswith("#"):
-            require(section in sections, f"line {number} stands in no section that there is")
-            sections[section].append((number, line))
-    inputs = tuple(read_variable(line, number) for number, line in sections["INPUT"])
-    outputs = tuple(read_variable(line, number) for number, line in sections["OUTPUT"])
-    spec = Specification(inputs, outputs, {name: [] for name in SECTIONS})
-    require(len(spec.variables) == len(inputs) + len(outputs), "a variable is declared twice")
-    now, later = {*spec.keys("inputs")}, {*spec.keys("inputs'")}
-    every = now | {*spec.keys("outputs")}
-    allowed = {"ENV_INIT": now, "SYS_INIT": every, "ENV_TRANS": every | later}
-    for name in SECTIONS:
-        known = allowed.get(name, every | later | {*spec.keys("outputs'")})
-        for number, line in sections[name]:
-            clause = read_clause(line, number)
-            for key in clause.reads - known:
-                exists = key.rstrip("'") in spec.variables
-                said = f"{key} must not stand here" if exists else f"there is no variable {key}"
-                raise RefusedError(f"line {number}: {said}")
-            spec.sections[name].append(clause)
+            require(section in lines, f"line {number} stands in no section that there is")
+            lines[section].append((number, line))
+    inputs, outputs = ([read_variable(line) for _, line in lines[s]] for s in ("INPUT", "OUTPUT"))
+    sections = {s: [read_clause(line, number) for number, line in lines[s]] for s in SECTIONS}
+    spec = Specification({v.name: v for v in inputs}, {v.name: v for v in outputs}, sections)
+    twice = len(spec.variables) < len(inputs) + len(outputs)
+    require(not twice, "a variable is declared twice")
+    now, later = {*spec.variables}, {*primed(spec.inputs)}
+    known = {"ENV_INIT": {*spec.inputs}, "SYS_INIT": now, "ENV_TRANS": now | later}
+    for name, clauses in sections.items():
+        for clause in clauses:
+            unknown = clause.reads - known.get(name, now | {*primed(now)})
+            said = " and ".join(sorted(unknown))
+            require(not unknown, f"line {clause.line}: {said} must not stand here")
     return spec
 
 
-def read_clause(
-    text: str, line: int = 0, rename: Callable[[Formula], Formula] | None = None
-) -> Clause:
-    try:
-        formula = rename(parse(text)) if rename else parse(text)
-    except RefusedError as reason:
-        raise RefusedError(f"line {line}: {reason}") from None
-    return Clause(line, text, formula, frozenset(reads(formula)))
-
-
-def read_variable(line: str, number: int = 0) -> Variable:
+def read_variable(line: str) -> Variable:
     match = re.fullmatch(r"(\w+)(?::(\d+)\.\.\.(\d+))?", line)
-    if match is None or int(match[2] or 0) > int(match[3] or 0):
-        raise RefusedError(f"line {number}: '{line}' declares no variable")
+    if match is None:
+        raise RefusedError(f"'{line}' declares no variable")
     name, least, most = match[1], int(match[2] or 0), int(match[3] or 1)
     if match[2] is None:
         return Variable(name, 0, 1, (name,), truth=True)
+    bits = [f"{name}@0.{least}.{most}", *(f"{name}@{bit}" for bit in range(1, most.bit_length()))]
     size = (most - least).bit_length()
-    bits = [f"{name}@0.{least}.{most}", *(f"{name}@{bit}" for bit in range(1, size))]
     return Variable(name, least, most, tuple(bits[:size]), truth=False)
 
 
 # ---------------------------------------------------------------- formulas
 
 _TOKEN = re.compile(
-    r"\s*(\d+|[A-Za-z_]\w*|<-->|<->|-->|->|&&|\|\||/\\|\\/|!=|<=|>=|[!~&|^=<>+()'])"
+    r"\s*(\d+|[A-Za-z_]\w*'*|<-->|<->|-->|->|&&|\|\||/\\|\\/|!=|<=|>=|[!~&|^=<>+()])"
 )
 _SAME = {"&&": "&", "/\\": "&", "||": "|", "\\/": "|", "-->": "->", "<-->": "<->", "~": "!"}
 _COMPARISONS = ("=", "!=", "<", "<=", ">", ">=")
-# Operators, from the loosest to the tightest; equal ones are grouped to the left.
-_LEVELS = (("<->",), ("->",), ("^",), ("|",), ("&",), ("!",), _COMPARISONS, ("+",))
+# How tightly operators bind. Equal ones are grouped to the left.
+_BINDS = {"<->": 1, "->": 2, "^": 3, "|": 4, "&": 5, "!": 6, "+": 8}
+_BINDS |= dict.fromkeys(_COMPARISONS, 7)
 
 
-def parse(text: str) -> Formula:
-    """A formula as nested tuples."""
+def read_clause(text: str, line: int = 0) -> Clause:
+    """A formula as nested tuples; headings are numbers."""
     rest = _TOKEN.sub("", text).strip()
     require(not rest, f"cannot read '{rest[:20]}'")
     tokens = ["the end", *(_SAME.get(token, token) for token in reversed(_TOKEN.findall(text)))]
+    found: set[Key] = set()
 
-    def level(number: int) -> Formula:
-        if number == len(_LEVELS):
-            return atom()
-        if "!" in _LEVELS[number]:
-            return (tokens.pop(), level(number)) if tokens[-1] == "!" else level(number + 1)
-        parts, sign = [level(number + 1)], tokens[-1]
-        while sign in _LEVELS[number] and tokens[-1] == sign:
-            tokens.pop()
-            parts.append(level(number + 1))
-        return (sign, *parts) if len(parts) > 1 else parts[0]
-
-    def atom() -> Formula:
+    def read(least: int, prime: str) -> Formula:
+        """What binds at least so tightly. Within next(...) each variable gets a prime."""
         token = tokens.pop()
+        formula: Formula = ("const", token == "TRUE")
         if token in ("next", "X") and tokens[-1] == "(":
-            formula = _next(atom())
+            formula = read(9, f"{prime}'")
         elif token == "(":
-            formula = level(0)
-            require(tokens.pop() == ")", "a bracket is open")
-        elif token in ("TRUE", "FALSE"):
-            formula = ("const", token == "TRUE")
-        elif token.isdigit():
-            formula = ("num", int(token))
-        elif token.isidentifier():
-            formula = ("var", token)
-        else:
-            raise RefusedError(f"'{token}' is not expected here")
-        while tokens[-1] == "'":
-            tokens.pop()
-            formula = _next(formula)
+            formula = read(0, prime)
+            require(tokens.pop() == ")", f"a bracket is open in '{text}'")
+        elif token == "!":
+            formula = ("!", read(_BINDS["!"], prime))
+        elif token.isdigit() or token in HEADINGS:
+            formula = ("num", int(token) if token.isdigit() else HEADINGS.index(token))
+        elif token not in ("TRUE", "FALSE"):
+            good = re.fullmatch(r"\w+'*", token + prime)
+            require(good, f"'{token}{prime}' is not expected in '{text}'")
+            formula = ("var", token + prime)
+            found.add(token + prime)
+        while (sign := tokens[-1]) in _BINDS and _BINDS[sign] >= least:
+            parts = [formula]
+            while tokens[-1] == sign:
+                tokens.pop()
+                parts.append(read(_BINDS[sign] + 1, prime))
+            formula = (sign, *parts)
         return formula
 
-    formula = level(0)
-    require(len(tokens) == 1, f"'{tokens[-1]}' is not expected here")
-    return formula
-
-
-def _next(formula: Formula) -> Formula:
-    """The formula about the next values."""
-    if formula[0] == "var":
-        require(not formula[1].endswith("'"), f"{formula[1]} is primed twice")
-        return ("var", f"{formula[1]}'")
-    return tuple(_next(part) if isinstance(part, tuple) else part for part in formula)
-
-
-def reads(formula: Formula) -> set[Key]:
-    """The variables of a formula."""
-    if formula[0] == "var":
-        return {formula[1]}
-    return set().union(*(reads(part) for part in formula[1:] if isinstance(part, tuple)))
+    formula = read(0, "")
+    require(len(tokens) == 1, f"'{tokens[-1]}' is not expected in '{text}'")
+    return Clause(line, text, formula, frozenset(found))
 
 
 # ---------------------------------------------------------------- many cases at once
@@ -225,17 +201,19 @@ _LOGIC: Mapping[str, Callable[[int, int], int]] = {
 }
 
 
+_DIGIT = [bytes(b"01"[byte >> bit & 1] for byte in range(256)) for bit in range(8)]
+Column = Callable[[Key], list[int]]
+
+
 class Cases:
-    """Values of variables in ``count`` cases. Everything is a string or an integer with one binary
-    digit for each case, the first case leftmost."""
+    """Values of variables in ``count`` cases. A truth is an integer with one binary digit for each
+    case, the first case leftmost; a number is a list of these, its lowest bit first."""
 
-    def __init__(self, count: int, variables: Mapping[str, Variable]) -> None:
-        self.count, self.all, self.variables = count, (1 << count) - 1, variables
-        self.columns: dict[Key, list[int]] = {}
-
-    def add(self, key: Key, columns: Iterable[str]) -> None:
-        """The bits of a variable, lowest first; each is a string of digits, one a case."""
-        self.columns[key] = [int(digits, 2) if digits else 0 for digits in columns]
+    def __init__(self, variables: Variables, column: Column, count: int) -> None:
+        """``column``: of a variable its value in each case."""
+        self.variables, self.column, self.count = variables, column, count
+        self.all = (1 << count) - 1
+        self._bits: dict[Key, list[int]] = {}
 
     def digits(self, *clauses: Clause) -> str:
         """For each case 1 where all clauses hold, else 0."""
@@ -255,7 +233,20 @@ class Cases:
             return self._compare(kind, *map(self._number, parts))
         truth = kind == "var" and self.variables[parts[0].rstrip("'")].truth
         require(truth, f"a number ({parts[0]}) stands where a truth is needed")
-        return self.columns[parts[0]][0]
+        return self._given(parts[0])[0]
+
+    def _given(self, key: Key) -> list[int]:
+        """The bits of a variable's value - least."""
+        if key not in self._bits:
+            variable, digits = self.variables[key.rstrip("'")], list[bytes]()
+            values = [value - variable.least for value in self.column(key)]
+            while len(digits) < len(variable.bits):
+                byte = bytes(map((255).__and__, values))
+                digits += [byte.translate(table) for table in _DIGIT]
+                values = [value >> 8 for value in values]
+            bits = digits[: len(variable.bits)]
+            self._bits[key] = [int(digit or b"0", 2) for digit in bits]
+        return self._bits[key]
 
     def _number(self, term: Formula) -> list[int]:
         kind, *parts = term
@@ -263,14 +254,12 @@ class Cases:
             return [self.all * (parts[0] >> bit & 1) for bit in range(parts[0].bit_length())]
         if kind == "+":
             return reduce(self._plus, map(self._number, parts))
-        truth = kind != "var" or self.variables[parts[0].rstrip("'")].truth
-        require(not truth, "a truth stands where a number is needed")
-        least = self.variables[parts[0].rstrip("'")].least
-        return self._plus(self.columns[parts[0]], self._number(("num", least)))
+        variable = self.variables[parts[0].rstrip("'")] if kind == "var" else None
+        if variable is None or variable.truth:
+            raise RefusedError("a truth stands where a number is needed")
+        return self._plus(self._given(parts[0]), self._number(("num", variable.least)))
 
     def _plus(self, left: list[int], right: list[int]) -> list[int]:
-        if not left or not right:
-            return left or right
         total, carry = [], 0
         for a, b in zip_longest(left, right, fillvalue=0):
             total.append(a ^ b ^ carry)
@@ -290,81 +279,68 @@ class Cases:
 
 Keys = Sequence[Key]
 Clauses = Sequence[Clause]
-Rows = Sequence[Row]
-
-
-def count_completions(
-    spec: Specification, wanted: Keys, clauses: Clauses, known: Keys, rows: Rows
-) -> list[int]:
-    """For each row of values of the ``known`` variables: in how many ways can the ``wanted``
-    ones be chosen such that the clauses hold? Wanted variables that no clause connects are counted
-    apart and multiplied."""
-    groups: list[tuple[set[Key], list[Clause]]] = [({key}, []) for key in wanted]
-    for clause in clauses:
-        touched = [group for group in groups if group[0] & clause.reads]
-        groups = [group for group in groups if not group[0] & clause.reads]
-        keys = set().union(*(group[0] for group in touched))
-        groups.append((keys, [*chain(*(group[1] for group in touched)), clause]))
-    totals = [1] * len(rows)
-    for keys, about in groups:
-        read = sorted(set().union(*(clause.reads for clause in about)) - keys)
-        places = [known.index(key) for key in read]
-        classes = [tuple(row[place] for place in places) for row in rows]
-        counts = Counter(row for row, _ in complete(spec, sorted(keys), about, read, classes))
-        totals = [total * counts[which] for total, which in zip(totals, classes, strict=True)]
-    return totals
 
 
 def complete(
-    spec: Specification, wanted: Keys, clauses: Clauses, known: Keys, rows: Iterable[Row]
+    variables: Variables, wanted: Keys, clauses: Clauses, known: Keys, rows: Iterable[Row]
 ) -> Iterator[tuple[Row, Row]]:
-    """All pairs of a row and values of the ``wanted`` variables that satisfy the clauses. One
-    variable after the other takes all its values, first the one by which most clauses can be
-    evaluated, and of these the smallest; a clause is evaluated as soon as all that it reads is
-    there."""
+    """All pairs of a row of values of the ``known`` variables and one of the ``wanted`` ones that
+    satisfy the clauses. One variable after the other takes all its values, first the one by which
+    most clauses can be evaluated, and of these the smallest; a clause is evaluated as soon as all
+    that it reads is there."""
 
-    def first(key: Key) -> tuple[int, int]:
+    def rank(key: Key) -> tuple[int, int]:
         by_it = sum(clause.reads <= {*order, key} for clause in waiting)
-        return by_it, -len(spec.variables[key.rstrip("'")].bits)
+        return by_it, -len(variables[key.rstrip("'")].bits)
 
-    order, left, waiting = list(known), list(wanted), list(clauses)
-    partial = list(dict.fromkeys(rows))
-    values: list[Row] = [()]
+    order, left, waiting, partial = list(known), list(wanted), clauses, [*dict.fromkeys(rows)]
+    fresh: list[Key] = []  # the variable that takes all its values; at first there is none
+
+    def column(key: Key) -> list[int]:
+        if key in fresh:
+            return [value for (value,) in values] * len(block)
+        place = order.index(key)
+        return [row[place] for row in block for _ in values]
+
     while True:
-        ready = [clause for clause in waiting if clause.reads <= {*order}]
-        waiting = [clause for clause in waiting if clause not in ready]
-        step = max(1, MOST_CASES // len(values))
-        blocks = (partial[first : first + step] for first in range(0, len(partial), step))
-        partial = [*chain(*(_extended(spec, order, ready, rows, values) for rows in blocks))]
+        values = [*product(*(variables[key.rstrip("'")].values for key in fresh))]
+        ready = [clause for clause in waiting if clause.reads <= {*order, *fresh}]
+        waiting = [clause for clause in waiting if not clause.reads <= {*order, *fresh}]
+        found, step = list[Row](), max(1, MOST_CASES // len(values))
+        for block in (partial[at : at + step] for at in range(0, len(partial), step)):
+            cases = Cases(variables, column, len(block) * len(values))
+            extended = zip(product(block, values), cases.digits(*ready), strict=True)
+            found += [row + value for (row, value), good in extended if good == "1"]
+        order, partial = [*order, *fresh], found
         if not left:
             break
-        key = max(left, key=first)
-        left.remove(key)
-        order.append(key)
-        variable = spec.variables[key.rstrip("'")]
-        values = [(value,) for value in range(variable.least, variable.most + 1)]
+        fresh = [max(left, key=rank)]
+        left.remove(fresh[0])
+    require(not waiting, "a formula reads what is not there")
     places = [order.index(key) for key in wanted]
     for row in partial:
         yield row[: len(known)], tuple(row[place] for place in places)
 
 
-def _extended(
-    spec: Specification, keys: Keys, clauses: Clauses, rows: Rows, values: Rows
-) -> Iterator[Row]:
-    """The rows, each extended by each of ``values``, that satisfy the clauses."""
-    times, width = len(values), len(keys) - len(values[0])
-    cases = Cases(len(rows) * times, spec.variables)
-    for key in set().union(*(clause.reads for clause in clauses)):
-        place, variable = keys.index(key), spec.variables[key.rstrip("'")]
-        given = place < width  # each of its values stands for as many cases as there are values
-        column = [row[place] for row in rows] if given else [value for (value,) in values]
-        each, whole = (times, 1) if given else (1, len(rows))
-        bits = range(len(variable.bits))
-        digits = (["01"[v - variable.least >> bit & 1] * each for v in column] for bit in bits)
-        cases.add(key, ("".join(digit) * whole for digit in digits))
-    for match in re.finditer("1", cases.digits(*clauses)):
-        row, value = divmod(match.start(), times)
-        yield rows[row] + values[value]
+def count_completions(
+    variables: Variables, wanted: Keys, clauses: Clauses, known: Keys, rows: Sequence[Row]
+) -> list[int]:
+    """For each row: the number of its completions. Wanted variables that no clause connects are
+    counted apart and multiplied."""
+    groups: list[tuple[set[Key], list[Clause]]] = [({key}, []) for key in wanted]
+    for clause in clauses:
+        touched = [group for group in groups if group[0] & clause.reads]
+        groups = [group for group in groups if group not in touched]
+        keys = set().union(*(group[0] for group in touched))
+        groups.append((keys, [*chain(*(group[1] for group in touched)), clause]))
+    totals = [1] * len(rows)
+    for keys, about in groups:
+        places = [k for k, key in enumerate(known) if any(key in c.reads for c in about)]
+        classes = [tuple(row[place] for place in places) for row in rows]
+        read = [known[place] for place in places]
+        counts = Counter(row for row, _ in complete(variables, sorted(keys), about, read, classes))
+        totals = [total * counts[which] for total, which in zip(totals, classes, strict=True)]
+    return totals
 
 
 # ---------------------------------------------------------------- strategies
@@ -376,54 +352,49 @@ class Strategy:
     *Twins* are followed by the same nodes, and differ only in passing inputs whose present value no
     formula reads. What holds of the edges of one holds of those of the others; so only the edges
     of the ``first`` of them are looked at, each as if it led to the first of the twins there. They
-    are in the order of their sources.
+    are numbered in the order of their ``sources``; ``offset``: the number of a source's first one.
     """
 
     def __init__(self, document: Any, spec: Specification) -> None:
         nodes = [document["nodes"][str(k)] for k in range(len(document["nodes"]))]
-        states = [node["state"] for node in nodes]
-        self.spec, self.count = spec, len(nodes)
-        self.next: list[list[int]] = [node["trans"] for node in nodes]
-        self.variables = [*spec.inputs, *spec.outputs]
-        names = [bit for variable in self.variables for bit in variable.bits]
+        self.spec, self.count, self.columns = spec, len(nodes), dict[str, list[int]]()
+        names = [bit for variable in spec.variables.values() for bit in variable.bits]
         same = document["variables"] == names
         require(same, "the strategy has other variables than the specification")
-        for node, (state, targets) in enumerate(zip(states, self.next, strict=True)):
-            good = len(state) == len(names) and all(type(b) is int and b in (0, 1) for b in state)
+        for node, given in enumerate(nodes):
+            good = len(given["state"]) == len(names) and {*given["state"]} <= {0, 1}
             require(good, f"node {node} does not hold {len(names)} bits")
-            good = all(type(t) is int and 0 <= t < self.count for t in targets)
+            good = all(0 <= target < self.count for target in given["trans"])
             require(good, f"node {node} has an edge to nowhere")
-        self._bits = {name: "".join("01"[s[k]] for s in states) for k, name in enumerate(names)}
+        at = 0
+        for name, variable in spec.variables.items():
+            bits = [given["state"][at : at + len(variable.bits)] for given in nodes]
+            column = [variable.least + sum(b << k for k, b in enumerate(each)) for each in bits]
+            good = max(column, default=0) <= variable.most
+            require(good, f"a node has a value of {name} beyond its range")
+            self.columns[name], at = column, at + len(variable.bits)
         self.inputs, self.outputs = self._rows(spec.inputs), self._rows(spec.outputs)
         clauses = chain(*(spec.sections[name] for name in SECTIONS[2:]))
-        read = set(spec.keys("outputs")).union(*(clause.reads for clause in clauses))
-        kept = [v for v in self.variables if v.name in read or not PASSING.fullmatch(v.name)]
+        read = {*spec.outputs}.union(*(clause.reads for clause in clauses))
+        kept = self._rows(v for v in spec.variables if v in read or not PASSING.fullmatch(v))
         known: dict[Any, int] = {}
-        keys = zip(self._rows(kept), map(tuple, self.next), strict=True)
+        keys = ((row, *given["trans"]) for row, given in zip(kept, nodes, strict=True))
         self.first = [known.setdefault(key, node) for node, key in enumerate(keys)]
-        self.next = [self.next[node] for node in self.first]  # twins share one list
+        self.next: list[list[int]] = [nodes[node]["trans"] for node in self.first]  # one list each
         self.sources = list(known.values())
-        self.degrees = [0] * self.count
-        for node in self.sources:
-            self.degrees[node] = len(self.next[node])
-        if (edges := sum(self.degrees)) > MOST_EDGES:
-            raise TooLargeError(f"{edges} edges; this checker takes {MOST_EDGES}")
+        sizes = [len(self.next[node]) for node in self.sources]
+        self.offset = dict(zip(self.sources, accumulate(sizes, initial=0), strict=False))
+        self.size = sum(sizes)
+        if self.size > MOST_EDGES:
+            raise TooLargeError(f"{self.size} edges; this checker takes {MOST_EDGES}")
 
-    def _rows(self, variables: Sequence[Variable]) -> list[Row]:
+    def _rows(self, names: Iterable[str]) -> list[Row]:
         """Each node's values of some variables."""
-        columns = []
-        for variable in variables:
-            values = [variable.least] * self.count
-            for power, bit in enumerate(variable.bits):
-                values = [v + (int(d) << power) for v, d in zip(values, self._bits[bit])]  # noqa: B905
-            most = max(values, default=variable.least)
-            require(most <= variable.most, f"a node has {variable.name} = {most}, beyond its range")
-            columns.append(values)
-        return list(zip(*columns, strict=True)) if columns else [()] * self.count
+        columns = [self.columns[name] for name in names]
+        return [*zip(*columns, strict=True)] if columns else [()] * self.count
 
     def values(self, node: int) -> dict[str, int]:
-        row = (*self.inputs[node], *self.outputs[node])
-        return {variable.name: value for variable, value in zip(self.variables, row, strict=True)}
+        return {name: column[node] for name, column in self.columns.items()}
 
     def pairs(self) -> Iterator[tuple[int, int]]:
         """The edges."""
@@ -431,23 +402,24 @@ class Strategy:
 
     def edge_cases(self) -> Cases:
         """One case an edge: values before it and after it (primed)."""
-        targets = list(chain(*(self.next[node] for node in self.sources)))
-        cases = Cases(len(targets), self.spec.variables)
-        for variable in self.variables:
-            digits = [self._bits[bit] for bit in variable.bits]
-            before = (map(operator.mul, column, self.degrees) for column in digits)
-            cases.add(variable.name, map("".join, before))
-            after = (map(column.__getitem__, targets) for column in digits)
-            cases.add(f"{variable.name}'", map("".join, after))
-        return cases
+        sources = [node for node in self.sources for _ in self.next[node]]
+        targets = [after for node in self.sources for after in self.next[node]]
+
+        def column(key: Key) -> list[int]:
+            values = self.columns[key.rstrip("'")]
+            return [values[node] for node in (targets if key.endswith("'") else sources)]
+
+        return Cases(self.spec.variables, column, self.size)
 
     def initial(self) -> list[int]:
         """The nodes that satisfy ENV_INIT and SYS_INIT."""
-        cases = Cases(self.count, self.spec.variables)
-        for variable in self.variables:
-            cases.add(variable.name, [self._bits[bit] for bit in variable.bits])
         clauses = (*self.spec.sections["ENV_INIT"], *self.spec.sections["SYS_INIT"])
-        return [match.start() for match in re.finditer("1", cases.digits(*clauses))]
+        digits = Cases(self.spec.variables, self.columns.__getitem__, self.count).digits(*clauses)
+        return [node for node, good in enumerate(digits) if good == "1"]
+
+    def of_input(self, row: Row) -> list[int]:
+        """The initial nodes with that input."""
+        return [node for node in self.initial() if self.inputs[node] == row]
 
     def check_edges(self, cases: Cases, *sections: str) -> None:
         """Refuse unless all edges satisfy all formulas of some sections."""
@@ -460,23 +432,20 @@ class Strategy:
 
 def check_strategy(spec: Specification, graph: Strategy, measures: Any) -> list[int]:
     """Refuse unless the strategy realizes the specification; returns its initial nodes."""
-    initial = graph.initial()
-    opening = (spec.keys("inputs"), spec.sections["ENV_INIT"])
-    (allowed,) = count_completions(spec, *opening, (), [()])
-    complete = len({graph.inputs[node] for node in initial}) == allowed
-    require(complete, f"{allowed} inputs are allowed to begin with, not all have a node")
+    variables, sections, initial = spec.variables, spec.sections, graph.initial()
+    (allowed,) = count_completions(variables, [*spec.inputs], sections["ENV_INIT"], (), [()])
+    whole = len({graph.inputs[node] for node in initial}) == allowed
+    require(whole, f"{allowed} inputs are allowed to begin with, not all have a node")
     cases = graph.edge_cases()
     graph.check_edges(cases, "ENV_TRANS", "SYS_TRANS")
-    now = [*spec.keys("inputs"), *spec.keys("outputs")]
-    rows = [(*graph.inputs[node], *graph.outputs[node]) for node in graph.sources]
-    counts = count_completions(spec, spec.keys("inputs'"), spec.sections["ENV_TRANS"], now, rows)
-    for node, count in zip(graph.sources, counts, strict=True):
-        targets = graph.next[node]
-        answered = len({graph.inputs[target] for target in targets})
-        require(answered == len(targets), f"node {node} has two answers to one input")
+    rows = [graph.inputs[node] + graph.outputs[node] for node in graph.sources]
+    about = (primed(spec.inputs), sections["ENV_TRANS"], [*variables])
+    for node, count in zip(graph.sources, count_completions(variables, *about, rows), strict=True):
+        answered = len({graph.inputs[target] for target in graph.next[node]})
+        require(answered == len(graph.next[node]), f"node {node} has two answers to one input")
         require(answered == count, f"node {node} answers {answered} of {count} allowed inputs")
-    assumptions = [cases.digits(clause) for clause in spec.sections["ENV_LIVENESS"]]
-    for goal, measure in pairs_of(spec.sections["SYS_LIVENESS"], measures):
+    assumptions = [cases.digits(clause) for clause in sections["ENV_LIVENESS"]]
+    for goal, measure in zip(sections["SYS_LIVENESS"], measures, strict=True):
         what = f"goal '{goal.text}' (line {goal.line})"
         check_measure(graph, what, cases.digits(goal), assumptions, measure)
     return initial
@@ -492,20 +461,19 @@ def check_counterstrategy(spec: Specification, graph: Strategy, evidence: Any) -
     are the goals).
     """
     first, chosen = tuple(evidence["start"]), [tuple(values) for values in evidence["chosen"]]
-    now, later = spec.keys("inputs"), spec.keys("inputs'")
-    for value, variable in chain(*(zip(v, spec.inputs, strict=True) for v in (first, *chosen))):
-        good = type(value) is int and variable.least <= value <= variable.most
-        require(good, f"an input has {variable.name} = {value}, beyond its range")
-    begins = count_completions(spec, (), spec.sections["ENV_INIT"], now, [first])[0]
-    require(begins, "the initial input is not allowed")
-    begun = {graph.outputs[n] for n in graph.initial() if graph.inputs[n] == first}
-    opening = (spec.keys("outputs"), spec.sections["SYS_INIT"])
-    good = count_completions(spec, *opening, now, [first])[0] == len(begun)
+    inputs, outputs, later = [*spec.inputs], [*spec.outputs], primed(spec.inputs)
+
+    def count(wanted: Keys, section: str, known: Keys, rows: Sequence[Row]) -> list[int]:
+        return count_completions(spec.variables, wanted, spec.sections[section], known, rows)
+
+    require(count((), "ENV_INIT", inputs, [first])[0], "the initial input is not allowed")
+    begun = {graph.outputs[node] for node in graph.of_input(first)}
+    good = count(outputs, "SYS_INIT", inputs, [first])[0] == len(begun)
     require(good, "not all outputs that answer the initial input have a node")
     rows = [(*i, *o, *c) for i, o, c in zip(graph.inputs, graph.outputs, chosen, strict=True)]
-    keys = [*now, *spec.keys("outputs"), *later]
-    legal = count_completions(spec, (), spec.sections["ENV_TRANS"], keys, rows)
-    answers = count_completions(spec, spec.keys("outputs'"), spec.sections["SYS_TRANS"], keys, rows)
+    known = [*inputs, *outputs, *later]
+    legal = count((), "ENV_TRANS", known, rows)
+    answers = count(primed(outputs), "SYS_TRANS", known, rows)
     for node, targets in enumerate(graph.next):
         require(legal[node], f"the input chosen in node {node} is not allowed")
         good = all(graph.inputs[target] == chosen[node] for target in targets)
@@ -520,39 +488,30 @@ def check_counterstrategy(spec: Specification, graph: Strategy, evidence: Any) -
 
 
 def check_beaten(
-    graph: Strategy, assumed: list[str], goals: list[str], there: str, given: Any
+    graph: Strategy, assumed: list[str], goals: list[str], there: str, measures: Any
 ) -> None:
     """Refuse unless measures show that each infinite path meets all assumptions again and again,
     and from some point on no longer one of the goals. ``there``: 0 on the edges that are meant."""
-    for k, (met, measure) in enumerate(pairs_of([*assumed, there], given)):
-        last = k == len(assumed)
-        what = "a goal is missed for ever" if last else f"assumption {k} is met again and again"
-        check_measure(graph, what, met, goals if last else (), measure)
+    *each, last = measures
+    for k, (met, measure) in enumerate(zip(assumed, each, strict=True)):
+        check_measure(graph, f"assumption {k} is met again and again", met, (), measure)
+    check_measure(graph, "a goal is missed for ever", there, goals, last)
 
 
-def pairs_of(aims: Sequence[Any], measures: Any) -> Iterator[tuple[Any, Any]]:
-    matching = isinstance(measures, list) and len(measures) == len(aims)
-    require(matching, f"there are {len(aims)} goals, but not as many measures")
-    return zip(aims, measures, strict=True)
-
-
-def check_measure(graph: Strategy, goal: str, met: str, excuses: Sequence[str], given: Any) -> None:
+def check_measure(graph: Strategy, what: str, met: str, excuses: Sequence[str], given: Any) -> None:
     """Refuse unless each infinite path meets the goal for ever, or one of the ``excuses`` never
     again from some point on. ``met`` and each excuse: a digit an edge, 0 where they are missed
     (and - on edges that no path in question takes).
 
     A measure gives each node a number n and perhaps an excuse a. On each edge that does not meet
     the goal n falls; or n and a stay the same, and a is not met on this edge. Why that is enough:
-    take a path that does not meet the goal any more. Its n never rises and is never negative, so
-    from some point on it stays. From there on a stays as well, and is not met.
+    take a path that does not meet the goal any more. Its n never rises, and there are no more
+    numbers than nodes, so from some point on it stays. From there on a stays as well, and is not
+    met.
     """
     numbers, which = given["n"], given["a"]
-    sized = len(numbers) == len(which) == graph.count
-    require(sized, f"{goal}: the measure is for another number of nodes")
-    natural = all(type(n) is int and n >= 0 for n in numbers)
-    require(natural, f"{goal}: the measure has a number that is no natural number")
-    known = all(a is None or (type(a) is int and 0 <= a < len(excuses)) for a in which)
-    require(known, f"{goal}: the measure names an assumption that does not exist")
+    good = min(numbers, default=0) >= 0 and all(a is None or 0 <= a < len(excuses) for a in which)
+    require(good, f"{what}: the measure has a number below 0 or names an excuse that is not there")
     for edge, (source, target) in enumerate(graph.pairs()):
         if met[edge] != "0" or numbers[target] < numbers[source]:
             continue
@@ -560,19 +519,12 @@ def check_measure(graph: Strategy, goal: str, met: str, excuses: Sequence[str], 
         same = numbers[target] == numbers[source] and excuse == which[target]
         if not same or excuse is None or excuses[excuse][edge] != "0":
             falls = f"the measure does not fall from node {source} to node {target}"
-            raise RefusedError(f"{goal}: {falls}")
+            raise RefusedError(f"{what}: {falls}")
 
 
 # ---------------------------------------------------------------- the world
 
-HEADINGS = ("north", "east", "south", "west")
-TOLD = ("request", "wait", "assigned")
-Json = Mapping[str, Any]
 Pose = tuple[int, str | None]  # a region, and the heading of robots that have one
-Assumption = tuple[str, str, frozenset[int]]  # what happens again and again, of whom, and where
-# Digits of edges, 1 where something is met, 0 where it is missed, - where no run goes: of nothing,
-# of each wish, of each assumption.
-Digits = tuple[str, list[str], list[str]]
 
 
 class World:
@@ -587,7 +539,6 @@ class World:
         self.free = frozenset(region for region, cell in enumerate(cells) if cell == ".")
         tall, wide = self.rows > 1, self.cols > 1
         self.sides = [h for h in HEADINGS if (tall if h in ("north", "south") else wide)]
-        self._sight: dict[Any, bool] = {}
 
     def step(self, region: int, heading: str) -> int | None:
         """The free region on that side, or None."""
@@ -619,26 +570,19 @@ class World:
         """Whether region b is in sight from a. The distance of the centres is at most the
         radius; the segment between them passes through the interior of no wall or closed region,
         and not between two of them that touch at a corner."""
-        key = (min(a, b), max(a, b), radius, closed)
-        if key not in self._sight:
-            (row, col), (row_b, col_b) = divmod(a, self.cols), divmod(b, self.cols)
-            down, right = row_b - row, col_b - col
-            near = radius is None or down * down + right * right <= radius * radius
-            self._sight[key] = near and self._line(row, col, down, right, closed - {a, b})
-        return self._sight[key]
-
-    def _line(self, row: int, col: int, down: int, right: int, closed: frozenset[int]) -> bool:
-        touched = set()
-        for r in range(min(0, down), max(0, down) + 1):
-            for c in range(min(0, right), max(0, right) + 1):
-                region = (row + r) * self.cols + col + c
-                if region in self.free and region not in closed:
-                    continue
-                apart = 2 * abs(down * c - right * r)  # twice the distance, times the length
-                if apart < abs(down) + abs(right):
-                    return False
-                if apart == abs(down) + abs(right):
-                    touched.add((r, c))
+        (row, col), (row_b, col_b), touched = divmod(a, self.cols), divmod(b, self.cols), set()
+        down, right = row_b - row, col_b - col
+        if radius is not None and down * down + right * right > radius * radius:
+            return False
+        rows, cols = ({*range(min(0, far), max(0, far) + 1)} for far in (down, right))
+        for r, c in product(rows, cols):
+            region = (row + r) * self.cols + col + c
+            apart = 2 * abs(down * c - right * r)  # twice the distance, times the length
+            free = region in self.free and (region not in closed or region in (a, b))
+            if not free and apart < abs(down) + abs(right):
+                return False
+            if not free and apart == abs(down) + abs(right):
+                touched.add((r, c))
         across = (1 if down > 0 else -1, 1 if right > 0 else -1)
         return not any((r + across[0], c - across[1]) in touched for r, c in touched)
 
@@ -658,11 +602,6 @@ def named_coordinates(pose: Pose) -> dict[str, int]:
     return dict(zip(("region", "heading"), coordinates(pose), strict=False))
 
 
-def as_bits(truths: Iterable[bool]) -> int:
-    """Truths as a number, the first one as its lowest binary digit."""
-    return sum(1 << k for k, truth in enumerate(truths) if truth)
-
-
 # An objective is data: {kind: value}, with targets, or for the kind ``ltl`` with formulas.
 
 
@@ -677,21 +616,10 @@ def is_ordered(objective: Json) -> bool:
     return "patrol" in objective or "visit" in objective
 
 
-def formulas_of(objective: Json, part: str) -> list[str]:
+def formulas_of(objective: Json, part: str) -> list[Clause]:
     """The objective's own formulas: ``init``, ``safety`` or ``liveness``."""
     found = objective.get("ltl", {}).get(part, ())
-    return [found] if isinstance(found, str) else list(found)
-
-
-def clauses_of(texts: Iterable[str]) -> list[Any]:
-    """Formulas of an objective, with headings as numbers."""
-
-    def named(formula: Formula) -> Formula:
-        if formula[0] == "var" and formula[1] in HEADINGS:
-            return ("num", HEADINGS.index(formula[1]))
-        return tuple(named(part) if isinstance(part, tuple) else part for part in formula)
-
-    return [read_clause(text, rename=named) for text in texts]
+    return [read_clause(text) for text in ([found] if isinstance(found, str) else found)]
 
 
 def same_objective(given: Json, wanted: Json) -> bool:
@@ -705,6 +633,11 @@ def in_words(objective: Json) -> str:
 
 
 # ---------------------------------------------------------------- scenario -> strategy
+
+# Digits of edges, 1 where something is met, 0 where it is missed, - where no run goes: of nothing,
+# of each wish, of each assumption.
+Digits = tuple[str, list[str], list[str]]
+Condition = Callable[[int, Json], object]  # of a step from a region, and what is observed then
 
 
 class Task:
@@ -726,13 +659,21 @@ class Task:
         self.forbidden = poses_of(line.get("forbidden") or (), robot["mobility"])
         self.moving = list(line.get("moving") or ())
         self.places = line.get("places")  # where it can be sent (``assignable``), or None
-        self.places_from = [  # from where, if not from everywhere
-            (set(part["places"]), poses_of(part["from"], robot["mobility"]))
-            for part in line.get("places_from") or ()
-        ]
-        self.nearby = robot["tracking"] == "nearby"
+        listed = line.get("places_from") or ()  # from where, if not from everywhere
+        self.places_from = [(p["places"], poses_of(p["from"], robot["mobility"])) for p in listed]
         self.sight_closed = frozenset(line.get("sight_closed") or ())
-        self._read_beliefs(cells or ())
+        # What is known of another robot is a region, or a belief: a set of cells, numbered from
+        # the number of regions on.
+        self.cells = [frozenset(cell) for cell in cells or ()]
+        listed = (line.get("beliefs") or {}).items()
+        self.beliefs = {name: [frozenset(belief) for belief in known] for name, known in listed}
+        self.knowledge: dict[str, int] = {
+            name: self._number(name, frozenset(known)) if isinstance(known, list) else known
+            for name, known in (line.get("knowledge") or {}).items()
+        }
+        self.nearby = robot["tracking"] == "nearby"
+        self.tracked = [] if self.nearby else list(self.knowledge)
+        self.positions = {f"at_{name}": self.knowledge[name] for name in self.tracked}
         self._read_nodes()
         self._read_formulas()
         goals = range(len(self.recurring) or len(self.targets))
@@ -740,50 +681,28 @@ class Task:
         self.wishes += ["the place that it is sent to"] if self.places is not None else []
         self.assumptions = self._assumptions(line["fairness"])
 
-    def _read_beliefs(self, cells: Iterable[Sequence[int]]) -> None:
-        """Values of the variables ``at_NAME``: a region, or beyond them the number of a belief,
-        which is a set of cells."""
-        self.cells = [frozenset(cell) for cell in cells]
-        self.numbers: dict[str, dict[frozenset[int], int]] = {}  # the values of beliefs
-        self.regions: dict[str, dict[int, frozenset[int]]] = {}  # and where the other one is then
-        for name, known in (self.line.get("beliefs") or {}).items():
-            values = {frozenset(belief): k for k, belief in enumerate(known, self.world.size)}
-            self.numbers[name] = values
-            union = {k: [self.cells[cell] for cell in belief] for belief, k in values.items()}
-            self.regions[name] = {k: frozenset().union(*parts) for k, parts in union.items()}
-        self.knowledge = {
-            name: self.numbers[name][frozenset(known)] if isinstance(known, list) else known
-            for name, known in (self.line.get("knowledge") or {}).items()
-        }
-        self.tracked = [] if self.nearby else list(self.knowledge)
-
     def _read_nodes(self) -> None:
-        self.inputs = [variable.name for variable in self.graph.spec.inputs]
-        self.values = [self.graph.values(node) for node in range(self.graph.count)]
-        turns = self.robot["mobility"] == "heading"
-        self.poses: list[Pose] = [
-            (values["region"], HEADINGS[values["heading"]] if turns else None)
-            for values in self.values
-        ]
+        graph, turns = self.graph, self.robot["mobility"] == "heading"
+        self.inputs = list(graph.spec.inputs)
+        self.values = [graph.values(node) for node in range(graph.count)]
+        headings = (HEADINGS[values["heading"]] if turns else None for values in self.values)
+        self.poses: list[Pose] = [*zip(graph.columns["region"], headings, strict=True)]
         self.remembered = [max((v.get(m, 0) for m in self.memory), default=0) for v in self.values]
-        self.offsets = [0, *accumulate(self.graph.degrees)]  # the number of each node's first edge
         self.of_pose: dict[Pose, set[int]] = {}  # the nodes that a run can come to, by their pose
         self._expected: dict[Any, frozenset[Row]] = {}
+        self._facts: dict[Any, str] = {}
 
     def _read_formulas(self) -> None:
         """The objective's own formulas: on edges, those that are to hold always and the digits of
         those that are to hold again and again."""
         declared = self.objective.get("ltl", {}).get("memory", {})
-        known = {v.name: [v.least, v.most] for v in self.graph.spec.outputs}
         for name, bounds in declared.items():
-            same = known.get(name) == ([0, 1] if bounds == "bool" else list(bounds))
+            values, known = [0, 1] if bounds == "bool" else [*bounds], self.graph.spec.outputs[name]
+            same = [known.least, known.most] == values
             require(same, "the memory of the objective is not that of the strategy")
         self.own = list(declared)
         parts = (formulas_of(self.objective, part) for part in ("init", "safety", "liveness"))
-        self.init, self.safety, liveness = map(clauses_of, parts)
-        about = set().union(*(clause.reads for clause in (*self.init, *self.safety, *liveness)))
-        good = {key.rstrip("'") for key in about} <= {*known}
-        require(good, "the objective's formulas speak of more than the robot")
+        self.init, self.safety, liveness = parts
         cases = self.graph.edge_cases() if self.kind == "ltl" else None
         self.always = cases.digits(*self.safety) if cases else ""
         self.recurring = [cases.digits(clause) for clause in liveness] if cases else []
@@ -793,16 +712,14 @@ class Task:
     def expected(self, node: int) -> frozenset[Row]:
         """All inputs that can occur after a node."""
         pose, values = self.poses[node], self.values[node]
-        told = tuple(values[name] for name in TOLD) if self.places is not None else ()
-        key = (pose, told, tuple(values[f"at_{name}"] for name in self.tracked))
+        told = [values[name] for name in TOLD] if self.places is not None else []
+        key = (pose, *told, *(values[f"at_{name}"] for name in self.tracked))
         if key not in self._expected:
             groups = list(self._groups(pose, values))
             names = [name for group, _ in groups for name in group]
-            same = sorted(names) == sorted(self.inputs)
-            require(same, f"the inputs are {self.inputs}, but should be {names}")
-            order = [names.index(name) for name in self.inputs]
-            rows = (tuple(chain(*row)) for row in product(*(after for _, after in groups)))
-            self._expected[key] = frozenset(tuple(row[i] for i in order) for row in rows)
+            require(names == self.inputs, f"the inputs are {self.inputs}, but should be {names}")
+            rows = product(*(after for _, after in groups))
+            self._expected[key] = frozenset(tuple(chain(*row)) for row in rows)
         return self._expected[key]
 
     def _groups(self, pose: Pose, values: Json) -> Iterator[tuple[list[str], Iterable[Row]]]:
@@ -810,7 +727,7 @@ class Task:
         region = pose[0]
         if self.places is not None:
             again = values["request"] and not values["wait"]
-            places = {values["assigned"]} if again else set(self.places)
+            places = {values["assigned"]} if again else {*self.places}
             places = places.difference(*(to for to, of in self.places_from if pose not in of))
             rows = [(1, 0, place) for place in places]
             rows += [(*told, self.line["neutral"]) for told in ((0, 0), (0, 1), (1, 1))]
@@ -818,8 +735,8 @@ class Task:
         if self.nearby and self.moving:
             sides = self.world.sides
             open_ = [side for side in sides if self.world.step(region, side) is not None]
-            most = min(len(open_), len(self.moving))
-            some = chain(*(combinations(open_, count) for count in range(most + 1)))
+            counts = range(min(len(open_), len(self.moving)) + 1)
+            some = chain(*(combinations(open_, count) for count in counts))
             busy = [tuple(int(side in taken) for side in sides) for taken in some]
             yield [f"busy_{side}" for side in sides], busy
         for name in self.tracked:
@@ -832,20 +749,24 @@ class Task:
         reach = self.world.around(self.whereabouts(name, value))
         reach -= {region} if name in self.moving else set()
         seen = {r for r in reach if self.sees(region, r)}
-        if seen == reach:
-            return seen
-        belief = frozenset(k for k, cell in enumerate(self.cells) if cell & (reach - seen))
-        known = belief in self.numbers[name]
-        require(known, f"{name} may be in the cells {sorted(belief)}: there is no input")
-        return seen | {self.numbers[name][belief]}
+        hidden = frozenset(k for k, cell in enumerate(self.cells) if cell & (reach - seen))
+        return seen | ({self._number(name, hidden)} if seen != reach else set())
 
     def sees(self, here: int, there: int) -> bool:
         radius, closed = self.robot.get("vision"), self.sight_closed
         return self.robot["tracking"] == "exact" or self.world.sees(here, there, radius, closed)
 
+    def _number(self, name: str, belief: frozenset[int]) -> int:
+        known = self.beliefs.get(name, ())
+        require(belief in known, f"no input says that {name} may be in the cells {sorted(belief)}")
+        return self.world.size + known.index(belief)
+
     def whereabouts(self, name: str, value: int) -> frozenset[int]:
         """The regions where another robot may be if that is known of it."""
-        return frozenset({value}) if value < self.world.size else self.regions[name][value]
+        if value < self.world.size:
+            return frozenset({value})
+        cells = self.beliefs[name][value - self.world.size]
+        return frozenset().union(*(self.cells[cell] for cell in cells))
 
     def taken(self, region: int, seen: Json) -> set[int | None]:
         """The regions observed as taken, from where the robot stands before its move."""
@@ -866,111 +787,95 @@ class Task:
     def legal(self, here: Pose, awaited: int, seen: Json) -> set[Pose]:
         """The poses that the rules leave after an observation, while a target is awaited."""
         moves = self.world.moves(self.robot["mobility"], here)
-        if self.kind == "hold" and here[0] in self.targets[0] and not seen.get("request"):
+        held = self.kind == "hold" and here[0] in self.targets[0] and not seen.get("request")
+        if held or (self.places is not None and seen["wait"]):
             moves = {here}
-        if self.places is not None and seen["wait"]:
-            moves &= {here}
         shut = self.taken(here[0], seen) | self.closed
         if self.kind == "patrol":
             shut |= self.targets[1 - awaited]  # the one whose turn it is not
         return {pose for pose in moves if pose[0] not in shut} - self.forbidden
 
     def _met(self, awaited: int, node: int, edge: int) -> list[bool]:
-        """Which wishes are met by a step into a node while a target is awaited."""
+        """Which wishes are met by a step into a node while a target is awaited. While the robot is
+        sent somewhere its own goals can wait."""
         region, values = self.poses[node][0], self.values[node]
+        met = [region in target for target in self.targets]
         if self.ordered:
-            met = [region in self.targets[awaited]]
+            met = [met[awaited]]
         elif self.recurring:
             met = [digits[edge] == "1" for digits in self.recurring]
-        else:
-            met = [region in target for target in self.targets]
         if self.places is None:
             return met
-        if not values["request"]:
-            return [*met, True]  # while it is sent somewhere its own goals can wait
-        return [True] * len(met) + [bool(values["wait"]) or values["assigned"] == region]
+        sent = bool(values["request"])
+        there = not sent or bool(values["wait"]) or values["assigned"] == region
+        return [*(sent or goal for goal in met), there]
 
-    def _assumptions(self, fairness: str) -> list[Assumption]:
-        """What is assumed to happen again and again: what, of whom, and where."""
-        found: list[Assumption] = []
-        if self.places is not None:
-            found.append(("no wait", "", frozenset()))
+    def _assumptions(self, fairness: str) -> list[Condition]:
+        """What is assumed to be so again and again, at a step from a region with what is observed
+        then. What is only believed counts if it may be so. While the robot must stay where it is,
+        which is assumed to end, it does not help what the others do."""
+        near, size = self.world.around, self.world.size
+
+        def may_be(name: str, aim: Iterable[int]) -> Condition:
+            return lambda _, seen: self.whereabouts(name, seen[f"at_{name}"]).intersection(aim)
+
+        def unseen(name: str) -> Condition:
+            return lambda _, seen: seen[f"at_{name}"] >= size
+
+        found: list[Condition] = [lambda *_: True] if self.places is not None else []
         if fairness == "out_of_my_way":
-            found.append(("nobody near", "", frozenset()))
+            found.append(lambda region, seen: not near([region]) & self.taken(region, seen))
         for name in self.moving:
-            if fairness == "out_of_my_sight" and self.numbers[name]:
-                found.append(("unseen", name, frozenset()))
+            if fairness == "out_of_my_sight" and self.beliefs.get(name):
+                found.append(unseen(name))
             if fairness == "off_my_targets":
-                found += [("off", name, aim) for aim in self.targets]
+                found += [may_be(name, {*range(size)} - target) for target in self.targets]
             if fairness == "at_its_targets":
                 aims = targets_of({"visit": self.line["others_targets"][name]})
-                found += [("at", name, aim) for aim in aims]
+                found += [may_be(name, aim) for aim in aims]
         return found
-
-    def _holds(self, assumption: Assumption, region: int, seen: Json) -> bool:
-        """Whether it is so at a step from a region with what is observed then. What is only
-        believed counts if it may be so."""
-        kind, about, aim = assumption
-        if self.places is not None and seen["wait"]:
-            return False  # what others do while the robot must stay where it is helps nobody
-        if kind == "no wait":
-            return True
-        if kind == "nobody near":
-            return not self.world.around([region]) & self.taken(region, seen)
-        value = seen[f"at_{about}"]
-        where = self.whereabouts(about, value)
-        return (
-            value >= self.world.size
-            if kind == "unseen"
-            else bool(where - aim if kind == "off" else where & aim)
-        )
 
     def explore(self, starts: Iterable[int], judge: Callable[[int], None]) -> Digits:
         """The edges that runs from the start nodes can take, and where wishes and assumptions are
         met on them. ``judge`` is asked about each node."""
         graph, count = self.graph, len(self.wishes)
-        wished, assumed = dict[tuple[int, int], int](), dict[tuple[int, Row], int]()
-        seen, bits = dict.fromkeys(graph.first[node] for node in starts), [-1] * self.offsets[-1]
+        total = count + len(self.assumptions)
+        rows = ["-" * (total + 1)] * graph.size
+        seen = dict.fromkeys(graph.first[node] for node in starts)
         queue = list(seen)
         for source in queue:
             judge(source)
             region, awaited = self.poses[source][0], self.awaited(source)
-            for edge, target in enumerate(graph.next[source], self.offsets[source]):
-                if self.always and self.always[edge] == "0":
-                    said = f"the edge from node {source} to {target}"
-                    raise RefusedError(f"{said} breaks the objective")
-                if self.ordered and self.remembered[target] != awaited:
-                    raise RefusedError(f"node {target} forgets whose turn it is: target {awaited}")
-                what, when = (awaited, target), (region, graph.inputs[target])
-                if what not in wished or self.recurring:
-                    wished[what] = as_bits(self._met(awaited, target, edge))
-                if when not in assumed:
+            self.of_pose.setdefault(self.poses[source], set()).add(source)
+            for edge, target in enumerate(graph.next[source], graph.offset[source]):
+                said = f"the edge from node {source} to {target}"
+                require(self.always[edge : edge + 1] != "0", f"{said} breaks the objective")
+                same = not self.ordered or self.remembered[target] == awaited
+                require(same, f"node {target} forgets whose turn it is: target {awaited}")
+                key = (region, awaited, target, edge if self.recurring else 0)
+                if key not in self._facts:
                     values = self.values[target]
-                    holds = (self._holds(a, region, values) for a in self.assumptions)
-                    assumed[when] = as_bits(holds) << count
-                bits[edge] = wished[what] | assumed[when]
+                    stays = self.places is not None and values["wait"]
+                    holds = (not stays and assumed(region, values) for assumed in self.assumptions)
+                    truths = (*self._met(awaited, target, edge), *holds, False)
+                    self._facts[key] = "".join("01"[bool(truth)] for truth in truths)
+                rows[edge] = self._facts[key]
                 if (first := graph.first[target]) not in seen:
                     seen[first] = None
                     queue.append(first)
-        for node in queue:
-            self.of_pose.setdefault(self.poses[node], set()).add(node)
-        total, kinds = count + len(self.assumptions), set(bits)
-        digits = [{b: "-" if b < 0 else "01"[b >> k & 1] for b in kinds} for k in range(total + 1)]
-        met = ["".join(map(digit.__getitem__, bits)) for digit in digits]
-        return met[total], met[:count], met[count:total]
+        digits = ["".join(map(operator.itemgetter(k), rows)) for k in range(total + 1)]
+        return digits[total], digits[:count], digits[count:total]
 
     def explore_strategy(self, start: int) -> Digits:
         """Refuse unless every run of the strategy from ``start`` keeps the scenario's rules. That
         none misses a wish for ever is for measures to show, of the digits that this returns."""
         values, graph, inputs = self.values[start], self.graph, self.graph.inputs
-        same = self.poses[start] == self.pose
-        require(same, f"it begins at {self.poses[start]}, but the robot is at {self.pose}")
-        for name, value in (self.memory | self._positions()).items():
+        known = named_coordinates(self.pose) | self.memory | self.positions
+        for name, value in known.items():
             given = values.get(name)
             require(given == value, f"it begins with {name} = {given}, not {value}")
-        if self.own and not self.memory:
-            begun = self.completed("init", (), values)
-            require(begun, "it begins as the objective forbids")
+        begun = not self.own or self._memory(start) in self._openings()
+        require(begun, "it begins as the objective forbids")
         allowed: dict[Any, set[Pose]] = {}
 
         def judge(node: int) -> None:
@@ -993,66 +898,61 @@ class Task:
         at first, with assignable goals)."""
         return [start, *self.graph.initial()] if self.places is not None else [start]
 
-    def _positions(self) -> dict[str, int]:
-        return {f"at_{name}": self.knowledge[name] for name in self.tracked}
-
-    def first(self) -> dict[str, int]:
-        """The inputs with which everything begins."""
-        told = {"assigned": self.line["neutral"]} if self.places is not None else {}
-        return dict.fromkeys(self.inputs, 0) | self._positions() | told
-
-    def completed(self, part: str, wanted: Sequence[str], values: Json) -> set[Row]:
-        """The values of ``wanted`` (primed for the part ``safety``) under the own formulas."""
-        clauses = self.init if part == "init" else self.safety
-        known = [name for name in values if name not in wanted]
-        row = tuple(values[name] for name in known)
-        return {after for _, after in complete(self.graph.spec, wanted, clauses, known, [row])}
-
-    def follows(self, objective: Json, before: Pose, after: Pose) -> bool:
-        """Whether an objective's own safety lines allow a step, for some values of the memory
-        (lines about a memory that this strategy does not have are left out)."""
-        after_ = {f"{name}'": value for name, value in named_coordinates(after).items()}
-        values = named_coordinates(before) | after_
-        wanted = [*self.own, *(f"{name}'" for name in self.own)]
-        lines = clauses_of(formulas_of(objective, "safety"))
-        clauses = [clause for clause in lines if clause.reads <= {*values, *wanted}]
-        row = tuple(values.values())
-        return any(complete(self.graph.spec, wanted, clauses, list(values), [row]))
-
     def explore_counterstrategy(self, proof: Json) -> Digits:
         """Refuse unless no way to keep the scenario's rules can be kept against it: each chosen
         input can occur, and each move that the rules leave has a successor. Measures have to show,
         of the digits that this returns, that endless runs meet every assumption again and again
         and miss a wish for ever."""
         graph, start, chosen = self.graph, tuple(proof["start"]), proof["chosen"]
-        same = dict(zip(self.inputs, start, strict=True)) == self.first()
-        require(same, "the initial input is not what the robot knows at the start")
-        begin = [
-            n
-            for n in graph.initial()
-            if graph.inputs[n] == start and self.poses[n] == self.pose
-            if self.memory.items() <= self.values[n].items()
-        ]
-        values = self.first() | named_coordinates(self.pose)
-        ways = self.completed("init", [] if self.memory else self.own, values | self.memory)
-        begun = {tuple(self.values[n][name] for name in self.own) for n in begin}
-        listed = begin and (not self.own or self.memory or ways <= begun)
-        require(listed or not (begin or ways), "not all ways to begin have a node")
-        place = list(named_coordinates(self.pose))
-        names = place + self.own if self.kind == "ltl" else place
+        told = {"assigned": self.line["neutral"]} if self.places is not None else {}
+        first = dict.fromkeys(self.inputs, 0) | told | self.positions
+        known = start == tuple(first.values())
+        require(known, "the initial input is not what the robot knows at the start")
+        begin = [node for node in graph.of_input(start) if self.poses[node] == self.pose]
+        listed = self._openings() <= {self._memory(node) for node in begin}
+        require(listed, "not all ways to begin have a node")
 
         def judge(node: int) -> None:
-            row, here = tuple(chosen[node]), self.poses[node]
+            row, here, own = tuple(chosen[node]), self.poses[node], self._memory(node)
             can = row in self.expected(node)
             require(can, f"the input chosen in node {node} cannot occur")
+            answers = {(self.poses[after], self._memory(after)) for after in graph.next[node]}
+            now = dict(zip(self.own, own, strict=True))
             seen = dict(zip(self.inputs, row, strict=True))
-            answers = {coordinates(pose) for pose in self.legal(here, self.awaited(node), seen)}
-            if self.kind == "ltl":
-                own = {name: self.values[node][name] for name in names}
-                allowed = self.completed("safety", [f"{name}'" for name in names], own)
-                answers = {row for row in allowed if row[: len(place)] in answers}
-            answers -= {tuple(self.values[t][name] for name in names) for t in graph.next[node]}
-            for row in sorted(answers):
-                raise RefusedError(f"in node {node} the robot could go on to {row}")
+            for pose in self.legal(here, self.awaited(node), seen):
+                known = now | self._step(here, pose)
+                ways = self._ways(primed(self.own), self.safety, known)
+                missing = {(pose, way) for way in ways} - answers
+                require(not missing, f"in node {node} the robot could go on to {missing}")
 
         return self.explore(begin, judge)
+
+    # the memory of an objective in formulas
+
+    def _memory(self, node: int) -> Row:
+        return tuple(self.values[node][name] for name in self.own)
+
+    def _ways(self, wanted: Keys, clauses: Clauses, known: Mapping[Key, int]) -> set[Row]:
+        """The values of the memory, now or next, that formulas allow."""
+        if not wanted and not clauses:
+            return {()}
+        rows, variables = [tuple(known.values())], self.graph.spec.variables
+        return {row for _, row in complete(variables, wanted, clauses, list(known), rows)}
+
+    def _openings(self) -> set[Row]:
+        """The values of the memory to begin with."""
+        if self.memory:
+            return {tuple(self.memory[name] for name in self.own)}
+        return self._ways(self.own, self.init, named_coordinates(self.pose))
+
+    def _step(self, before: Pose, after: Pose) -> dict[Key, int]:
+        later = {f"{name}'": value for name, value in named_coordinates(after).items()}
+        return named_coordinates(before) | later
+
+    def follows(self, objective: Json, before: Pose, after: Pose) -> bool:
+        """Whether an objective's own safety lines allow a step, for some values of the memory
+        (lines about a memory that this strategy does not have are left out)."""
+        wanted, step = [*self.own, *primed(self.own)], self._step(before, after)
+        lines = formulas_of(objective, "safety")
+        clauses = [line for line in lines if line.reads <= {*step, *wanted}]
+        return bool(self._ways(wanted, clauses, step))
