@@ -2,6 +2,7 @@
 // somebody breaks it: here everybody does, in a process of its own.
 
 #include "bdd/bdd.hpp"
+#include "bdd/references.hpp"
 #include "bdd/sifting.hpp"
 #include "expect.hpp"
 
@@ -96,6 +97,21 @@ void nothing_is_reordered_while_edges_are_held() {
   }));
 }
 
+void sifting_loses_no_edge() {
+  const auto count = [](BddStore &store, bool lost) {
+    const Edge f = store.variable(current_var(0)).edge();
+    References references(store.account());
+    references.cover(store.live_nodes() + 1);
+    references.add(f);
+    if (!lost)
+      references.add(f);
+    references.remove_last(f);
+    references.remove_last(f);
+  };
+  EXPECT(!asserts("", [&](BddStore &store) { count(store, false); }));
+  EXPECT(asserts("counts_[e >> 1] > 0", [&](BddStore &store) { count(store, true); }));
+}
+
 } // namespace
 
 int main() {
@@ -106,5 +122,6 @@ int main() {
     a_handle_does_not_come_after_the_collection();
     only_functions_of_the_present_move_to_the_next_state();
     nothing_is_reordered_while_edges_are_held();
+    sifting_loses_no_edge();
   });
 }

@@ -7,20 +7,22 @@
 #include "core/counted_array.hpp"
 #include "core/hash.hpp"
 
+#include <cassert>
 #include <cstddef>
 #include <cstdint>
 
 namespace slugs {
 
 enum class Operation : std::uint32_t {
-  And = 1,
+  Simplify, // 0, which is safe since its first operand is never constant: no key is 0
+  And,
   Xor,
   Choice,
   Exists,
   ExistsBoth,
   MinusExistsBoth,
   Shift,
-  Simplify
+  count
 };
 
 class OperationCache {
@@ -66,6 +68,8 @@ private:
     Edge result;
   };
   static constexpr unsigned operation_shift = 29;
+  static_assert(static_cast<std::uint32_t>(Operation::count) <= 1u << (32 - operation_shift),
+                "the key of a result has no bit left for another operation");
 
   // The others are numbers: a set of variables; for Shift a direction, 0 or 1, which as
   // edges are always alive.
@@ -74,6 +78,7 @@ private:
     return op == Operation::Choice || op == Operation::MinusExistsBoth;
   }
   static std::uint32_t key_of(Operation op, Edge f) {
+    assert(f > bdd_true && f >> operation_shift == 0);
     return f | static_cast<std::uint32_t>(op) << operation_shift;
   }
   std::size_t place_of(std::uint32_t key, std::uint32_t g, std::uint32_t h) const {

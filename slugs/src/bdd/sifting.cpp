@@ -3,10 +3,12 @@
 // (x, x') passes another one by four such exchanges.  Each pair travels to the
 // nearer end, then to the other end, then to where the diagrams were smallest.
 //
-// Only while sifting do nodes carry reference counts: the size of the diagrams
-// after each exchange has to be exact.
+// Only while sifting are references counted: the size of the diagrams after each
+// exchange has to be exact.
 
 #include "bdd/sifting.hpp"
+
+#include "bdd/references.hpp"
 
 #include <algorithm>
 #include <cassert>
@@ -74,21 +76,21 @@ private:
     if (roots == Roots::Handles)
       store_.collect();
     table_.clear_marks();
-    references_.resize(table_.nodes_.size());
+    references_.cover(table_.nodes_.size());
     for (std::uint32_t n = 1; n < table_.used_; ++n) {
       const UniqueTable::Node &node = table_.nodes_[n];
       if (node.var == UniqueTable::free_var)
         continue;
-      ++references_[node.low >> 1];
-      ++references_[node.high >> 1];
+      references_.add(node.low);
+      references_.add(node.high);
       nodes_of_[node.var].push_back(n);
     }
     for (const Bdd *h = store_.handles_; h; h = h->after_)
-      ++references_[h->edge_ >> 1];
+      references_.add(h->edge_);
     if (roots == Roots::All)
       for (std::uint32_t n = 1; n < table_.used_; ++n)
-        if (!references_[n] && table_.nodes_[n].var != UniqueTable::free_var)
-          references_[n] = 1;
+        if (!references_.has_any(n << 1) && table_.nodes_[n].var != UniqueTable::free_var)
+          references_.add(n << 1);
   }
 
   void place(std::uint32_t bit) {
@@ -187,23 +189,20 @@ private:
   Edge child(Var v, Edge low, Edge high) {
     const std::size_t before = table_.live_;
     const Edge e = table_.make(v, low, high);
-    const std::uint32_t n = e >> 1;
-    if (n >= references_.size())
-      references_.resize(table_.nodes_.size());
     if (table_.live_ != before) {
-      references_[n] = 0;
-      ++references_[low >> 1];
-      ++references_[high >> 1];
-      nodes_of_[v].push_back(n);
+      references_.cover(table_.nodes_.size());
+      assert(!references_.has_any(e));
+      references_.add(low);
+      references_.add(high);
+      nodes_of_[v].push_back(e >> 1);
     }
-    ++references_[n];
+    references_.add(e);
     return e;
   }
 
   void release(Edge e) {
     const std::uint32_t n = e >> 1;
-    assert(references_[n] > 0); // else sifting has lost an edge
-    if (--references_[n] || n == 0)
+    if (!references_.remove_last(e) || n == 0)
       return;
     const Edge low = table_.nodes_[n].low, high = table_.nodes_[n].high;
     unchain(n);
@@ -224,7 +223,7 @@ private:
   BddStore &store_;
   UniqueTable &table_;
   double growth_;
-  CountedArray<std::uint32_t> references_;
+  References references_;
   std::vector<std::vector<std::uint32_t>> nodes_of_; // by variable; may name nodes that died since
   std::vector<std::uint32_t> moved_;
 };
