@@ -67,7 +67,8 @@ class RobotState:
     """One robot in a run. ``pose``: where it stands; in transit, where it set out. ``own``: its
     progress with its own objective; ``progress``: with what it does now (the same, unless it
     does something else for a while). ``planner`` is missing before the first synthesis. ``active``:
-    it is in service; else it stands still."""
+    it is in service; else it stands still. ``arriving``: it has just taken a step of a joint plan,
+    of which is not counted yet what it met by that."""
 
     robot: Robot
     pose: Pose
@@ -79,6 +80,7 @@ class RobotState:
     transit: Transit | None = None
     begun: bool = False
     active: bool = True
+    arriving: bool = False
 
     @property
     def name(self) -> str:

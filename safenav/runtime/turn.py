@@ -179,7 +179,7 @@ class Turns:
         robot.transit = None
         by = vocabulary.MovedBy.PLAN if transit.planned else None
         self._arrive(robot, transit.pose, transit.before, by, transit.planned)
-        if robot.planner is not None and robot.planner.node is None and not self.traffic.active:
+        if not self.traffic.active:
             self._go_on(robot)
 
     def _move(
@@ -222,7 +222,9 @@ class Turns:
             if not (before and after):
                 before, after = self._step_off(robot, start)
             progress.remember(after)
+        robot.arriving = planned
         self._act(robot)
+        robot.arriving = False
         if not robot.begun:
             self.strategies.begin(robot)
         elif robot.progress is progress and robot.pose == pose:
@@ -233,6 +235,8 @@ class Turns:
                 )
         if strayed:
             self._go_on_from_elsewhere(robot)
+        elif planned and not self.traffic.active:
+            self._go_on(robot)
 
     def _go_on_from_elsewhere(self, robot: RobotState) -> None:
         """The robot is not where it was told to go: it goes on from where the world says."""
@@ -244,7 +248,9 @@ class Turns:
             self._go_on(robot)
 
     def _go_on(self, robot: RobotState) -> None:
-        """The robot goes on from where it is: in its strategy, if that knows the pose."""
+        """A robot off its strategy goes on from where it is: in it, if that knows the pose."""
+        if robot.planner is None or robot.planner.node is not None:
+            return
         if not self.strategies.relocate(robot):
             self.coordination.resynthesize(robot, vocabulary.Reason.PLAN)
 

@@ -51,6 +51,7 @@ class Guarantees:
 
     def __init__(self, objective: Ltl) -> None:
         self.goals = len(objective.liveness)
+        self._init = tuple(GuaranteeRule(parse(text)) for text in objective.init)
         self._liveness = tuple(GuaranteeRule(parse(text)) for text in objective.liveness)
         self._ranges = {
             name: range(2) if bounds is None else range(bounds[0], bounds[1] + 1)
@@ -96,6 +97,26 @@ class Guarantees:
                 if all(rule.holds(one | old, other | new) for rule in (*self._plain, *self._rest)):
                     return new
         return None
+
+    @property
+    def memories(self) -> tuple[Values, ...]:
+        """All values of the memory; none if there are too many to look at."""
+        return self._memories
+
+    def begins(self, memory: Values, pose: Pose) -> bool:
+        """Whether the robot may begin in a pose with a memory."""
+        values = values_of(pose) | dict(memory)
+        return all(rule.holds(values, values) for rule in self._init)
+
+    def allows_with(self, before: Pose, old: Values, after: Pose, new: Values) -> bool:
+        """Whether a step, or a stay, is allowed with what is remembered before and after it."""
+        one, other = values_of(before) | dict(old), values_of(after) | dict(new)
+        return all(rule.holds(one, other) for rule in (*self._plain, *self._rest))
+
+    def meets_with(self, goal: int, before: Pose, old: Values, after: Pose, new: Values) -> bool:
+        """Whether a goal is met on such a step."""
+        one, other = values_of(before) | dict(old), values_of(after) | dict(new)
+        return self._liveness[goal].holds(one, other)
 
     def _nearest(self, memory: Mapping[str, int]) -> Iterator[dict[str, int]]:
         """All values of the memory; those that are there already first."""

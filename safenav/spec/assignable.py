@@ -25,6 +25,7 @@ from safenav.world.map import Region, RegionMap
 from safenav.world.moves import Mobility, Pose
 
 SOURCE = "paper, Section V-D, the runtime-assignable goal"
+NEXT = "'"
 
 
 @dataclass(frozen=True)
@@ -109,7 +110,7 @@ def assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
     allowed_next = one_of("assigned", possible.places, "'")
     yield Constraint(Section.ENV_TRANS, f"request' & !wait' -> {allowed_next}", where)
     for part in possible.parts:
-        asked, here = _asked(part), among(part.poses)
+        asked, here = _asked(part), _in(part, task)
         yield Constraint(
             Section.ENV_TRANS, f"{asked} -> {here}", where, tuple(sorted(part.regions))
         )
@@ -137,15 +138,31 @@ def guarantees(task: Task, world: RegionMap) -> Iterator[Constraint]:
     possible = sending(task, world)
     able = Origin("coordination", "it passes by nothing that it is asked to go to", SOURCE)
     for part in possible.parts:
-        formula = f"{_asked(part)} -> {among(part.poses, prime=True)}"
+        formula = f"{_asked(part)} -> {_in(part, task, NEXT)}"
         yield Constraint(Section.SYS_TRANS, formula, able, tuple(sorted(part.regions)))
     home = Origin("coordination", "it does not leave for good unless it is asked to", SOURCE)
     for part in possible.homes:
         asked = "!request' | " + one_of("assigned", part.regions, "'")
-        formula = f"{among(part.poses)} & ({asked}) -> {among(part.poses, prime=True)}"
+        formula = f"{_in(part, task)} & ({asked}) -> {_in(part, task, NEXT)}"
         yield Constraint(Section.SYS_TRANS, formula, home)
     go = Origin("coordination", "an open request is answered", SOURCE)
     yield Constraint(Section.SYS_LIVENESS, "request' & !wait' -> region' = assigned'", go)
+
+
+def _in(part: Part, task: Task, mark: str = "") -> str:
+    """The robot is where a part matters; ``mark``: of the variables."""
+    ranges = task.objective.memory if isinstance(task.objective, Ltl) else {}
+    atoms = []
+    for memory, poses in part.poses().items():
+        values = [_has(name, value, ranges[name] is None, mark) for name, value in memory]
+        atoms.append(" & ".join([*values, among(poses, mark)]))
+    return f"({' | '.join(atoms)})"
+
+
+def _has(name: str, value: int, boolean: bool, mark: str) -> str:
+    if boolean:
+        return f"{name}{mark}" if value else f"!{name}{mark}"
+    return f"{name}{mark} = {value}"
 
 
 def _asked(part: Part) -> str:

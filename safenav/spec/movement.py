@@ -24,9 +24,9 @@ def one_of(variable: str, regions: Iterable[Region], prime: str = "") -> str:
     return atoms[0] if len(atoms) == 1 else "(" + " | ".join(atoms) + ")"
 
 
-def among(poses: Collection[Pose], *, prime: bool = False) -> str:
-    """The robot is in one of the poses, as a formula that binds like an atom."""
-    mark = "'" if prime else ""
+def among(poses: Collection[Pose], mark: str = "") -> str:
+    """The robot is in one of the poses, as a formula that binds like an atom; ``mark``: of the
+    variables."""
     regions: dict[Heading | None, set[Region]] = {}
     for pose in poses:
         regions.setdefault(pose.heading, set()).add(pose.region)

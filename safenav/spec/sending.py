@@ -1,29 +1,42 @@
 """Where a robot can be sent from where, without giving up its own objective.
 
-Ways may be one-way (headings in a corridor, formulas about steps), and a joint plan or an errand
-leads a robot through them. So what it can be sent to depends on where it is.
+Ways may be one-way (headings in a corridor, formulas about steps or with a memory), and a joint
+plan or an errand leads a robot through them. So what it can be sent to depends on where it is, and
+on what it remembers.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from functools import lru_cache
 
 from safenav.components import components
 from safenav.dataclass import dataclass
-from safenav.scenario.guarantees import guarantees_of
+from safenav.scenario.guarantees import Guarantees, guarantees_of
 from safenav.scenario.objective import Ltl, Objective, targets_of
 from safenav.spec.task import Task
 from safenav.world.map import Region, RegionMap
 from safenav.world.moves import Mobility, Pose, moves
 
+Remembered = tuple[tuple[str, int], ...]
+"""What formulas remember, by name; empty without any."""
+
+State = tuple[Pose, Remembered]
+
 
 @dataclass(frozen=True)
 class Part:
-    """Regions, and poses from which they matter."""
+    """Regions, and from where they matter: the poses for each memory."""
 
     regions: frozenset[Region]
-    poses: frozenset[Pose]
+    states: frozenset[State]
+
+    def poses(self) -> dict[Remembered, frozenset[Pose]]:
+        """The poses for each memory."""
+        found: dict[Remembered, set[Pose]] = {}
+        for pose, memory in self.states:
+            found.setdefault(memory, set()).add(pose)
+        return {memory: frozenset(found[memory]) for memory in sorted(found)}
 
 
 @dataclass(frozen=True)
@@ -37,67 +50,169 @@ class Sending:
     parts: tuple[Part, ...] = ()
     homes: tuple[Part, ...] = ()
 
-    def allows(self, pose: Pose, place: Region) -> bool:
-        """Whether the robot can be sent from a pose to a place."""
-        parts = (part for part in self.parts if place in part.regions)
-        return place in self.places and all(pose in part.poses for part in parts)
+    def allows(self, pose: Pose, memory: Mapping[str, int], place: Region) -> bool:
+        """Whether the robot can be sent from a pose to a place, with what it remembers."""
+        if place not in self.places:
+            return False
+        parts = [part.poses() for part in self.parts if place in part.regions]
+        return all(
+            any(pose in poses and _agree(known, memory) for known, poses in part.items())
+            for part in parts
+        )
+
+
+def _agree(known: Remembered, memory: Mapping[str, int]) -> bool:
+    return all(memory.get(name) == value for name, value in known)
 
 
 def sending(task: Task, world: RegionMap) -> Sending:
     """Where the robot of a task can be sent."""
-    blocked = frozenset(known.region for known in task.blocked)
-    return _sending(task.robot.model.mobility, task.pose, task.objective, blocked, world)
+    return _sending(_Ground.of(task, world))
 
 
 def whereabouts(task: Task, world: RegionMap) -> frozenset[Region]:
     """The regions that the robot of a task can ever come to."""
-    blocked = frozenset(known.region for known in task.blocked)
-    ways = _ways(task.robot.model.mobility, task.pose, task.objective, blocked, world)
-    return frozenset(pose.region for pose in ways)
+    return frozenset(pose.region for pose, _ in _ways(_Ground.of(task, world)))
+
+
+@dataclass(frozen=True)
+class _Ground:
+    """What ways depend on."""
+
+    mobility: Mobility
+    start: Pose
+    memory: Remembered
+    objective: Objective
+    blocked: frozenset[Region]
+    world: RegionMap
+
+    @classmethod
+    def of(cls, task: Task, world: RegionMap) -> _Ground:
+        blocked = frozenset(known.region for known in task.blocked)
+        memory = tuple(sorted(task.memory.values.items()))
+        return cls(task.robot.model.mobility, task.pose, memory, task.objective, blocked, world)
+
+    @property
+    def guarantees(self) -> Guarantees | None:
+        return guarantees_of(self.objective) if isinstance(self.objective, Ltl) else None
+
+    def begins(self) -> list[State]:
+        """How the robot may begin."""
+        guarantees = self.guarantees
+        if guarantees is None or not guarantees.memories:
+            return [(self.start, ())]
+        if self.memory:
+            return [(self.start, self.memory)]
+        memories = (tuple(sorted(memory.items())) for memory in guarantees.memories)
+        return [(self.start, m) for m in memories if guarantees.begins(dict(m), self.start)]
+
+    def after(self, state: State) -> list[State]:
+        """The states after a step or a stay. Where there is too much to remember, those that are
+        allowed with some memory."""
+        pose, memory = state
+        guarantees = self.guarantees
+        steps = moves(self.mobility, pose, self.world, self.blocked)
+        if guarantees is None:
+            return [(to, ()) for to in steps]
+        if not guarantees.memories:
+            return [(to, ()) for to in steps if to == pose or guarantees.allows(pose, to)]
+        old = dict(memory)
+        return [
+            (to, tuple(sorted(new.items())))
+            for to in steps
+            for new in guarantees.memories
+            if guarantees.allows_with(pose, old, to, new)
+        ]
+
+    def meets(self, members: Collection[State], ways: Mapping[State, Collection[State]]) -> bool:
+        """Whether a robot that goes round among these states can meet its objective for ever."""
+        guarantees = self.guarantees
+        if guarantees is None:
+            regions = {pose.region for pose, _ in members}
+            return all(target & regions for target in targets_of(self.objective))
+        steps = [(one, other) for one in members for other in ways[one] if other in members]
+        return all(
+            any(
+                guarantees.meets_with(goal, one[0], dict(one[1]), other[0], dict(other[1]))
+                if guarantees.memories
+                else guarantees.meets(goal, one[0], other[0])
+                for one, other in steps
+            )
+            for goal in range(guarantees.goals)
+        )
 
 
 @lru_cache(maxsize=64)
-def _sending(
-    mobility: Mobility,
-    start: Pose,
-    objective: Objective,
-    blocked: frozenset[Region],
-    world: RegionMap,
-) -> Sending:
-    ways = _ways(mobility, start, objective, blocked, world)
-    poses = list(ways)
-    number = {pose: index for index, pose in enumerate(poses)}
-    graph = [[number[after] for after in ways[pose]] for pose in poses]
-    rounds = [[poses[index] for index in members] for members in components(graph)]
-    of_pose = {pose: k for k, members in enumerate(rounds) for pose in members}
-    home: list[int | None] = []  # of each round the one where the robot goes on for ever
-    reach: list[frozenset[Region]] = []  # the regions that it can reach and still go on
-    for k, members in enumerate(rounds):  # what one leads to comes before it
-        after = sorted({of_pose[to] for pose in members for to in ways[pose]} - {k})
-        after = [to for to in after if home[to] is not None]
-        best = max(after, key=lambda to: len(rounds[home[to] or 0]), default=None)
-        own = k if _meets(members, ways, objective) else None
-        home.append(own if own is not None or best is None else home[best])
-        here = () if home[k] is None else (pose.region for pose in members)
-        reach.append(frozenset(here).union(*(reach[to] for to in after)))
-    if home[of_pose[start]] is None:  # it cannot meet its objective from where it starts
-        return Sending(frozenset({start.region}))
-    if isinstance(objective, Ltl) and guarantees_of(objective).remember_something:
+def _sending(ground: _Ground) -> Sending:
+    ways = _ways(ground)
+    rounds, home = _homes(ground, ways)
+    here = frozenset({ground.start.region})
+    of_state = {state: k for k, members in enumerate(rounds) for state in members}
+    begins = [of_state[state] for state in ground.begins() if state in of_state]
+    if all(home[k] is None for k in begins):  # it cannot meet its objective from where it starts
+        return Sending(here)
+    guarantees = ground.guarantees
+    if guarantees is not None and not guarantees.memories:
         # With some memory it could; with what it remembers it may not, once it has left.
-        there = rounds[home[of_pose[start]] or 0]
-        return Sending(frozenset(pose.region for pose in there))
+        there = rounds[next(at for k in begins if (at := home[k]) is not None)]
+        return Sending(frozenset(pose.region for pose, _ in there))
+    reach: list[frozenset[Region]] = []  # the regions that it can reach and still go on
+    for k, members in enumerate(rounds):
+        after = {of_state[to] for state in members for to in ways[state] if to in of_state} - {k}
+        found = () if home[k] is None else (pose.region for pose, _ in members)
+        reach.append(frozenset(found).union(*(reach[to] for to in sorted(after))))
     parts = _parts(rounds, reach)
-    places = frozenset[Region]().union(*(part.regions for part in parts))
     alive = sum(len(members) for members, found in zip(rounds, reach, strict=True) if found)
     return Sending(
-        places or frozenset({start.region}),
-        tuple(part for part in parts if len(part.poses) < alive),
-        _homes(rounds, home),
+        frozenset[Region]().union(*(part.regions for part in parts)) or here,
+        tuple(part for part in parts if len(part.states) < alive),
+        _told_apart(rounds, home),
     )
 
 
-def _parts(rounds: list[list[Pose]], reach: list[frozenset[Region]]) -> list[Part]:
-    """Regions that can be reached from the same poses, with those; none that can be reached only
+def _ways(ground: _Ground) -> dict[State, list[State]]:
+    """The states that the robot can come to, each with those that may follow."""
+    found: dict[State, list[State]] = {}
+    queue = ground.begins()
+    while queue:
+        state = queue.pop()
+        if state not in found:
+            found[state] = ground.after(state)
+            queue += found[state]
+    return found
+
+
+def _homes(
+    ground: _Ground, ways: dict[State, list[State]]
+) -> tuple[list[list[State]], list[int | None]]:
+    """The states in rounds (what one leads to comes before it), and for each the round in which the
+    robot goes on for ever from there; None where its objective is lost, or where it cannot stay
+    although it may be told to wait."""
+    while True:
+        states = list(ways)
+        number = {state: index for index, state in enumerate(states)}
+        graph = [[number[to] for to in ways[state] if to in number] for state in states]
+        rounds = [[states[index] for index in members] for members in components(graph)]
+        of_state = {state: k for k, members in enumerate(rounds) for state in members}
+        home: list[int | None] = []
+        for k, members in enumerate(rounds):
+            after = {of_state[to] for state in members for to in ways[state] if to in number}
+            beyond = {at for to in after - {k} if (at := home[to]) is not None}
+            best = max(sorted(beyond), key=lambda at: len(rounds[at]), default=None)
+            home.append(k if ground.meets(frozenset(members), ways) else best)
+        restless = {
+            state
+            for state, following in ways.items()
+            if not any(to[0] == state[0] and to in number for to in following)
+        }
+        if not restless:
+            return rounds, home
+        lost = restless | {s for k, ms in enumerate(rounds) if home[k] is None for s in ms}
+        ways = {state: ways[state] for state in states if state not in lost}
+
+
+def _parts(rounds: list[list[State]], reach: list[frozenset[Region]]) -> list[Part]:
+    """Regions that can be reached from the same states, with those; none that can be reached only
     by standing there."""
     sources: dict[Region, list[int]] = {}
     for k, regions in enumerate(reach):
@@ -105,61 +220,21 @@ def _parts(rounds: list[list[Pose]], reach: list[frozenset[Region]]) -> list[Par
             sources.setdefault(region, []).append(k)
     found: dict[tuple[int, ...], set[Region]] = {}
     for region, of in sources.items():
-        if any(pose.region != region for k in of for pose in rounds[k]):
+        if any(pose.region != region for k in of for pose, _ in rounds[k]):
             found.setdefault(tuple(of), set()).add(region)
     return [
-        Part(frozenset(regions), frozenset(pose for k in of for pose in rounds[k]))
+        Part(frozenset(regions), frozenset(state for k in of for state in rounds[k]))
         for of, regions in found.items()
     ]
 
 
-def _homes(rounds: list[list[Pose]], home: list[int | None]) -> tuple[Part, ...]:
-    """The homes with the poses on the way to them; nothing if all are the same regions."""
-    found: dict[frozenset[Region], set[Pose]] = {}
+def _told_apart(rounds: list[list[State]], home: list[int | None]) -> tuple[Part, ...]:
+    """The homes with the states on the way to them; nothing if all are the same regions."""
+    found: dict[frozenset[Region], set[State]] = {}
     for k, at in enumerate(home):
         if at is not None:
-            regions = frozenset(pose.region for pose in rounds[at])
+            regions = frozenset(pose.region for pose, _ in rounds[at])
             found.setdefault(regions, set()).update(rounds[k])
     if len(found) == 1:
         return ()
-    return tuple(Part(regions, frozenset(poses)) for regions, poses in found.items())
-
-
-def _meets(members: list[Pose], ways: dict[Pose, tuple[Pose, ...]], objective: Objective) -> bool:
-    """Whether a robot that goes round among these poses can meet its objective for ever."""
-    if not isinstance(objective, Ltl):
-        regions = {pose.region for pose in members}
-        return all(target & regions for target in targets_of(objective))
-    formulas, inside = guarantees_of(objective), set(members)
-    return all(
-        any(
-            formulas.meets(goal, pose, after)
-            for pose in members
-            for after in ways[pose]
-            if after in inside
-        )
-        for goal in range(formulas.goals)
-    )
-
-
-def _ways(
-    mobility: Mobility,
-    start: Pose,
-    objective: Objective,
-    blocked: Collection[Region],
-    world: RegionMap,
-) -> dict[Pose, tuple[Pose, ...]]:
-    """The poses that the robot can come to, each with those that are a step away."""
-    formulas = guarantees_of(objective) if isinstance(objective, Ltl) else None
-    after: dict[Pose, tuple[Pose, ...]] = {}
-    queue = [start]
-    while queue:
-        pose = queue.pop()
-        if pose in after:
-            continue
-        steps = moves(mobility, pose, world, blocked)
-        if formulas is not None:
-            steps = tuple(to for to in steps if to == pose or formulas.allows(pose, to))
-        after[pose] = steps
-        queue += steps
-    return after
+    return tuple(Part(regions, frozenset(states)) for regions, states in found.items())

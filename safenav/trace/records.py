@@ -72,10 +72,12 @@ class Tried:
 
 @dataclass(frozen=True)
 class PlacesFrom:
-    """Regions that a robot can be sent to only from some places (``from_``)."""
+    """Regions that a robot can be sent to from some places only: from ``from_``, while it remembers
+    ``memory``, and from those of other entries of the same ``places``."""
 
     places: tuple[Region, ...]
     from_: tuple[Place, ...]
+    memory: Mapping[str, int] | None = None
 
 
 @dataclass(frozen=True)

@@ -57,7 +57,9 @@ def circumstances(task: Task, world: RegionMap) -> dict[str, Any]:
         told["places"] = sorted(possible.places)
         told["neutral"] = min(told["places"])
         told["places_from"] = [
-            {"places": sorted(part.regions), "from": _told(part.poses)} for part in possible.parts
+            {"places": sorted(part.regions), "from": _told(poses), "memory": dict(memory)}
+            for part in possible.parts
+            for memory, poses in part.poses().items()
         ]
     return told
 

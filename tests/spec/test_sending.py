@@ -51,7 +51,7 @@ def test_it_is_sent_where_its_objective_stays_possible(
 def test_behind_a_one_way_step_it_is_sent_on_only() -> None:
     ltl = Ltl(safety=("region = 10 -> region' != 9",), liveness=("region = 12",))
     found = sent(CORRIDOR, Pose(9), ltl)
-    ways = {here: {to for to in range(13) if found.allows(Pose(here), to)} for here in (9, 10)}
+    ways = {here: {to for to in range(13) if found.allows(Pose(here), {}, to)} for here in (9, 10)}
     assert ways == {9: {8, 9, 10, 11, 12}, 10: {10, 11, 12}}
     assert found.homes == ()
 
@@ -60,12 +60,26 @@ def test_with_headings_a_corridor_is_one_way() -> None:
     """Its goal is either end: it can be sent as far as to the one that it faces."""
     found = sent(CORRIDOR, Pose(11, Heading.WEST), Visit((frozenset({8, 11}),)))
     west = [Pose(region, Heading.WEST) for region in (8, 9, 10, 11)]
-    ways = [{to for to in range(13) if found.allows(pose, to)} for pose in west]
+    ways = [{to for to in range(13) if found.allows(pose, {}, to)} for pose in west]
     assert ways == [{8}, {8, 9}, {8, 9, 10}, {8, 9, 10}]
-    assert {frozenset(p.region for p in home.poses) for home in found.homes} == {
+    assert {frozenset(pose.region for pose, _ in home.states) for home in found.homes} == {
         frozenset({8, 9, 10}),
         frozenset({11}),
     }
+
+
+def test_what_it_remembers_counts() -> None:
+    """Once it has been at 12 it must not go to 8 any more."""
+    ltl = Ltl(
+        init=("!done",),
+        safety=("done' <-> (done | region = 12)", "done -> region' != 8"),
+        liveness=("region = 10",),
+        memory={"done": None},
+    )
+    found = sent(CORRIDOR, Pose(9), ltl)
+    ways = [{to for to in range(13) if found.allows(Pose(9), {"done": k}, to)} for k in (0, 1)]
+    assert ways == [{8, 9, 10, 11, 12}, {9, 10, 11, 12}]
+    assert not found.allows(Pose(12), {"done": 0}, 8)  # it will be done when it leaves
 
 
 def test_both_ways_round_are_as_good() -> None:

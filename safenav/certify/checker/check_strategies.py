@@ -660,7 +660,10 @@ class Task:
         self.moving = list(line.get("moving") or ())
         self.places = line.get("places")  # where it can be sent (``assignable``), or None
         listed = line.get("places_from") or ()  # from where, if not from everywhere
-        self.places_from = [(p["places"], poses_of(p["from"], robot["mobility"])) for p in listed]
+        self.places_from = [
+            (p["places"], p.get("memory") or {}, poses_of(p["from"], robot["mobility"]))
+            for p in listed
+        ]
         self.sight_closed = frozenset(line.get("sight_closed") or ())
         # What is known of another robot is a region, or a belief: a set of cells, numbered from
         # the number of regions on.
@@ -713,7 +716,8 @@ class Task:
         """All inputs that can occur after a node."""
         pose, values = self.poses[node], self.values[node]
         told = [values[name] for name in TOLD] if self.places is not None else []
-        key = (pose, *told, *(values[f"at_{name}"] for name in self.tracked))
+        known = [*self.own, *(f"at_{name}" for name in self.tracked)]
+        key = (pose, *told, *(values[name] for name in known))
         if key not in self._expected:
             groups = list(self._groups(pose, values))
             names = [name for group, _ in groups for name in group]
@@ -727,9 +731,8 @@ class Task:
         region = pose[0]
         if self.places is not None:
             again = values["request"] and not values["wait"]
-            places = {values["assigned"]} if again else {*self.places}
-            places = places.difference(*(to for to, of in self.places_from if pose not in of))
-            rows = [(1, 0, place) for place in places]
+            places = {values["assigned"]} if again else self.places
+            rows = [(1, 0, place) for place in places if self.is_sent(pose, values, place)]
             rows += [(*told, self.line["neutral"]) for told in ((0, 0), (0, 1), (1, 1))]
             yield [*TOLD], rows
         if self.nearby and self.moving:
@@ -742,6 +745,12 @@ class Task:
         for name in self.tracked:
             after = self.after(name, region, values[f"at_{name}"])
             yield [f"at_{name}"], [(value,) for value in after]
+
+    def is_sent(self, pose: Pose, values: Json, place: int) -> bool:
+        """Whether the robot may be sent to a place from a pose, with what it remembers."""
+        ways = [(known, poses) for to, known, poses in self.places_from if place in to]
+        here = (known for known, poses in ways if pose in poses)
+        return not ways or any(known.items() <= values.items() for known in here)
 
     def after(self, name: str, region: int, value: int) -> set[int]:
         """What may be known of another robot next, if ``value`` is known of it now. The other one

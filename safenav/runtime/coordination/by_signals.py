@@ -109,7 +109,7 @@ class BySignals:
             way += 1
             region = pose % graph.size
             there = graph.poses_on(1 << region)
-            if not switch.sending.allows(robot.pose, region):
+            if not switch.sending.allows(robot.pose, robot.memory.values, region):
                 continue
             if graph.steps_between(1 << here, there, own) == way:
                 found = region

@@ -100,8 +100,10 @@ class Strategies:
         planner = state.planner
         if not state.active and errand.assignment == state.assignment:
             return False  # it asks for a move when it is back
-        if planner is None or planner.node is None:
+        if planner is None:
             return True
+        if planner.node is None and state.transit is None and not state.arriving:
+            return True  # others find their node when they have arrived
         old = planner.task
         if alternating(old.objective) != alternating(errand.objective):
             return True
@@ -207,13 +209,12 @@ def synthesis_told(
 
 
 def _places_from(possible: Sending) -> tuple[records.PlacesFrom, ...] | None:
-    return (
-        tuple(
-            records.PlacesFrom(tuple(sorted(part.regions)), _told(part.poses))
-            for part in possible.parts
-        )
-        or None
+    found = (
+        records.PlacesFrom(tuple(sorted(part.regions)), _told(poses), dict(memory) or None)
+        for part in possible.parts
+        for memory, poses in part.poses().items()
     )
+    return tuple(found) or None
 
 
 def _verified(result: SynthesisResult) -> bool | vocabulary.Verified | None:
