@@ -12,7 +12,7 @@ namespace slugs {
 namespace {
 
 constexpr std::size_t short_sum = 12;          // terms for which adders do
-constexpr std::size_t most_amounts = 1u << 20; // in all
+constexpr std::size_t most_amounts = 1u << 23; // in all
 
 // A bit or its negation, which adds so much when it is true.
 struct Summand {
