@@ -45,7 +45,7 @@ from safenav.audit.rules.plans import FollowsPlanRule, PlanRule
 from safenav.audit.rules.proofs import ProofRule
 from safenav.audit.rules.requests import BidsRule, HelperRule, RequestRule
 from safenav.audit.rules.rule import Finding, Rule
-from safenav.audit.rules.stack import MissedPopRule, PopRule, PushRule
+from safenav.audit.rules.stack import MissedPopRule, PopRule, PushRule, ToldRule
 from safenav.audit.rules.synthesis import StrategyRule, SynthesisRule, VerdictsRule
 from safenav.audit.situation import Situation
 from safenav.trace.reading import read_lines, read_trace
@@ -87,6 +87,7 @@ RULES: tuple[type[Rule], ...] = (
     BidsRule,
     HelperRule,
     PushRule,
+    ToldRule,
     PopRule,
     MissedPopRule,
     GoalRule,
@@ -224,7 +225,7 @@ def _stranger(record: Record, team: Collection[str], announced: Collection[str])
     if isinstance(record, Discovered):
         robots += record.obstacle.blocks
     elif obstacle is not None and obstacle not in announced:
-        robots.append(obstacle)
+        return str(obstacle)  # be it the name of a robot
     return next((name for name in robots if name not in team), None)
 
 

@@ -33,6 +33,7 @@ from safenav.trace.records import (
     Service,
     Signal,
     Synthesis,
+    Told,
     Truth,
     Violation,
 )
@@ -327,6 +328,8 @@ class Situation:
                 if dropped is not None:
                     self.stack.remove(dropped)
                 self._put_in_force(record.objectives, record.line)
+            case Told():
+                self._put_in_force({record.robot: record.objective}, record.line)
             case Synthesis():
                 self.form[record.robot, record.objective] = record.form
                 always_own = record.places is not None  # a strategy of assignable goals

@@ -39,6 +39,7 @@ _TOLD = (
     "truth",
     "objective",
     "service",
+    "told",
     "assumption",
     "plan",
 )
@@ -165,6 +166,8 @@ def _event(line: Mapping[str, Any]) -> str:
             return f"{line['obstacle']} is changed: it may hide another truth from now on"
         case "objective":
             return f"{line['robot']} is given another objective: {in_words(line['objective'])}"
+        case "told":
+            return f"{line['robot']} is told: {in_words(line['objective'])}"
         case "service":
             return f"{line['robot']} is {'back' if line['active'] else 'taken out of service'}"
         case "plan":

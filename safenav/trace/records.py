@@ -288,6 +288,16 @@ class Pop(StackEntry):
 
 
 @dataclass(frozen=True)
+class Told(Record):
+    """A robot that is told by signals does ``objective`` from now on, where no push or pop says so:
+    it has done its part of a need, say, or another need is next."""
+
+    type: ClassVar[str] = "told"
+    robot: str
+    objective: Objective
+
+
+@dataclass(frozen=True)
 class Met(Record):
     """One of several needs of an obstacle was met: the ``need`` with that number, by ``robot``,
     whose turn it is, ``at`` its region, doing ``action``. ``robots``: all that it took, where one

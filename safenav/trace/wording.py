@@ -160,6 +160,8 @@ class Wording:
             case records.NewObjective():
                 told = self.objective(line.objective)
                 return f"{self.robot(line.robot)} gets another objective: {told}"
+            case records.Told():
+                return f"{self.robot(line.robot)} is told: {self.objective(line.objective)}"
             case records.Service():
                 what = "is back in service" if line.active else "is out of service"
                 return f"{self.robot(line.robot)} {what}"

@@ -54,6 +54,14 @@ def in_proof(*path: Any, to: Any) -> Mutation:
     return mutate
 
 
+def told(robot: str, objective: Any) -> Mutation:
+    """Let a robot be told something else after the first need is met."""
+    return insert_after("met", {"need": 0}, type="told", robot=robot, objective=objective)
+
+
+BY_SIGNALS = scenario("coordination", to="assignable")
+BACK = told("right", {"visit": [12]})
+
 CASES_OF_PLANS: list[tuple[Any, ...]] = [
     ("plan", "planned", edit("plan", {}, orders=[["two", 1, "one", 3]]), 2, "two"),
     ("plan", "planned", before_any_step(edit("plan", {}, orders=[["two", 9, "one", 3]])), 2, "two"),
@@ -90,6 +98,8 @@ CASES_OF_PLANS: list[tuple[Any, ...]] = [
     ("resolution", "lifted", edit("resolved", {"need": 1}, need=0), 2, "right"),
     ("resolution", "lifted", edit("resolved", {"need": 0}, robots=["left"]), 1, "cart"),
     ("missed-resolution", "lifted", drop("resolved", need=1), 2, "right"),
+    ("told", "told_needs", told("cart", {"visit": [8]}), 1, "cart"),
+    ("told", "told_needs", both(BY_SIGNALS, BACK, told("right", {"visit": [9]})), 1, "right"),
     ("need", "told_needs", drop("met", need=0), 1, "cart"),
     ("need", "told_needs", edit("met", {"need": 0}, need=1), 1, "cart"),
     ("need", "told_needs", edit("met", {"need": 0}, action="lift"), 1, "cart"),

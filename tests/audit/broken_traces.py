@@ -81,6 +81,7 @@ CASES: list[tuple[str, str, Mutation, int, str | None]] = [
     # rule, trace, mutation, tick, robot
     ("names", "door", insert_after("move", REST, robot="ghost"), 8, None),
     ("names", "unrequested", insert_after("resolved", {}, obstacle="gate@9"), 2, None),
+    ("names", "unrequested", insert_after("resolved", {}, obstacle="quad"), 2, None),
     ("header", "unrealizable", scenario("robots", "rover", "start", to=7), 0, "rover"),
     ("header", "unrealizable", scenario("robots", "rover", "start", to=-4), 0, "rover"),
     ("header", "unrealizable", scenario("robots", "rover", "mobility", to="sideways"), 0, "rover"),

@@ -20,6 +20,7 @@ from safenav.trace.records import (
     Record,
     Resolved,
     Synthesis,
+    Told,
     Violation,
 )
 from safenav.trace.vocabulary import MovedBy, Region
@@ -156,6 +157,10 @@ class RoundsRule(Rule):
             for robot, objective in record.objectives.items():
                 if objective != now.objectives[robot]:
                     self._last[robot] = before.get(robot, 0)
+        elif isinstance(record, Told):
+            self._unsure.add(record.robot)
+            if record.objective == now.header.robots[record.robot].objective:
+                self._last[record.robot] = self._own.get(record.robot, 0)
         elif isinstance(record, NewObjective):
             self._unsure.add(record.robot)
             self._last[record.robot] = self._own[record.robot] = 0

@@ -28,6 +28,7 @@ from safenav.trace.records import (
     Resolved,
     Service,
     Synthesis,
+    Told,
     Truth,
     Violation,
 )
@@ -47,6 +48,7 @@ _PHASES: dict[type[Record], tuple[int, ...]] = {
     Goal: (4,),
     Request: (5,),
     Push: (5,),
+    Told: (5,),
 }
 """When in a turn a line may come (T, Time): those of a resolution before the goals, those of
 a request after them. An assumption may be violated, and a belief told, at any moment. Since

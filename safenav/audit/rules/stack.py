@@ -12,6 +12,7 @@ from safenav.trace.records import (
     Push,
     Record,
     Request,
+    Told,
 )
 
 
@@ -72,6 +73,41 @@ class PushRule(Rule):
                     yield robot, f"{robot} waits for {record.obstacle}, but gets {objective}"
             elif objective != now.objectives[robot] and objective != _own(robot, record, now):
                 yield robot, f"{robot} has no part in this, but gets {objective}"
+
+
+class ToldRule(Rule):
+    """Who is told by signals to do something else, without a push or a pop, gets its own objective
+    back; or, while a request is open, it waits or goes where its action is needed (D 5.5)."""
+
+    name = "told"
+
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        if not isinstance(record, Told):
+            return
+        robot, objective = record.robot, record.objective
+        if now.header.coordination == RESYNTHESIS:
+            yield self.broken_by(record, robot, f"{robot} is told by no signals")
+        elif objective == now.header.robots[robot].objective:
+            return
+        elif not now.stack:
+            problem = f"{robot} is told to {objective}, though nobody waits for anything"
+            yield self.broken_by(record, robot, problem)
+        elif objective.kind not in ("hold", "ltl") and not _helps(robot, objective, now):
+            yield self.broken_by(
+                record, robot, f"{robot} has no part in this, but gets {objective}"
+            )
+
+
+def _helps(robot: str, objective: Objective, now: Situation) -> bool:
+    """Whether the objective leads to where the robot's action is needed for an open request."""
+    for entry in now.stack:
+        if entry.obstacle is None or now.is_over(entry.obstacle):
+            continue
+        where = set(now.need(entry.obstacle).regions)
+        able = robot in now.capable(entry.obstacle)
+        if able and any(target <= where for target in objective.targets):
+            return True
+    return False
 
 
 def _serves_already(record: Push, now: Situation) -> bool:

@@ -959,11 +959,15 @@ class Run:
         require(record["depth"] == deep, f"the stack has {deep} entries, not {record['depth']}")
         self.told = (self.tick, self.turn)
         for name, objective in record["objectives"].items():
-            own = same_objective(objective, self.data[name]["objective"])
-            require(self.stack or own, f"{name} does not get its own objective back")
-            serves = objective == self.robots[name].objective or self._may_do(name, objective)
-            require(serves, f"{name} is given what serves no request: {in_words(objective)}")
-            self.robots[name].objective = objective
+            self._told({"robot": name, "objective": objective})
+
+    def _told(self, record: Json) -> None:
+        name, objective = record["robot"], record["objective"]
+        own = same_objective(objective, self.data[name]["objective"])
+        require(self.stack or own, f"{name} does not get its own objective back")
+        serves = objective == self.robots[name].objective or self._may_do(name, objective)
+        require(serves, f"{name} is given what serves no request: {in_words(objective)}")
+        self.robots[name].objective = objective
 
     def _goal(self, record: Json) -> None:
         name, goal = record["robot"], record["goal"]

@@ -29,6 +29,7 @@ from safenav.report.replay.timeline import (
 )
 from safenav.scenario.objective import Hold, Objective
 from safenav.trace import records, setting
+from safenav.trace.objective import Objective as TracedObjective
 from safenav.trace.reading import read_trace
 from safenav.trace.trace import Trace
 from safenav.trace.wording import Wording, objective_of
@@ -154,6 +155,8 @@ class ReplayBuilder:
                 self._push(line)
             case records.Pop():
                 self._pop(line)
+            case records.Told():
+                self._told(line.tick, line.robot, line.objective)
             case records.Belief():
                 self._believe(line)
             case records.Goal():
@@ -256,11 +259,14 @@ class ReplayBuilder:
     def _objectives(self, line: records.Push | records.Pop) -> None:
         self.stack.append((line.tick, tuple(self.frames)))
         for name, told in line.objectives.items():
-            self._known(name)
-            objective = objective_of(told)
-            if objective != self._objective(name):
-                self.objectives[name].append((line.tick, objective))
-                self.progress[name].append((line.tick, RobotProgress()))
+            self._told(line.tick, name, told)
+
+    def _told(self, tick: int, name: str, told: TracedObjective) -> None:
+        self._known(name)
+        objective = objective_of(told)
+        if objective != self._objective(name):
+            self.objectives[name].append((tick, objective))
+            self.progress[name].append((tick, RobotProgress()))
 
     def _goal(self, line: records.Goal) -> None:
         self._known(line.robot)

@@ -100,6 +100,7 @@ class Story:
                 | records.Truth()
                 | records.NewObjective()
                 | records.Service()
+                | records.Told()
                 | records.Plan()
                 | records.PlanEnd()
             ):

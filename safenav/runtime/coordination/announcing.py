@@ -14,7 +14,7 @@ from safenav.runtime.coordination.requests import Request, Requests
 from safenav.runtime.knowledge import UNTRAVERSABLE, Met
 from safenav.runtime.team import Role, TeamState
 from safenav.runtime.world import Change
-from safenav.scenario.model import Obstacle, Robot
+from safenav.scenario.model import Coordination, Obstacle, Robot
 from safenav.trace import records, vocabulary
 from safenav.trace.header import objective_in_trace
 from safenav.trace.objective import Objective
@@ -30,6 +30,7 @@ class Announcing:
 
     def __post_init__(self) -> None:
         self._over: list[Request] = []
+        self._said: Mapping[str, Objective] = self.state.objectives()
 
     def opened(self, obstacle: Obstacle, requester: str) -> None:
         """A robot asks for help with an obstacle."""
@@ -144,6 +145,7 @@ class Announcing:
             for name, errand in errands.items()
         }
         depth = self.requests.depth + sum(len(request.entries) for request in self._over)
+        changes = any(request.entries for request in self._over)
         for request in self._over:
             for entry in reversed(request.entries):
                 depth -= 1
@@ -163,11 +165,17 @@ class Announcing:
                 for (_, obstacle), answer in refused.items():
                     if obstacle == request.obstacle.name:
                         announce(answer, vocabulary.Reason.REQUEST)
+            changes = changes or bool(request.unpushed)
             for requester in request.unpushed:
                 entry = (requester, helpers)
                 request.entries.append(entry)
                 depth += 1
                 state.emit(self._entry(records.Push, request, entry, depth, objectives))
+        if state.scenario.coordination is Coordination.ASSIGNABLE and not changes:
+            for name, objective in objectives.items():  # else lines of syntheses say so
+                if objective != self._said[name]:
+                    state.emit(records.Told(state.tick, name, objective))
+        self._said = objectives
 
     def _entry(
         self,
