@@ -51,9 +51,10 @@ private:
   std::vector<std::size_t> ends_;
 };
 
-std::uint64_t total_span(const HyperEdges &edges, const std::vector<double> &position) {
+std::uint64_t total_span(const HyperEdges &edges, const std::vector<double> &position, BudgetPacer &pacer) {
   double span = 0;
   edges.for_each([&](const std::uint32_t *v, const std::uint32_t *end) {
+    pacer.step();
     double low = position[*v], high = low;
     for (++v; v != end; ++v) {
       low = std::min(low, position[*v]);
@@ -75,7 +76,7 @@ std::vector<std::uint32_t> force_order(std::size_t n, const Conjuncts &conjuncts
   std::vector<double> position(n);
   std::iota(position.begin(), position.end(), 0.0);
   std::vector<std::uint32_t> best = order;
-  std::uint64_t best_span = total_span(edges, position);
+  std::uint64_t best_span = total_span(edges, position, pacer);
   constexpr int most_rounds = 60, patience = 5;
   // A round goes through all pins, and of millions of constraints few rounds have to do.
   constexpr std::size_t most_pins = std::size_t{1} << 26;
@@ -86,6 +87,7 @@ std::vector<std::uint32_t> force_order(std::size_t n, const Conjuncts &conjuncts
     std::vector<double> pull(n, 0.0);
     std::vector<std::uint32_t> degree(n, 0);
     edges.for_each([&](const std::uint32_t *begin, const std::uint32_t *end) {
+      pacer.step();
       double centre = 0;
       for (const std::uint32_t *v = begin; v != end; ++v)
         centre += position[*v];
@@ -102,7 +104,7 @@ std::vector<std::uint32_t> force_order(std::size_t n, const Conjuncts &conjuncts
                      [&](std::uint32_t a, std::uint32_t b) { return position[a] < position[b]; });
     for (std::uint32_t k = 0; k < n; ++k)
       position[order[k]] = k;
-    const std::uint64_t span = total_span(edges, position);
+    const std::uint64_t span = total_span(edges, position, pacer);
     ++stale;
     if (span < best_span) {
       best_span = span;

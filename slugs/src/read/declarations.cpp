@@ -6,6 +6,8 @@
 #include "read/structured/integers.hpp"
 #include "read/structured/ranges.hpp"
 
+#include <algorithm>
+#include <deque>
 #include <optional>
 #include <unordered_map>
 
@@ -15,8 +17,12 @@ namespace {
 
 class Declarer {
 public:
-  Declarer(const Source &source, Specification &specification, Diagnostics &diagnostics, BudgetPacer &pacer)
-      : source_(source), specification_(specification), diagnostics_(diagnostics), pacer_(pacer) {}
+  Declarer(const Source &source, Specification &specification, Diagnostics &diagnostics, BudgetPacer &pacer,
+           std::size_t declarations)
+      : source_(source), specification_(specification), diagnostics_(diagnostics), pacer_(pacer) {
+    specification_.variables.reserve(declarations);
+    lines_.reserve(declarations);
+  }
 
   void slugsin(const Declaration &declaration) {
     pacer_.step();
@@ -28,7 +34,7 @@ public:
       return diagnostics_.error(place, "found '" + printable(text) + "', expected one name on each line");
     const std::size_t odd = text.find_first_of("!&|^'$?#()=<>+,;");
     // What cannot be shown, such as a control character, cannot be JSON either.
-    if (odd != std::string_view::npos || is_digit(text.front()) || printable(text, text.size()) != text)
+    if (odd != std::string_view::npos || is_digit(text.front()) || !can_be_shown(text))
       return diagnostics_.error(place, "found '" + printable(text) + "', expected the name of a variable",
                                 text.back() == '\'' ? "variables are declared without a prime" : "");
     boolean(text, declaration, place);
@@ -62,7 +68,7 @@ private:
   }
 
   void boolean(std::string_view name, const Declaration &declaration, Place place) {
-    if (fresh(std::string(name), place))
+    if (fresh(name, place))
       specification_.variables.push_back({std::string(name), declaration.owner, declaration.line});
   }
 
@@ -118,7 +124,7 @@ private:
   }
 
   void integer(const Lexeme &name, const Declaration &declaration, Range range) {
-    if (!fresh(std::string(name.text), name.place))
+    if (!fresh(name.text, name.place))
       return;
     const Integer integer{std::string(name.text),
                           declaration.owner,
@@ -129,13 +135,19 @@ private:
                           declaration.line};
     for (std::uint32_t bit = 0; bit < integer.bits; ++bit) {
       pacer_.step();
-      if (fresh(bit_name(integer, bit), name.place))
-        specification_.variables.push_back({bit_name(integer, bit), integer.owner, integer.line});
+      const std::string &bit_text = bit_names_.emplace_back(bit_name(integer, bit));
+      if (fresh(bit_text, name.place))
+        specification_.variables.push_back({bit_text, integer.owner, integer.line});
     }
     specification_.integers.push_back(integer);
   }
 
-  bool fresh(const std::string &name, Place place) {
+  static bool can_be_shown(std::string_view text) {
+    const bool plain = std::all_of(text.begin(), text.end(), [](char c) { return c > ' ' && c <= '~'; });
+    return plain || printable(text, text.size()) == text;
+  }
+
+  bool fresh(std::string_view name, Place place) {
     const auto [known, inserted] = lines_.try_emplace(name, place.line);
     if (!inserted)
       diagnostics_.error(place, "variable '" + printable(name) + "' is declared twice",
@@ -147,21 +159,22 @@ private:
   Specification &specification_;
   Diagnostics &diagnostics_;
   BudgetPacer &pacer_;
-  std::unordered_map<std::string, int> lines_;
+  std::unordered_map<std::string_view, int> lines_; // of names in the source or below
+  std::deque<std::string> bit_names_;
 };
 
 } // namespace
 
 void declare_slugsin(const Sections &sections, const Source &source, Specification &specification,
                      Diagnostics &diagnostics, BudgetPacer &pacer) {
-  Declarer declarer(source, specification, diagnostics, pacer);
+  Declarer declarer(source, specification, diagnostics, pacer, sections.declarations.size());
   for (const Declaration &declaration : sections.declarations)
     declarer.slugsin(declaration);
 }
 
 void declare_structured(const Sections &sections, const Source &source, Specification &specification,
                         Diagnostics &diagnostics, BudgetPacer &pacer) {
-  Declarer declarer(source, specification, diagnostics, pacer);
+  Declarer declarer(source, specification, diagnostics, pacer, sections.declarations.size());
   for (const Owner owner : {Owner::Input, Owner::Output})
     for (const Declaration &declaration : sections.declarations)
       if (declaration.owner == owner)
