@@ -245,20 +245,21 @@ def _given_up(files: Files, source: Random) -> Files | None:
     return with_lines(files, [*lines[:k], blocked, *lines[k + 1 :]])
 
 
-ORDERS = "the moves keep this order as well"
+ORDERS = "in which order robots take the steps of a plan is not claimed, and nobody collides"
+PROOF = "it is worked out again, and what the proof in the trace says of it is not looked at"
 ASKED = "who was asked is not claimed, and the robot named can do something about the obstacle"
 
 FORGERIES = (
-    Mutant("a place of a closure gone", _proof("closure", _place_gone)),
-    Mutant("a place more in a closure", _proof("closure", _place_more)),
-    Mutant("who can go on", _proof("closure", _other_life)),
-    Mutant("what is never resolved", _proof("closure", _other_obstacles)),
+    Mutant("a place of a closure gone", _proof("closure", _place_gone), PROOF),
+    Mutant("a place more in a closure", _proof("closure", _place_more), PROOF),
+    Mutant("who can go on", _proof("closure", _other_life), PROOF),
+    Mutant("what is never resolved", _proof("closure", _other_obstacles), PROOF),
     Mutant("an action more", _action_more),
-    Mutant("a choice of a tree gone", _proof("tree", _choice_gone)),
-    Mutant("another option of a tree", _proof("tree", _other_option)),
-    Mutant("another joint proof", _proof("joint", _other_joint)),
-    Mutant("the proof of something else", _line(("blocked", "outcome"), _proof_of_another)),
-    Mutant("no proof", _line(("blocked", "outcome"), _proof_gone)),
+    Mutant("a choice of a tree gone", _proof("tree", _choice_gone), PROOF),
+    Mutant("another option of a tree", _proof("tree", _other_option), PROOF),
+    Mutant("another joint proof", _proof("joint", _other_joint), PROOF),
+    Mutant("the proof of something else", _line(("blocked", "outcome"), _proof_of_another), PROOF),
+    Mutant("no proof", _line(("blocked", "outcome"), _proof_gone), PROOF),
     Mutant("a step of a plan", _step),
     Mutant("an order of a plan", _line(("plan",), _order), ORDERS),
     Mutant("whose way it is", _line(("plan",), _owner)),

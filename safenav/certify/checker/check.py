@@ -14,7 +14,7 @@ What it establishes, from the files of the bundle alone. In check_strategies.py:
   beat a robot that has all the freedom which the scenario leaves.
 In this file:
 - *strategy -> moves*: each move of the trace is the strategy's answer to what the robot observed,
-  or it stays, steps back from an obstacle, or follows a joint plan in its order (``Run``);
+  or it stays, steps back from an obstacle, or takes its next step of a joint plan (``Run``);
 - *moves -> outcome*: nobody enters a wall or a standing obstacle, nobody collides, obstacles are
   resolved by those who can, and the outcome is what happened. What is called unresolvable, stuck
   or a deadlock is worked out again (``Team``).
@@ -32,13 +32,12 @@ import re
 import sys
 import zipfile
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from copy import copy
-from dataclasses import asdict, dataclass, field
+from functools import cache
 from importlib import import_module
-from itertools import chain, combinations, product, repeat
+from itertools import chain, combinations, product
 from math import prod
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 if __name__ == "__main__":
     sys.dont_write_bytecode = True  # a bundle stays as it is
@@ -46,129 +45,194 @@ if __name__ == "__main__":
 elif __package__:  # the maker of bundles has these two files in a package
     sys.modules["check_strategies"] = import_module(f"{__package__}.check_strategies")
 
-from check_strategies import (
-    TOLD,
-    Clause,
-    Json,
-    Pose,
-    RefusedError,
-    Strategy,
-    Task,
-    TooLargeError,
-    World,
-    check_beaten,
-    check_counterstrategy,
-    check_measure,
-    check_strategy,
-    complete,
-    coordinates,
-    formulas_of,
-    in_words,
-    is_ordered,
-    poses_of,
-    read_specification,
-    read_variable,
-    require,
-    same_objective,
-    targets_of,
-)
+import check_strategies as base
+from check_strategies import Json, Pose, RefusedError, Strategy, Task, World, require
 
 MOST_STATES = 200_000
 MOST_MEMORY = 64
-Stage = tuple[int, frozenset[str]]  # which need of an obstacle is next, and who has met part of it
+SOMEBODY = "somebody"
+ASKED = ("obstacle", "requester", "helper", "helpers", "reason")  # what an entry of the stack says
+
+# ---------------------------------------------------------------- obstacles and robots
+
+
+class Need(NamedTuple):
+    """Something that an obstacle takes: who is able to do it, where, how many of them have to, and
+    whether ``together`` or one after the other."""
+
+    able: frozenset[str]
+    regions: frozenset[int]
+    robots: int
+    together: bool
+
+
+class Obstacle:
+    """An obstacle at some line of the trace; ``data`` as in its header. All needs get one form."""
+
+    def __init__(self, data: Json, robots: Json, *, present: bool) -> None:
+        self.name, self.region, self.blocks = data["name"], data["region"], {*data["blocks"]}
+        self.traversable, self.present, self.known = data["traversable"], present, False
+        self.sealed: set[str] | None = None  # for whom it stays for good, once a line said so
+        self.barred: set[str] = set()  # robots with no strategy to serve it
+        self.needs: list[Need] = []
+        for need in data.get("needs") or [{**data, "regions": data["resolution_regions"]}]:
+            able = frozenset(n for n in robots if need["action"] in robots[n]["capabilities"])
+            size, together = need.get("robots", 1), need.get("together", False)
+            self.needs.append(Need(able, frozenset(need["regions"]), size, together))
+        self.stage = Stage(self)
+
+    def stands(self, name: str) -> bool:
+        """Whether it is in a robot's way now."""
+        return (self.present and self.stage.is_wall(name)) or name in (self.sealed or ())
+
+
+class Stage(NamedTuple):
+    """How far an obstacle is: which of its needs is next, and who has met part of it."""
+
+    obstacle: Obstacle
+    number: int = 0
+    done: frozenset[str] = frozenset()
+
+    @property
+    def need(self) -> Need | None:
+        """The need that is next; None if all are met."""
+        return next(iter(self.obstacle.needs[self.number :]), None)
+
+    def is_wall(self, name: str) -> bool:
+        """Whether it is in a robot's way: one that could meet all that is left passes."""
+        left = self.obstacle.needs[self.number :]
+        return name in self.obstacle.blocks and any(name not in need.able for need in left)
+
+    def worked(self, at: Mapping[str, Pose], acting: Iterable[str]) -> Stage:
+        """The stage after some robots have done what they can where they stand, asked or not."""
+        stage, before = self, None
+        while stage != before and (need := stage.need):
+            before = stage
+            there = need.able & {name for name, pose in at.items() if pose[0] in need.regions}
+            now = there.intersection(acting)
+            group = stage.done | (there if need.together and now else now)
+            if len(group) >= need.robots:
+                stage = Stage(self.obstacle, stage.number + 1)
+            elif not need.together:
+                stage = stage._replace(done=group)
+        return stage
+
+
+class Progress(NamedTuple):
+    """How far a robot is with its objective since the last resolution: the goals of which any one
+    counts next, and how many were met. A round is each goal once, in order or in any order."""
+
+    next: frozenset[int]
+    met: int = 0
+
+    def after(self, objective: Json, goal: int) -> Progress:
+        """When a goal is met that counts."""
+        every = goals_of(objective)
+        rest = self.next - {goal} or every
+        following = frozenset([(goal + 1) % len(every)])
+        return Progress(following if base.is_ordered(objective) else rest, self.met + 1)
+
+    def again(self, objective: Json) -> Progress:
+        """When the count begins anew: whose turn it is does not change."""
+        return Progress(self.next if base.is_ordered(objective) else goals_of(objective))
+
+
+def goals_of(objective: Json) -> frozenset[int]:
+    """The numbers of an objective's goals. Where they have an order, any may be the first."""
+    number = len(base.targets_of(objective)) or len(base.formulas_of(objective, "liveness"))
+    return frozenset(range(number or 1))
+
+
+class Robot:
+    """One robot at some line of the trace. ``data``: as its header has it; ``rivals``: whom it must
+    not share a region with."""
+
+    def __init__(self, name: str, data: Json, rivals: list[str]) -> None:
+        self.name, self.data, self.rivals = name, data, rivals
+        self.own: Json = data["objective"]  # what it is there for
+        self.objective = self.own  # what it does now
+        self.progress = Progress(goals_of(self.own))
+        self.pose: Pose = (data["start"], data.get("heading"))
+        self.destination = self.pose  # where its step ends, if it is on its way
+        self.task: Task | None = None
+        self.nodes: set[int] | None = None  # of its strategy, at its destination; None: any there
+        self.came_from: set[int] = set()  # the nodes before its last step
+        self.knowledge: dict[str, int] = {}
+        self.signal: Json = {}
+        self.back: Json | None = None  # its ``backtrack`` line in this turn
+        self.silent = False  # whether its strategy had no answer in its last turn
+        self.active = True  # whether it is in service
+        self.way: list[Pose] = []  # its part of a joint plan, from where it is
+
+    @property
+    def places(self) -> set[int]:
+        """The regions that it takes up: on its way two."""
+        return {self.pose[0], self.destination[0]}
+
+    @property
+    def moves_on(self) -> bool:
+        """Whether it is on its way."""
+        return bool(self.pose != self.destination)
+
+    @property
+    def on_its_own(self) -> bool:
+        """Whether it pursues its own objective."""
+        return bool(base.same_objective(self.objective, self.own))
+
+    def may_be(self) -> set[int]:
+        """The nodes in which it may be: one, or after a joint plan all of its pose, for from each
+        of them the strategy keeps what it promises."""
+        known: Mapping[Pose, set[int]] = self.task.of_pose if self.task is not None else {}
+        return known.get(self.pose, set()) if self.nodes is None else self.nodes
+
+    def hold(self) -> None:
+        """To hold is met in each turn that ends there."""
+        if "hold" in self.own and self.on_its_own and self.places <= base.targets_of(self.own)[0]:
+            self.progress = self.progress.after(self.own, 0)
+
 
 # ---------------------------------------------------------------- what the team can never do
 
-
-def worked(needs: Sequence[Json], stage: Stage, here: set[str] | frozenset[str]) -> Stage:
-    """The stage of an obstacle after these robots have acted on its next need."""
-    number, done = stage
-    need, group = needs[number], done | here
-    if len(group) >= need["robots"]:
-        return number + 1, frozenset()
-    return number, frozenset() if need["together"] else group
-
-
 Stages = tuple[Stage, ...]
-Option = tuple[str, int, tuple[str, ...]]  # an obstacle, the number of its need, those who meet it
+Moves = dict[Pose, set[Pose]]
+Sets = Mapping[str, set[Pose]]  # where robots choose to be
+Counts = tuple[Progress, ...]
+Joint = tuple[tuple[Pose, ...], Counts, Stages]
 
 
 class Team:
-    """What the team can still do at a moment of the run. Obstacles that it does not know are
-    taken to be absent. ``refute`` lets robots pass through each other, ``exhaust`` does not.
-    ``out``: robots out of service, which stand still and want nothing else."""
+    """What the team can still do at a moment of the run. Obstacles that it does not know are taken
+    to be absent. ``never`` lets robots pass through each other, ``exhaust`` does not.
 
-    def __init__(self, run: Run, out: Collection[str] = ()) -> None:
-        self.run, self.world, self.data, self.names = run, run.world, run.data, list(run.data)
-        self.start = tuple(robot.destination for robot in run.robots.values())
-        self.open = sorted(o for o in run.known & run.present if o not in run.sealed)
-        self.given_up = {o for o, (_, why) in run.sealed.items() if why != "untraversable"}
-        self.stages: Stages = tuple(run.stages[obstacle] for obstacle in self.open)
-        self.shut: dict[str, set[int]] = {}
+    ``names``: whom it is about. If that is not the whole team, the others and all that may yet be
+    resolved only stand in their way. ``standing``: who stands still and wants nothing else."""
+
+    def __init__(self, run: Run, names: Collection[str], standing: Collection[str] = ()) -> None:
+        self.robots = {name: robot for name, robot in run.robots.items() if name in names}
+        everybody = len(self.robots) == len(run.robots)
+        open_ = [o.stage for o in run.met_obstacles() if o.sealed is None and everybody]
+        self.stages, self.start = tuple(open_), {n: {r.destination} for n, r in self.robots.items()}
+        self.sealed = [o for o in run.obstacles.values() if o.sealed]
+        self.looked, self.enough = 0, dict[str, int]()
+        self.moves: dict[str, Moves] = {}
         self.aims: dict[str, list[frozenset[Pose]]] = {}
-        self.allowed: dict[str, set[tuple[Pose, Pose]]] = {}  # by the formulas of an objective
-        self._steps: dict[Any, list[Pose]] = {}
-        for name, data in run.data.items():
-            sealed = run.sealed.items()
-            self.shut[name] = {run.obstacles[o]["region"] for o, (who, _) in sealed if name in who}
-            places = [[(r, None) for r in aim] for aim in targets_of(data["objective"])]
-            self.aims[name] = [poses_of(aim, data["mobility"]) for aim in places]
-            if "ltl" in data["objective"]:
-                self._read_formulas(name)
-            if name in out:
-                self.allowed[name] = set()
-                self.aims[name] = [frozenset({run.robots[name].destination})]
+        for name, robot in self.robots.items():
+            mobility, own, here = robot.data["mobility"], robot.own, robot.destination
+            poses = base.poses_of(((region, None) for region in run.world.free), mobility)
+            moves = {pose: run.world.moves(mobility, pose) for pose in poses}
+            aims = [base.poses_of(product(a, [None]), mobility) for a in base.targets_of(own)]
+            if name in standing:
+                moves, aims = {here: {here}}, [frozenset([here])]
+            elif "ltl" in own:
+                moves, aims = by_formulas(own, moves)
+            self.moves[name], self.aims[name] = moves, aims
+        self.steps = cache(self._steps)
 
-    def _read_formulas(self, name: str) -> None:
-        """Of an objective in formulas: the poses in which each goal may be met, by staying or else
-        by a step into them; and the steps that the safety lines allow. Both with some memory;
-        lines about more than MOST_MEMORY values of it say nothing here."""
-        own, mobility = self.data[name]["objective"], self.data[name]["mobility"]
-        memory = own["ltl"].get("memory", {}).items()
-        place = ["region", "heading"][: 1 + (mobility == "heading")]
-        lines = [f"region:0...{self.world.size - 1}", "heading:0...3"][: len(place)]
-        lines += [
-            n if bounds == "bool" else "{}:{}...{}".format(n, *bounds) for n, bounds in memory
-        ]
-        variables = [read_variable(line) for line in lines]
-        few = prod(v.most - v.least + 1 for v in variables[len(place) :]) <= MOST_MEMORY
-        spec, keys = {v.name: v for v in variables}, [*place, *(f"{p}'" for p in place)]
-        poses = poses_of(((region, None) for region in self.world.free), mobility)
-        pairs = [(pose, after) for pose in poses for after in self.world.moves(mobility, pose)]
-        rows = {(*coordinates(a), *coordinates(b)): (a, b) for a, b in pairs}
-
-        def met(lines: Iterable[Clause]) -> set[tuple[Pose, Pose]]:
-            clauses = [clause for clause in lines if few or clause.reads <= {*keys}]
-            wanted = sorted(set().union(*(clause.reads for clause in clauses)) - {*keys})
-            return {rows[row] for row, _ in complete(spec, wanted, clauses, keys, list(rows))}
-
-        allowed = {(a, b) for a, b in met(formulas_of(own, "safety")) if a != b}
-        self.allowed[name], self.aims[name] = allowed, []
-        for goal in map(met, ([line] for line in formulas_of(own, "liveness"))):
-            staying = {a for a, b in goal if a == b}
-            entered = {b for a, b in goal & allowed if not {a, b} & staying}
-            self.aims[name].append(frozenset(staying | entered))
-
-    def need(self, k: int, stages: Stages) -> Json | None:
-        """The need of an obstacle that is next; None if it is resolved."""
-        needs = self.run.needs(self.open[k])
-        return needs[stages[k][0]] if stages[k][0] < len(needs) else None
-
-    def unmet(self, stages: Stages) -> set[str]:
-        return {obstacle for k, obstacle in enumerate(self.open) if self.need(k, stages)}
-
-    def steps(self, name: str, pose: Pose, stages: Stages) -> list[Pose]:
-        """The poses after one step or none, while open obstacles are walls for whom they block."""
-        key = (name, pose, stages)
-        if key not in self._steps:
-            pairs = zip(self.open, stages, strict=True)
-            walls = [o for o, (stage, _) in pairs if self.run.blocks(o, name, stage)]
-            shut = self.shut[name] | {self.run.obstacles[o]["region"] for o in walls}
-            moves = self.world.moves(self.data[name]["mobility"], pose)
-            allowed = self.allowed.get(name, {(pose, after) for after in moves})
-            moves = {after for after in moves if after == pose or (pose, after) in allowed}
-            self._steps[key] = [after for after in moves if after[0] not in shut]
-        return self._steps[key]
+    def _steps(self, name: str, pose: Pose, stages: Stages) -> list[Pose]:
+        """The poses after one step or none, while obstacles are walls for whom they block."""
+        walls = {stage.obstacle.region for stage in stages if stage.is_wall(name)}
+        walls |= {obstacle.region for obstacle in self.sealed if obstacle.stands(name)}
+        return [after for after in self.moves[name][pose] if after[0] not in walls]
 
     def reach(self, name: str, poses: Iterable[Pose], stages: Stages) -> set[Pose]:
         """Where a robot can get from some poses."""
@@ -182,865 +246,630 @@ class Team:
 
     def can_go_on(self, name: str, poses: Iterable[Pose], stages: Stages) -> bool:
         """Whether, from some pose that a robot can get to, it can meet every target for ever."""
-        alive, before = self.reach(name, poses, stages), set[Pose]()
-        while alive != before:
-            before = set(alive)
-            for aim in self.aims[name]:
-                found = fresh = alive & aim
-                while fresh:
-                    rest = alive - found
-                    fresh = {p for p in rest if fresh & {*self.steps(name, p, stages)}}
-                    found = found | fresh
-                alive = found
-        return bool(alive)
+        first, *others = self.aims[name]
+        for pose in self.reach(name, poses, stages) & first:
+            ahead = self.reach(name, [pose], stages)
+            there = ((self.reach(name, [p], stages) for p in aim & ahead) for aim in others)
+            if all(any(pose in back for back in ways) for ways in there):
+                return True
+        return False
 
-    def stuck(self, sets: Mapping[str, set[Pose]], stages: Stages) -> set[str]:
-        return {n for n, poses in sets.items() if not self.can_go_on(n, poses, stages)}
+    def never(self, sets: Sets, stages: Stages) -> set[str]:
+        """The names of obstacles that stay, and of robots that are stuck, whatever is done from
+        here on, where robots choose to be in ``sets``; and SOMEBODY if always one of them is."""
+        self.looked += 1
+        if self.looked > MOST_STATES:
+            raise base.TooLargeError(f"more than {MOST_STATES} choices; not certified")
+        lost = {name for name, at in sets.items() if not self.can_go_on(name, at, stages)}
+        lost |= {SOMEBODY} if lost else set()
+        lost |= {stage.obstacle.name for stage in stages if stage.need}
+        options = list(self._options(sets, stages))
+        for after, advanced, _ in [option for option in options if option[2]][:1] or options:
+            lost &= self.never(after, advanced)
+        return lost
 
-    def able(self, k: int, sets: Mapping[str, set[Pose]], stages: Stages) -> dict[str, set[Pose]]:
-        """The robots that can get to where an obstacle's next need is met, and in which poses."""
-        need = self.need(k, stages)
-        found: dict[str, set[Pose]] = {}
-        for name, poses in sets.items():
-            out = (name, self.open[k]) in self.run.barred or name in stages[k][1]
-            if need and not out and need["action"] in self.data[name]["capabilities"]:
-                there = {p for p in self.reach(name, poses, stages) if p[0] in need["regions"]}
-                found |= {name: there} if there else {}
-        return found
-
-    def advanced(self, k: int, stages: Stages) -> Stages:
-        return (*stages[:k], (stages[k][0] + 1, frozenset()), *stages[k + 1 :])
-
-    def never(self, proof: Json) -> set[str]:
-        """Refuse unless the proof is true now. Returns the obstacles that are never resolved, and
-        the robots that can never go on."""
-        start = {n: {pose} for n, pose in zip(self.names, self.start, strict=True)}
-        return self.refute(proof, start, self.stages)
-
-    def refute(self, proof: Json, sets: Mapping[str, set[Pose]], stages: Stages) -> set[str]:
-        """The same when robots choose to be in ``sets``, at some stages. A ``closure``: all is
-        resolved that ever can be. A ``tree``: whatever is done next, a proof follows."""
-        if proof["kind"] == "closure":
-            return self._closure(proof, sets, stages)
-        require(self.stuck(sets, stages), "everybody can go on as it is")
-        options, listed = dict(self._options(sets, stages)), set[Option]()
-        for choice in proof["choices"]:
-            option = choice["option"]
-            key = (option["obstacle"], option["need"], tuple(option["robots"]))
-            there = key in options and (options[key][2] or not option["lossless"])
-            require(there, f"the proof lists {key}, which is no choice here")
-            listed |= set(options) if option["lossless"] else {key}
-            gone = self.refute(choice["proof"], *options[key][:2]) & {*self.names}
-            require(gone, f"after {key} everybody can go on")
-        complete = listed and listed == set(options)
-        require(complete, "the proof does not list all choices")
-        return set(self.names)
-
-    def _options(
-        self, sets: Mapping[str, set[Pose]], stages: Stages
-    ) -> Iterator[tuple[Option, Any]]:
-        """What can be done next: who meets which need; where everybody is after it, the stages
-        then, and whether all of them get back to all that they could get to."""
-        for k, obstacle in enumerate(self.open):
-            able, need = self.able(k, sets, stages), self.need(k, stages)
-            size = max(1, need["robots"] - len(stages[k][1])) if need else 1
-            for group in combinations(able, size):
-                crowd = [n for n in group if {*self.data[n].get("conflicts", ())} & {*group}]
-                ways = product(*({pose[0] for pose in able[name]} for name in crowd))
-                if need and need["together"] and not any(len({*way}) == len(way) for way in ways):
+    def _options(self, sets: Sets, stages: Stages) -> Iterator[tuple[Sets, Stages, bool]]:
+        """What can be done next, by groups of robots that meet a need: where everybody is after
+        it, the stages then, and whether nothing is lost: all get back to all that they could get
+        to."""
+        for k, stage in enumerate(stages):
+            if (need := stage.need) is None:
+                continue
+            at = {name: set[Pose]() for name in need.able - stage.obstacle.barred - stage.done}
+            for name in at:
+                at[name] = {p for p in self.reach(name, sets[name], stages) if p[0] in need.regions}
+            advanced = (*stages[:k], Stage(stage.obstacle, stage.number + 1), *stages[k + 1 :])
+            for group in combinations(filter(at.get, sorted(at)), need.robots - len(stage.done)):
+                crowd = [name for name in group if {*self.robots[name].rivals} & {*group}]
+                ways = product(*({pose[0] for pose in at[name]} for name in crowd))
+                if need.together and all(len({*way}) < len(way) for way in ways):
                     continue  # they cannot all stand there at once
-                after = {n: able[n] if n in group else poses for n, poses in sets.items()}
-                lossless = all(
-                    self.reach(n, sets[n], stages) <= self.reach(n, after[n], stages) for n in group
-                )
-                key = (obstacle, stages[k][0], group)
-                yield key, (after, self.advanced(k, stages), lossless)
+                pairs = ((self.reach(n, p, stages) for p in (sets[n], at[n])) for n in group)
+                lossless = all(before <= after for before, after in pairs)
+                yield {**sets, **{name: at[name] for name in group}}, advanced, lossless
 
-    def _closure(self, proof: Json, sets: Mapping[str, set[Pose]], stages: Stages) -> set[str]:
-        given, before = stages, None
-        while stages != before:
-            before = stages
-            for k in range(len(self.open)):
-                need = self.need(k, stages)
-                missing = need["robots"] - len(stages[k][1]) if need else 0
-                if 0 < missing <= len(self.able(k, sets, stages)):
-                    stages = self.advanced(k, stages)
-        never, stuck = self.unmet(stages) | self.given_up, self.stuck(sets, stages)
-        resolved = self.unmet(given) - never
-        same = (set(proof["resolved"]), set(proof["never"])) == (resolved, never)
-        require(same, f"the closure never resolves {sorted(never)}, unlike the proof")
-        table = {}
-        for name, poses in sets.items():
-            reach = sorted(self.reach(name, poses, stages), key=lambda p: (p[0], p[1] or ""))
-            table[name] = {"poses": [[*pose] for pose in reach], "live": name not in stuck}
-        same = proof["robots"] == table
-        require(same, "the closure of what the team can do is not that of the proof")
-        return never | stuck
-
-    def exhaust(self, proof: Json) -> int:
-        """Refuse unless no order of moves completes the mission. Returns the number of joint
-        states, each robot's step being one transition. Of a few robots of the team the rest, and
-        all that may yet be resolved, only stands in their way."""
-        open_ = {*proof["stages"]} - self.given_up
-        if {*proof["robots"]} < {*self.names} and proof["robots"] and not open_:
-            few = copy(self)
-            few.names = [name for name in self.names if name in proof["robots"]]
-            few.start = tuple(self.run.robots[name].destination for name in few.names)
-            few.open, few.stages, few._steps = [], (), {}
-            return few.exhaust(proof)
-        rounds, total = proof["goal"]["rounds"], self.run.scenario["until"]["rounds"]
-        stages = {o: need for o, (need, _) in zip(self.open, self.stages, strict=True)}
-        start = {name: [*pose] for name, pose in zip(self.names, self.start, strict=True)}
-        given = {o: need for o, need in proof["stages"].items() if o not in self.given_up}
-        now = proof["start"] == start and given == stages and rounds <= total
-        require(now, "the proof of a deadlock is about another moment")
-        counts = tuple(self.run.robots[name].progress(self._number(name)) for name in self.names)
-        first = self._settled(self.start, counts, self.stages, rounds)
-        seen, queue = {first}, [first]
-        for poses, done, stage in queue:
-            ended = self._completed(poses, done, stage, rounds)
-            require(not ended, "the mission can be completed from here")
-            for k, name in enumerate(self.names):
-                rivals = self.data[name].get("conflicts", ())
-                here = [self.names.index(other) for other in rivals if other in self.names]
-                taken = {poses[i][0] for i in here}
-                for pose in self.steps(name, poses[k], stage):
-                    moved = (*poses[:k], pose, *poses[k + 1 :])
-                    if pose[0] not in taken:
-                        after = self._settled(moved, done, stage, rounds)
-                        queue += [] if after in seen else [after]
-                        seen.add(after)
+    def exhaust(self, rounds: int) -> int:
+        """Refuse unless no order of moves completes some rounds, each robot's step being one
+        transition. Returns the number of joint places."""
+        for name, robot in self.robots.items():
+            times = min(1, rounds) if "hold" in robot.own else rounds
+            self.enough[name] = times * len(goals_of(robot.own))
+        start = tuple(robot.destination for robot in self.robots.values())
+        counts = tuple(robot.progress for robot in self.robots.values())
+        seen = {self._settled(start, counts, self.stages)}
+        queue = list(seen)
+        for poses, counts, stages in queue:
+            at = dict(zip(self.robots, poses, strict=True))
+            done = all(count.met >= self.enough[n] for n, count in zip(at, counts, strict=True))
+            lost = not done or not all(self.can_go_on(n, [p], stages) for n, p in at.items())
+            require(lost, "the mission can be completed from here")
+            for k, (name, robot) in enumerate(self.robots.items()):
+                taken = {at[other][0] for other in robot.rivals if other in at}
+                free = (p for p in self.steps(name, at[name], stages) if p[0] not in taken)
+                moved = ((*poses[:k], pose, *poses[k + 1 :]) for pose in free)
+                fresh = {self._settled(after, counts, stages) for after in moved} - seen
+                seen |= fresh
+                queue += fresh
             if len(seen) > MOST_STATES:
-                raise TooLargeError(f"more than {MOST_STATES} joint states; not certified")
-        told = {json.dumps([[*p] for p in poses], separators=(",", ":")) for poses, _, _ in seen}
-        text = "".join(f"{line}\n" for line in sorted(told)).encode()
-        same = (len(told), hashlib.sha256(text).hexdigest()) == (proof["states"], proof["sha256"])
-        require(same, f"there are {len(told)} joint places, and not those of the proof")
-        return len(told)
+                raise base.TooLargeError(f"more than {MOST_STATES} joint states; not certified")
+        return len({poses for poses, _, _ in seen})
 
-    def _number(self, name: str) -> int:
-        return len(self.aims[name])
-
-    def _is_done(self, name: str, count: Progress, rounds: int) -> bool:
-        objective = self.data[name]["objective"]
-        enough = min(1, rounds) if "hold" in objective else rounds
-        return count[2] >= enough * (self._number(name) if is_ordered(objective) else 1)
-
-    def _completed(self, poses: Any, counts: Any, stages: Stages, rounds: int) -> bool:
-        done = map(self._is_done, self.names, counts, repeat(rounds))
-        there = zip(self.names, poses, strict=True)
-        return all(done) and all(self.can_go_on(n, [pose], stages) for n, pose in there)
-
-    def _settled(self, poses: Any, counts: Any, stages: Stages, rounds: int) -> Any:
+    def _settled(self, poses: tuple[Pose, ...], counts: Counts, before: Stages) -> Joint:
         """The joint state after everybody has acted where it stands, and what is met is counted."""
-        before, given = None, stages
-        while stages != before:
-            before = stages
-            for k, obstacle in enumerate(self.open):
-                if need := self.need(k, stages):
-                    pairs = zip(self.names, poses, strict=True)
-                    here = {n for n, pose in pairs if self.run.serves(n, need, pose)}
-                    here -= {name for name in here if (name, obstacle) in self.run.barred}
-                    stage = worked(self.run.needs(obstacle), stages[k], here)
-                    stages = (*stages[:k], stage, *stages[k + 1 :])
-        if self.unmet(stages) != self.unmet(given):
-            counts = tuple((index, frozenset(), 0) for index, _, _ in counts)
-        return poses, tuple(map(self._counted, self.names, poses, counts, repeat(rounds))), stages
+        at, found = dict(zip(self.robots, poses, strict=True)), []
+        fit = ({n: at[n] for n in {*at} - stage.obstacle.barred} for stage in before)
+        stages = tuple(stage.worked(who, at) for stage, who in zip(before, fit, strict=True))
+        anew = any(was.need and not is_.need for was, is_ in zip(before, stages, strict=True))
+        for name, count in zip(at, counts, strict=True):
+            own = self.robots[name].own
+            here = {goal for goal, aim in enumerate(self.aims[name]) if at[name] in aim}
+            progress = count.again(own) if anew else count
+            while progress.met < self.enough[name] and (met := progress.next & here):
+                progress = progress.after(own, min(met))
+            found.append(progress)
+        return poses, tuple(found), stages
 
-    def _counted(self, name: str, pose: Pose, count: Progress, rounds: int) -> Progress:
-        """What a robot has met after it has come to a pose, until it has met enough."""
-        aims, (index, seen, met) = self.aims[name], count
-        ordered = is_ordered(self.data[name]["objective"])
-        while not self._is_done(name, (index, seen, met), rounds):
-            fresh = {k for k, aim in enumerate(aims) if pose in aim} - seen
-            if not (index in fresh if ordered else fresh):
-                break
-            if ordered:
-                index, met = (index + 1) % len(aims), met + 1
-            else:
-                seen = seen | fresh
-                seen, met = (frozenset(), met + 1) if len(seen) == len(aims) else (seen, met)
-        return index, seen, met
+
+def by_formulas(own: Json, moves: Moves) -> tuple[Moves, list[frozenset[Pose]]]:
+    """Of an objective in formulas: the moves that its safety lines allow, and for each goal the
+    poses in which it may be met, by staying or else by a step into them. Both with some memory;
+    lines about more than MOST_MEMORY values of it say nothing here."""
+    place = ["region", "heading"][: len(base.coordinates(next(iter(moves))))]
+    bounds: dict[str, Any] = {"region": (0, max(region for region, _ in moves)), "heading": (0, 3)}
+    bounds |= own["ltl"].get("memory", {})
+    ranges = {n: "" if b == "bool" else f":{b[0]}...{b[1]}" for n, b in bounds.items()}
+    variables = [base.read_variable(name + values) for name, values in ranges.items()]
+    few = prod(v.most - v.least + 1 for v in variables[2:]) <= MOST_MEMORY
+    spec, keys = {v.name: v for v in variables}, [*place, *(f"{p}'" for p in place)]
+    rows = {(*base.coordinates(a), *base.coordinates(b)): (a, b) for a in moves for b in moves[a]}
+
+    def met(lines: Iterable[base.Clause]) -> set[tuple[Pose, Pose]]:
+        clauses = [clause for clause in lines if few or clause.reads <= {*keys}]
+        wanted = sorted(set().union(*(clause.reads for clause in clauses)) - {*keys})
+        return {rows[row] for row, _ in base.complete(spec, wanted, clauses, keys, list(rows))}
+
+    allowed, aims = met(base.formulas_of(own, "safety")), []
+    for goal in (met([line]) for line in base.formulas_of(own, "liveness")):
+        staying = {a for a, b in goal if a == b}
+        entered = {b for a, b in goal & allowed if not {a, b} & staying}
+        aims.append(frozenset(staying | entered))
+    kept = {a: {b for b in moves[a] if a == b or (a, b) in allowed} for a in moves}
+    return kept, aims or [frozenset(moves)]
 
 
 # ---------------------------------------------------------------- strategy -> moves
 
 
-@dataclass
-class Claim:
+SAYS = {  # the claims, by their kinds and, after a colon, their variants
+    "realizes": "The strategy of {who} realizes the text of its specification: {size}.",
+    "keeps": "The strategy of {who} keeps the rules of the scenario and does what it is for again "
+    "and again ({assumed}).",
+    "unrealizable": "No strategy exists for {who}.",
+    "weakest": "{who}: no strategy with fairness {fairness}, which was tried before.",
+    "never": "{name} can never be resolved: whatever the robots do, too few that can resolve it "
+    "get there.",
+    "broken": "Tick {tick}: an assumption of {robot} failed ({name}). What its strategy promises "
+    "does not hold from here on, until it is synthesized again.",
+    "changed": "Tick {tick}: {robot} is given another objective, '{objective}'.",
+    "motion": "motion.jsonl says that it is the motion of this trace (by its sha256); "
+    "`safenav check-motion` checks what is in it, this program does not.",
+    "moves": "{which} are legal: {answers} are the answers of these strategies to what the robots "
+    "could observe, the others stay, step back or follow a joint plan. No wall, no standing "
+    "obstacle, no collision.",
+    "outcome:completed": "The mission is completed: every robot has met its objective {rounds} "
+    "times after the last resolution.",
+    "outcome:unrealizable": "The mission never began: a robot has no strategy.",
+    "outcome:tick_limit": "The run ended at its limit of {ticks} ticks.",
+    "outcome:ended": "The run ended early ({what}); nothing is claimed of its goal.",
+    "outcome:no strategy": "An operator is needed: there is no strategy for {who}, as shown above.",
+    "outcome:deadlock": "An operator is needed: no order of moves completes it from any of the "
+    "{count} joint places.",
+    "outcome:stuck": "An operator is needed: {who} cannot go on, whatever the team does{also}.",
+}
+
+
+class Claim(NamedTuple):
     """Something that the checker has established, and the files and lines that show it."""
 
     id: str
     kind: str
     text: str
-    evidence: list[tuple[str, int | None]]
-
-
-# How far a robot is: whose turn it is, what it has met in this round, and how many targets (where
-# they have an order) or rounds (where they have none) are met.
-Progress = tuple[int, frozenset[int], int]
-
-
-@dataclass
-class Robot:
-    """One robot at some line of the trace."""
-
-    pose: Pose
-    objective: Json
-    destination: Pose  # where it is, or where its step ends
-    toward: int | None = None  # the region that it is on its way to, and takes up, too
-    task: Task | None = None
-    nodes: set[int] | None = None  # where it may be in its strategy; None: in any node of its pose
-    after: set[int] | None = None  # the same at the end of a step under way
-    came_from: set[int] = field(default_factory=set)  # the nodes before its last step
-    knowledge: dict[str, int] = field(default_factory=dict)
-    signal: Json = field(default_factory=dict)
-    refused: int | None = None  # where an obstacle stands that it was about to enter in this turn
-    back: Json | None = None  # its ``backtrack`` line in this turn
-    silent: bool = False  # whether its strategy had no answer in its last turn
-    active: bool = True  # whether it is in service
-    goals: list[int] = field(default_factory=list)  # those met since the last resolution
-    awaited: int = 0  # the target of its own objective whose turn it is
-    held: int = -1  # the last turn that counts for what it holds
-
-    @property
-    def places(self) -> set[int]:
-        return {self.pose[0]} if self.toward is None else {self.pose[0], self.toward}
-
-    def may_be(self) -> set[int]:
-        """The nodes in which it may be: one, or after a joint plan all of its pose, for from each
-        of them the strategy keeps what it promises."""
-        known: Mapping[Pose, set[int]] = self.task.of_pose if self.task is not None else {}
-        return known.get(self.pose, set()) if self.nodes is None else self.nodes
-
-    def progress(self, number: int) -> Progress:
-        if is_ordered(self.objective):
-            return self.awaited, frozenset(), len(self.goals)
-        rounds = len(self.goals) // (number or 1)
-        return 0, frozenset(self.goals[rounds * number :]), rounds
+    evidence: Sequence[tuple[str, int | None]]
 
 
 class Run:
-    """The trace, line by line, against the strategies, the map and the obstacles."""
+    """The trace, line by line, against the strategies, the map and the obstacles. Each type of
+    line that matters has a method ``on_TYPE``, which gets the line and the robot and the obstacle
+    that it names. (A refusal tells which line it is about.)"""
 
     def __init__(self, bundle: Bundle) -> None:
         self.bundle, self.scenario = bundle, bundle.header["scenario"]
         self.external = self.scenario.get("world") == "external"
-        self.world = World(self.scenario["map"])
-        self.data: dict[str, Json] = dict(self.scenario["robots"])  # in the order of their turns
-        self.robots = {
-            name: Robot(pose := (data["start"], data.get("heading")), data["objective"], pose)
-            for name, data in self.data.items()
-        }
-        self.obstacles: dict[str, Json] = {}
-        self.stages: dict[str, Stage] = {}
-        self.present: set[str] = set()
-        self.known: set[str] = set()
-        self.sealed: dict[str, tuple[set[str], str]] = {}  # for whom an obstacle stays, and why
-        self.untraversable: set[str] = set()
-        self.barred: set[tuple[str, str]] = set()  # robots with no strategy to serve an obstacle
+        self.world, self.line = World(self.scenario["map"]), 1
+        self.obstacles: dict[str, Obstacle] = {}
+        self.robots: dict[str, Robot] = {}  # in the order of their turns
         self.stack: list[Json] = []
-        self.plan: dict[str, list[Pose]] = {}
-        self.taken: dict[str, int] = {}  # how many steps of the plan a robot has taken
-        self.orders: list[Any] = []
-        self.refuted: Any = None  # the tick and turn of the last proof, the proof, and who never
-        self.told: Any = None  # the tick and turn of the last line about the stack
-        self.met: Any = None  # the turn in which an obstacle was last met, who met it, and which
+        self.met: Any = None  # the turn in which an obstacle was met last, by whom, and which
         self.claims: list[Claim] = []
-        self.moves = self.answers = self.tick = self.turn = self.line = self.strayed = 0
-        self.outcome: Json | None = None
-        self._realized: dict[tuple[str, str], tuple[Strategy, list[int]]] = {}
-        self._kept: dict[str, Task] = {}
-        self._beaten: set[str] = set()
-        for obstacle in self.scenario["obstacles"]:
-            self._stands_from_now(obstacle, known=not obstacle.get("from"))
-        self._check_scenario()
+        self.answers = self.tick = self.turn = self.strayed = 0
+        self.realized: dict[str, Any] = {}  # by measures: a strategy, and where it may begin
+        self.kept: dict[str, Task] = {}  # by measures under the scenario's rules
+        self.beaten: dict[str, Any] = {}  # by specifications: see ``_beaten``
+        self.hopeless: set[str] = set()  # those of which even the scenario's rules are beaten
+        robots = self.scenario["robots"]
+        apart = {(a, b) for a in robots for b in robots[a].get("conflicts", ()) if a != b}
+        for name, data in robots.items():
+            rivals = [other for other in robots if {(name, other), (other, name)} & apart]
+            self.robots[name] = Robot(name, data, rivals)
+        for data in self.scenario["obstacles"]:
+            self.on_discovered({"obstacle": data}, present=not data.get("from"))
+        for robot in self.robots.values():
+            turning = {"free": False, "heading": True}.get(robot.data["mobility"])
+            require(turning is bool(robot.pose[1]), f"{robot.name} has no such mobility")
+            free = robot.places.union(*base.targets_of(robot.own)) <= self.world.free
+            require(free, f"{robot.name} starts in a wall, or has a target in one")
+            self._check_apart(robot, robot.places)
 
-    def _check_scenario(self) -> None:
-        for name, data in self.data.items():
-            turning = data["mobility"] == "heading"
-            fits = data["mobility"] in ("free", "heading") and turning == bool(data.get("heading"))
-            require(fits, f"{name} has no known mobility, or no heading for it")
-            for other in data.get("conflicts", ()):
-                mutual = other != name and name in self.data[other].get("conflicts", ())
-                require(mutual, f"{name} must avoid {other}, but not the other way round")
-                apart = self.data[other]["start"] != data["start"]
-                require(apart, f"{name} and {other} start in one region")
-            free = {data["start"]}.union(*targets_of(data["objective"])) <= self.world.free
-            require(free, f"{name} starts in a wall, or has a target in one")
+    def _check_apart(self, robot: Robot, regions: set[int]) -> None:
+        for other in robot.rivals:
+            require(not regions & self.robots[other].places, f"{other} is in the same region")
 
     def replay(self) -> None:
         """Refuse unless all lines are true; ``claims`` is what is established."""
-        for line, record in enumerate(self.bundle.trace, 2):
-            self.line = line
-            require(self.outcome is None, "a line follows the outcome")
+        for record in self.bundle.trace:
+            self.line += 1
             if record["tick"] != self.tick:
                 whole = record["tick"] == self.tick + 1 and not self.turn % len(self.robots)
                 require(whole, "a tick is left out, or a robot has not moved in it")
                 self.tick += 1
-            getattr(self, "_" + record["type"], lambda _: None)(record)
+            robot = self.robots.get(record.get("robot"))
+            obstacle = self.obstacles.get(str(record.get("obstacle")))
+            getattr(self, f"on_{record['type']}", lambda *_: None)(record, robot, obstacle)
         self.line = 0
-        self._check_names_of_motion()
-        count = f"All {self.moves} moves"
-        if self.strayed:
-            count = f"Of {self.moves} moves all but {self.strayed}, which went elsewhere than told,"
-        what = f"{count} are legal: {self.answers} are the answers of these strategies to what the "
-        what += "robots could observe, the others stay, step back or follow a joint plan. No wall, "
-        what += "no standing obstacle, no collision."
-        self.claim("moves", what, [("trace.jsonl", None)])
-
-    def claim(self, kind: str, text: str, evidence: Any = None) -> None:
-        found = evidence or [("trace.jsonl", self.line)]
-        self.claims.append(Claim(f"{kind}-{len(self.claims) + 1}", kind, text, found))
-
-    def _check_names_of_motion(self) -> None:
-        """The run in metres, if it is there, names this trace. It is not checked any further."""
-        if self.bundle.has("motion.jsonl"):
-            header = json.loads(self.bundle.text("motion.jsonl").splitlines()[0])
+        if "motion.jsonl" in self.bundle.files:
+            header = json.loads(self.bundle.read("motion.jsonl").splitlines()[0])
             named = header["trace"] == self.bundle.files["trace.jsonl"]["sha256"]
             require(named, "motion.jsonl is the motion of another trace")
-            what = "motion.jsonl says that it is the motion of this trace (by its sha256)"
-            note = "`safenav check-motion` checks what is in it, this program does not"
-            self.claim("motion", f"{what}; {note}.", [("motion.jsonl", None)])
+            self.claim("motion", "motion.jsonl")
+        which = f"All {self.turn} moves"
+        if self.strayed:
+            which = f"Of {self.turn} moves all but {self.strayed}, which went elsewhere than told,"
+        self.claim("moves", "trace.jsonl", which=which, answers=self.answers)
+
+    def claim(self, says: str, *files: str | None, **about: Any) -> None:
+        """Something is established by some files (None: by this line of the trace)."""
+        kind, text = says.partition(":")[0], SAYS[says].format(**about)
+        evidence = [(f, None) if f else ("trace.jsonl", self.line) for f in files or [None]]
+        self.claims.append(Claim(f"{kind}-{len(self.claims) + 1}", kind, text, evidence))
 
     # synthesis
 
-    def _synthesis(self, record: Json) -> None:
-        name, spec, strategy = record["robot"], record["spec"], str(record.get("strategy") or "")
-        said = f"{name}, tick {self.tick}, for '{in_words(record['objective'])}'"
-        files = [("trace.jsonl", self.line), (f"specs/{spec}.structuredslugs", None)]
+    def on_synthesis(self, record: Json, robot: Robot, _: Any) -> None:
+        now = f"{robot.name}, tick {self.tick}"
+        said = f"{now}, for '{base.in_words(record['objective'])}'"
         for tried in record.get("tried") or ():
-            self._check_weaker(name, tried)
-        proof, path = f"counterstrategies/{spec}.json", f"rules/{circumstances(record)}.json"
-        if record["verdict"] == "unrealizable" and self.bundle.has(proof):
-            task = self._task(record, self._beat(spec))
-            self._check_circumstances(record, task)
-            there, wishes, assumptions = task.explore_counterstrategy(self.bundle.json(proof))
-            check_beaten(task.graph, assumptions, wishes, there, self.bundle.json(path))
-            files += [(proof, None), (path, None)]
-            self.claim("unrealizable", f"No strategy exists for {said}.", files)
-            for obstacle in self.known & self.present:
-                if frozenset(self.next_need(obstacle)["regions"]) in task.targets:
-                    self.barred.add((name, obstacle))
-        if record["verdict"] != "realizable" or record.get("node") is None:
-            return
-        require(strategy, "its strategy was never listed: nothing is proven about its moves")
-        measures = f"measures/{spec}-{strategy}.json"
-        files += [(f"strategies/{strategy}.json", None), (measures, None)]
-        if (spec, strategy) not in self._realized:
-            text = read_specification(self.bundle.text(files[1][0]))
-            graph = Strategy(self.bundle.json(files[2][0]), text)
-            initial = check_strategy(text, graph, self.bundle.json(measures))
-            self._realized[spec, strategy] = graph, initial
+            if tried["spec"] not in self.beaten and (proof := self._beaten(tried["spec"])):
+                self.claim("weakest", None, *proof[0], who=now, fairness=tried["fairness"])
+        if record["verdict"] == "unrealizable" and (proof := self._beaten(record["spec"])):
+            files, graph, given = proof
+            task, rules = self._task(record, graph), f"rules/{circumstances(record)}.json"
+            there, wishes, assumptions = task.explore_counterstrategy(given)
+            base.check_beaten(graph, assumptions, wishes, there, self.bundle.json(rules))
+            self.claim("unrealizable", None, *files, rules, who=said)
+            self.hopeless.add(record["spec"])
+            for obstacle in self.met_obstacles():
+                if obstacle.stage.need and obstacle.stage.need.regions in task.targets:
+                    obstacle.barred.add(robot.name)
+        if record["verdict"] == "realizable" and record.get("node") is not None:
+            self._install(record, robot, said)
+
+    def _beaten(self, spec: str) -> Any:
+        """The files that show that a specification has no strategy, its counterstrategy, and what
+        is said about that; None if they are not there."""
+        text, path = f"specs/{spec}.structuredslugs", f"counterstrategies/{spec}.json"
+        if spec not in self.beaten and path in self.bundle.files:
+            read = base.read_specification(self.bundle.text(text))
+            given = self.bundle.json(path)
+            graph = Strategy(given["automaton"], read)
+            base.check_counterstrategy(read, graph, given)
+            self.beaten[spec] = (text, path), graph, given
+        return self.beaten.get(spec)
+
+    def _install(self, record: Json, robot: Robot, said: str) -> None:
+        """From here on a robot follows a strategy, which is shown to be what it should."""
+        spec, name = record["spec"], record.get("strategy")
+        require(name, "its strategy was never listed: nothing is proven about its moves")
+        text, path = f"specs/{spec}.structuredslugs", f"strategies/{name}.json"
+        measures, rules = f"measures/{spec}-{name}.json", f"rules/{circumstances(record)}.json"
+        if measures not in self.realized:
+            read = base.read_specification(self.bundle.text(text))
+            graph = Strategy(self.bundle.json(path), read)
+            initial = base.check_strategy(read, graph, self.bundle.json(measures))
+            self.realized[measures] = graph, initial
             size = f"{graph.count} nodes, {sum(map(len, graph.next))} edges"
-            what = f"The strategy of {said} realizes the text of its specification: {size}."
-            self.claim("realizes", what, files[1:])
-        graph, initial = self._realized[spec, strategy]
+            self.claim("realizes", text, path, measures, who=said, size=size)
+        graph, initial = self.realized[measures]
         node = record["node"]
         require(node in initial, f"node {node} is not one with which the strategy may begin")
-        task = self._kept.get(path) or self._task(record, graph)
-        self._check_circumstances(record, task)
-        if path not in self._kept:
+        task = self._task(record, graph, self.kept.get(rules))
+        if rules not in self.kept:
             _, wishes, assumptions = task.explore_strategy(node)
-            aims = list(zip(task.wishes, wishes, strict=True))
-            for (wish, met), measure in zip(aims, self.bundle.json(path), strict=True):
+            given = self.bundle.json(rules)
+            for wish, met, measure in zip(task.wishes, wishes, given, strict=True):
                 missed = f"it is not shown that no run misses {wish} for ever"
-                check_measure(graph, missed, met, assumptions, measure)
-            self._kept[path] = task
-            assumed = {"none": "whatever the others do"}.get(record["fairness"], record["fairness"])
-            what = (
-                f"The strategy of {said} keeps the rules of the scenario and does what it is for "
-            )
-            self.claim("keeps", f"{what}again and again ({assumed}).", [*files, (path, None)])
-        robot = self.robots[name]
-        robot.task, robot.nodes, robot.after = task, {node}, None
-        robot.knowledge = dict(task.knowledge)
+                base.check_measure(graph, missed, met, assumptions, measure)
+            self.kept[rules] = task
+            assumed = record["fairness"].replace("none", "whatever the others do")
+            self.claim("keeps", None, text, path, measures, rules, who=said, assumed=assumed)
+        robot.task, robot.nodes, robot.knowledge = task, {node}, dict(task.knowledge)
         nothing = {"request": False, "assigned": record.get("neutral"), "wait": False}
         robot.signal = robot.signal or nothing  # told when it changes
-        if same_objective(task.objective, self.data[name]["objective"]):
-            robot.awaited = next(iter(task.memory.values()), 0)
+        if base.is_ordered(robot.own) and base.same_objective(task.objective, robot.own):
+            first = frozenset([next(iter(task.memory.values()), 0)])
+            robot.progress = robot.progress._replace(next=first)
 
-    def _task(self, record: Json, graph: Strategy) -> Task:
-        cells = self.scenario.get("partition")
-        return Task(self.world, self.data[record["robot"]], record, cells, graph)
-
-    def _beat(self, spec: str) -> Strategy:
-        """The counterstrategy that beats every robot within a specification."""
-        document = self.bundle.json(f"counterstrategies/{spec}.json")
-        text = read_specification(self.bundle.text(f"specs/{spec}.structuredslugs"))
-        graph = Strategy(document["automaton"], text)
-        if spec not in self._beaten:
-            check_counterstrategy(text, graph, document)
-        self._beaten.add(spec)
-        return graph
-
-    def _check_weaker(self, name: str, tried: Json) -> None:
-        """What was tried before with weaker assumptions, or another form, had no strategy."""
-        spec, line = tried["spec"], ("trace.jsonl", self.line)
-        proof = f"counterstrategies/{spec}.json"
-        if spec not in self._beaten and self.bundle.has(proof):
-            self._beat(spec)
-            files = [line, (f"specs/{spec}.structuredslugs", None), (proof, None)]
-            what = f"{name}, tick {self.tick}: no strategy with fairness {tried['fairness']}"
-            self.claim("weakest", f"{what}, which was tried before.", files)
-
-    def _check_circumstances(self, record: Json, task: Task) -> None:
-        """The circumstances for which a robot is synthesized are those of the run."""
-        name, robot = record["robot"], self.robots[record["robot"]]
-        same = task.pose == robot.destination
-        require(same, f"{name} is at {robot.destination}, but synthesized for {task.pose}")
+    def _task(self, record: Json, graph: Strategy, known: Task | None = None) -> Task:
+        """What a robot is synthesized for: the circumstances are those of the run."""
+        robot, cells = self.robots[record["robot"]], self.scenario.get("partition")
+        task = known or Task(self.world, robot.data, record, cells, graph)
+        require(task.pose == robot.destination, f"it is not synthesized for {robot.destination}")
         tried = record["verdict"] == "unrealizable" and self.tick  # for an objective not in force
-        own = same_objective(task.objective, self.data[name]["objective"])
-        meant = own if task.places is not None else same_objective(task.objective, robot.objective)
-        if not tried and not meant:  # with assignable goals it is always about its own
-            free = self.stack and self.told != (self.tick, self.turn)  # a line of this turn holds
-            free = free and self._may_do(name, task.objective)
-            require(free, f"{name} is synthesized for another objective than is in force")
+        wanted = robot.objective if task.places is None else robot.own
+        if not tried and not base.same_objective(task.objective, wanted):
+            require(self._may_do(robot, task.objective), "it is synthesized for something else")
             robot.objective = task.objective
-        closed = {why.removeprefix("obstacles."): r for r, why in record.get("closed") or ()}
-        for other in self.data[name].get("conflicts", ()):
-            parked = closed.get(f"robots.{other}") in self.robots[other].places
-            require(other in task.moving or parked, f"{name} does not know of {other}")
-        for why, region in closed.items():
-            if why.startswith("robots."):
-                stands = region in self.robots[why[7:]].places
-            else:
-                stands = why in self.known and self.stands(why, name)
-                stands = stands and self.obstacles[why]["region"] == region
-            require(stands, f"{name} takes {region} to be closed by {why}, which is not so")
-        for obstacle, (robots, _) in self.sealed.items():
-            require(name not in robots or obstacle in closed, f"{name} does not know of {obstacle}")
-        for other, value in task.knowledge.items():
-            where = set(task.whereabouts(other, value))
+        takes = {f"robots.{name}": other.places for name, other in self.robots.items()}
+        takes |= {
+            o.name: {o.region} for o in self.obstacles.values() if o.known and o.stands(robot.name)
+        }
+        due = {f"robots.{name}" for name in {*robot.rivals} - {*task.moving}}
+        due |= {o.name for o in self.obstacles.values() if robot.name in (o.sealed or ())}
+        for region, name in record.get("closed") or ():
+            why = name.removeprefix("obstacles.")
+            require(region in takes.get(why, ()), f"{why} does not close {region}")
+            due.discard(why)
+        require(not due, f"{robot.name} does not know of {', '.join(sorted(due))}")
+        for name, value in task.knowledge.items():
+            where = set(task.whereabouts(name, value))
             if self.tick and record["tracking"] == "belief":  # it may have moved on since the look
                 where = self.world.around(where)
-            there = where & self.robots[other].places
-            require(there, f"{name} believes {other} to be where it is not")
-
-    def _may_do(self, name: str, objective: Json) -> bool:
-        """Whether a robot may do this while requests are open: its own objective, go where a need
-        of an obstacle is met, wait, keep formulas."""
-        needs = chain(*(self.needs(obstacle) for obstacle in self.known & self.present))
-        wanted = [frozenset(need["regions"]) for need in needs]
-        own = same_objective(objective, self.data[name]["objective"])
-        pairs = product(targets_of(objective), wanted)
-        there = "visit" not in objective or any(frozenset() < aim <= want for aim, want in pairs)
-        return own or (bool(self.stack) and there)
+            there = where & self.robots[name].places
+            require(there, f"{robot.name} believes {name} to be where it is not")
+        return task
 
     # obstacles
 
-    def _stands_from_now(self, data: Json, *, known: bool = True) -> None:
-        """Keep an obstacle, with all its needs in one form, and whether it stands."""
-        plain = {"action": data["action"], "regions": data["resolution_regions"]}
-        needs = [{"robots": 1, "together": False, **n} for n in data.get("needs") or [plain]]
-        self.obstacles[data["name"]] = {**data, "needs": needs}
-        self.stages[data["name"]] = (0, frozenset())
-        self.present |= {data["name"]} if known else set()
+    def met_obstacles(self) -> list[Obstacle]:
+        """Those that somebody has met, and that still stand."""
+        return [o for o in self.obstacles.values() if o.known and o.present]
 
-    def needs(self, obstacle: str) -> list[Json]:
-        found: list[Json] = self.obstacles[obstacle]["needs"]
-        return found
+    def on_discovered(self, record: Json, *_: Any, present: bool = True) -> None:
+        obstacle = Obstacle(record["obstacle"], self.scenario["robots"], present=present)
+        self.obstacles[obstacle.name] = obstacle
 
-    def next_need(self, obstacle: str) -> Json:
-        return self.needs(obstacle)[self.stages[obstacle][0]]
+    def on_appeared(self, _record: Json, _: Any, obstacle: Obstacle) -> None:
+        obstacle.present, obstacle.stage = True, Stage(obstacle)
 
-    def serves(self, name: str, need: Json, pose: Pose) -> bool:
-        return need["action"] in self.data[name]["capabilities"] and pose[0] in need["regions"]
+    def on_truth(self, record: Json, _: Any, obstacle: Obstacle) -> None:
+        obstacle.traversable = record["traversable"]
 
-    def blocks(self, obstacle: str, name: str, stage: int) -> bool:
-        """Whether an obstacle is in a robot's way while its needs from ``stage`` on are left."""
-        left = {need["action"] for need in self.needs(obstacle)[stage:]}
-        blocked = name in self.obstacles[obstacle]["blocks"]
-        return blocked and not left <= {*self.data[name]["capabilities"]}
+    def on_gone(self, _record: Json, _: Any, obstacle: Obstacle) -> None:
+        obstacle.present, obstacle.known, obstacle.sealed = False, False, None
 
-    def stands(self, obstacle: str, name: str) -> bool:
-        """Whether an obstacle is in a robot's way now."""
-        here = obstacle in self.present and self.blocks(obstacle, name, self.stages[obstacle][0])
-        return here or name in self.sealed.get(obstacle, ((),))[0]
+    def on_violation(self, record: Json, robot: Robot, obstacle: Obstacle) -> None:
+        there = obstacle.region == record["proposed"] and obstacle.stands(robot.name)
+        require(there, f"{obstacle.name} does not block {robot.name} there")
+        self.met, obstacle.known = (self.turn, robot, obstacle), True
 
-    def capable(self, obstacle: str, name: str) -> bool:
-        """Whether a robot can do something about an obstacle."""
-        actions = {need["action"] for need in self.needs(obstacle)}
-        return bool(actions & {*self.data[name]["capabilities"]})
+    def on_backtrack(self, record: Json, robot: Robot, _: Any) -> None:
+        moves = self.world.moves(robot.data["mobility"], robot.pose) - {robot.pose}
+        here = self.met and self.met[:2] == (self.turn, robot)
+        here = here and self.met[2].region in {region for region, _ in moves}
+        require(here, f"no obstacle is before {robot.name}")
+        robot.back = record
 
-    def _discovered(self, record: Json) -> None:
-        self._stands_from_now(record["obstacle"])
-
-    def _appeared(self, record: Json) -> None:
-        data = self.obstacles[record["obstacle"]]
-        nobody = all(data["region"] not in robot.places for robot in self.robots.values())
-        require(nobody, f"{data['name']} appears where a robot is")
-        self._stands_from_now(data)
-
-    def _truth(self, record: Json) -> None:
-        told = {**self.obstacles[record["obstacle"]], "traversable": record["traversable"]}
-        self.obstacles[record["obstacle"]] = told
-
-    def _gone(self, record: Json) -> None:
-        for kept in (self.present, self.known):
-            kept.discard(record["obstacle"])
-        self.sealed.pop(record["obstacle"], None)
-
-    def _violation(self, record: Json) -> None:
-        name, obstacle, at = record["robot"], record["obstacle"], record["proposed"]
-        blocked = self.obstacles[obstacle]["region"] == at and self.stands(obstacle, name)
-        require(blocked, f"{obstacle} does not block {name} at {at}")
-        self.robots[name].refused = at
-        self.met = self.turn, name, obstacle
-        self.known.add(obstacle)
-
-    def _perform(self, name: str) -> None:
-        """A robot does what it can where it stands, whether or not it was asked."""
-        for obstacle in self.present - self._finished():
-            before, needs = None, self.needs(obstacle)
-            while before != self.stages[obstacle] and self.stages[obstacle][0] < len(needs):
-                before, need = self.stages[obstacle], self.next_need(obstacle)
-                there = {n for n, r in self.robots.items() if self.serves(n, need, r.pose)}
-                group = (there if need["together"] else {name}) if name in there else set()
-                self.stages[obstacle] = worked(needs, before, group)
-
-    def _finished(self) -> set[str]:
-        """The obstacles that stand as far as lines say, but are resolved by what robots did."""
-        return {o for o in self.present if self.stages[o][0] == len(self.needs(o))}
-
-    def _resolved(self, record: Json) -> None:
-        obstacle = record["obstacle"]
-        done = obstacle in self.present and (self.external or obstacle in self._finished())
-        require(done, f"{obstacle} does not stand, or not all that it needs was done")
-        for name in record.get("robots") or [record["robot"]]:
-            able = self.capable(obstacle, name)
-            require(able, f"{name} can do nothing about {obstacle}")
-        same = self.external or record["traversable"] == self.obstacles[obstacle]["traversable"]
-        require(same, f"{obstacle} turns out to be something else than it is")
-        self.present.discard(obstacle)
-        self.known.discard(obstacle)
-        self.untraversable |= {obstacle} if record["traversable"] is False else set()
+    def on_resolved(self, record: Json, _: Any, obstacle: Obstacle) -> None:
+        truth = record["traversable"]
+        require(self.external or truth == obstacle.traversable, f"{obstacle.name} is not like that")
+        done = obstacle.present and (self.external or not obstacle.stage.need)
+        require(done, f"{obstacle.name} does not stand, or not all that it needs was done")
+        able = set().union(*(need.able for need in obstacle.needs))
+        unable = {*(record.get("robots") or [record["robot"]])} - able
+        require(not unable, f"{', '.join(unable)} can do nothing about {obstacle.name}")
+        obstacle.present, obstacle.known, obstacle.traversable = False, False, truth
+        obstacle.stage = Stage(obstacle, len(obstacle.needs))
         for robot in self.robots.values():
-            robot.goals = [0] if robot.held == self.turn else []
+            robot.progress = robot.progress.again(robot.own)
+            robot.hold()
 
-    def _blocked(self, record: Json) -> None:
+    def on_blocked(self, record: Json, _: Any, obstacle: Obstacle) -> None:
         """An obstacle stays for good: it is untraversable, or the team can never resolve it."""
-        obstacle, proof, reason = record["obstacle"], record.get("proof"), record["reason"]
-        if reason == "untraversable":
-            found = obstacle in self.untraversable
-            require(found, f"nobody has found {obstacle} untraversable")
+        name, stage = obstacle.name, obstacle.stage
+        if record["reason"] == "untraversable":
+            found = not obstacle.present and not stage.need and obstacle.traversable is False
+            require(found, f"nobody has found {name} untraversable")
+            stage = Stage(obstacle)
         else:
-            require(proof, f"{obstacle} is called unresolvable without a proof")
-            moment = (self.tick, self.turn, proof)  # one proof serves several obstacles
-            if self.refuted is None or self.refuted[0] != moment:
-                self.refuted = moment, Team(self).never(proof or {})
-            never = obstacle in self.refuted[1] and obstacle in self.refuted[0][2]["never"]
-            require(never, f"{obstacle} can be resolved")
-            what = "whatever the robots do, too few that can resolve it get there"
-            self.claim("never", f"{obstacle} can never be resolved: {what}.")
-        stage = 0 if reason == "untraversable" else self.stages[obstacle][0]
-        blocked = {n for n in self.data if self.blocks(obstacle, n, stage)}
-        require(blocked == set(record["robots"]), f"{obstacle} blocks {sorted(blocked)}")
-        self.known.add(obstacle)
-        self.sealed[obstacle] = blocked, reason
+            team = Team(self, self.robots)
+            require(name in team.never(team.start, team.stages), f"{name} can be resolved")
+            self.claim("never", name=name)
+        obstacle.known, obstacle.sealed = True, {*filter(stage.is_wall, self.robots)}
+        require(obstacle.sealed == {*record["robots"]}, f"{name} blocks {obstacle.sealed}")
 
     # moves
 
-    def _look(self, robot: Robot, task: Task, other: str) -> int:
-        """What a robot knows of another one after the look before its move."""
-        here = robot.pose[0]
-        there: int = self.robots[other].pose[0]
-        if task.sees(here, there):
-            return there
-        found: set[int] = task.after(other, here, robot.knowledge[other])
-        hidden = [value for value in found if there in task.whereabouts(other, value)]
-        require(hidden or self.external, f"{other} is where nobody could believe it to be")
-        return max(hidden or found)
+    def on_move(self, record: Json, robot: Robot, _: Any) -> None:
+        tick, number = divmod(self.turn, len(self.robots))
+        due = tick == self.tick - 1 and robot is list(self.robots.values())[number]
+        require(due, f"it is not the turn of {record['robot']}, or not in this tick")
+        self._check_requests()
+        self.turn += 1
+        pose = (record["to"], record.get("heading"))
+        try:
+            after = self._check_motion(robot, record)
+            if not robot.moves_on:  # else nothing is decided
+                nodes = self._check_decision(robot, record, after)
+                robot.came_from, robot.nodes = robot.may_be(), nodes
+        except RefusedError:
+            if not self.external or pose[0] not in self.world.free:
+                raise
+            self.strayed += 1  # of an external world: it is not where it was told to go
+            after, robot.nodes = pose, set()
+        robot.pose, robot.destination, robot.back = pose, after, None
+        robot.hold()
+        if pose == after and robot.way[1:2] == [pose]:
+            robot.way = robot.way[1:]
+        at = {other.name: other.pose for other in self.robots.values()}
+        for obstacle in self.obstacles.values():
+            if obstacle.present and not self.external:
+                obstacle.stage = obstacle.stage.worked(at, [robot.name])
 
-    def _answers(self, robot: Robot, extra: Iterable[int]) -> set[int]:
-        """The nodes that answer what a robot observes now."""
-        task, seen = robot.task, dict[str, int]()
+    def _check_requests(self) -> None:
+        """Before the next move what was resolved is told, and who met an obstacle asks for help."""
+        done = [o.name for o in self.obstacles.values() if o.present and not o.stage.need]
+        require(not done, f"no line tells that {', '.join(done)} was resolved")
+        open_ = [(entry["requester"], entry["obstacle"]) for entry in self.stack]
+        for _, name in open_[-1:]:
+            left = name is not None and not self.obstacles[name].present
+            require(not left, f"a request for {name} is left open")
+        if self.met and self.met[0] < self.turn:
+            _, robot, obstacle = self.met
+            asks = (robot.name, obstacle.name) in open_ or obstacle.sealed is not None
+            said = f"{robot.name} met {obstacle.name}, and no request of it is on the stack"
+            require(asks or not obstacle.present, said)
+
+    def _check_motion(self, robot: Robot, record: Json) -> Pose:
+        """The rules of the world for one move. Returns the pose in which its step ends; until
+        then the robot keeps its heading."""
+        name, before, to, toward = robot.name, robot.pose, record["to"], record.get("toward")
+        goal, here = to if toward is None else toward, to if toward is None else before[0]
+        bound = robot.destination[0] if robot.moves_on else goal
+        same = (record["from"], to, goal) == (before[0], here, bound)
+        require(same, f"{name} is not there, or leaves the step that it is in")
+        moves = self.world.moves(robot.data["mobility"], before)
+        after = next((pose for pose in moves if pose[0] == goal), (None, None))
+        facing = record.get("heading") == (after if toward is None else before)[1]
+        said = f"{name} cannot go from {before} to {goal}, facing {record.get('heading')}"
+        require(after[0] is not None and facing, said)
+        for obstacle in self.obstacles.values():
+            enters = obstacle.region == goal != before[0] and obstacle.stands(name)
+            require(not enters, f"{name} enters {goal}, where {obstacle.name} stands")
+        self._check_apart(robot, {to, goal})
+        return after
+
+    def _check_decision(self, robot: Robot, record: Json, after: Pose) -> set[int] | None:
+        """The move is the strategy's answer, or what the trace says that it is instead. Returns
+        the nodes in which the robot may be after it; None: in any node of its pose."""
+        task, by = robot.task, record.get("by") or ("backtrack" if robot.back else "strategy")
+        robot.signal = record.get("signal") or robot.signal
+        answers = self._answers(robot, record.get("busy") or ())
+        robot.silent = not answers
+        require(robot.active or by == "stay", f"{robot.name} goes on, though it is out of service")
+        if by == "plan":
+            require(robot.way[:2] == [robot.pose, after], f"{robot.name} leaves its plan")
+            follows = task is None or task.follows(robot.own, robot.pose, after)
+            require(follows, f"the plan leads {robot.name} where its objective forbids")
+            return None
+        require(by != "backtrack" or robot.back, f"no obstacle is before {robot.name}")
+        node = (robot.back or {}).get("node") if by == "backtrack" else None
+        stays = node is None and by in ("stay", "backtrack")
+        require(not stays or after == robot.pose, f"{robot.name} moves, though it should stay")
+        if task is None or (by == "stay" and not answers):
+            require(stays, f"{robot.name} has no strategy")
+            return None
+        fits = {n for n in answers if task.poses[n] == after}
+        if stays:  # it may have been told to wait, or remember this look
+            looked = {f"at_{other}": robot.knowledge[other] for other in task.tracked}
+            there = task.of_pose.get(after, ()) if looked else ()
+            kept = {n for n in there if looked.items() <= task.values[n].items()}
+            return robot.may_be() | kept | (fits if by == "backtrack" else set())
+        if node is not None:
+            follows = {n for before in robot.may_be() for n in task.graph.next[before]}
+            fits = {n for n in follows & {node} if task.poses[n] == after}
+        said = f"{robot.name} goes to {after}, but its strategy answers"
+        require(fits, f"{said} {[task.poses[n] for n in answers]}")
+        self.answers += node is None
+        return fits
+
+    def _answers(self, robot: Robot, shown: Iterable[int]) -> set[int]:
+        """The nodes that answer what a robot observes now. ``shown``: regions that it is shown as
+        taken although nobody is there."""
+        task, here, seen = robot.task, robot.pose[0], dict[str, int]()
         if task is None:
             return set()
         if task.places is not None:
-            seen = {key: int(robot.signal[key]) for key in TOLD}
+            seen = {key: int(robot.signal[key]) for key in base.TOLD}
         if task.nearby:
-            taken = set(extra).union(*(self.robots[other].places for other in task.moving))
+            taken = set(shown).union(*(self.robots[name].places for name in task.moving))
             for side in self.world.sides if task.moving else ():
-                seen[f"busy_{side}"] = int(self.world.step(robot.pose[0], side) in taken)
-        for other in task.tracked:
-            seen[f"at_{other}"] = robot.knowledge[other] = self._look(robot, task, other)
+                seen[f"busy_{side}"] = int(self.world.step(here, side) in taken)
+        for name in task.tracked:
+            there, known = self.robots[name].pose[0], robot.knowledge
+            if not task.sees(here, there):
+                found = task.after(name, here, known[name])
+                hidden = {value for value in found if there in task.whereabouts(name, value)}
+                require(hidden or self.external, f"{name} is where nobody could believe it to be")
+                there = max(hidden or found)
+            seen[f"at_{name}"] = known[name] = there
         row, graph = tuple(seen[name] for name in task.inputs), task.graph
         follow = chain(*(graph.next[node] for node in robot.may_be()))
         return {node for node in follow if graph.inputs[node] == row}
 
-    def _move(self, record: Json) -> None:
-        name = list(self.robots)[self.turn % len(self.robots)]
-        robot, per_tick = self.robots[name], len(self.robots)
-        due = record["robot"] == name and self.turn // per_tick == self.tick - 1
-        require(due, f"it is {name}'s turn, or not yet this tick's")
-        missed = sorted(self._finished())
-        require(not missed, f"no line tells that {', '.join(missed)} was resolved")
-        asked = self.stack[-1]["obstacle"] if self.stack else None
-        require(asked is None or asked in self.present, f"a request for {asked} is left open")
-        if self.met and self.met[0] < self.turn:
-            asks = any((p["requester"], p["obstacle"]) == self.met[1:] for p in self.stack)
-            asks = asks or self.met[2] in self.sealed or self.met[2] not in self.present
-            require(asks, f"{self.met[1]} met {self.met[2]}, and no request of it is on the stack")
-        self.turn, self.moves = self.turn + 1, self.moves + 1
-        pose, toward = (record["to"], record.get("heading")), record.get("toward")
-        try:
-            after = self._check_motion(name, robot, record)
-            if robot.toward is None:  # else nothing was decided
-                robot.came_from = robot.may_be()
-                self._check_decision(name, robot, record, after)
-        except RefusedError:
-            if not self.external or record["to"] not in self.world.free:
-                raise
-            self.strayed += 1  # of an external world: it is not where it was told to go
-            after, robot.nodes, robot.after = pose, set(), set()
-        robot.refused = robot.back = None
-        robot.pose, robot.toward, robot.destination = pose, toward, after
-        if toward is None and robot.after is not None:
-            robot.nodes, robot.after = robot.after, None
-        own = robot.objective == self.data[name]["objective"] and "hold" in robot.objective
-        if own and toward is None and pose[0] in targets_of(robot.objective)[0]:
-            self._count(robot, 0)
-        if toward is None and name in self.plan:
-            way, taken = self.plan[name], self.taken[name]
-            self.taken[name] += taken + 1 < len(way) and way[taken + 1] == robot.pose
-        if not self.external:
-            self._perform(name)
-
-    def _check_motion(self, name: str, robot: Robot, record: Json) -> Pose:
-        """The rules of the world for one move. Returns the pose in which its step ends; until
-        then the robot keeps its heading."""
-        start, to, before, toward = record["from"], record["to"], robot.pose, record.get("toward")
-        goal = to if toward is None else toward
-        require(start == before[0], f"{name} moves from {start}, but is at {before[0]}")
-        same = robot.toward in (None, goal) and (toward is None or to == start)
-        require(same, f"{name} leaves the step that it is in")
-        moves = self.world.moves(self.data[name]["mobility"], before)
-        after = next((pose for pose in moves if pose[0] == goal), None)
-        faces = (before if after is None or toward is not None else after)[1]
-        if after is None or faces != record.get("heading"):
-            said = f"{goal}, facing {record.get('heading')}"
-            raise RefusedError(f"{name} cannot go from {before} to {said}")
-        for obstacle, data in self.obstacles.items():
-            enters = data["region"] == goal != start and self.stands(obstacle, name)
-            require(not enters, f"{name} enters {goal}, where {obstacle} stands")
-        for other in self.data[name].get("conflicts", ()):
-            apart = not {to, goal} & self.robots[other].places
-            require(apart, f"{name} and {other} are in one region")
-        return after
-
-    def _check_decision(self, name: str, robot: Robot, record: Json, after: Pose) -> None:
-        """The move is the strategy's answer, or what the trace says that it is instead."""
-        by = record.get("by") or ("backtrack" if robot.back else "strategy")
-        task, extra, back = robot.task, record.get("busy") or (), robot.back
-        robot.signal = record.get("signal") or robot.signal
-        answers = self._answers(robot, extra)
-        robot.silent = not answers
-        require(robot.active or by == "stay", f"{name} goes on, though it is out of service")
-        stays = by == "stay" or (by == "backtrack" and back and back.get("node") is None)
-        require(not stays or after == robot.pose, f"{name} moves, though it should stay")
-        if by == "plan":
-            self._check_planned(name, robot, after)
-        elif by == "stay" and not answers:
-            robot.nodes = None
-        elif stays and task is not None:  # it may have been told to wait, or remember this look
-            looked = {f"at_{other}": robot.knowledge[other] for other in task.tracked}
-            there = task.of_pose.get(after, ()) if looked else ()
-            robot.after = {n for n in there if looked.items() <= task.values[n].items()}
-            robot.after |= robot.may_be()
-            if by == "backtrack":
-                robot.after |= {n for n in answers if task.poses[n] == after}
-        elif by == "backtrack" and not stays:
-            node = back["node"] if back else 0
-            follows = chain(*(task.graph.next[n] for n in robot.may_be())) if task else ()
-            led = task is not None and node in follows and task.poses[node] == after
-            require(led, f"{name} steps back to what does not follow")
-            robot.after = {node}
-        elif not stays:
-            poses = task.poses if task is not None else []
-            require(answers, f"the strategy of {name} has no answer to what it observes")
-            fits = {n for n in answers if poses[n] == after}
-            said = ", ".join(str(poses[n]) for n in answers)
-            require(fits, f"{name} goes to {after}, but its strategy answers {said}")
-            robot.after, self.answers = fits, self.answers + 1
-
-    def _backtrack(self, record: Json) -> None:
-        name, robot = record["robot"], self.robots[record["robot"]]
-        moves = self.world.moves(self.data[name]["mobility"], robot.pose)
-        ahead = {region for region, _ in moves} - {robot.pose[0]}
-        require(robot.refused in ahead, f"no obstacle is before {name}")
-        robot.back = record
-
-    def _service(self, record: Json) -> None:
+    def on_service(self, record: Json, robot: Robot, _: Any) -> None:
         """A robot is to stand still, or is back and goes on from where it is."""
-        robot, active = self.robots[record["robot"]], record["active"]
-        changed = type(active) is bool and active != robot.active
-        require(changed, f"{record['robot']} is in service or out of it, as it was before")
+        active: bool = record["active"]
+        require({robot.active, active} == {True, False}, f"{robot.name} serves as it was before")
         robot.active = active
-        if active and robot.toward is None and not self.plan:
+        if active and not robot.moves_on and not robot.way:
             robot.nodes = None
 
-    def _assumption(self, record: Json) -> None:
+    def on_assumption(self, record: Json, robot: Robot, _: Any) -> None:
         """The others broke what a robot relies on: it has no answer any more."""
-        name = record["robot"]
-        silent = self.robots[name].silent
-        require(silent, f"the strategy of {name} has an answer: no assumption failed")
-        self.robots[name].nodes = set()
-        what = f"Tick {self.tick}: an assumption of {name} failed ({record['name']}). What its "
-        what += "strategy promises does not hold from here on, until it is synthesized again."
-        self.claim("broken", what)
+        require(robot.silent, f"the strategy of {robot.name} has an answer: no assumption failed")
+        robot.nodes = set()
+        self.claim("broken", tick=self.tick, robot=robot.name, name=record["name"])
 
     # joint plans
 
-    def _plan(self, record: Json) -> None:
-        self.plan = {n: [(r, h) for r, h in way] for n, way in record["robots"].items()}
-        self.taken, self.orders = dict.fromkeys(self.plan, 0), record["orders"]
-        for name, way in self.plan.items():
-            begins = way[:1] == [self.robots[name].destination]
-            require(begins, f"{name} cannot follow the plan from where it is")
+    def on_plan(self, record: Json, *_: Any) -> None:
+        for name, way in record["robots"].items():
+            robot = self.robots[name]
+            robot.way = [(region, heading) for region, heading in way]
+            require(robot.way[:1] == [robot.destination], f"{name} is not where the plan begins")
 
-    def _check_planned(self, name: str, robot: Robot, after: Pose) -> None:
-        """A step of a joint plan: the next one, when those have arrived that it waits for."""
-        way, k = self.plan.get(name, []), self.taken.get(name, 0) + 1
-        next_ = k < len(way) and way[k - 1] == robot.pose and way[k] == after
-        require(next_, f"{name} leaves its plan")
-        for first, i, then, j in self.orders:
-            waits = then == name and j == k and self.taken[first] < i
-            require(not waits, f"{name} does not wait for {first}")
-        own, task = self.data[name]["objective"], robot.task
-        follows = task is None or task.follows(own, robot.pose, way[k])
-        require(follows, f"the plan leads {name} where its objective forbids")
-        robot.nodes = robot.after = None
-
-    def _plan_end(self, record: Json) -> None:
-        for name, node in (record.get("nodes") or {}).items():
-            robot, task = self.robots[name], self.robots[name].task
-            if node is not None and robot.toward is None:
-                known = task.of_pose.get(robot.pose, ()) if task is not None else ()
-                there = task is not None and task.graph.first[node] in known
+    def on_plan_end(self, record: Json, *_: Any) -> None:
+        for name, robot in self.robots.items():
+            node, robot.way = (record.get("nodes") or {}).get(name), []
+            if node is not None and robot.task is not None and not robot.moves_on:
+                there = robot.task.graph.first[node] in robot.task.of_pose.get(robot.pose, ())
                 require(there, f"{name} goes on in node {node}, but is not in it")
                 robot.nodes = {node}
-        self.plan, self.taken, self.orders = {}, {}, []
 
     # objectives and the outcome
 
-    def _objective(self, record: Json) -> None:
+    def on_objective(self, record: Json, robot: Robot, _: Any) -> None:
         """A robot is given another objective of its own while the run goes on."""
-        name, objective = record["robot"], record["objective"]
-        robot, said = self.robots[name], f"{name} is given another objective"
-        if same_objective(robot.objective, self.data[name]["objective"]):
-            robot.objective = objective
-        self.data[name] = {**self.data[name], "objective": objective}
-        robot.goals, robot.awaited = [], 0
-        self.claim("changed", f"Tick {self.tick}: {said}, '{in_words(objective)}'.")
+        objective = record["objective"]
+        robot.objective = objective if robot.on_its_own else robot.objective
+        robot.own, robot.progress = objective, Progress(goals_of(objective))
+        said = base.in_words(objective)
+        self.claim("changed", tick=self.tick, robot=robot.name, objective=said)
 
-    def _push(self, record: Json) -> None:
-        obstacle, helpers = record["obstacle"], record.get("helpers") or [record["helper"]]
-        if obstacle is not None:
-            met = obstacle in self.known and record["requester"] in self.data
-            require(met, f"nobody has met {obstacle}")
-            first = self.stages[obstacle][0]
-            needed = {need["action"] for need in self.needs(obstacle)[first : first + 1]}
-            for name in filter(None, helpers):
-                able = needed <= {*self.data[name]["capabilities"]}
-                require(able, f"{name} is to help with {obstacle}, but cannot meet its next need")
-        self.stack.append(record)
+    def _may_do(self, robot: Robot, objective: Json) -> bool:
+        """Whether a robot may do this: its own objective, or, while requests are open, go where a
+        need of an obstacle is met, wait, keep formulas."""
+        wanted = [need.regions for obstacle in self.met_obstacles() for need in obstacle.needs]
+        serves = any(aim and aim <= there for aim in base.targets_of(objective) for there in wanted)
+        open_ = bool(self.stack) and ("visit" not in objective or serves)
+        return open_ or base.same_objective(objective, robot.own)
+
+    def on_push(self, record: Json, _: Any, obstacle: Obstacle | None) -> None:
+        known = record["obstacle"] is None or (obstacle is not None and obstacle.known)
+        require(known and record["requester"] in self.robots, "nobody has met what it is about")
+        need, asked = obstacle and obstacle.stage.need, record.get("helpers") or [record["helper"]]
+        unable = {*asked} - {None, *(need.able if need else self.robots)}
+        said = f"to help with {record['obstacle']}, but cannot meet its next need"
+        require(not unable, f"{', '.join(unable)} is {said}")
+        self.stack.append({key: record.get(key) for key in ASKED})
         self._put_in_force(record)
 
-    def _pop(self, record: Json) -> None:
-        same = ("obstacle", "requester", "helper", "helpers", "reason")
-        match = [p for p in self.stack if all(p.get(k) == record.get(k) for k in same)]
-        require(match, "what is dropped from the stack is not on it")
-        self.stack.remove(match[-1])
+    def on_pop(self, record: Json, *_: Any) -> None:
+        entry = {key: record.get(key) for key in ASKED}
+        require(entry in self.stack, "what is dropped from the stack is not on it")
+        self.stack.remove(entry)
         self._put_in_force(record)
 
     def _put_in_force(self, record: Json) -> None:
-        deep = len(self.stack)
-        require(record["depth"] == deep, f"the stack has {deep} entries, not {record['depth']}")
-        self.told = (self.tick, self.turn)
+        require(record["depth"] == len(self.stack), f"the stack has {len(self.stack)} entries")
         for name, objective in record["objectives"].items():
-            self._told({"robot": name, "objective": objective})
+            self.on_told({"objective": objective}, self.robots[name])
 
-    def _told(self, record: Json) -> None:
-        name, objective = record["robot"], record["objective"]
-        own = same_objective(objective, self.data[name]["objective"])
-        require(self.stack or own, f"{name} does not get its own objective back")
-        serves = objective == self.robots[name].objective or self._may_do(name, objective)
-        require(serves, f"{name} is given what serves no request: {in_words(objective)}")
-        self.robots[name].objective = objective
+    def on_told(self, record: Json, robot: Robot, _: Any = None) -> None:
+        """What a robot does from now on."""
+        objective = record["objective"]
+        serves = self._may_do(robot, objective) or (self.stack and objective == robot.objective)
+        said = f"{robot.name} is given what serves no request: {base.in_words(objective)}"
+        require(serves, said)
+        robot.objective = objective
 
-    def _goal(self, record: Json) -> None:
-        name, goal = record["robot"], record["goal"]
-        robot, own = self.robots[name], self.data[name]["objective"]
-        if not same_objective(robot.objective, own):
-            return  # nothing is claimed of what it meets while it waits or helps
-        targets, task = targets_of(own), robot.task
+    def on_goal(self, record: Json, robot: Robot, _: Any) -> None:
+        """A robot meets a goal of its own; nothing is claimed of what it meets while it helps."""
+        goal, targets, task = record["goal"], base.targets_of(robot.own), robot.task
+        if not robot.on_its_own:
+            return
         there = not targets or robot.pose[0] in targets[goal]
         if task is not None and task.kind == "ltl":
-            graph, pairs = task.graph, product(robot.came_from, robot.nodes or ())
-            edges = [
-                graph.offset[graph.first[a]] + graph.next[a].index(b)
-                for a, b in pairs
-                if b in graph.next[a]
-            ]
-            there = not edges or any(task.recurring[goal][edge] == "1" for edge in edges)
-        require(there, f"{name} is not at its goal {goal}")
-        robot.awaited = (goal + 1) % (len(targets) or 1)
-        self._count(robot, goal)
+            first, after = task.graph.first, task.graph.next
+            steps = [(a, b) for a in robot.came_from for b in robot.nodes or () if b in after[a]]
+            edges = [task.graph.offset[first[a]] + after[a].index(b) for a, b in steps]
+            there = not edges or "1" in {task.recurring[goal][edge] for edge in edges}
+        require(there, f"{robot.name} is not at its goal {goal}")
+        if not robot.progress.met or (goal in robot.progress.next and "hold" not in robot.own):
+            robot.progress = robot.progress.after(robot.own, goal)
 
-    def _count(self, robot: Robot, goal: int) -> None:
-        """A goal is met; to hold is met in each turn that ends there."""
-        if "hold" not in robot.objective or robot.held != self.turn:
-            robot.goals.append(goal)
-            robot.held = self.turn if "hold" in robot.objective else robot.held
-
-    def _outcome(self, record: Json) -> None:
-        self.outcome, what, limits = record, record["outcome"], self.scenario["limits"]
+    def on_outcome(self, record: Json, *_: Any) -> None:
+        what = record["outcome"]
+        require(record is self.bundle.trace[-1], "a line follows the outcome")
         ran = -(-self.turn // len(self.robots))  # it may end before anybody moves in its last tick
         require(record["ticks"] == ran, f"the run took {ran} ticks, not {record['ticks']}")
-        said = f"The run ended early ({what}); nothing is claimed of its goal."
         if what == "completed":
-            said = self._check_completed(self.scenario["until"].get("rounds") or 0)
-        elif what == "operator_needed":
-            said = f"An operator is needed: {self._check_negative(record)}."
-        elif what == "unrealizable":
-            said = "The mission never began: a robot has no strategy."
+            rounds = self.scenario["until"].get("rounds") or 0
+            for name, robot in self.robots.items():
+                met = robot.progress.met // len(goals_of(robot.own))
+                require(met >= rounds and robot.on_its_own, f"{name} has met it {met} times")
+            self.claim("outcome:completed", rounds=rounds)
         elif what == "tick_limit":
-            most = limits.get("ticks")
+            most = self.scenario["limits"].get("ticks")
             require(self.tick == most, f"the limit is {most} ticks, not {self.tick}")
-            said = f"The run ended at its limit of {self.tick} ticks."
-        self.claim("outcome", said)
+            self.claim("outcome:tick_limit", ticks=most)
+        elif what == "unrealizable" and self.hopeless and not self.turn:
+            self.claim("outcome:unrealizable")
+        elif what == "operator_needed":
+            self._check_negative(record)
+        else:
+            self.claim("outcome:ended", what=what)
 
-    def _check_completed(self, rounds: int) -> str:
-        for name, robot in self.robots.items():
-            own = self.data[name]["objective"]
-            aims = targets_of(own)
-            number = len(aims) or len(formulas_of(own, "liveness")) or 1
-            met = min(robot.goals.count(k) for k in range(number))
-            enough = met >= rounds and same_objective(robot.objective, own)
-            require(enough, f"{name} has met its objective {met} times, not {rounds}")
-        what = f"every robot has met its objective {rounds} times after the last resolution"
-        return f"The mission is completed: {what}."
-
-    def _check_negative(self, record: Json) -> str:
-        """An operator is needed: the proof shows that the team cannot complete the mission."""
+    def _check_negative(self, record: Json) -> None:
+        """The team cannot complete the mission. What the trace's proof says is not believed; it
+        only tells whom to consider in a deadlock, and how many rounds."""
         proof, specs = record.get("proof"), record.get("unrealizable") or {}
-        beaten = specs and set(specs.values()) <= self._beaten
-        require(proof or beaten, "the outcome is a negative without a proof")
-        joint, cause = proof is not None and proof["kind"] == "joint", record.get("cause")
-        require(joint == (cause == "deadlock"), f"the proof is not one of the cause {cause}")
-        if not proof:
-            return f"there is no strategy for {' and '.join(specs)}, as shown above"
-        if joint:
-            count = Team(self).exhaust(proof)
-            return f"no order of moves completes it from any of the {count} joint places"
-        out = sorted(name for name, robot in self.robots.items() if not robot.active)
-        stuck = Team(self, out).never(proof) & set(self.data)
-        require(stuck, "everybody can go on, whatever can never be resolved")
-        said = f"{' and '.join(sorted(stuck))} cannot go on, whatever the team does"
-        said += f" while {' and '.join(out)} stands still, out of service" if out else ""
-        barred = " (robots without a strategy for it do not serve an obstacle)"
-        return said + barred * bool(self.barred)
+        if proof is None:
+            shown = specs and {*specs.values()} <= self.hopeless
+            require(shown, "the outcome is a negative without a proof")
+            self.claim("outcome:no strategy", who=" and ".join(specs))
+        elif record.get("cause") == "deadlock":
+            rounds = min(proof["goal"]["rounds"], self.scenario["until"]["rounds"])
+            self.claim("outcome:deadlock", count=Team(self, proof["robots"]).exhaust(rounds))
+        else:
+            out = sorted(name for name, robot in self.robots.items() if not robot.active)
+            team = Team(self, self.robots, out)
+            never = team.never(team.start, team.stages)
+            require(SOMEBODY in never, "everybody can go on, whatever can never be resolved")
+            said = f" while {' and '.join(out)} stands still, out of service" if out else ""
+            if any(obstacle.barred for obstacle in self.obstacles.values()):
+                said += " (robots without a strategy for it do not serve an obstacle)"
+            stuck = sorted(never & {*self.robots} or self.robots)
+            self.claim("outcome:stuck", who=" and ".join(stuck), also=said)
 
 
 # ---------------------------------------------------------------- the bundle
@@ -1058,11 +887,11 @@ class Bundle:
             archive = zipfile.ZipFile(place)
             found = {name for name in archive.namelist() if not name.endswith("/")}
             self.read = archive.read
-        self.manifest = self.json("manifest.json")
-        known = (self.manifest["format"], self.manifest["version"]) == ("safenav-bundle", 3)
+        manifest = self.json("manifest.json")
+        known = (manifest["format"], manifest["version"]) == ("safenav-bundle", 3)
         said = "is not of format safenav-bundle, version 3; an older bundle has its own check.py"
         require(known, f"manifest.json {said}")
-        self.files = self.manifest["files"]
+        self.files, self.claims = manifest["files"], manifest["claims"]
         different = sorted(found ^ {*self.files, "manifest.json"})
         require(not different, f"{', '.join(different)} is either missing or not in the manifest")
         for path, facts in self.files.items():
@@ -1072,24 +901,17 @@ class Bundle:
             require(same, f"{path} is not the file that the manifest names")
             named = folder not in ("specs", "strategies") or digest == name.partition(".")[0]
             require(named, f"{path} is not named by its sha256")
-        lines = [json.loads(line) for line in self.text("trace.jsonl").splitlines()]
-        self.header, self.trace = lines[0], lines[1:]
+        self.header, *self.trace = map(json.loads, self.text("trace.jsonl").splitlines())
         same = self.header["type"] == "header"
         same = same and self.header["scenario"] == self.json("scenario.json")
         require(same, "scenario.json is not what the header of the trace says")
         self._compare_source(self.header["scenario"]["map"])
 
-    def has(self, path: str) -> bool:
-        return path in self.files
-
     def text(self, path: str) -> str:
-        try:
-            return self.read(path).decode()
-        except (KeyError, OSError):
-            raise RefusedError(f"{path} is missing") from None
+        return self.read(path).decode()
 
     def json(self, path: str) -> Any:
-        return json.loads(self.text(path))
+        return json.loads(self.read(path))
 
     def _compare_source(self, world: Json) -> None:
         """A map that is drawn in the YAML file is the map of the scenario."""
@@ -1097,10 +919,9 @@ class Bundle:
             if path.startswith("source/") and path.endswith((".yaml", ".yml")):
                 parts = re.split(r"[\[\]{},:\n]", self.text(path))
                 rows = [part.strip().strip("'\"- ") for part in parts]
-                drawn = [row for row in rows if row and not set(row) - {"#", "."}]
+                drawn = [row for row in rows if row and {*row} <= {*"#."}]
                 drawn = [row for row in drawn if len(row) > 1 or world["cols"] == 1]
-                walled = "#" in "".join(row for row in drawn if "." in row)
-                same = not walled or drawn == world["grid"]
+                same = drawn == world["grid"] or {*"#."} not in map(set, drawn)
                 require(same, f"the map in {path} is not that of scenario.json")
 
 
@@ -1114,23 +935,23 @@ def circumstances(record: Json) -> str:
 def check(place: Path, *, compare: bool = True) -> tuple[str, str, list[Claim]]:
     """``accepted``, ``refused`` or ``too large``; the first reason; and what is established (of a
     bundle that is refused: until then). ``compare``: the manifest has to claim just that."""
-    run = None
+    run, verdict = None, "refused"
     try:
         run = Run(Bundle(place))
         run.replay()
-        said = [(c["id"], c["kind"], c["text"]) for c in run.bundle.manifest["claims"]]
+        said = [(c["id"], c["kind"], c["text"]) for c in run.bundle.claims]
         same = not compare or said == [(c.id, c.kind, c.text) for c in run.claims]
         require(same, "the manifest does not claim what the evidence establishes")
-        return "accepted", "", run.claims
+        verdict, reason = "accepted", ""
     except RefusedError as error:
         reason = str(error)
-    except TooLargeError as error:
-        return "too large", str(error), run.claims if run else []
-    except (LookupError, TypeError, ValueError, AttributeError, RecursionError) as error:
+    except base.TooLargeError as error:
+        verdict, reason = "too large", str(error)
+    except (LookupError, TypeError, ValueError, AttributeError, OSError, RecursionError) as error:
         reason = f"a file is not as documented: {error!r}"
-    if run is not None and run.line:
+    if verdict == "refused" and run is not None and run.line:
         reason = f"trace.jsonl, line {run.line}: {reason}"
-    return "refused", reason, run.claims if run else []
+    return verdict, reason, run.claims if run else []
 
 
 def main() -> int:
@@ -1144,7 +965,7 @@ def main() -> int:
         return 2
     verdict, reason, claims = check(options.bundle, compare=not options.any_claims)
     if options.json:
-        said = {"verdict": verdict, "reason": reason, "claims": [asdict(c) for c in claims]}
+        said = {"verdict": verdict, "reason": reason, "claims": [c._asdict() for c in claims]}
         print(json.dumps(said))
     else:
         for claim in claims:
