@@ -185,6 +185,10 @@ void Game::join_parts() {
 
 Bdd Game::moves_from(const Bdd &some) { return parts_ ? (*parts_->move)(some) : env_trans & some; }
 
+std::vector<Bdd> Game::environment(const Bdd &some) {
+  return parts_ ? parts_->moves : std::vector<Bdd>{env_trans & some};
+}
+
 Bdd Game::origins(const Bdd &moves) {
   return parts_ ? (*parts_->undo)(moves) : store.exists(moves, next_inputs);
 }

@@ -37,7 +37,8 @@ struct Game {
   Bdd sys_init;
   // Only restrict_to() makes this one diagram.  For all states it can be far larger
   // than its factors, and than for the states that a play can visit.  If the
-  // environment has independent parts, only join_parts() makes it and `answerable`.
+  // environment has independent parts, only join_parts() makes it and `answerable`,
+  // for strategies of the environment.
   Bdd env_trans;
   // SYS_TRANS is the conjunction of these two.  What it says of the present and the
   // next inputs alone: after any other move of the environment the system is stuck.
@@ -61,6 +62,8 @@ struct Game {
   // independent parts, also states outside of `states`.
   Bdd origins(const Bdd &moves);
   Bdd origins(const Bdd &moves, const Bdd &allowed); // of those that are in both sets
+  // Whose conjunction is ENV_TRANS in these states.
+  std::vector<Bdd> environment(const Bdd &some);
   // Where it has a move that the system cannot answer at all.
   Bdd stuck_states();
   void join_parts();

@@ -126,10 +126,8 @@ void Solver::strategy(StrategySink &sink) {
     throw std::logic_error("a strategy of an unrealizable specification");
   if (it.options.verdict_only)
     throw std::logic_error("a strategy after solving for the verdict only");
-  it.timed(Phase::Strategy, [&] {
-    it.game->join_parts();
-    extract_strategy(*it.game, *it.fixpoint, it.options.most_nodes, sink, it.statistics);
-  });
+  it.timed(Phase::Strategy,
+           [&] { extract_strategy(*it.game, *it.fixpoint, it.options.most_nodes, sink, it.statistics); });
 }
 
 OnDemandStrategy &Solver::on_demand() {
@@ -139,7 +137,6 @@ OnDemandStrategy &Solver::on_demand() {
   if (it.options.verdict_only)
     throw std::logic_error("a strategy after solving for the verdict only");
   it.timed(Phase::Strategy, [&] {
-    it.game->join_parts();
     it.on_demand.emplace(*it.game, *it.fixpoint);
     it.game->store.account().lift_deadline();
   });

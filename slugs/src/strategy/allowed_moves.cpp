@@ -9,9 +9,9 @@
 // examined, and of `waiting_i` only what lies outside of `closer`.
 //
 // The union of all steps is a relation over both copies of all variables, and
-// can be far larger than its factors: who is served, what SYS_TRANS allows,
-// where the step may lead.  So the factors are kept, and multiplied only after
-// each has been cofactored by a state, when they are small.
+// can be far larger than its factors: what each part of the environment does, who
+// is served, what SYS_TRANS allows, where the step may lead.  So the factors are kept, and multiplied only
+// after each has been cofactored by a state, when they are small.
 
 #include "strategy/allowed_moves.hpp"
 
@@ -66,17 +66,18 @@ private:
 } // namespace
 
 AllowedMoves::AllowedMoves(Game &game, const Fixpoint &fixpoint)
-    : game_(game), open_(game.env_trans & fixpoint.winning()) {
+    : game_(game), environment_(game.environment(fixpoint.winning())) {
+  const Bdd moves = environment_.size() == 1 ? environment_[0] : game.moves_from(fixpoint.winning());
   for (std::size_t j = 0; j < game.guarantees.size(); ++j)
-    goals_.push_back(steps_towards(fixpoint.winning(), fixpoint.progress()[j], j));
+    goals_.push_back(steps_towards(fixpoint.winning(), moves, fixpoint.progress()[j], j));
 }
 
-AllowedMoves::Goal AllowedMoves::steps_towards(const Bdd &winning, const GoalProgress &progress,
-                                               std::size_t j) {
+AllowedMoves::Goal AllowedMoves::steps_towards(const Bdd &winning, const Bdd &moves,
+                                               const GoalProgress &progress, std::size_t j) {
   BddStore &store = game_.store;
   Goal goal;
   Numbering numbering(store);
-  Bdd open = open_;
+  Bdd open = moves;
   Bdd targets = game_.guarantees[j] & store.to_next(winning);
   Bdd closer = store.constant(false);
   const auto come_closer = [&](const Bdd &larger) {
@@ -116,7 +117,8 @@ AllowedMoves::Goal AllowedMoves::steps_towards(const Bdd &winning, const GoalPro
 }
 
 void AllowedMoves::prepare_cofactors() {
-  std::vector<Bdd> functions{open_, game_.sys_trans};
+  std::vector<Bdd> functions = environment_;
+  functions.push_back(game_.sys_trans);
   for (const Goal &goal : goals_) {
     functions.insert(functions.end(), goal.bits.begin(), goal.bits.end());
     functions.insert(functions.end(), goal.targets.begin(), goal.targets.end());
@@ -128,7 +130,9 @@ void AllowedMoves::forget() { cofactor_->forget(); }
 
 Edge AllowedMoves::transitions(const Word *state, std::size_t j, Edge inputs) {
   const Goal &goal = goals_[j];
-  const Edge open = game_.store.edges().conjunction((*cofactor_)(open_.edge(), state), inputs);
+  Edge open = inputs;
+  for (const Bdd &part : environment_)
+    open = game_.store.edges().conjunction(open, (*cofactor_)(part.edge(), state));
   return collect_steps(goal, state, open, goal.bits.size(), 0);
 }
 

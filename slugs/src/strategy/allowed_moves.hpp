@@ -36,11 +36,11 @@ private:
     std::vector<Bdd> targets;
   };
 
-  Goal steps_towards(const Bdd &winning, const GoalProgress &progress, std::size_t j);
+  Goal steps_towards(const Bdd &winning, const Bdd &moves, const GoalProgress &progress, std::size_t j);
   Edge collect_steps(const Goal &goal, const Word *state, Edge inputs, std::size_t bits, std::size_t step);
 
   Game &game_;
-  Bdd open_; // inputs that the environment may choose in winning states
+  std::vector<Bdd> environment_; // in winning states their conjunction is what it may do
   std::vector<Goal> goals_;
   std::unique_ptr<StateCofactor> cofactor_;
 };
