@@ -100,7 +100,7 @@ class Monitors:
 
     def allows_planned(self, robot: RobotState, pose: Pose) -> bool:
         """Whether the formulas of a robot allow a step of a joint plan with what it remembers.
-        Plans are made without that, so only formulas that speak of memory can be against one.
+        Plans may be made without that, so only formulas that speak of memory can be against one.
 
         Raises GuaranteeError.
         """

@@ -9,11 +9,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import pairwise
 
+from safenav.runtime.coordination.floor import Floor
 from safenav.runtime.poses import region_mask
 from safenav.runtime.team import TeamState
 from safenav.runtime.traffic.answers import Answer, Found
 from safenav.runtime.traffic.joint import Course, Joint
 from safenav.runtime.traffic.rejoin import rejoined
+from safenav.runtime.traffic.remembering import StateGraph
 from safenav.runtime.traffic.searches import Searches
 from safenav.world.moves import Pose
 
@@ -34,12 +36,21 @@ class Certificates:
     def allow(self, name: str, pose: Pose) -> bool:
         """Whether a robot may make a move that it may not be able to undo: it can come back with
         all others where they are, or there is a plan for the whole mission from there."""
-        floor = self._searches.floor()
+        floor = self._searches.remembered(self._searches.floor())
         index = floor.index(name)
         member, rivals = floor.problem.members[index], floor.problem.conflicts[index]
         if not member.turns or not rivals:
             return True
         number, here = member.graph.number(pose), floor.poses[index]
+        steps = [number]
+        if isinstance(member.graph, StateGraph):
+            steps = member.graph.after(here, number)
+        return all(self._allows(floor, index, step) for step in steps)
+
+    def _allows(self, floor: Floor, index: int, number: int) -> bool:
+        """The same of a step into a pose, or into one with a memory, by number."""
+        member, rivals = floor.problem.members[index], floor.problem.conflicts[index]
+        here = floor.poses[index]
         taken = 0
         for other, robot in enumerate(self._state.robots.values()):
             if other in rivals:

@@ -25,6 +25,7 @@ from safenav.runtime.traffic.execution import Execution, Schedule, dues_of, sche
 from safenav.runtime.traffic.joint import Count, Course, Joint, has_met
 from safenav.runtime.traffic.joint_plan import Search
 from safenav.runtime.traffic.local import local_plan
+from safenav.runtime.traffic.remembering import plain_poses, remembering
 from safenav.runtime.traffic.searches import Searches
 from safenav.runtime.traffic.watch import Watch
 from safenav.scenario.model import Outcome
@@ -161,6 +162,8 @@ class Traffic:
         helping = any(r.assignment.role is Role.HELPS for r in self.state.robots.values())
         course, start, search, answer = self._searched(floor, helping)
         if isinstance(answer, Exhausted) and floor is not plain:
+            if remembering(floor.problem):
+                self._searches.give_up(plain)
             floor = plain  # the strategies' own ways are not all that there are
             course, start, search, answer = self._searched(floor, helping)
         if isinstance(answer, Exhausted) and not all(r.active for r in self.state.robots.values()):
@@ -185,7 +188,7 @@ class Traffic:
         states = self._cut(course, start, answer.states, helping)
         counts = self._searches.counts(floor, course.rounds)
         if self._changes_nothing(plain, states, counts):
-            states = self._leg(plain, course, start) or states
+            states = self._leg(floor, course, start) or states
         self._begin(floor, states, counts, reason)
 
     def _look_for_few(self, floor: Floor, course: Course) -> None:
@@ -214,7 +217,7 @@ class Traffic:
         remember, so that a plan for all takes for met what is not. None if there are none, or the
         team could not go on after them."""
         index = floor.index(self._starved)
-        goal = self._searches.goal(self._searches.aimed(floor), self._starved)
+        goal = self._searches.goal(floor, self._starved)
         search = self._searches.search(floor, course, start, {index: goal})
         search.goal = lambda state: (
             state.stages != start.stages or bool(goal >> state.poses[index] & 1)
@@ -238,13 +241,14 @@ class Traffic:
         course = self._searches.course(floor)
         start = course.begun(floor.poses, self._searches.counts(floor, course.rounds), floor.stages)
         search = self._searches.search(floor, course, start)
-        if self._turning:
+        if self._turning or remembering(floor.problem):
             answer = search.run(1)
             if isinstance(answer, Spent):
                 answer = self._certificates.again(course, start) or answer
-            if isinstance(answer, Spent):
+            if isinstance(answer, Spent) and self._turning:
                 answer = search.run(self._rounds)
-            return course, start, search, answer
+            if self._turning or not isinstance(answer, Spent):
+                return course, start, search, answer
         # Everything can be undone: a plan that serves those that want something is safe.
         search.goal = lambda state: self._leg_done(course, start, state, helping)
         answer = search.run(self._rounds, 0)
@@ -284,7 +288,7 @@ class Traffic:
         self, floor: Floor, states: list[Joint], counts: Sequence[Count], reason: str
     ) -> None:
         sizes = [member.graph.size for member in floor.problem.members]
-        poses = [state.poses for state in states]
+        poses = [plain_poses(floor.problem, state.poses) for state in states]
         plan = schedule(poses, sizes, floor.problem.conflicts)
         self.execution = Execution(plan, dues_of(states, counts))
         self._watch.begin_anew()

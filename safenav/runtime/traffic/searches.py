@@ -9,13 +9,19 @@ from typing import TYPE_CHECKING
 
 from safenav.runtime.coordination.duties import settle
 from safenav.runtime.coordination.floor import Floor, awaited_by, counts_of
-from safenav.runtime.coordination.problem import SpentError, Stages
+from safenav.runtime.coordination.problem import Problem, SpentError, Stages
 from safenav.runtime.over import Stop
 from safenav.runtime.poses import Mask
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.runtime.traffic.aim import Aims
 from safenav.runtime.traffic.joint import Count, Course, Joint
 from safenav.runtime.traffic.joint_plan import Search
+from safenav.runtime.traffic.remembering import (
+    StateGraph,
+    plain_poses,
+    state_graph,
+    with_memory,
+)
 from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.objective import Ltl
 from safenav.synthesis.strategy import Strategy
@@ -36,6 +42,9 @@ class Searches:
         self._coordination = coordination
         self._stop = stop
         self._aims: dict[str, Aims] = {}
+        self._remembering: tuple[Problem | None, frozenset[int], Problem | None]
+        self._remembering = None, frozenset(), None
+        self._hopeless: Problem | None = None
 
     def floor(self) -> Floor:
         """The problem that coordination decided about, with everybody where they are now."""
@@ -48,16 +57,44 @@ class Searches:
         )
         return replace(decided, poses=poses)
 
+    def remembered(self, floor: Floor) -> Floor:
+        """The problem with what they remember for robots whose formulas do, unless that is too
+        much."""
+        poses = list(floor.poses)
+        graphs: dict[int, StateGraph] = {}
+        for index, robot in enumerate(self._state.robots.values()):
+            objective, mobility = robot.robot.objective, robot.robot.model.mobility
+            if not isinstance(objective, Ltl) or not robot.active:
+                continue
+            graph = state_graph(objective, self._state.scenario.map, mobility)
+            state = graph.state(poses[index], robot.memory.values) if graph is not None else None
+            if graph is not None and state is not None:
+                graphs[index], poses[index] = graph, state
+        if not graphs or floor.problem is self._hopeless:
+            return floor
+        of, who, problem = self._remembering
+        if problem is None or of is not floor.problem or who != graphs.keys():
+            problem = with_memory(floor.problem, graphs)
+            self._remembering = floor.problem, frozenset(graphs), problem
+        return replace(floor, problem=problem, poses=tuple(poses))
+
+    def give_up(self, floor: Floor) -> None:
+        """With what robots remember there is no plan for this problem, from here or from anywhere
+        that they can come to: they move on as if they remembered nothing."""
+        self._hopeless = floor.problem
+
     def aimed(self, floor: Floor) -> Floor:
-        """The problem with the next pose of its strategy's way for each robot whose formulas
-        remember something, in place of all that may be a goal of it."""
+        """The problem with what robots remember. Where that is too much: with the next pose of its
+        strategy's way for each such robot, in place of all that may be a goal of it."""
+        floor = self.remembered(floor)
         members = list(floor.problem.members)
         changed = False
         for index, robot in enumerate(self._state.robots.values()):
             objective = robot.robot.objective
             if not isinstance(objective, Ltl) or robot.planner is None or not robot.active:
                 continue
-            if not guarantees_of(objective).remember_something:
+            known = isinstance(members[index].graph, StateGraph)
+            if known or not guarantees_of(objective).remember_something:
                 continue
             if robot.assignment.role is not Role.OWN or self._has_done_all(robot):
                 continue
@@ -90,7 +127,7 @@ class Searches:
             case _ if not robot.active:
                 return 0
             case Role.HELPS:
-                return robot.assignment.goal
+                return _lifted(floor, floor.index(name), robot.assignment.goal)
             case Role.OWN if not self._has_done_all(robot):
                 return awaited_by(floor, name, robot.own)
             case _:
@@ -131,10 +168,10 @@ class Searches:
         """What coordination would tell each robot at a stage."""
         if stages == floor.stages:
             wishes: list[Mask | None] = []
-            for robot in self._state.robots.values():
+            for index, robot in enumerate(self._state.robots.values()):
                 match robot.assignment.role:
                     case Role.HELPS:
-                        wishes.append(robot.assignment.goal)
+                        wishes.append(_lifted(floor, index, robot.assignment.goal))
                     case Role.WAITS:
                         wishes.append(0)
                     case _:
@@ -142,7 +179,15 @@ class Searches:
             return wishes
         requests = floor.problem.open(stages)
         try:
-            found = settle(self._coordination.solver, poses, stages, requests, {})
+            plain = plain_poses(floor.problem, poses)
+            found = settle(self._coordination.solver, plain, stages, requests, {})
         except SpentError:
             return [None] * len(poses)
-        return [found.duties[i].goal if i in found.duties else None for i in range(len(poses))]
+        goals = {index: _lifted(floor, index, duty.goal) for index, duty in found.duties.items()}
+        return [goals.get(index) for index in range(len(poses))]
+
+
+def _lifted(floor: Floor, index: int, poses: Mask) -> Mask:
+    """Poses of a robot in the numbers of a floor."""
+    graph = floor.problem.members[index].graph
+    return graph.lifted(poses) if isinstance(graph, StateGraph) else poses

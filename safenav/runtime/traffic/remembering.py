@@ -1,0 +1,155 @@
+"""Ways of a robot whose formulas remember something: poses, each with what is remembered there.
+
+A state is the number of a pose plus the number of a memory times the number of poses, so that
+regions are found in it as in a pose. A step leads to each memory that the formulas allow after it;
+a robot that stands still takes none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cached_property, lru_cache
+
+from safenav.runtime.coordination.problem import Problem
+from safenav.runtime.poses import Mask, PoseGraph, bits
+from safenav.scenario.guarantees import guarantees_of
+from safenav.scenario.objective import Ltl
+from safenav.world.map import RegionMap
+from safenav.world.moves import Mobility, Pose
+
+MOST_STATES = 4_000
+
+
+class StateGraph(PoseGraph):
+    """The states of formulas with a memory on one map, and the steps between them."""
+
+    def __init__(self, objective: Ltl, world: RegionMap, mobility: Mobility) -> None:
+        super().__init__(world, mobility)
+        self._guarantees = guarantees_of(objective)
+        self._memories = self._guarantees.memories
+        self._span = self.size * self.blocks
+        self.blocks *= len(self._memories)
+
+    @property
+    def one_way(self) -> bool:
+        """What is remembered may never be forgotten."""
+        return True
+
+    def state(self, pose: int, memory: Mapping[str, int]) -> int | None:
+        """The state of a robot in a pose; None if its memory is none of those that there are."""
+        found = (k for k, known in enumerate(self._memories) if known == dict(memory))
+        return next((pose + k * self._span for k in found), None)
+
+    def pose(self, number: int) -> Pose:
+        return super().pose(self.plain(number))
+
+    def plain(self, state: int) -> int:
+        """The pose of a state, by number."""
+        return state % self._span
+
+    def after(self, state: int, pose: int) -> list[int]:
+        """The states that a step into a pose may lead to."""
+        return [step for step in self.steps(state) if self.plain(step) == pose]
+
+    def lifted(self, poses: Mask) -> Mask:
+        """All states in a set of poses."""
+        return sum(poses << k * self._span for k in range(len(self._memories)))
+
+    def steps(self, pose: int) -> tuple[int, ...]:
+        found = self._steps.get(pose)
+        if found is None:
+            k, here = divmod(pose, self._span)
+            before, old = super().pose(here), self._memories[k]
+            found = self._steps[pose] = tuple(
+                to + later * self._span
+                for to in self._poses.steps(here)
+                for later, new in enumerate(self._memories)
+                if self._guarantees.allows_with(before, old, self._poses.pose(to), new)
+            )
+        return found
+
+    def forward(self, poses: Mask) -> Mask:
+        found = 0
+        for state in bits(poses):
+            for step in self.steps(state):
+                found |= 1 << step
+        return found
+
+    def backward(self, poses: Mask) -> Mask:
+        found = 0
+        for state in bits(poses):
+            found |= self._before.get(state, 0)
+        return found
+
+    @cached_property
+    def goals(self) -> tuple[Mask, ...]:
+        """For each goal the states in which it is met: by staying there, or by a step into the
+        state where neither end would do."""
+        return tuple(self._met(goal) for goal in range(self._guarantees.goals))
+
+    def _met(self, goal: int) -> Mask:
+        def meets(before: int, after: int) -> bool:
+            old, new = self._memories[before // self._span], self._memories[after // self._span]
+            one, other = self.pose(before), self.pose(after)
+            return self._guarantees.meets_with(goal, one, old, other, new)
+
+        states = list(bits(self.everywhere))
+        staying = {state for state in states if meets(state, state)}
+        entered = {
+            step
+            for state in states
+            if state not in staying
+            for step in self.steps(state)
+            if step not in staying and meets(state, step)
+        }
+        return sum(1 << state for state in staying | entered)
+
+    @cached_property
+    def _poses(self) -> PoseGraph:
+        return PoseGraph(self.world, self.mobility)
+
+    @cached_property
+    def _before(self) -> dict[int, Mask]:
+        found: dict[int, Mask] = {}
+        for state in bits(self.everywhere):
+            for step in self.steps(state):
+                found[step] = found.get(step, 0) | 1 << state
+        return found
+
+
+def plain_poses(problem: Problem, states: tuple[int, ...]) -> tuple[int, ...]:
+    """The poses of the robots of a problem, without what they remember."""
+    return tuple(
+        member.graph.plain(state) if isinstance(member.graph, StateGraph) else state
+        for member, state in zip(problem.members, states, strict=True)
+    )
+
+
+def with_memory(problem: Problem, graphs: Mapping[int, StateGraph]) -> Problem:
+    """The problem with what some robots remember."""
+    members = list(problem.members)
+    for index, graph in graphs.items():
+        lifted = graph.lifted(members[index].floor)
+        members[index] = replace(members[index], graph=graph, floor=lifted, targets=graph.goals)
+    return replace(problem, members=tuple(members))
+
+
+def remembering(problem: Problem) -> bool:
+    """Whether the problem knows what somebody remembers."""
+    return any(isinstance(member.graph, StateGraph) for member in problem.members)
+
+
+def state_graph(objective: Ltl, world: RegionMap, mobility: Mobility) -> StateGraph | None:
+    """The states of an objective on a map, made once; None if it remembers nothing, or too much."""
+    guarantees = guarantees_of(objective)
+    poses = len(world.free) * (4 if mobility is Mobility.HEADING else 1)
+    count = len(guarantees.memories)
+    if not guarantees.remember_something or not 0 < count * poses <= MOST_STATES:
+        return None
+    return _state_graph(objective, world, mobility)
+
+
+@lru_cache(maxsize=64)
+def _state_graph(objective: Ltl, world: RegionMap, mobility: Mobility) -> StateGraph:
+    return StateGraph(objective, world, mobility)

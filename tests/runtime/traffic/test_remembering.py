@@ -1,0 +1,69 @@
+"""Ways over poses and what is remembered there."""
+
+from __future__ import annotations
+
+import pytest
+
+from safenav.runtime.poses import bits
+from safenav.runtime.traffic.remembering import MOST_STATES, StateGraph, state_graph
+from safenav.scenario.objective import Ltl
+from safenav.world.map import Heading, RegionMap
+from safenav.world.moves import Mobility, Pose
+
+WORLD = RegionMap.from_grid(["#####", "#...#", "#####"])  # regions 6, 7 and 8
+LATCH = Ltl(
+    safety=("done' <-> (done | region = 6)", "done -> region' != 8"),
+    liveness=("done & region = 7",),
+    memory={"done": None},
+)
+
+
+def state(graph: StateGraph, region: int, done: int) -> int:
+    found = graph.state(graph.number(Pose(region)), {"done": done})
+    assert found is not None
+    return found
+
+
+def test_a_step_remembers_and_forbids() -> None:
+    graph = StateGraph(LATCH, WORLD, Mobility.FREE)
+    assert graph.steps(state(graph, 7, 0)) == (state(graph, 8, 0), state(graph, 6, 0))
+    assert graph.steps(state(graph, 6, 0)) == (state(graph, 7, 1),)
+    assert graph.steps(state(graph, 7, 1)) == (state(graph, 6, 1),)
+    assert graph.after(state(graph, 6, 0), 7) == [state(graph, 7, 1)]
+
+
+def test_what_is_remembered_is_not_forgotten() -> None:
+    graph = StateGraph(LATCH, WORLD, Mobility.FREE)
+    start, later = state(graph, 7, 0), state(graph, 7, 1)
+    assert graph.one_way
+    assert not graph.returns(later, start, graph.everywhere)
+    assert graph.closure(1 << start, graph.everywhere) >> later & 1
+    assert not graph.back(1 << start, graph.everywhere) >> later & 1
+
+
+def test_goals_are_met_where_they_are_remembered() -> None:
+    graph = StateGraph(LATCH, WORLD, Mobility.FREE)
+    assert graph.goals == (1 << state(graph, 7, 1),)
+    assert {graph.pose(s) for s in bits(graph.lifted(1 << 7))} == {Pose(7)}
+    assert graph.plain(state(graph, 7, 1)) == 7
+
+
+def test_headings_and_memories_do_not_mix() -> None:
+    graph = StateGraph(LATCH, WORLD, Mobility.HEADING)
+    west = graph.state(graph.number(Pose(7, Heading.WEST)), {"done": 0})
+    assert west is not None
+    assert [graph.pose(step) for step in graph.steps(west)] == [Pose(6, Heading.WEST)]
+
+
+@pytest.mark.parametrize(
+    ("bounds", "known"), [(None, True), ((0, 63), True), ((0, 64), False)], ids=str
+)
+def test_too_much_to_remember_is_left_alone(bounds: tuple[int, int] | None, known: bool) -> None:
+    objective = Ltl(liveness=("region = 7",), memory={"m": bounds})
+    assert (state_graph(objective, WORLD, Mobility.FREE) is not None) == known
+    wide = RegionMap.from_grid(["." * 100] * (MOST_STATES // 100))
+    assert state_graph(objective, wide, Mobility.FREE) is None
+
+
+def test_without_a_memory_poses_will_do() -> None:
+    assert state_graph(Ltl(liveness=("region = 7",)), WORLD, Mobility.FREE) is None
