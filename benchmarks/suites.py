@@ -117,6 +117,9 @@ def corpus_suite(scratch: Path) -> list[Case]:
         Case(name, _write(scratch, f"written_{name}", text), "verdict", seconds)
         for name, (text, seconds) in WRITTEN.items()
     ]
+    cases.append(
+        Case("read_60_mb", _write(scratch, "read_60_mb", large.literals(60)), "verdict", 1.0)
+    )
     if corpus is not None:
         for file in sorted((corpus / "slugs").iterdir()):
             if file.suffix in SUFFIXES and file.name.split(".")[0] not in NOT_SMALL:
