@@ -277,3 +277,22 @@ def test_a_mission_is_completed_although_a_request_is_open() -> None:
     lines = lines_of(files_of(bundle_of(NOT_NEEDED, post)))
     assert [line["type"] for line in lines if line["type"] in ("push", "pop")] == ["push"]
     assert lines[-1]["outcome"] == "completed"
+
+
+def test_no_obstacle_is_called_as_a_robot_is_where_it_closes_a_region(tmp_path: Path) -> None:
+    """A strategy that knows of the one would seem to know of the other."""
+    lines = lines_of(files_of(bundle_of(TWO_NEEDS)))
+    obstacle = {**lines[0]["scenario"]["obstacles"][0], "name": "robots.b"}
+    lines.insert(1, {"type": "discovered", "tick": 0, "obstacle": obstacle})
+    said = said_of(bundle_of(TWO_NEEDS), lines, tmp_path)
+    assert "an obstacle has the name of a robot" in said
+
+
+def test_nobody_lacks_a_strategy_unless_that_was_shown(tmp_path: Path) -> None:
+    """Neither at the beginning nor later, whatever the last line says."""
+    for number, outcome in enumerate(("unrealizable", "operator_needed")):
+        lines = lines_of(files_of(bundle_of(TWO_NEEDS)))
+        tried = {"b": next(line["spec"] for line in lines if line["type"] == "synthesis")}
+        lines[-1] |= {"outcome": outcome, "cause": "unrealizable", "unrealizable": tried}
+        said = said_of(bundle_of(TWO_NEEDS), lines, tmp_path / str(number))
+        assert "does not claim what" in said or "a negative without a proof" in said

@@ -539,11 +539,11 @@ class Run:
             require(self._may_do(robot, task.objective), "it is synthesized for something else")
             robot.objective = task.objective
         takes = {f"robots.{name}": other.places for name, other in self.robots.items()}
-        takes |= {
-            o.name: {o.region} for o in self.obstacles.values() if o.known and o.stands(robot.name)
-        }
         due = {f"robots.{name}" for name in {*robot.rivals} - {*task.moving}}
-        due |= {o.name for o in self.obstacles.values() if robot.name in (o.sealed or ())}
+        for obstacle in self.obstacles.values():
+            if obstacle.known and obstacle.stands(robot.name):
+                takes[obstacle.name] = {obstacle.region}
+            due |= {obstacle.name} if robot.name in (obstacle.sealed or ()) else set()
         for region, name in record.get("closed") or ():
             why = name.removeprefix("obstacles.")
             require(region in takes.get(why, ()), f"{why} does not close {region}")
@@ -565,6 +565,7 @@ class Run:
 
     def on_discovered(self, record: Json, *_: Any, present: bool = True) -> None:
         obstacle = Obstacle(record["obstacle"], self.scenario["robots"], present=present)
+        require(not obstacle.name.startswith("robots."), "an obstacle has the name of a robot")
         self.obstacles[obstacle.name] = obstacle
 
     def on_appeared(self, _record: Json, _: Any, obstacle: Obstacle) -> None:
@@ -649,9 +650,8 @@ class Run:
         done = [o.name for o in self.obstacles.values() if o.present and not o.stage.need]
         require(not done, f"no line tells that {', '.join(done)} was resolved")
         open_ = [(entry["requester"], entry["obstacle"]) for entry in self.stack]
-        for _, name in open_[-1:]:
-            left = name is not None and not self.obstacles[name].present
-            require(not left, f"a request for {name} is left open")
+        left = [name for _, name in open_[-1:] if name and not self.obstacles[name].present]
+        require(not left, f"a request for {', '.join(left)} is left open")
         if self.met and self.met[0] < self.turn:
             _, robot, obstacle = self.met
             asks = (robot.name, obstacle.name) in open_ or obstacle.sealed is not None
@@ -868,8 +868,8 @@ class Run:
             said = f" while {' and '.join(out)} stands still, out of service" if out else ""
             if any(obstacle.barred for obstacle in self.obstacles.values()):
                 said += " (robots without a strategy for it do not serve an obstacle)"
-            stuck = sorted(never & {*self.robots} or self.robots)
-            self.claim("outcome:stuck", who=" and ".join(stuck), also=said)
+            stuck = " and ".join(sorted(never & {*self.robots})) or "always somebody"
+            self.claim("outcome:stuck", who=stuck, also=said)
 
 
 # ---------------------------------------------------------------- the bundle
@@ -935,23 +935,24 @@ def circumstances(record: Json) -> str:
 def check(place: Path, *, compare: bool = True) -> tuple[str, str, list[Claim]]:
     """``accepted``, ``refused`` or ``too large``; the first reason; and what is established (of a
     bundle that is refused: until then). ``compare``: the manifest has to claim just that."""
-    run, verdict = None, "refused"
+    run = None
     try:
         run = Run(Bundle(place))
         run.replay()
         said = [(c["id"], c["kind"], c["text"]) for c in run.bundle.claims]
         same = not compare or said == [(c.id, c.kind, c.text) for c in run.claims]
         require(same, "the manifest does not claim what the evidence establishes")
-        verdict, reason = "accepted", ""
+        return "accepted", "", run.claims
+    except base.TooLargeError as error:
+        return "too large", str(error), run.claims if run else []
     except RefusedError as error:
         reason = str(error)
-    except base.TooLargeError as error:
-        verdict, reason = "too large", str(error)
-    except (LookupError, TypeError, ValueError, AttributeError, OSError, RecursionError) as error:
+    except (LookupError, TypeError, ValueError, AttributeError, ArithmeticError, OSError) as error:
         reason = f"a file is not as documented: {error!r}"
-    if verdict == "refused" and run is not None and run.line:
-        reason = f"trace.jsonl, line {run.line}: {reason}"
-    return verdict, reason, run.claims if run else []
+    except RecursionError:
+        reason = "a file is nested too deeply"
+    where = f"trace.jsonl, line {run.line}: " if run and run.line else ""
+    return "refused", where + reason, run.claims if run else []
 
 
 def main() -> int:
@@ -964,13 +965,9 @@ def main() -> int:
         print(f"{options.bundle} is no bundle: a folder with a manifest.json, or a .zip of one")
         return 2
     verdict, reason, claims = check(options.bundle, compare=not options.any_claims)
-    if options.json:
-        said = {"verdict": verdict, "reason": reason, "claims": [c._asdict() for c in claims]}
-        print(json.dumps(said))
-    else:
-        for claim in claims:
-            print(f"  {claim.id}: {claim.text}")
-        print(f"{verdict}{': ' * bool(reason)}{reason}")
+    said = {"verdict": verdict, "reason": reason, "claims": [c._asdict() for c in claims]}
+    lines = [f"  {c.id}: {c.text}" for c in claims] + [f"{verdict}{': ' * bool(reason)}{reason}"]
+    print(json.dumps(said) if options.json else "\n".join(lines))
     return {"accepted": 0, "refused": 1, "too large": 3}[verdict]
 
 
