@@ -415,7 +415,7 @@ class Run:
         self.realized: dict[str, Any] = {}  # by measures: a strategy, and where it may begin
         self.kept: dict[str, Task] = {}  # by measures under the scenario's rules
         self.beaten: dict[str, Any] = {}  # by specifications: see ``_beaten``
-        self.hopeless: set[str] = set()  # those of which even the scenario's rules are beaten
+        self.hopeless: set[tuple[str, str]] = set()  # robots that have no strategy, and for what
         robots = self.scenario["robots"]
         apart = {(a, b) for a in robots for b in robots[a].get("conflicts", ()) if a != b}
         for name, data in robots.items():
@@ -476,7 +476,7 @@ class Run:
             there, wishes, assumptions = task.explore_counterstrategy(given)
             base.check_beaten(graph, assumptions, wishes, there, self.bundle.json(rules))
             self.claim("unrealizable", None, *files, rules, who=said)
-            self.hopeless.add(record["spec"])
+            self.hopeless.add((robot.name, record["spec"]))
             for obstacle in self.met_obstacles():
                 if obstacle.stage.need and obstacle.stage.need.regions in task.targets:
                     obstacle.barred.add(robot.name)
@@ -752,10 +752,10 @@ class Run:
     # joint plans
 
     def on_plan(self, record: Json, *_: Any) -> None:
-        for name, way in record["robots"].items():
-            robot = self.robots[name]
-            robot.way = [(region, heading) for region, heading in way]
-            require(robot.way[:1] == [robot.destination], f"{name} is not where the plan begins")
+        for name, robot in self.robots.items():
+            robot.way = [(region, heading) for region, heading in record["robots"].get(name, ())]
+            begins = robot.way[:1] in ([], [robot.destination])
+            require(begins, f"{name} is not where the plan begins")
 
     def on_plan_end(self, record: Json, *_: Any) -> None:
         for name, robot in self.robots.items():
@@ -854,7 +854,7 @@ class Run:
         only tells whom to consider in a deadlock, and how many rounds."""
         proof, specs = record.get("proof"), record.get("unrealizable") or {}
         if proof is None:
-            shown = specs and {*specs.values()} <= self.hopeless
+            shown = specs and specs.items() <= self.hopeless
             require(shown, "the outcome is a negative without a proof")
             self.claim("outcome:no strategy", who=" and ".join(specs))
         elif record.get("cause") == "deadlock":
