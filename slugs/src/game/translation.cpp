@@ -6,7 +6,8 @@
 namespace slugs {
 
 Translation::Translation(BddStore &store, const FormulaPool &formulas)
-    : store_(store), formulas_(formulas), uses_(formulas.size(), 0), place_(formulas.size(), 0) {}
+    : store_(store), formulas_(formulas), pacer_(store.account().budget()), uses_(formulas.size(), 0),
+      place_(formulas.size(), 0) {}
 
 Bdd Translation::take(FormulaId id) {
   const FormulaNode &node = formulas_[id];
@@ -40,6 +41,25 @@ void Translation::keep(FormulaId id, const Bdd &value) {
   values_[place_[id]] = value;
 }
 
+// Operands first.  A formula of millions of operators is most of the pool.
+void Translation::bring_into_order(std::vector<FormulaId> &needed) {
+  constexpr std::size_t share = 4;
+  if (needed.empty())
+    return;
+  const auto [low, high] = std::minmax_element(needed.begin(), needed.end());
+  const FormulaId first = *low, last = *high;
+  if ((last - first) / share > needed.size()) {
+    std::sort(needed.begin(), needed.end());
+    return;
+  }
+  needed.clear();
+  for (FormulaId id = first; id <= last; ++id) {
+    pacer_.step();
+    if (uses_[id] > 0)
+      needed.push_back(id);
+  }
+}
+
 Bdd Translation::operator()(FormulaId root) {
   std::vector<FormulaId> needed;
   const auto use = [&](FormulaId id) {
@@ -48,13 +68,15 @@ Bdd Translation::operator()(FormulaId root) {
   };
   use(root);
   for (std::size_t i = 0; i < needed.size(); ++i) {
+    pacer_.step();
     const FormulaNode &node = formulas_[needed[i]];
     use(node.left);
     if (node.op != Op::Not)
       use(node.right);
   }
-  std::sort(needed.begin(), needed.end());
+  bring_into_order(needed);
   for (const FormulaId id : needed) {
+    pacer_.step();
     const FormulaNode &node = formulas_[id];
     const Bdd left = take(node.left);
     keep(id, node.op == Op::Not   ? !left

@@ -7,6 +7,7 @@
 #pragma once
 
 #include "bdd/bdd.hpp"
+#include "core/budget.hpp"
 #include "core/formula.hpp"
 
 #include <cstdint>
@@ -25,9 +26,11 @@ private:
   bool is_operator(FormulaId id) const { return formulas_[id].op >= Op::Not; }
   Bdd take(FormulaId id);
   void keep(FormulaId id, const Bdd &value);
+  void bring_into_order(std::vector<FormulaId> &needed);
 
   BddStore &store_;
   const FormulaPool &formulas_;
+  BudgetPacer pacer_;
   // Of operators in the formula that is being translated.
   std::vector<std::uint32_t> uses_; // to come
   std::vector<std::uint32_t> place_;
