@@ -202,12 +202,16 @@ class Announcing:
         gate = floor.gates.index(request.obstacle.name)
         need = floor.stages[gate].need
         regions = request.obstacle.resolution_regions(state.scenario.map, need)
+        bids = {  # one out of service gets nowhere, though it may be counted on to come back
+            name: ticks if state.robots[name].active or ticks == 0 else None
+            for name, ticks in bids_for(floor, gate).items()
+        }
         state.emit(
             records.Request(
                 state.tick,
                 request.obstacle.name,
                 list(request.requesters)[-1],
-                bids_for(floor, gate),
+                bids,
                 helpers[0] if helpers else None,
                 regions,
                 helpers=helpers if len(helpers) > 1 else None,
