@@ -19,6 +19,7 @@ class Progress:
 
     ``covered``: the targets of a cover met in this round, meaningful only if ``fresh`` (the
     beginning of the round was seen). ``reset_line``: since when all this is counted.
+    ``last_round``: of the last goal since then; None where there was none.
     """
 
     objective: Objective
@@ -26,7 +27,7 @@ class Progress:
     covered: set[int] = field(default_factory=set)
     fresh: bool = False
     reset_line: int = 0
-    last_round: int = 0
+    last_round: int | None = 0
 
     @classmethod
     def at_start(cls, objective: Objective, start: Region) -> Progress:
@@ -42,6 +43,7 @@ class Progress:
         self.covered.clear()
         self.fresh = False
         self.reset_line = line
+        self.last_round = None
 
     def recount(self) -> None:
         """An obstacle was resolved: rounds count from here, and a cover may begin anew. The
@@ -55,7 +57,8 @@ class Progress:
             self.awaited = (goal.goal + 1) % count
         elif self.objective.kind == "cover":
             self.covered.add(goal.goal)
-            if goal.round > self.last_round or len(self.covered) >= count:
+            completed = self.last_round is not None and goal.round > self.last_round
+            if completed or len(self.covered) >= count:
                 self.covered.clear()
                 self.fresh = True
         self.last_round = goal.round

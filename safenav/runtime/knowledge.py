@@ -89,9 +89,13 @@ class Knowledge:
         if len(obstacle.needs) > 1:
             self._unmet.open[obstacle.region] = Work(obstacle)
 
+    def knows(self, obstacle: Obstacle) -> bool:
+        """Whether the team has met an obstacle, or has it in O."""
+        return obstacle.name in self.pending or obstacle.name in self.joined
+
     def forget(self, obstacle: Obstacle) -> bool:
         """An obstacle is gone, resolved or by itself; whether anybody had known it."""
-        known = obstacle.name in self.pending or obstacle.name in self.joined
+        known = self.knows(obstacle)
         self.pending.pop(obstacle.name, None)
         self.joined.pop(obstacle.name, None)
         self.stuck_at.pop(obstacle.name, None)

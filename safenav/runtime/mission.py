@@ -210,7 +210,7 @@ class Mission:
         state.tick += 1
         self._interventions.apply()
         for change in self._world.changes(state.tick, state.occupied()):
-            if not change.appeared and change.obstacle.name in state.knowledge.pending:
+            if not change.appeared and state.knowledge.knows(change.obstacle):
                 self._turns.leave_plan(vocabulary.PlanEndReason.CHANGED, settling=True)
             self._coordination.changed(change)
         for robot in state.robots.values():

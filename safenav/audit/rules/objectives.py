@@ -155,7 +155,9 @@ class RoundsRule(Rule):
         elif isinstance(record, Pop) and self._pushed:
             before = self._pushed.pop()
             for robot, objective in record.objectives.items():
-                if objective != now.objectives[robot]:
+                if objective == now.header.robots[robot].objective != now.objectives[robot]:
+                    self._last[robot] = self._own.get(robot, 0)
+                elif objective != now.objectives[robot]:
                     self._last[robot] = before.get(robot, 0)
         elif isinstance(record, Told):
             self._unsure.add(record.robot)
