@@ -141,10 +141,11 @@ void Reordering::between_steps(const Work &step) {
   const std::uint64_t old_cost = cost(step, unlimited);
   const std::uint64_t looked = store_.sifting_work();
   SiftingLog log;
-  // Often so much was worked only because the game is large.
+  // Often so much was worked only because the game is large, in steps that are cheap:
+  // then it is a gamble.
   constexpr std::uint64_t share = 8;
   if (dear(store_.live_nodes()))
-    sift_all(store_, log, late_growth, work / share);
+    sift_all(store_, log, late_growth, std::max(work / share, old_cost));
   else if (grown)
     log = sift_thoroughly();
   else {
