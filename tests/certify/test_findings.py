@@ -279,10 +279,12 @@ def test_a_mission_is_completed_although_a_request_is_open() -> None:
     assert lines[-1]["outcome"] == "completed"
 
 
-def test_no_obstacle_is_called_as_a_robot_is_where_it_closes_a_region(tmp_path: Path) -> None:
-    """A strategy that knows of the one would seem to know of the other."""
+@pytest.mark.parametrize("name", ["robots.b", "b", "somebody"])
+def test_no_obstacle_has_the_name_of_a_robot(name: str, tmp_path: Path) -> None:
+    """Who knows of the one would seem to know of the other, and what is never resolved would seem
+    to be somebody who is stuck."""
     lines = lines_of(files_of(bundle_of(TWO_NEEDS)))
-    obstacle = {**lines[0]["scenario"]["obstacles"][0], "name": "robots.b"}
+    obstacle = {**lines[0]["scenario"]["obstacles"][0], "name": name}
     lines.insert(1, {"type": "discovered", "tick": 0, "obstacle": obstacle})
     said = said_of(bundle_of(TWO_NEEDS), lines, tmp_path)
     assert "an obstacle has the name of a robot" in said

@@ -565,7 +565,8 @@ class Run:
 
     def on_discovered(self, record: Json, *_: Any, present: bool = True) -> None:
         obstacle = Obstacle(record["obstacle"], self.scenario["robots"], present=present)
-        require(not obstacle.name.startswith("robots."), "an obstacle has the name of a robot")
+        names = {SOMEBODY, *self.robots, *(f"robots.{name}" for name in self.robots)}
+        require(obstacle.name not in names, "an obstacle has the name of a robot")
         self.obstacles[obstacle.name] = obstacle
 
     def on_appeared(self, _record: Json, _: Any, obstacle: Obstacle) -> None:
