@@ -96,7 +96,7 @@ def test_games_that_need_reordering(duel: Duel, seed: int) -> None:
 
 @pytest.mark.parametrize("batch", DENSE)
 def test_games_whose_environment_has_independent_parts(duel: Duel, batch: int) -> None:
-    """Solved with one relation for each part, listed with one for all."""
+    """Solved and listed with one relation for each part."""
     for seed in range(FIRST + batch * 6, FIRST + (batch + 1) * 6):
         _compare(duel, independent_game(Random(seed)), seed)
 

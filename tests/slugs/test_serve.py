@@ -12,6 +12,7 @@ from oracle import (
     Specification,
     build_game,
     dense_game,
+    independent_game,
     inputs_first,
     is_realizable,
     random_specification,
@@ -203,6 +204,14 @@ def test_served_moves_are_those_of_the_listed_strategy(
 @pytest.mark.parametrize("seed", range(4))
 def test_served_moves_of_large_diagrams(own_slugs: Path, tmp_path: Path, seed: int) -> None:
     _compare(own_slugs, tmp_path, dense_game(Random(FIRST + seed)), seed)
+
+
+def test_served_moves_where_the_environment_has_independent_parts(
+    own_slugs: Path, tmp_path: Path
+) -> None:
+    """Each part is looked at by itself; together they allow the inputs that they should."""
+    seeds = range(FIRST, FIRST + 12)
+    assert sum(_compare(own_slugs, tmp_path, independent_game(Random(s)), s) for s in seeds) > 0
 
 
 def _compare(binary: Path, folder: Path, specification: Specification, seed: int) -> int:
