@@ -57,8 +57,8 @@ class Progress:
             self.awaited = (goal.goal + 1) % count
         elif self.objective.kind == "cover":
             self.covered.add(goal.goal)
-            completed = self.last_round is not None and goal.round > self.last_round
-            if completed or len(self.covered) >= count:
+            counted = self.last_round is not None and goal.round > self.last_round
+            if counted or (self.fresh and len(self.covered) >= count):
                 self.covered.clear()
                 self.fresh = True
         self.last_round = goal.round

@@ -17,6 +17,7 @@ class EventKind(StrEnum):
     REQUEST = "request"
     PUSH = "push"
     POP = "pop"
+    TOLD = "told"
     MET = "met"
     RESOLVED = "resolved"
     BLOCKED = "blocked"
