@@ -99,6 +99,14 @@ obstacles: [{type: post, region: 25}]
 until: {rounds: 1}
 """,
 )
+ON_ITS_TARGET = (
+    '["#######", "####..#", "#.##..#", "#.....#", "#######"]',
+    """
+  a: {model: cart, start: 18, objective: {patrol: [19, 11]}}
+obstacles: [{type: uncertainty, region: 12}]
+until: {rounds: 2}
+""",
+)
 KEPT_STILL = (
     '["#####", "###.#", "#...#", "#####"]',
     """
@@ -298,3 +306,14 @@ def test_nobody_lacks_a_strategy_unless_that_was_shown(tmp_path: Path) -> None:
         lines[-1] |= {"outcome": outcome, "cause": "unrealizable", "unrealizable": tried}
         said = said_of(bundle_of(TWO_NEEDS), lines, tmp_path / str(number))
         assert "does not claim what" in said or "a negative without a proof" in said
+
+
+def test_a_round_goes_on_where_a_new_strategy_begins_on_a_target(tmp_path: Path) -> None:
+    """And a target that is never met is not made up for by the other one."""
+    bundle = bundle_of(ON_ITS_TARGET)
+    lines = lines_of(files_of(bundle))
+    again = [line for line in lines if line["type"] == "synthesis"][1]
+    assert (again["region"], again["memory"]) == (19, {"scout": 0})
+    assert lines[-1]["outcome"] == "completed"
+    fewer = [line for line in lines if line.get("goal") != 1]
+    assert said_of(bundle, fewer, tmp_path).endswith("a has met it 0 times")

@@ -152,6 +152,7 @@ class Robot:
         self.own: Json = data["objective"]  # what it is there for
         self.objective = self.own  # what it does now
         self.progress = Progress(goals_of(self.own))
+        self.goals: list[int] = []  # those met since the last resolution
         self.pose: Pose = (data["start"], data.get("heading"))
         self.destination = self.pose  # where its step ends, if it is on its way
         self.task: Task | None = None
@@ -185,10 +186,14 @@ class Robot:
         known: Mapping[Pose, set[int]] = self.task.of_pose if self.task is not None else {}
         return known.get(self.pose, set()) if self.nodes is None else self.nodes
 
+    def meet(self, goal: int) -> None:
+        self.goals.append(goal)
+        self.progress = self.progress.after(self.own, goal)
+
     def hold(self) -> None:
         """To hold is met in each turn that ends there."""
         if "hold" in self.own and self.on_its_own and self.places <= base.targets_of(self.own)[0]:
-            self.progress = self.progress.after(self.own, 0)
+            self.meet(0)
 
 
 # ---------------------------------------------------------------- what the team can never do
@@ -601,7 +606,7 @@ class Run:
         obstacle.present, obstacle.known, obstacle.traversable = False, False, truth
         obstacle.stage = Stage(obstacle, len(obstacle.needs))
         for robot in self.robots.values():
-            robot.progress = robot.progress.again(robot.own)
+            robot.progress, robot.goals = robot.progress.again(robot.own), []
             robot.hold()
 
     def on_blocked(self, record: Json, _: Any, obstacle: Obstacle) -> None:
@@ -772,7 +777,7 @@ class Run:
         """A robot is given another objective of its own while the run goes on."""
         objective = record["objective"]
         robot.objective = objective if robot.on_its_own else robot.objective
-        robot.own, robot.progress = objective, Progress(goals_of(objective))
+        robot.own, robot.progress, robot.goals = objective, Progress(goals_of(objective)), []
         said = base.in_words(objective)
         self.claim("changed", tick=self.tick, robot=robot.name, objective=said)
 
@@ -825,8 +830,8 @@ class Run:
             edges = [task.graph.offset[first[a]] + after[a].index(b) for a, b in steps]
             there = not edges or "1" in {task.recurring[goal][edge] for edge in edges}
         require(there, f"{robot.name} is not at its goal {goal}")
-        if not robot.progress.met or (goal in robot.progress.next and "hold" not in robot.own):
-            robot.progress = robot.progress.after(robot.own, goal)
+        if "hold" not in robot.own or not robot.goals:
+            robot.meet(goal)
 
     def on_outcome(self, record: Json, *_: Any) -> None:
         what = record["outcome"]
@@ -836,7 +841,7 @@ class Run:
         if what == "completed":
             rounds = self.scenario["until"].get("rounds") or 0
             for name, robot in self.robots.items():
-                met = robot.progress.met // len(goals_of(robot.own))
+                met = min(robot.goals.count(goal) for goal in goals_of(robot.own))
                 require(met >= rounds and robot.on_its_own, f"{name} has met it {met} times")
             self.claim("outcome:completed", rounds=rounds)
         elif what == "tick_limit":
