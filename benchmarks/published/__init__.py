@@ -2,3 +2,8 @@
 
 Reactive synthesizers are compared on these.  Each function gives structuredslugs text.
 """
+
+from published.arbiters import amba, genbuf, synt15
+from published.robots import belief, bunny
+
+__all__ = ["amba", "belief", "bunny", "genbuf", "synt15"]

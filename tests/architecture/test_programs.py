@@ -6,6 +6,8 @@ No other test runs them, so a module that moves would leave them behind unseen.
 from __future__ import annotations
 
 import ast
+import subprocess
+import sys
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -26,3 +28,15 @@ def test_what_a_program_imports_from_safenav_is_there(program: Path) -> None:
             for name in (alias.name for alias in node.names):
                 found = hasattr(module, name) or find_spec(f"{node.module}.{name}") is not None
                 assert found, f"line {node.lineno}: {node.module} has no {name}"
+
+
+@pytest.mark.parametrize(
+    "program",
+    [path for path in PROGRAMS if "argparse" in path.read_text(encoding="utf-8")],
+    ids=lambda path: str(path.relative_to(ROOT)),
+)
+def test_a_program_with_options_starts(program: Path) -> None:
+    """What it imports from beside it is there, too."""
+    command = [sys.executable, str(program), "--help"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
