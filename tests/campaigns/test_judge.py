@@ -195,6 +195,12 @@ def test_an_obstacle_that_is_resolved_too_early_is_noticed() -> None:
     assert "before that is done" in replay(found, trace).problems[0]
 
 
+def test_a_goal_that_is_met_while_waiting_is_no_part_of_a_round() -> None:
+    found = corridor(5, {"a": flyer(8, visit=[8, 9])})
+    goals = [{"type": "goal", "robot": "a", "goal": 0, "round": k} for k in (0, 1)]
+    assert replay(found, [line("a", 8), *goals]).situation.progress == {"a": (1, 0)}
+
+
 @pytest.mark.parametrize(
     ("objective", "visits", "rounds"),
     [

@@ -153,10 +153,12 @@ class _Replay:
 
     def _progress(self, robot: Robot) -> Progress:
         """The rounds that are surely done; of a round in progress nothing counts but what is
-        next, so that what the judge finds possible is."""
+        next, so that what the judge finds possible is. Goals that a robot meets while it waits
+        or helps are told as well: a round has each target once."""
         goals = self.goals[robot.name]
         count = len(robot.targets)
-        rounds = min(goals[-1][1], len(goals) // count) if goals else 0
+        each = (sum(goal == k for goal, _ in goals) for k in range(count))
+        rounds = min(goals[-1][1], *each) if goals else 0
         if not robot.in_order or robot.formulas:
             return (0, rounds if not robot.in_order else rounds * count)
         next_ = (goals[-1][0] + 1) % count if goals and goals[-1][0] < count else 0
