@@ -53,16 +53,7 @@ class Formulas:
         def meets(before: int, after: int) -> bool:
             return self.guarantees.meets(goal, graph.pose(before), graph.pose(after))
 
-        poses = list(bits(graph.everywhere))
-        staying = {pose for pose in poses if meets(pose, pose)}
-        entered = {
-            step
-            for pose in poses
-            if pose not in staying
-            for step in graph.steps(pose)
-            if step not in staying and meets(pose, step)
-        }
-        return sum(1 << pose for pose in staying | entered)
+        return graph.where_met(meets)
 
 
 def formulas_of(robot: Robot, world: RegionMap) -> Formulas | None:

@@ -176,6 +176,20 @@ class PoseGraph:
             self._lives[key] = found
         return found
 
+    def where_met(self, meets: Callable[[int, int], bool]) -> Mask:
+        """The poses in which a goal is met that speaks of steps: by staying there, or by a step
+        into the pose where staying at neither end would do."""
+        poses = list(bits(self.everywhere))
+        staying = {pose for pose in poses if meets(pose, pose)}
+        entered = {
+            step
+            for pose in poses
+            if pose not in staying
+            for step in self.steps(pose)
+            if step not in staying and meets(pose, step)
+        }
+        return sum(1 << pose for pose in staying | entered)
+
     def steps_between(self, start: Mask, goal: Mask, allowed: Mask) -> int | None:
         """Steps of a shortest way from some pose of ``start`` to some of ``goal``."""
         found = frontier = start

@@ -94,16 +94,7 @@ class StateGraph(PoseGraph):
             one, other = self.pose(before), self.pose(after)
             return self._guarantees.meets_with(goal, one, old, other, new)
 
-        states = list(bits(self.everywhere))
-        staying = {state for state in states if meets(state, state)}
-        entered = {
-            step
-            for state in states
-            if state not in staying
-            for step in self.steps(state)
-            if step not in staying and meets(state, step)
-        }
-        return sum(1 << state for state in staying | entered)
+        return self.where_met(meets)
 
     @cached_property
     def _poses(self) -> PoseGraph:
