@@ -7,24 +7,21 @@ checked.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
-from safenav.certify.checker.check import circumstances
 from safenav.certify.checker.check_strategies import (
+    Edges,
+    Met,
     RefusedError,
     Row,
-    Specification,
     Strategy,
     Task,
     TooLargeError,
     World,
-    complete,
-    count_completions,
-    primed,
-    read_specification,
+    circumstances,
 )
 from safenav.certify.measures import Measure, NoMeasureError, measure
 from safenav.errors import ResourceLimitError
@@ -48,13 +45,9 @@ def strategy_measures(text: str, strategy_json: bytes) -> list[dict[str, Any]]:
     Raises NoMeasureError if the strategy starves a goal.
     """
     strategy = _read(strategy_json, text)
-    spec = strategy.spec
-    cases = strategy.edge_cases()
-    fair = [cases.digits(c) for c in spec.sections["ENV_LIVENESS"]]
-    return [
-        measure(_edges(strategy), cases.digits(goal), fair).to_data()
-        for goal in spec.sections["SYS_LIVENESS"]
-    ]
+    edges = strategy.edges([*dict.fromkeys(strategy.first)])
+    goals, fair = strategy.met(edges)
+    return [_measure(strategy, edges, met, fair).to_data() for met in goals]
 
 
 def counter_evidence(text: str, strategy_json: bytes) -> CounterEvidence:
@@ -63,19 +56,17 @@ def counter_evidence(text: str, strategy_json: bytes) -> CounterEvidence:
     Raises NoMeasureError if it does not beat the robot, LookupError if no input begins it.
     """
     strategy = _read(strategy_json, text)
-    spec = strategy.spec
-    cases = strategy.edge_cases()
-    fair = [cases.digits(c) for c in spec.sections["ENV_LIVENESS"]]
-    goals = [cases.digits(c) for c in spec.sections["SYS_LIVENESS"]]
-    edges = _edges(strategy)
-    measures = [measure(edges, met, ()).to_data() for met in fair]
-    measures.append(measure(edges, "0" * cases.count, goals).to_data())
+    edges = strategy.edges([*dict.fromkeys(strategy.first)])
+    goals, fair = strategy.met(edges)
+    never = [False] * len(edges[0])
+    measures = [_measure(strategy, edges, met, ()).to_data() for met in fair]
+    measures.append(_measure(strategy, edges, never, goals).to_data())
     chosen = [
-        list(strategy.inputs[targets[0]]) if targets else _killing(spec, strategy, node)
+        strategy.inputs[targets[0]] if targets else _killing(strategy, node)
         for node, targets in enumerate(strategy.next)
     ]
-    start = list(strategy.inputs[0]) if strategy.count else _opening(spec)
-    return CounterEvidence(start, chosen, measures)
+    start = strategy.inputs[0] if strategy.count else _opening(strategy)
+    return CounterEvidence(list(start), [list(row) for row in chosen], measures)
 
 
 class RulesEvidence:
@@ -96,39 +87,40 @@ class RulesEvidence:
         """A measure for each wish of the robot; with the evidence of a counterstrategy
         (``counter``) one for each assumption, and one that a wish is missed for ever.
 
-        Where there is no measure, one that shows nothing; None where the strategy breaks another
-        rule. The checker says what is wrong.
+        Where there is no measure, one that shows nothing; None where the circumstances are not
+        those of the strategy. The checker says what is wrong, also with other rules.
         """
         strategy = _read(strategy_json, text)
         robot, cells = self._scenario["robots"][line["robot"]], self._scenario.get("partition")
         try:
             task = Task(self._world, robot, line, cells, strategy)
             if counter is None:
-                # What else the strategy has to keep is for the checker to see.
-                _, wishes, assumed = task.explore(task.begins(line["node"]), lambda _: None)
-                return [_measure(strategy, met, assumed) for met in wishes]
-            there, wishes, assumed = task.explore_counterstrategy(counter)
+                begin = task.begin(line["node"])
+            else:
+                start = tuple(counter["start"])
+                nodes = (node for node in strategy.begin if strategy.inputs[node] == start)
+                begin = [node for node in nodes if task.done[node] in task.openings(start)]
+            edges = strategy.edges(strategy.reach(begin))
+            wishes, assumed = task.met(edges)
         except RefusedError:
             return None
-        found = [_measure(strategy, met, ()) for met in assumed]
-        return [*found, _measure(strategy, there, wishes)]
+        if counter is None:
+            return [_best(strategy, edges, met, assumed) for met in wishes]
+        found = [_best(strategy, edges, met, ()) for met in assumed]
+        return [*found, _best(strategy, edges, [False] * len(edges[0]), wishes)]
 
 
-def _measure(strategy: Strategy, met: str, excuses: Sequence[str]) -> dict[str, Any]:
-    """A measure about the edges that runs take; the others have ``-`` for a digit."""
+def _measure(strategy: Strategy, edges: Edges, met: Met, excuses: Sequence[Met]) -> Measure:
+    """A measure about these edges, each as if it led to the first of twins."""
+    targets = [strategy.first[target] for target in edges[1]]
+    return measure(strategy.count, (edges[0], targets), met, excuses)
+
+
+def _best(strategy: Strategy, edges: Edges, met: Met, excuses: Sequence[Met]) -> dict[str, Any]:
     try:
-        return measure(_edges(strategy), met.replace("-", "1"), excuses).to_data()
+        return _measure(strategy, edges, met, excuses).to_data()
     except NoMeasureError:
         return Measure([0] * strategy.count, [None] * strategy.count).to_data()
-
-
-@lru_cache(maxsize=2)
-def _edges(strategy: Strategy) -> list[list[int]]:
-    """The edges that the checker looks at: of each node's twins only those of the first."""
-    edges: list[list[int]] = [[] for _ in range(strategy.count)]
-    for node in strategy.sources:
-        edges[node] = [strategy.first[after] for after in strategy.next[node]]
-    return edges
 
 
 @lru_cache(maxsize=2)
@@ -138,32 +130,23 @@ def _read(strategy_json: bytes, text: str) -> Strategy:
     Raises ResourceLimitError if that is too much for the checker.
     """
     try:
-        return Strategy(json.loads(strategy_json), read_specification(text))
+        return Strategy(json.loads(strategy_json), text)
     except TooLargeError as error:
         raise ResourceLimitError(f"a strategy is too large to be certified: {error}") from error
 
 
-def _killing(spec: Specification, strategy: Strategy, node: int) -> list[int]:
+def _killing(strategy: Strategy, node: int) -> Row:
     """A next input to which the robot has no answer."""
-    keys, wanted = [*spec.variables], primed(spec.inputs)
-    row = (*strategy.inputs[node], *strategy.outputs[node])
-    found = complete(spec.variables, wanted, spec.sections["ENV_TRANS"], keys, [row])
-    rows = [(*row, *values) for _, values in found]
-    after, limits = primed(spec.outputs), spec.sections["SYS_TRANS"]
-    counts = count_completions(spec.variables, after, limits, [*keys, *wanted], rows)
-    return _without_answer(rows, counts, len(keys))
+    rows = sorted(strategy.expected(node))
+    return _first(row for row in rows if not strategy.replies(node, row))
 
 
-def _opening(spec: Specification) -> list[int]:
+def _opening(strategy: Strategy) -> Row:
     """An initial input to which the robot has no answer."""
-    inputs, outputs = [*spec.inputs], [*spec.outputs]
-    rows = [v for _, v in complete(spec.variables, inputs, spec.sections["ENV_INIT"], (), [()])]
-    counts = count_completions(spec.variables, outputs, spec.sections["SYS_INIT"], inputs, rows)
-    return _without_answer(rows, counts, 0)
+    return _first(row for row in sorted(strategy.starts()) if not strategy.openings(row))
 
 
-def _without_answer(rows: list[Row], counts: list[int], skip: int) -> list[int]:
-    for row, count in zip(rows, counts, strict=True):
-        if not count:
-            return list(row[skip:])
+def _first(rows: Iterable[Row]) -> Row:
+    for row in rows:
+        return row
     raise LookupError("the robot has an answer to each input")

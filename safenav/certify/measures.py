@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from safenav.components import Graph, components
+from safenav.components import components
 
 
 class NoMeasureError(ValueError):
@@ -31,23 +31,25 @@ class Measure:
         return {"n": self.numbers, "a": self.assumptions}
 
 
-def measure(graph: Graph, met: str, excuses: Sequence[str]) -> Measure:
+def measure(
+    size: int,
+    edges: tuple[Sequence[int], Sequence[int]],
+    met: Sequence[bool],
+    excuses: Sequence[Sequence[bool]],
+) -> Measure:
     """The measure of a goal.
 
-    ``met`` and each of ``excuses`` (assumptions, for a counterstrategy goals) have a digit ``1``
-    for each edge on which they are met, in the order of sources; edges that do not count are met.
-    Raises NoMeasureError if there is none.
+    ``size``: how many nodes there are. ``edges``: the node before each edge and the one after it.
+    ``met`` and each of ``excuses`` (assumptions, for a counterstrategy goals) tell for each edge
+    whether it is met there. Raises NoMeasureError if there is none.
     """
-    offsets = [0]
-    for targets in graph:
-        offsets.append(offsets[-1] + len(targets))
-    missing = [
-        [(target, edge) for edge, target in enumerate(targets, offsets[node]) if met[edge] == "0"]
-        for node, targets in enumerate(graph)
-    ]
-    numbers = [0] * len(graph)
-    assumptions: list[int | None] = [None] * len(graph)
-    component = [-1] * len(graph)
+    missing: list[list[tuple[int, int]]] = [[] for _ in range(size)]
+    for edge, (source, target) in enumerate(zip(*edges, strict=True)):
+        if not met[edge]:
+            missing[source].append((target, edge))
+    numbers = [0] * size
+    assumptions: list[int | None] = [None] * size
+    component = [-1] * size
     for label, members in enumerate(components([[t for t, _ in out] for out in missing])):
         for node in members:
             component[node] = label
@@ -61,7 +63,7 @@ def measure(graph: Graph, met: str, excuses: Sequence[str]) -> Measure:
         excuse = None
         if inside:
             excuse = next(
-                (k for k, e in enumerate(excuses) if all(e[edge] == "0" for edge in inside)), None
+                (k for k, e in enumerate(excuses) if not any(e[edge] for edge in inside)), None
             )
             if excuse is None:
                 raise NoMeasureError(f"node {members[0]} lies on a cycle that starves the goal")

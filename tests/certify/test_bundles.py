@@ -77,6 +77,21 @@ def test_a_zip_holds_the_same(tmp_path: Path) -> None:
     assert (status, said.splitlines()[-1]) == (0, "accepted")
 
 
+def test_a_broken_zip_is_refused_without_a_traceback(tmp_path: Path) -> None:
+    packed = tmp_path / "hello.zip"
+    with zipfile.ZipFile(packed, "w") as archive:
+        for name, data in files_of(shipped("hello")).items():
+            archive.writestr(name, data)
+        archive.write(shipped("hello") / "manifest.json", "manifest.json")
+    data = bytearray(packed.read_bytes())
+    middle = data.index(b'"safenav-bundle"')
+    data[middle] ^= 1  # its sum is no longer that of the zip
+    packed.write_bytes(data)
+    status, said = run_checker(packed, program=shipped("hello") / "check.py")
+    assert status == 1
+    assert said.startswith("refused: a file is not as documented: BadZipFile")
+
+
 def test_what_is_no_bundle_is_told_apart_from_a_refusal(tmp_path: Path) -> None:
     status, said = run_checker(tmp_path, program=shipped("hello") / "check.py")
     assert status == 2

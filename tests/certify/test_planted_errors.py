@@ -87,7 +87,13 @@ TWO_EXACT = TWO.replace("rover,", "rover, tracking: exact,", 1)
 TWO_BELIEF = TWO.replace("rover,", "rover, tracking: belief, vision: 2,", 1)
 FAIR = Circumstances(fairness=Fairness.OUT_OF_MY_WAY)
 EXERCISES = [
-    Exercise("a wall left out", AROUND_A_WALL, ALONE, without("region' != 10"), "no legal move"),
+    Exercise(
+        "a wall left out",
+        AROUND_A_WALL,
+        ALONE,
+        without("region' != 10"),
+        "the scenario forbids the edge",
+    ),
     Exercise(
         "a turn by 180 degrees allowed",
         OPEN,
@@ -95,14 +101,14 @@ EXERCISES = [
         rewritten(
             lambda c: c.formula.replace(" & heading != 1", "").replace(" & heading != 3", "")
         ),
-        "no legal move",
+        "the scenario forbids the edge",
     ),
     Exercise(
         "turning on the spot allowed",
         OPEN,
         WALKER.replace("[1, 1], [3, 5]", "[2, 1], [2, 5]"),
         without("region' = region -> heading' = heading"),
-        "no legal move",
+        "the scenario forbids the edge",
     ),
     Exercise(
         "a target dropped with its memory",
@@ -114,21 +120,21 @@ EXERCISES = [
                 "goal' = 2 & region' = 24": "TRUE",
             }.get(c.formula, c.formula)
         ),
-        "forgets whose turn it is",
+        "the scenario forbids the edge",
     ),
     Exercise(
         "a target of cover dropped",
         OPEN,
         "a: {model: rover, start: [1, 1], objective: {cover: [[1, 1], [1, 5], [3, 3]]}}",
         without("region' = 24", section=Section.SYS_LIVENESS),
-        "misses goal 2",
+        "wish 2 of the scenario",
     ),
     Exercise(
         "a busy side left out of the rule",
         OPEN,
         TWO,
         without("busy_east' -> move' != 2", "busy_south' -> move' != 3"),
-        "no legal move",
+        "the scenario forbids the edge",
         FAIR,
     ),
     Exercise(
@@ -136,7 +142,7 @@ EXERCISES = [
         OPEN,
         TWO,
         swapped("busy_east", "busy_south", Section.SYS_TRANS),
-        "no legal move",
+        "the scenario forbids the edge",
         FAIR,
     ),
     Exercise(
@@ -144,7 +150,7 @@ EXERCISES = [
         OPEN,
         TWO,
         with_more(Section.ENV_LIVENESS, "FALSE"),
-        "for ever",
+        "wish 0 of the scenario",
         FAIR,
     ),
     Exercise(
@@ -168,7 +174,7 @@ EXERCISES = [
         OPEN,
         ALONE,
         without("region' != 10"),
-        "no legal move",
+        "the scenario forbids the edge",
         Circumstances(closed=(10,)),
         "obstacles:\n  - {type: door, region: 10}\n",
     ),
@@ -177,21 +183,21 @@ EXERCISES = [
         NO_BORDER,
         "a: {model: rover, start: [0, 4], objective: {visit: [[0, 4], [1, 0]]}}",
         without("-> !(region' = region + 1)", "-> !(region = region' + 1)"),
-        "no legal move",
+        "the scenario forbids the edge",
     ),
     Exercise(
         "a wrong start heading",
         OPEN,
         WALKER,
         replaced("heading = 1", "heading = 0"),
-        "it begins with heading",
+        "'heading': 0",
     ),
     Exercise(
         "a wrong target to begin with",
         OPEN,
         ALONE,
         replaced("goal = 0", "goal = 1"),
-        "it begins with goal",
+        "'goal': 1",
     ),
     Exercise(
         "the collision rule inverted",
@@ -213,14 +219,14 @@ EXERCISES = [
         "a: {model: rover, start: [1, 1], objective: {ltl: {\n"
         '        safety: ["region\' != 7"], liveness: ["region\' = 8", "region\' = 6"]}}}',
         without("region' != 7"),
-        "breaks the objective",
+        "the scenario forbids the edge",
     ),
     Exercise(
         "an ltl goal dropped",
         OPEN,
         'a: {model: rover, start: [1, 1], objective: {ltl: {liveness: ["region\' = 12"]}}}',
         without("region' = 12", section=Section.SYS_LIVENESS),
-        "misses goal 0",
+        "wish 0 of the scenario",
     ),
     Exercise(
         "a belief that vanishes",
@@ -237,7 +243,7 @@ EXERCISES = [
         CROSSROADS,
         "a: {model: rover, start: [1, 1], objective: {patrol: [[1, 2], [1, 3]]}}",
         without("!(region' = 7 & scout')", "!(region' = 8 & !scout')"),
-        "no legal move",
+        "the scenario forbids the edge",
         Circumstances(memory=Memory(1)),
     ),
     Exercise(
@@ -245,14 +251,14 @@ EXERCISES = [
         OPEN,
         "a: {model: rover, start: [1, 2], objective: {hold: {any: [[1, 1], [1, 2]]}}}",
         without("region = 8 -> region' = 8", "region = 9 -> region' = 9"),
-        "no legal move",
+        "the scenario forbids the edge",
     ),
     Exercise(
         "exact positions ignored",
         OPEN,
         TWO_EXACT,
         without("region' != at_b'"),
-        "no legal move",
+        "the scenario forbids the edge",
         FAIR,
     ),
     Exercise(
@@ -268,7 +274,7 @@ EXERCISES = [
         OPEN,
         ALONE,
         without("wait' -> region' = region"),
-        "no legal move",
+        "the scenario forbids the edge",
         Circumstances(assignable=True),
     ),
     Exercise(
@@ -284,7 +290,7 @@ EXERCISES = [
         OPEN,
         ALONE,
         without("request' & !wait' -> region' = assigned'"),
-        "misses the place that it is sent to",
+        "wish 1 of the scenario",
         Circumstances(assignable=True),
     ),
     Exercise(

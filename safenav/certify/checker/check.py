@@ -5,19 +5,12 @@
 BUNDLE is a folder or a .zip. Exit status 0: accepted; 1: refused, with the first reason; 2: no
 bundle; 3: larger than this checker takes on. Only Python's standard library is needed.
 
-What it establishes, from the files of the bundle alone. In check_strategies.py:
-- *specification -> strategy*: each strategy realizes the text of its specification, and each
-  counterstrategy shows that none does;
-- *scenario -> strategy*: the same strategies keep the scenario's own rules, read from its data and
-  not from formulas: the map, the mobility, known obstacles, regions observed as taken, and the
-  objective again and again unless a named assumption fails (``Task``). Counterstrategies
-  beat a robot that has all the freedom which the scenario leaves.
-In this file:
-- *strategy -> moves*: each move of the trace is the strategy's answer to what the robot observed,
-  or it stays, steps back from an obstacle, or takes its next step of a joint plan (``Run``);
-- *moves -> outcome*: nobody enters a wall or a standing obstacle, nobody collides, obstacles are
-  resolved by those who can, and the outcome is what happened. What is called unresolvable, stuck
-  or a deadlock is worked out again (``Team``).
+check_strategies.py shows from the bundle's files alone that strategies realize their texts and keep
+the scenario's own rules, or that there are none. This file follows the trace (``Run``): each move
+is the strategy's answer to what the robot observed, or it stays, steps back from an obstacle, or
+takes its next step of a joint plan; nobody enters a wall or a standing obstacle, nobody collides,
+obstacles are resolved by those who can, and the outcome is what happened. What is called
+unresolvable, stuck or a deadlock is worked out again (``Team``).
 
 What stays trusted: this program and Python; the step from the YAML file to scenario.json (its
 grid is compared); that the trace tells what happened, and that robots move as their mobility says.
@@ -31,34 +24,25 @@ import json
 import re
 import sys
 import zipfile
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache
-from importlib import import_module
 from itertools import chain, combinations, product
-from math import prod
 from pathlib import Path
 from typing import Any, NamedTuple
 
 if __name__ == "__main__":
     sys.dont_write_bytecode = True  # a bundle stays as it is
     sys.path.insert(0, str(Path(__file__).resolve().parent))
-elif __package__:  # the maker of bundles has these two files in a package
-    sys.modules["check_strategies"] = import_module(f"{__package__}.check_strategies")
 
 import check_strategies as base
-from check_strategies import Json, Pose, RefusedError, Strategy, Task, World, require
+from check_strategies import Json, Objective, Pose, RefusedError, Strategy, Task, World, require
 
-MOST_STATES = 200_000
-MOST_MEMORY = 64
 SOMEBODY = "somebody"
 ASKED = ("obstacle", "requester", "helper", "helpers", "reason")  # what an entry of the stack says
 
-# ---------------------------------------------------------------- obstacles and robots
-
 
 class Need(NamedTuple):
-    """Something that an obstacle takes: who is able to do it, where, how many of them have to, and
-    whether ``together`` or one after the other."""
+    """Something that an obstacle takes: by whom, where, by how many, at once or in turn."""
 
     able: frozenset[str]
     regions: frozenset[int]
@@ -66,899 +50,624 @@ class Need(NamedTuple):
     together: bool
 
 
-class Obstacle:
-    """An obstacle at some line of the trace; ``data`` as in its header. All needs get one form."""
+class Obstacle(NamedTuple):
+    """An obstacle at some moment."""
 
-    def __init__(self, data: Json, robots: Json, *, present: bool) -> None:
-        self.name, self.region, self.blocks = data["name"], data["region"], {*data["blocks"]}
-        self.traversable, self.present, self.known = data["traversable"], present, False
-        self.sealed: set[str] | None = None  # for whom it stays for good, once a line said so
-        self.barred: set[str] = set()  # robots with no strategy to serve it
-        self.needs: list[Need] = []
-        for need in data.get("needs") or [{**data, "regions": data["resolution_regions"]}]:
-            able = frozenset(n for n in robots if need["action"] in robots[n]["capabilities"])
-            size, together = need.get("robots", 1), need.get("together", False)
-            self.needs.append(Need(able, frozenset(need["regions"]), size, together))
-        self.stage = Stage(self)
+    name: str
+    region: int
+    blocks: frozenset[str]
+    needs: tuple[Need, ...]
+    left: tuple[Need, ...]  # those that are not met yet, the next one first
+    present: bool
+    truth: bool | None  # what resolving it reveals: whether it can be passed then
+    known: bool = False  # whether somebody has met it
+    done: frozenset[str] = frozenset()  # who has met a part of the next need
+    sealed: frozenset[str] | None = None  # for whom it stays for good, once a line said so
+    barred: frozenset[str] = frozenset()  # robots with no strategy to serve it
 
     def stands(self, name: str) -> bool:
-        """Whether it is in a robot's way now."""
-        return (self.present and self.stage.is_wall(name)) or name in (self.sealed or ())
-
-
-class Stage(NamedTuple):
-    """How far an obstacle is: which of its needs is next, and who has met part of it."""
-
-    obstacle: Obstacle
-    number: int = 0
-    done: frozenset[str] = frozenset()
-
-    @property
-    def need(self) -> Need | None:
-        """The need that is next; None if all are met."""
-        return next(iter(self.obstacle.needs[self.number :]), None)
-
-    def is_wall(self, name: str) -> bool:
         """Whether it is in a robot's way: one that could meet all that is left passes."""
-        left = self.obstacle.needs[self.number :]
-        return name in self.obstacle.blocks and any(name not in need.able for need in left)
+        lacks = any(name not in need.able for need in self.left)
+        return (self.present and name in self.blocks and lacks) or name in (self.sealed or ())
 
-    def worked(self, at: Mapping[str, Pose], acting: Iterable[str]) -> Stage:
-        """The stage after some robots have done what they can where they stand, asked or not."""
-        stage, before = self, None
-        while stage != before and (need := stage.need):
-            before = stage
-            there = need.able & {name for name, pose in at.items() if pose[0] in need.regions}
-            now = there.intersection(acting)
-            group = stage.done | (there if need.together and now else now)
-            if len(group) >= need.robots:
-                stage = Stage(self.obstacle, stage.number + 1)
-            elif not need.together:
-                stage = stage._replace(done=group)
-        return stage
+    def advanced(self) -> Obstacle:
+        return self._replace(left=self.left[1:], done=frozenset())
 
-
-class Progress(NamedTuple):
-    """How far a robot is with its objective since the last resolution: the goals of which any one
-    counts next, and how many were met. A round is each goal once, in order or in any order."""
-
-    next: frozenset[int]
-    met: int = 0
-
-    def after(self, objective: Json, goal: int) -> Progress:
-        """When a goal is met that counts."""
-        every = goals_of(objective)
-        rest = self.next - {goal} or every
-        following = frozenset([(goal + 1) % len(every)])
-        return Progress(following if base.is_ordered(objective) else rest, self.met + 1)
-
-    def again(self, objective: Json) -> Progress:
-        """When the count begins anew: whose turn it is does not change."""
-        return Progress(self.next if base.is_ordered(objective) else goals_of(objective))
-
-
-def goals_of(objective: Json) -> frozenset[int]:
-    """The numbers of an objective's goals. Where they have an order, any may be the first."""
-    number = len(base.targets_of(objective)) or len(base.formulas_of(objective, "liveness"))
-    return frozenset(range(number or 1))
+    def worked(self, at: Mapping[str, Pose], acting: set[str]) -> Obstacle:
+        """Once some robots have done what they can where they stand, asked or not."""
+        if not self.left:
+            return self
+        need = self.left[0]
+        there = need.able & {name for name, pose in at.items() if pose[0] in need.regions}
+        group = self.done | (there if need.together and there & acting else there & acting)
+        if len(group) < need.robots:
+            return self if need.together else self._replace(done=group)
+        return self.advanced().worked(at, acting)
 
 
 class Robot:
-    """One robot at some line of the trace. ``data``: as its header has it; ``rivals``: whom it must
-    not share a region with."""
+    """A robot at some moment; ``data``: as the header has it; ``rivals``: whom it must not meet."""
 
     def __init__(self, name: str, data: Json, rivals: list[str]) -> None:
         self.name, self.data, self.rivals = name, data, rivals
-        self.own: Json = data["objective"]  # what it is there for
-        self.objective = self.own  # what it does now
-        self.progress = Progress(goals_of(self.own))
-        self.goals: list[int] = []  # those met since the last resolution
         self.pose: Pose = (data["start"], data.get("heading"))
         self.destination = self.pose  # where its step ends, if it is on its way
-        self.task: Task | None = None
-        self.nodes: set[int] | None = None  # of its strategy, at its destination; None: any there
-        self.came_from: set[int] = set()  # the nodes before its last step
-        self.knowledge: dict[str, int] = {}
-        self.signal: Json = {}
-        self.back: Json | None = None  # its ``backtrack`` line in this turn
-        self.silent = False  # whether its strategy had no answer in its last turn
-        self.active = True  # whether it is in service
-        self.way: list[Pose] = []  # its part of a joint plan, from where it is
+        self.own = self.objective = Objective(data["objective"])  # for good, and for now
+        self.goals = list[int]()  # of its own: those met since the last resolution
+        self.first = 0  # the goal whose turn it was then
+        self.task: Any = None
+        self.nodes, self.came_from = set[int](), set[int]()  # where its strategy may be, and was
+        self.answers: set[int] | None = None  # of its strategy, in its last turn
+        self.knowledge, self.signal = dict[str, int](), dict[str, Any]()  # what it was last told
+        self.back: dict[str, Any] = {}  # in this turn: where it met an obstacle, and its ``node``
+        self.active, self.way = True, list[Pose]()  # in service; its part of a joint plan
 
     @property
     def places(self) -> set[int]:
         """The regions that it takes up: on its way two."""
         return {self.pose[0], self.destination[0]}
 
-    @property
-    def moves_on(self) -> bool:
-        """Whether it is on its way."""
-        return bool(self.pose != self.destination)
-
-    @property
-    def on_its_own(self) -> bool:
-        """Whether it pursues its own objective."""
-        return bool(base.same_objective(self.objective, self.own))
-
-    def may_be(self) -> set[int]:
-        """The nodes in which it may be: one, or after a joint plan all of its pose, for from each
-        of them the strategy keeps what it promises."""
-        known: Mapping[Pose, set[int]] = self.task.of_pose if self.task is not None else {}
-        return known.get(self.pose, set()) if self.nodes is None else self.nodes
-
-    def meet(self, goal: int) -> None:
-        self.goals.append(goal)
-        self.progress = self.progress.after(self.own, goal)
-
     def hold(self) -> None:
         """To hold is met in each turn that ends there."""
-        if "hold" in self.own and self.on_its_own and self.places <= base.targets_of(self.own)[0]:
-            self.meet(0)
+        if self.own.kind == "hold" and self.objective == self.own:
+            self.goals += [0] if self.places <= self.own.targets[0] else []
 
 
 # ---------------------------------------------------------------- what the team can never do
 
-Stages = tuple[Stage, ...]
-Moves = dict[Pose, set[Pose]]
-Sets = Mapping[str, set[Pose]]  # where robots choose to be
-Counts = tuple[Progress, ...]
-Joint = tuple[tuple[Pose, ...], Counts, Stages]
+Obstacles = tuple[Obstacle, ...]
+Poses = frozenset[Pose]
+
+
+def freedom(world: World, robot: Robot) -> tuple[dict[Pose, set[Pose]], list[Poses]]:
+    """A robot's moves, and for each goal the poses in which it may be met. Of formulas: the moves
+    that they allow, and where staying meets a goal, or else a step does, with some memory."""
+    own, mobility = robot.own, robot.data["mobility"]
+    poses = base.poses_of(product(world.free, [None]), mobility)
+    moves = {pose: world.moves(mobility, pose) for pose in poses}
+    if own.kind != "ltl":
+        return moves, [base.poses_of(product(aim, [None]), mobility) for aim in own.targets]
+    steps, aims = [(a, b) for a in moves for b in moves[a]], list[Poses]()
+    allowed = {step for step in steps if own.allows(own.safety, *step)}
+    for line in own.liveness:
+        goal = {step for step in steps if own.allows([line], *step)}
+        staying = {a for a, b in goal if a == b}
+        aims.append(frozenset(staying) | {b for a, b in goal & allowed if not {a, b} & staying})
+    kept = {a: {b for b in moves[a] if a == b or (a, b) in allowed} for a in moves}
+    return kept, aims or [poses]
 
 
 class Team:
-    """What the team can still do at a moment of the run. Obstacles that it does not know are taken
-    to be absent. ``never`` lets robots pass through each other, ``exhaust`` does not.
+    """What the team can still do; obstacles that nobody has met are taken to be absent. ``names``:
+    whom it is about; if that is not all, the others and all that may yet be resolved only stand in
+    their way. ``out``: who stands still and wants nothing else."""
 
-    ``names``: whom it is about. If that is not the whole team, the others and all that may yet be
-    resolved only stand in their way. ``standing``: who stands still and wants nothing else."""
-
-    def __init__(self, run: Run, names: Collection[str], standing: Collection[str] = ()) -> None:
+    def __init__(self, run: Run, names: Iterable[str], out: Iterable[str] = ()) -> None:
         self.robots = {name: robot for name, robot in run.robots.items() if name in names}
-        everybody = len(self.robots) == len(run.robots)
-        open_ = [o.stage for o in run.met_obstacles() if o.sealed is None and everybody]
-        self.stages, self.start = tuple(open_), {n: {r.destination} for n, r in self.robots.items()}
-        self.sealed = [o for o in run.obstacles.values() if o.sealed]
-        self.looked, self.enough = 0, dict[str, int]()
-        self.moves: dict[str, Moves] = {}
-        self.aims: dict[str, list[frozenset[Pose]]] = {}
-        for name, robot in self.robots.items():
-            mobility, own, here = robot.data["mobility"], robot.own, robot.destination
-            poses = base.poses_of(((region, None) for region in run.world.free), mobility)
-            moves = {pose: run.world.moves(mobility, pose) for pose in poses}
-            aims = [base.poses_of(product(a, [None]), mobility) for a in base.targets_of(own)]
-            if name in standing:
-                moves, aims = {here: {here}}, [frozenset([here])]
-            elif "ltl" in own:
-                moves, aims = by_formulas(own, moves)
-            self.moves[name], self.aims[name] = moves, aims
-        self.steps = cache(self._steps)
+        met = run.met_obstacles() if len(self.robots) == len(run.robots) else []
+        sealed = [o._replace(left=()) for o in run.obstacles.values() if o.sealed]
+        self.obstacles = (*(o for o in met if o.sealed is None), *sealed)
+        self.at = {name: robot.destination for name, robot in self.robots.items()}
+        self.free = {name: freedom(run.world, robot) for name, robot in self.robots.items()}
+        self.free |= {n: ({self.at[n]: {self.at[n]}}, [frozenset([self.at[n]])]) for n in out}
+        self.steps, self.reach = cache(self._steps), cache(self._reach)
 
-    def _steps(self, name: str, pose: Pose, stages: Stages) -> list[Pose]:
-        """The poses after one step or none, while obstacles are walls for whom they block."""
-        walls = {stage.obstacle.region for stage in stages if stage.is_wall(name)}
-        walls |= {obstacle.region for obstacle in self.sealed if obstacle.stands(name)}
-        return [after for after in self.moves[name][pose] if after[0] not in walls]
+    def _steps(self, name: str, pose: Pose, obstacles: Obstacles) -> list[Pose]:
+        walls = {obstacle.region for obstacle in obstacles if obstacle.stands(name)}
+        return [after for after in self.free[name][0][pose] if after[0] not in walls]
 
-    def reach(self, name: str, poses: Iterable[Pose], stages: Stages) -> set[Pose]:
+    def _reach(self, name: str, poses: Poses, obstacles: Obstacles) -> set[Pose]:
         """Where a robot can get from some poses."""
-        found = set(poses)
-        queue = list(found)
-        for pose in queue:
-            fresh = {*self.steps(name, pose, stages)} - found
-            found |= fresh
-            queue += fresh
-        return found
+        return {*base.closure(poses, lambda pose: self.steps(name, pose, obstacles))}
 
-    def can_go_on(self, name: str, poses: Iterable[Pose], stages: Stages) -> bool:
-        """Whether, from some pose that a robot can get to, it can meet every target for ever."""
-        first, *others = self.aims[name]
-        for pose in self.reach(name, poses, stages) & first:
-            ahead = self.reach(name, [pose], stages)
-            there = ((self.reach(name, [p], stages) for p in aim & ahead) for aim in others)
-            if all(any(pose in back for back in ways) for ways in there):
+    def can_go_on(self, name: str, poses: Poses, obstacles: Obstacles) -> bool:
+        """Whether, from some pose that a robot can get to, it can meet every goal for ever."""
+        first, *others = self.free[name][1]
+        for pose in self.reach(name, poses, obstacles) & first:
+            ahead = self.reach(name, frozenset([pose]), obstacles).intersection(chain(*others))
+            back = {p for p in ahead if pose in self.reach(name, frozenset([p]), obstacles)}
+            if all(aim & back for aim in others):
                 return True
         return False
 
-    def never(self, sets: Sets, stages: Stages) -> set[str]:
-        """The names of obstacles that stay, and of robots that are stuck, whatever is done from
-        here on, where robots choose to be in ``sets``; and SOMEBODY if always one of them is."""
-        self.looked += 1
-        if self.looked > MOST_STATES:
-            raise base.TooLargeError(f"more than {MOST_STATES} choices; not certified")
-        lost = {name for name, at in sets.items() if not self.can_go_on(name, at, stages)}
-        lost |= {SOMEBODY} if lost else set()
-        lost |= {stage.obstacle.name for stage in stages if stage.need}
-        options = list(self._options(sets, stages))
-        for after, advanced, _ in [option for option in options if option[2]][:1] or options:
-            lost &= self.never(after, advanced)
+    def never(self) -> set[str]:
+        """What obstacles stay, who is stuck, or that SOMEBODY always is, even if robots could pass
+        through each other."""
+        lost = {SOMEBODY, *self.robots, *(obstacle.name for obstacle in self.obstacles)}
+
+        def after(state: Any) -> Iterator[Any]:  # a group of robots goes to where it meets a need
+            sets, obstacles = dict(state[0]), state[1]  # where each robot chooses to be
+            stuck = {n for n, poses in sets.items() if not self.can_go_on(n, poses, obstacles)}
+            stuck |= {SOMEBODY} if stuck else set()
+            lost.intersection_update(stuck | {o.name for o in obstacles if o.left})
+            for k, obstacle in [(k, o) for k, o in enumerate(obstacles) if o.left]:
+                need = obstacle.left[0]
+                fit = need.able - obstacle.barred - obstacle.done
+                ahead = {name: self.reach(name, sets[name], obstacles) for name in sorted(fit)}
+                at = {n: frozenset(p for p in ahead[n] if p[0] in need.regions) for n in ahead}
+                for group in combinations(filter(at.get, at), need.robots - len(obstacle.done)):
+                    crowd = [name for name in group if {*self.robots[name].rivals} & {*group}]
+                    ways = product(*({pose[0] for pose in at[name]} for name in crowd))
+                    if need.together and all(len({*way}) < len(way) for way in ways):
+                        continue  # they cannot all stand there at once
+                    chosen = sets | {name: at[name] for name in group}
+                    then = (*obstacles[:k], obstacle.advanced(), *obstacles[k + 1 :])
+                    yield tuple(chosen.items()), then
+                    if all(ahead[n] == self.reach(n, at[n], obstacles) for n in group):
+                        return  # nothing is lost by it: all get back to all that they could get to
+
+        start = tuple((name, frozenset([pose])) for name, pose in self.at.items())
+        base.closure([(start, self.obstacles)], after)
         return lost
 
-    def _options(self, sets: Sets, stages: Stages) -> Iterator[tuple[Sets, Stages, bool]]:
-        """What can be done next, by groups of robots that meet a need: where everybody is after
-        it, the stages then, and whether nothing is lost: all get back to all that they could get
-        to."""
-        for k, stage in enumerate(stages):
-            if (need := stage.need) is None:
-                continue
-            at = {name: set[Pose]() for name in need.able - stage.obstacle.barred - stage.done}
-            for name in at:
-                at[name] = {p for p in self.reach(name, sets[name], stages) if p[0] in need.regions}
-            advanced = (*stages[:k], Stage(stage.obstacle, stage.number + 1), *stages[k + 1 :])
-            for group in combinations(filter(at.get, sorted(at)), need.robots - len(stage.done)):
-                crowd = [name for name in group if {*self.robots[name].rivals} & {*group}]
-                ways = product(*({pose[0] for pose in at[name]} for name in crowd))
-                if need.together and all(len({*way}) < len(way) for way in ways):
-                    continue  # they cannot all stand there at once
-                pairs = ((self.reach(n, p, stages) for p in (sets[n], at[n])) for n in group)
-                lossless = all(before <= after for before, after in pairs)
-                yield {**sets, **{name: at[name] for name in group}}, advanced, lossless
-
     def exhaust(self, rounds: int) -> int:
-        """Refuse unless no order of moves completes some rounds, each robot's step being one
-        transition. Returns the number of joint places."""
-        for name, robot in self.robots.items():
-            times = min(1, rounds) if "hold" in robot.own else rounds
-            self.enough[name] = times * len(goals_of(robot.own))
-        start = tuple(robot.destination for robot in self.robots.values())
-        counts = tuple(robot.progress for robot in self.robots.values())
-        seen = {self._settled(start, counts, self.stages)}
-        queue = list(seen)
-        for poses, counts, stages in queue:
-            at = dict(zip(self.robots, poses, strict=True))
-            done = all(count.met >= self.enough[n] for n, count in zip(at, counts, strict=True))
-            lost = not done or not all(self.can_go_on(n, [p], stages) for n, p in at.items())
-            require(lost, "the mission can be completed from here")
+        """Refuse unless no order of moves completes some rounds. Returns the number of places."""
+
+        def after(state: Any) -> Iterator[Any]:  # all act where they stand, then one steps
+            places, counts, before = state
+            at, now = dict(zip(self.robots, places, strict=True)), list[tuple[int, ...]]()
+            obstacles = tuple(o.worked({n: at[n] for n in {*at} - o.barred}, {*at}) for o in before)
+            anew = any(was.left and not o.left for was, o in zip(before, obstacles, strict=True))
+            for name, (first, *met) in zip(self.robots, counts, strict=True):
+                turn, times = first + sum(met) if anew else first, [0] * len(met) if anew else met
+                here = [goal for goal, aim in enumerate(self.free[name][1]) if at[name] in aim]
+                for goal in here * rounds:  # a round is each of them once
+                    due = (turn + sum(times)) % len(times) == goal
+                    due = due or not self.robots[name].own.ordered
+                    times[goal] += due and times[goal] == min(times) < rounds
+                now.append((turn, *times))
+            live = all(min(times) >= rounds for _, *times in now)
+            live = live and all(self.can_go_on(n, frozenset([p]), obstacles) for n, p in at.items())
+            require(not live, "the mission can be completed from here")
             for k, (name, robot) in enumerate(self.robots.items()):
                 taken = {at[other][0] for other in robot.rivals if other in at}
-                free = (p for p in self.steps(name, at[name], stages) if p[0] not in taken)
-                moved = ((*poses[:k], pose, *poses[k + 1 :]) for pose in free)
-                fresh = {self._settled(after, counts, stages) for after in moved} - seen
-                seen |= fresh
-                queue += fresh
-            if len(seen) > MOST_STATES:
-                raise base.TooLargeError(f"more than {MOST_STATES} joint states; not certified")
-        return len({poses for poses, _, _ in seen})
+                for pose in self.steps(name, at[name], obstacles):
+                    if pose[0] not in taken:
+                        yield (*places[:k], pose, *places[k + 1 :]), tuple(now), obstacles
 
-    def _settled(self, poses: tuple[Pose, ...], counts: Counts, before: Stages) -> Joint:
-        """The joint state after everybody has acted where it stands, and what is met is counted."""
-        at, found = dict(zip(self.robots, poses, strict=True)), []
-        fit = ({n: at[n] for n in {*at} - stage.obstacle.barred} for stage in before)
-        stages = tuple(stage.worked(who, at) for stage, who in zip(before, fit, strict=True))
-        anew = any(was.need and not is_.need for was, is_ in zip(before, stages, strict=True))
-        for name, count in zip(at, counts, strict=True):
-            own = self.robots[name].own
-            here = {goal for goal, aim in enumerate(self.aims[name]) if at[name] in aim}
-            progress = count.again(own) if anew else count
-            while progress.met < self.enough[name] and (met := progress.next & here):
-                progress = progress.after(own, min(met))
-            found.append(progress)
-        return poses, tuple(found), stages
+        counts = tuple(
+            (r.first, *map(r.goals.count, sorted(r.own.goals))) for r in self.robots.values()
+        )
+        found = base.closure([(tuple(self.at.values()), counts, self.obstacles)], after)
+        return len({places for places, _, _ in found})
 
 
-def by_formulas(own: Json, moves: Moves) -> tuple[Moves, list[frozenset[Pose]]]:
-    """Of an objective in formulas: the moves that its safety lines allow, and for each goal the
-    poses in which it may be met, by staying or else by a step into them. Both with some memory;
-    lines about more than MOST_MEMORY values of it say nothing here."""
-    place = ["region", "heading"][: len(base.coordinates(next(iter(moves))))]
-    bounds: dict[str, Any] = {"region": (0, max(region for region, _ in moves)), "heading": (0, 3)}
-    bounds |= own["ltl"].get("memory", {})
-    ranges = {n: "" if b == "bool" else f":{b[0]}...{b[1]}" for n, b in bounds.items()}
-    variables = [base.read_variable(name + values) for name, values in ranges.items()]
-    few = prod(v.most - v.least + 1 for v in variables[2:]) <= MOST_MEMORY
-    spec, keys = {v.name: v for v in variables}, [*place, *(f"{p}'" for p in place)]
-    rows = {(*base.coordinates(a), *base.coordinates(b)): (a, b) for a in moves for b in moves[a]}
-
-    def met(lines: Iterable[base.Clause]) -> set[tuple[Pose, Pose]]:
-        clauses = [clause for clause in lines if few or clause.reads <= {*keys}]
-        wanted = sorted(set().union(*(clause.reads for clause in clauses)) - {*keys})
-        return {rows[row] for row, _ in base.complete(spec, wanted, clauses, keys, list(rows))}
-
-    allowed, aims = met(base.formulas_of(own, "safety")), []
-    for goal in (met([line]) for line in base.formulas_of(own, "liveness")):
-        staying = {a for a, b in goal if a == b}
-        entered = {b for a, b in goal & allowed if not {a, b} & staying}
-        aims.append(frozenset(staying | entered))
-    kept = {a: {b for b in moves[a] if a == b or (a, b) in allowed} for a in moves}
-    return kept, aims or [frozenset(moves)]
-
-
-# ---------------------------------------------------------------- strategy -> moves
-
-
-SAYS = {  # the claims, by their kinds and, after a colon, their variants
-    "realizes": "The strategy of {who} realizes the text of its specification: {size}.",
-    "keeps": "The strategy of {who} keeps the rules of the scenario and does what it is for again "
-    "and again ({assumed}).",
-    "unrealizable": "No strategy exists for {who}.",
-    "weakest": "{who}: no strategy with fairness {fairness}, which was tried before.",
-    "never": "{name} can never be resolved: whatever the robots do, too few that can resolve it "
-    "get there.",
-    "broken": "Tick {tick}: an assumption of {robot} failed ({name}). What its strategy promises "
-    "does not hold from here on, until it is synthesized again.",
-    "changed": "Tick {tick}: {robot} is given another objective, '{objective}'.",
-    "motion": "motion.jsonl says that it is the motion of this trace (by its sha256); "
-    "`safenav check-motion` checks what is in it, this program does not.",
-    "moves": "{which} are legal: {answers} are the answers of these strategies to what the robots "
-    "could observe, the others stay, step back or follow a joint plan. No wall, no standing "
-    "obstacle, no collision.",
-    "outcome:completed": "The mission is completed: every robot has met its objective {rounds} "
-    "times after the last resolution.",
-    "outcome:unrealizable": "The mission never began: a robot has no strategy.",
-    "outcome:tick_limit": "The run ended at its limit of {ticks} ticks.",
-    "outcome:ended": "The run ended early ({what}); nothing is claimed of its goal.",
-    "outcome:no strategy": "An operator is needed: there is no strategy for {who}, as shown above.",
-    "outcome:deadlock": "An operator is needed: no order of moves completes it from any of the "
-    "{count} joint places.",
-    "outcome:stuck": "An operator is needed: {who} cannot go on, whatever the team does{also}.",
-}
-
-
-class Claim(NamedTuple):
-    """Something that the checker has established, and the files and lines that show it."""
-
-    id: str
-    kind: str
-    text: str
-    evidence: Sequence[tuple[str, int | None]]
+# ---------------------------------------------------------------- the run
 
 
 class Run:
-    """The trace, line by line, against the strategies, the map and the obstacles. Each type of
-    line that matters has a method ``on_TYPE``, which gets the line and the robot and the obstacle
-    that it names. (A refusal tells which line it is about.)"""
+    """The trace, line by line, against the strategies, the map and the obstacles."""
 
-    def __init__(self, bundle: Bundle) -> None:
-        self.bundle, self.scenario = bundle, bundle.header["scenario"]
+    def __init__(self, read: Callable[[str], bytes], files: Json) -> None:
+        self.read, self.files, self.claims, self.line = read, files, list[Json](), 1
+        header, *self.trace = map(json.loads, read("trace.jsonl").splitlines())
+        self.scenario, robots = header["scenario"], header["scenario"]["robots"]
+        same = header["type"] == "header" and self.scenario == self.json("scenario.json")
+        require(same, "scenario.json is not what the header of the trace says")
+        self.world = World(self.scenario["map"])
         self.external = self.scenario.get("world") == "external"
-        self.world, self.line = World(self.scenario["map"]), 1
-        self.obstacles: dict[str, Obstacle] = {}
         self.robots: dict[str, Robot] = {}  # in the order of their turns
+        self.obstacles: dict[str, Obstacle] = {}
+        self.tick = self.turn = self.answered = self.strayed = 0
         self.stack: list[Json] = []
         self.met: Any = None  # the turn in which an obstacle was met last, by whom, and which
-        self.claims: list[Claim] = []
-        self.answers = self.tick = self.turn = self.strayed = 0
-        self.realized: dict[str, Any] = {}  # by measures: a strategy, and where it may begin
-        self.kept: dict[str, Task] = {}  # by measures under the scenario's rules
-        self.beaten: dict[str, Any] = {}  # by specifications: see ``_beaten``
+        self.shown: dict[str, Any] = {}  # what files show, each once
         self.hopeless: set[tuple[str, str]] = set()  # robots that have no strategy, and for what
-        robots = self.scenario["robots"]
-        apart = {(a, b) for a in robots for b in robots[a].get("conflicts", ()) if a != b}
+        apart = {(a, b) for a in robots for b in robots[a].get("conflicts", ())}
         for name, data in robots.items():
-            rivals = [other for other in robots if {(name, other), (other, name)} & apart]
-            self.robots[name] = Robot(name, data, rivals)
+            rivals = [n for n in robots if n != name and {(name, n), (n, name)} & apart]
+            self.robots[name] = robot = Robot(name, data, rivals)
+            turning = {"free": False, "heading": True}.get(data["mobility"])
+            require(turning is bool(robot.pose[1]), f"{name} has no such mobility")
+            shared = [n for n in rivals if robots[n]["start"] == data["start"]]
+            require(not shared, f"{name} and {shared} start in the same region")
+            there = robot.places.union(*robot.own.targets)
+            require(there <= self.world.free, f"{name} starts in a wall, or has a target in one")
         for data in self.scenario["obstacles"]:
-            self.on_discovered({"obstacle": data}, present=not data.get("from"))
-        for robot in self.robots.values():
-            turning = {"free": False, "heading": True}.get(robot.data["mobility"])
-            require(turning is bool(robot.pose[1]), f"{robot.name} has no such mobility")
-            free = robot.places.union(*base.targets_of(robot.own)) <= self.world.free
-            require(free, f"{robot.name} starts in a wall, or has a target in one")
-            self._check_apart(robot, robot.places)
+            self.discover(data, present=not data.get("from"))
 
-    def _check_apart(self, robot: Robot, regions: set[int]) -> None:
-        for other in robot.rivals:
-            require(not regions & self.robots[other].places, f"{other} is in the same region")
+    def json(self, path: str) -> Any:
+        return json.loads(self.read(path).decode()) if path in self.files else None
+
+    def claim(self, kind: str, text: str, *files: str | None) -> None:
+        """Something is established by some files (None: by this line of the trace)."""
+        shown = [[path or "trace.jsonl", None if path else self.line] for path in files or [None]]
+        name = f"{kind}-{len(self.claims) + 1}"
+        self.claims.append({"id": name, "kind": kind, "text": text, "evidence": shown})
 
     def replay(self) -> None:
         """Refuse unless all lines are true; ``claims`` is what is established."""
-        for record in self.bundle.trace:
+        for record in self.trace:
             self.line += 1
             if record["tick"] != self.tick:
-                whole = record["tick"] == self.tick + 1 and not self.turn % len(self.robots)
-                require(whole, "a tick is left out, or a robot has not moved in it")
+                whole = self.turn == self.tick * len(self.robots)
                 self.tick += 1
-            robot = self.robots.get(record.get("robot"))
+                require(whole and record["tick"] == self.tick, "a tick or a move is left out")
             obstacle = self.obstacles.get(str(record.get("obstacle")))
-            getattr(self, f"on_{record['type']}", lambda *_: None)(record, robot, obstacle)
+            self.follow(record, self.robots.get(record.get("robot")), obstacle)
         self.line = 0
-        if "motion.jsonl" in self.bundle.files:
-            header = json.loads(self.bundle.read("motion.jsonl").splitlines()[0])
-            named = header["trace"] == self.bundle.files["trace.jsonl"]["sha256"]
-            require(named, "motion.jsonl is the motion of another trace")
-            self.claim("motion", "motion.jsonl")
-        which = f"All {self.turn} moves"
-        if self.strayed:
-            which = f"Of {self.turn} moves all but {self.strayed}, which went elsewhere than told,"
-        self.claim("moves", "trace.jsonl", which=which, answers=self.answers)
+        if "motion.jsonl" in self.files:
+            named = json.loads(self.read("motion.jsonl").splitlines()[0])["trace"]
+            same = named == self.files["trace.jsonl"]["sha256"]
+            require(same, "motion.jsonl is the motion of another trace")
+            said = "motion.jsonl names this trace; `safenav check-motion` checks what is in it."
+            self.claim("motion", said, "motion.jsonl")
+        but = f" but {self.strayed}, which went elsewhere than told," if self.strayed else ""
+        said = f"All {self.turn} moves{but} are legal: no wall, no standing obstacle, no collision"
+        what = f"{self.answered} are the strategies' answers to what the robots could observe"
+        what = f"{said}. {what}, the others stay, step back or follow a joint plan."
+        self.claim("moves", what, "trace.jsonl")
 
-    def claim(self, says: str, *files: str | None, **about: Any) -> None:
-        """Something is established by some files (None: by this line of the trace)."""
-        kind, text = says.partition(":")[0], SAYS[says].format(**about)
-        evidence = [(f, None) if f else ("trace.jsonl", self.line) for f in files or [None]]
-        self.claims.append(Claim(f"{kind}-{len(self.claims) + 1}", kind, text, evidence))
+    def follow(self, record: Json, robot: Any, obstacle: Any) -> None:
+        """One line of the trace, with the robot and the obstacle that it names."""
+        match record["type"]:
+            case "synthesis":
+                self.synthesis(record, robot)
+            case "move":
+                self.move(record, robot)
+            case "discovered":
+                self.discover(record["obstacle"], present=True)
+            case "appeared":
+                self.alter(obstacle, present=True, left=obstacle.needs, done=frozenset())
+            case "gone":
+                self.alter(obstacle, present=False, known=False, sealed=None)
+            case "truth":
+                self.alter(obstacle, truth=record["traversable"])
+            case "violation":
+                there = obstacle.region == record["proposed"] and obstacle.stands(robot.name)
+                require(there, f"{obstacle.name} does not block {robot.name} there")
+                self.alter(obstacle, known=True)
+                self.met = self.turn, robot.name, obstacle.name
+                robot.back = {"region": obstacle.region}
+            case "backtrack":
+                beside = robot.back.get("region") in self.world.around([robot.pose[0]])
+                require(beside, f"no obstacle is before {robot.name}")
+                robot.back["node"] = record.get("node")
+            case "resolved":
+                done = obstacle.present and (self.external or not obstacle.left)
+                require(done, f"{obstacle.name} is not there, or not all that it needs was done")
+                true = self.external or record["traversable"] == obstacle.truth
+                require(true, f"{obstacle.name} is not like that")
+                again = obstacle._replace(left=obstacle.needs)
+                bad = frozenset(filter(again.stands, self.robots))
+                sealed = bad if record["traversable"] is False else None
+                self.alter(obstacle, present=False, known=False, left=(), sealed=sealed)
+                for each in self.robots.values():
+                    each.goals, each.first = [], each.first + len(each.goals)
+                    each.hold()
+            case "blocked":
+                if obstacle.sealed is None:  # else it was found untraversable
+                    never = obstacle.name in Team(self, self.robots).never()
+                    require(never, f"{obstacle.name} can be resolved")
+                    said = "too few that can resolve it get there, whatever the robots do"
+                    self.claim("never", f"{obstacle.name} can never be resolved: {said}.")
+                sealed = frozenset(filter(obstacle.stands, self.robots))
+                self.alter(obstacle, known=True, sealed=sealed)
+            case "push" | "pop":
+                self.ask(record, obstacle)
+                for name, objective in record["objectives"].items():
+                    self.tell(self.robots[name], Objective(objective))
+            case "told":
+                self.tell(robot, Objective(record["objective"]))
+            case "objective":
+                given = Objective(record["objective"])
+                robot.objective = given if robot.objective.serves(robot.own) else robot.objective
+                robot.own, robot.goals = given, []
+                said = f"Tick {self.tick}: {robot.name} is given another objective, '{given}'."
+                self.claim("changed", said)
+            case "service":
+                require(robot.active != record["active"], f"{robot.name} serves as it was before")
+                robot.active = record["active"]
+                if robot.active and robot.pose == robot.destination and not robot.way:
+                    robot.nodes = {*robot.task.of_pose.get(robot.pose, ())} if robot.task else set()
+            case "assumption":
+                require(robot.answers == set(), f"{robot.name} has an answer: no assumption failed")
+                robot.nodes = set()
+                said = f"Tick {self.tick}: an assumption of {robot.name} failed ({record['name']})."
+                what = "What its strategy promises does not hold until it is synthesized again."
+                self.claim("broken", f"{said} {what}")
+            case "plan" | "plan_end":
+                for name, each in self.robots.items():
+                    each.way = [(r, h) for r, h in record.get("robots", {}).get(name, ())]
+                    begins = each.way[:1] in ([], [each.destination])
+                    require(begins, f"{name} is not where the plan begins")
+                    node = (record.get("nodes") or {}).get(name)  # in which it goes on
+                    if node is not None and each.task and each.pose == each.destination:
+                        there = each.task.is_in(node, each.pose)
+                        require(there, f"{name} goes on in node {node}, but is not in it")
+                        each.nodes = {node}
+            case "goal" if robot.objective.serves(robot.own):  # else it helps, and that is all
+                goal, own, task = record["goal"], robot.own, robot.task
+                there = not own.targets or robot.pose[0] in own.targets[goal]
+                if task and task.objective.kind == "ltl":
+                    there = task.meets(goal, robot.came_from, robot.nodes)
+                require(there, f"{robot.name} is not at its goal {goal}")
+                robot.goals += [goal] if own.kind != "hold" or not robot.goals else []
+            case "outcome":
+                require(record is self.trace[-1], "a line follows the outcome")
+                ran = -(-self.turn // len(self.robots))  # it may end before anybody moves in a tick
+                require(record["ticks"] == ran, f"the run took {ran} ticks, not {record['ticks']}")
+                self.claim("outcome", self.outcome(record))
 
-    # synthesis
+    def ask(self, record: Json, obstacle: Obstacle | None) -> None:
+        """A request is open from now on, or no more."""
+        entry = {key: record.get(key) for key in ASKED}
+        if record["type"] == "pop":
+            require(entry in self.stack, "what is dropped from the stack is not on it")
+            self.stack.remove(entry)
+        else:
+            known = record["obstacle"] is None or (obstacle and obstacle.known)
+            require(known and record["requester"] in self.robots, "nobody has met what it is about")
+            able = obstacle.left[0].able if obstacle and obstacle.left else self.robots
+            unable = {*(record.get("helpers") or [record["helper"]])} - {None, *able}
+            said = f"to help with {record['obstacle']}, but cannot meet its next need"
+            require(not unable, f"{', '.join(unable)} is {said}")
+            self.stack.append(entry)
+        require(record["depth"] == len(self.stack), f"the stack has {len(self.stack)} entries")
 
-    def on_synthesis(self, record: Json, robot: Robot, _: Any) -> None:
-        now = f"{robot.name}, tick {self.tick}"
-        said = f"{now}, for '{base.in_words(record['objective'])}'"
-        for tried in record.get("tried") or ():
-            if tried["spec"] not in self.beaten and (proof := self._beaten(tried["spec"])):
-                self.claim("weakest", None, *proof[0], who=now, fairness=tried["fairness"])
-        if record["verdict"] == "unrealizable" and (proof := self._beaten(record["spec"])):
-            files, graph, given = proof
-            task, rules = self._task(record, graph), f"rules/{circumstances(record)}.json"
-            there, wishes, assumptions = task.explore_counterstrategy(given)
-            base.check_beaten(graph, assumptions, wishes, there, self.bundle.json(rules))
-            self.claim("unrealizable", None, *files, rules, who=said)
-            self.hopeless.add((robot.name, record["spec"]))
-            for obstacle in self.met_obstacles():
-                if obstacle.stage.need and obstacle.stage.need.regions in task.targets:
-                    obstacle.barred.add(robot.name)
-        if record["verdict"] == "realizable" and record.get("node") is not None:
-            self._install(record, robot, said)
+    def tell(self, robot: Robot, objective: Objective) -> None:
+        """A robot does its own, the same as before, or what serves a request that is open."""
+        wanted = [need.regions for o in self.met_obstacles() for need in o.needs]
+        serves = any(aim <= there for aim in objective.targets for there in wanted)
+        fits = self.stack and (objective.kind != "visit" or serves)
+        fits = fits or objective == robot.objective or objective.serves(robot.own)
+        require(fits, f"{robot.name} is given what serves no request: {objective}")
+        robot.objective = objective
 
-    def _beaten(self, spec: str) -> Any:
-        """The files that show that a specification has no strategy, its counterstrategy, and what
-        is said about that; None if they are not there."""
-        text, path = f"specs/{spec}.structuredslugs", f"counterstrategies/{spec}.json"
-        if spec not in self.beaten and path in self.bundle.files:
-            read = base.read_specification(self.bundle.text(text))
-            given = self.bundle.json(path)
-            graph = Strategy(given["automaton"], read)
-            base.check_counterstrategy(read, graph, given)
-            self.beaten[spec] = (text, path), graph, given
-        return self.beaten.get(spec)
-
-    def _install(self, record: Json, robot: Robot, said: str) -> None:
-        """From here on a robot follows a strategy, which is shown to be what it should."""
-        spec, name = record["spec"], record.get("strategy")
+    def synthesis(self, record: Json, robot: Robot) -> None:
+        """A strategy, or that there is none, is shown to be what it should."""
+        spec, name, node = record["spec"], record.get("strategy"), record.get("node")
+        rules, who = f"rules/{base.circumstances(record)}.json", f"{robot.name}, tick {self.tick}"
+        said = f"{who}, for '{Objective(record['objective'])}'"
+        for tried in (*(record.get("tried") or ()), record):
+            text = f"specs/{tried['spec']}.structuredslugs"
+            path = f"counterstrategies/{tried['spec']}.json"
+            if path in self.files and path not in self.shown:
+                proof = self.json(path)
+                self.shown[path] = graph = Strategy(proof["automaton"], self.read(text).decode())
+                base.check_counterstrategy(graph, graph, proof, proof["measures"])
+                if tried is not record:
+                    what = f"{who}: no strategy with fairness {tried['fairness']}, tried before."
+                    self.claim("weakest", what, None, text, path)
+        if record["verdict"] == "unrealizable" and path in self.shown:
+            task = self.task(record, robot, self.shown[path], rules)
+            base.check_counterstrategy(task, task.graph, self.json(path), self.json(rules))
+            self.claim("unrealizable", f"No strategy exists for {said}.", None, text, path, rules)
+            self.hopeless.add((robot.name, spec))
+            for o in self.met_obstacles():
+                if o.left and o.left[0].regions in task.objective.targets:
+                    self.alter(o, barred=o.barred | {robot.name})
+        if record["verdict"] != "realizable" or node is None:
+            return
         require(name, "its strategy was never listed: nothing is proven about its moves")
-        text, path = f"specs/{spec}.structuredslugs", f"strategies/{name}.json"
-        measures, rules = f"measures/{spec}-{name}.json", f"rules/{circumstances(record)}.json"
-        if measures not in self.realized:
-            read = base.read_specification(self.bundle.text(text))
-            graph = Strategy(self.bundle.json(path), read)
-            initial = base.check_strategy(read, graph, self.bundle.json(measures))
-            self.realized[measures] = graph, initial
-            size = f"{graph.count} nodes, {sum(map(len, graph.next))} edges"
-            self.claim("realizes", text, path, measures, who=said, size=size)
-        graph, initial = self.realized[measures]
-        node = record["node"]
-        require(node in initial, f"node {node} is not one with which the strategy may begin")
-        task = self._task(record, graph, self.kept.get(rules))
-        if rules not in self.kept:
-            _, wishes, assumptions = task.explore_strategy(node)
-            given = self.bundle.json(rules)
-            for wish, met, measure in zip(task.wishes, wishes, given, strict=True):
-                missed = f"it is not shown that no run misses {wish} for ever"
-                base.check_measure(graph, missed, met, assumptions, measure)
-            self.kept[rules] = task
+        files = text, f"strategies/{name}.json", f"measures/{spec}-{name}.json"
+        graph = self.shown.get(files[2])
+        if graph is None:
+            graph = Strategy(self.json(files[1]), self.read(text).decode())
+            base.check_realizes(graph, self.json(files[2]))
+            self.shown[files[2]] = graph
+            what = f"realizes the text of its specification: {graph.count} nodes"
+            self.claim("realizes", f"The strategy of {said} {what}, {graph.size} edges.", *files)
+        require(node in graph.begin, f"node {node} is not one with which the strategy may begin")
+        robot.task = task = self.task(record, robot, graph, rules)
+        if rules not in self.shown:
+            task.check_keeps(node, self.json(rules))
+            self.shown[rules] = task
+            what = "keeps the rules of the scenario and does what it is for again and again"
             assumed = record["fairness"].replace("none", "whatever the others do")
-            self.claim("keeps", None, text, path, measures, rules, who=said, assumed=assumed)
-        robot.task, robot.nodes, robot.knowledge = task, {node}, dict(task.knowledge)
-        nothing = {"request": False, "assigned": record.get("neutral"), "wait": False}
-        robot.signal = robot.signal or nothing  # told when it changes
-        if base.is_ordered(robot.own) and base.same_objective(task.objective, robot.own):
-            first = frozenset([next(iter(task.memory.values()), 0)])
-            robot.progress = robot.progress._replace(next=first)
+            self.claim("keeps", f"The strategy of {said} {what} ({assumed}).", None, *files, rules)
+        if robot.own.ordered and task.objective.serves(robot.own):
+            robot.first = max(task.memory.values(), default=0) - len(robot.goals)
+        robot.nodes, robot.knowledge = {node}, dict(task.knowledge)
+        robot.signal = robot.signal or {"request": 0, "wait": 0, "assigned": record.get("neutral")}
 
-    def _task(self, record: Json, graph: Strategy, known: Task | None = None) -> Task:
+    def task(self, record: Json, robot: Robot, graph: Any, rules: str) -> Task:
         """What a robot is synthesized for: the circumstances are those of the run."""
-        robot, cells = self.robots[record["robot"]], self.scenario.get("partition")
-        task = known or Task(self.world, robot.data, record, cells, graph)
+        about = self.world, robot.data, record, self.scenario.get("partition"), graph
+        task = self.shown.get(rules) or Task(*about)
         require(task.pose == robot.destination, f"it is not synthesized for {robot.destination}")
         tried = record["verdict"] == "unrealizable" and self.tick  # for an objective not in force
-        wanted = robot.objective if task.places is None else robot.own
-        if not tried and not base.same_objective(task.objective, wanted):
-            require(self._may_do(robot, task.objective), "it is synthesized for something else")
-            robot.objective = task.objective
-        takes = {f"robots.{name}": other.places for name, other in self.robots.items()}
-        due = {f"robots.{name}" for name in {*robot.rivals} - {*task.moving}}
-        for obstacle in self.obstacles.values():
-            if obstacle.known and obstacle.stands(robot.name):
-                takes[obstacle.name] = {obstacle.region}
-            due |= {obstacle.name} if robot.name in (obstacle.sealed or ()) else set()
-        for region, name in record.get("closed") or ():
-            why = name.removeprefix("obstacles.")
-            require(region in takes.get(why, ()), f"{why} does not close {region}")
-            due.discard(why)
-        require(not due, f"{robot.name} does not know of {', '.join(sorted(due))}")
+        if not tried and (task.places is None or not task.objective.serves(robot.own)):
+            self.tell(robot, task.objective)
+        standing = [o for o in self.obstacles.values() if o.known and o.stands(robot.name)]
+        takes = {(o.region, o.name) for o in standing}
+        for name, other in self.robots.items():
+            takes |= {(region, f"robots.{name}") for region in other.places}
+        shut = {(r, name.removeprefix("obstacles.")) for r, name in record.get("closed") or ()}
+        require(shut <= takes, f"nothing that closes is at {sorted(shut - takes)}")
+        unknown = {f"robots.{name}" for name in {*robot.rivals} - {*task.moving}}
+        unknown |= {o.name for o in standing if robot.name in (o.sealed or ())}
+        unknown -= {name for _, name in shut}
+        require(not unknown, f"{robot.name} does not know of {', '.join(sorted(unknown))}")
         for name, value in task.knowledge.items():
-            where = set(task.whereabouts(name, value))
+            where: Any = task.whereabouts(name, value)
             if self.tick and record["tracking"] == "belief":  # it may have moved on since the look
                 where = self.world.around(where)
-            there = where & self.robots[name].places
+            there = self.robots[name].places.intersection(where)
             require(there, f"{robot.name} believes {name} to be where it is not")
         return task
-
-    # obstacles
 
     def met_obstacles(self) -> list[Obstacle]:
         """Those that somebody has met, and that still stand."""
         return [o for o in self.obstacles.values() if o.known and o.present]
 
-    def on_discovered(self, record: Json, *_: Any, present: bool = True) -> None:
-        obstacle = Obstacle(record["obstacle"], self.scenario["robots"], present=present)
+    def alter(self, obstacle: Obstacle, **changes: Any) -> None:
+        self.obstacles[obstacle.name] = obstacle._replace(**changes)
+
+    def discover(self, data: Json, *, present: bool) -> None:
+        needs, robots = list[Need](), self.robots.values()
+        for need in data.get("needs") or [{**data, "regions": data["resolution_regions"]}]:
+            able = frozenset(r.name for r in robots if need["action"] in r.data["capabilities"])
+            how = need.get("robots", 1), need.get("together", False)
+            needs.append(Need(able, frozenset(need["regions"]), *how))
         names = {SOMEBODY, *self.robots, *(f"robots.{name}" for name in self.robots)}
-        require(obstacle.name not in names, "an obstacle has the name of a robot")
-        self.obstacles[obstacle.name] = obstacle
+        require(data["name"] not in names, "an obstacle has the name of a robot")
+        about = data["name"], data["region"], frozenset(data["blocks"]), (*needs,), (*needs,)
+        self.obstacles[data["name"]] = Obstacle(*about, present, data["traversable"])
 
-    def on_appeared(self, _record: Json, _: Any, obstacle: Obstacle) -> None:
-        obstacle.present, obstacle.stage = True, Stage(obstacle)
-
-    def on_truth(self, record: Json, _: Any, obstacle: Obstacle) -> None:
-        obstacle.traversable = record["traversable"]
-
-    def on_gone(self, _record: Json, _: Any, obstacle: Obstacle) -> None:
-        obstacle.present, obstacle.known, obstacle.sealed = False, False, None
-
-    def on_violation(self, record: Json, robot: Robot, obstacle: Obstacle) -> None:
-        there = obstacle.region == record["proposed"] and obstacle.stands(robot.name)
-        require(there, f"{obstacle.name} does not block {robot.name} there")
-        self.met, obstacle.known = (self.turn, robot, obstacle), True
-
-    def on_backtrack(self, record: Json, robot: Robot, _: Any) -> None:
-        moves = self.world.moves(robot.data["mobility"], robot.pose) - {robot.pose}
-        here = self.met and self.met[:2] == (self.turn, robot)
-        here = here and self.met[2].region in {region for region, _ in moves}
-        require(here, f"no obstacle is before {robot.name}")
-        robot.back = record
-
-    def on_resolved(self, record: Json, _: Any, obstacle: Obstacle) -> None:
-        truth = record["traversable"]
-        require(self.external or truth == obstacle.traversable, f"{obstacle.name} is not like that")
-        done = obstacle.present and (self.external or not obstacle.stage.need)
-        require(done, f"{obstacle.name} does not stand, or not all that it needs was done")
-        able = set().union(*(need.able for need in obstacle.needs))
-        unable = {*(record.get("robots") or [record["robot"]])} - able
-        require(not unable, f"{', '.join(unable)} can do nothing about {obstacle.name}")
-        obstacle.present, obstacle.known, obstacle.traversable = False, False, truth
-        obstacle.stage = Stage(obstacle, len(obstacle.needs))
-        for robot in self.robots.values():
-            robot.progress, robot.goals = robot.progress.again(robot.own), []
-            robot.hold()
-
-    def on_blocked(self, record: Json, _: Any, obstacle: Obstacle) -> None:
-        """An obstacle stays for good: it is untraversable, or the team can never resolve it."""
-        name, stage = obstacle.name, obstacle.stage
-        if record["reason"] == "untraversable":
-            found = not obstacle.present and not stage.need and obstacle.traversable is False
-            require(found, f"nobody has found {name} untraversable")
-            stage = Stage(obstacle)
-        else:
-            team = Team(self, self.robots)
-            require(name in team.never(team.start, team.stages), f"{name} can be resolved")
-            self.claim("never", name=name)
-        obstacle.known, obstacle.sealed = True, {*filter(stage.is_wall, self.robots)}
-        require(obstacle.sealed == {*record["robots"]}, f"{name} blocks {obstacle.sealed}")
-
-    # moves
-
-    def on_move(self, record: Json, robot: Robot, _: Any) -> None:
-        tick, number = divmod(self.turn, len(self.robots))
-        due = tick == self.tick - 1 and robot is list(self.robots.values())[number]
-        require(due, f"it is not the turn of {record['robot']}, or not in this tick")
-        self._check_requests()
+    def move(self, record: Json, robot: Robot) -> None:
+        turn = self.tick - 1, [*self.robots].index(robot.name)
+        require(divmod(self.turn, len(self.robots)) == turn, f"it is not {robot.name}'s turn")
+        done = [o.name for o in self.obstacles.values() if o.present and not o.left]
+        require(not done, f"no line tells that {', '.join(done)} was resolved")
+        open_ = [(entry["requester"], entry["obstacle"]) for entry in self.stack]
+        gone = [name for _, name in open_[-1:] if name and not self.obstacles[name].present]
+        require(not gone, f"a request for {', '.join(gone)} is left open")
+        if self.met and self.met[0] < self.turn:
+            _, who, what = self.met
+            asks = (who, what) in open_ or self.obstacles[what].sealed is not None
+            said = f"{who} met {what}, and no request of it is on the stack"
+            require(asks or not self.obstacles[what].present, said)
         self.turn += 1
         pose = (record["to"], record.get("heading"))
         try:
-            after = self._check_motion(robot, record)
-            if not robot.moves_on:  # else nothing is decided
-                nodes = self._check_decision(robot, record, after)
-                robot.came_from, robot.nodes = robot.may_be(), nodes
+            after = self.motion(record, robot)
+            if robot.pose == robot.destination:  # else nothing is decided
+                robot.came_from, robot.nodes = robot.nodes, self.decision(record, robot, after)
         except RefusedError:
             if not self.external or pose[0] not in self.world.free:
                 raise
             self.strayed += 1  # of an external world: it is not where it was told to go
             after, robot.nodes = pose, set()
-        robot.pose, robot.destination, robot.back = pose, after, None
+        robot.pose, robot.destination, robot.back = pose, after, {}
         robot.hold()
-        if pose == after and robot.way[1:2] == [pose]:
+        if robot.way[1:2] == [pose]:
             robot.way = robot.way[1:]
         at = {other.name: other.pose for other in self.robots.values()}
-        for obstacle in self.obstacles.values():
+        for name, obstacle in self.obstacles.items():
             if obstacle.present and not self.external:
-                obstacle.stage = obstacle.stage.worked(at, [robot.name])
+                self.obstacles[name] = obstacle.worked(at, {robot.name})
 
-    def _check_requests(self) -> None:
-        """Before the next move what was resolved is told, and who met an obstacle asks for help."""
-        done = [o.name for o in self.obstacles.values() if o.present and not o.stage.need]
-        require(not done, f"no line tells that {', '.join(done)} was resolved")
-        open_ = [(entry["requester"], entry["obstacle"]) for entry in self.stack]
-        left = [name for _, name in open_[-1:] if name and not self.obstacles[name].present]
-        require(not left, f"a request for {', '.join(left)} is left open")
-        if self.met and self.met[0] < self.turn:
-            _, robot, obstacle = self.met
-            asks = (robot.name, obstacle.name) in open_ or obstacle.sealed is not None
-            said = f"{robot.name} met {obstacle.name}, and no request of it is on the stack"
-            require(asks or not obstacle.present, said)
-
-    def _check_motion(self, robot: Robot, record: Json) -> Pose:
-        """The rules of the world for one move. Returns the pose in which its step ends; until
-        then the robot keeps its heading."""
-        name, before, to, toward = robot.name, robot.pose, record["to"], record.get("toward")
-        goal, here = to if toward is None else toward, to if toward is None else before[0]
-        bound = robot.destination[0] if robot.moves_on else goal
-        same = (record["from"], to, goal) == (before[0], here, bound)
-        require(same, f"{name} is not there, or leaves the step that it is in")
+    def motion(self, record: Json, robot: Robot) -> Pose:
+        """Refuse unless the world allows a move. Returns where the step ends."""
+        before, to, toward = robot.pose, (record["to"], record.get("heading")), record.get("toward")
+        goal = to[0] if toward is None else toward
         moves = self.world.moves(robot.data["mobility"], before)
-        after = next((pose for pose in moves if pose[0] == goal), (None, None))
-        facing = record.get("heading") == (after if toward is None else before)[1]
-        said = f"{name} cannot go from {before} to {goal}, facing {record.get('heading')}"
-        require(after[0] is not None and facing, said)
-        for obstacle in self.obstacles.values():
-            enters = obstacle.region == goal != before[0] and obstacle.stands(name)
-            require(not enters, f"{name} enters {goal}, where {obstacle.name} stands")
-        self._check_apart(robot, {to, goal})
+        after = next((pose for pose in moves if pose[0] == goal), None)
+        fits = after and (record["from"], to) == (before[0], after if toward is None else before)
+        fits = fits and robot.destination in (before, after)
+        require(fits, f"{robot.name} cannot go from {before} to {goal}, facing {to[1]}")
+        walls = {o.region for o in self.obstacles.values() if o.stands(robot.name)} - {before[0]}
+        require(goal not in walls, f"{robot.name} enters {goal}, where an obstacle stands")
+        taken = {region for name in robot.rivals for region in self.robots[name].places}
+        require(not taken & {to[0], goal}, f"{robot.name} is in the same region as another one")
         return after
 
-    def _check_decision(self, robot: Robot, record: Json, after: Pose) -> set[int] | None:
-        """The move is the strategy's answer, or what the trace says that it is instead. Returns
-        the nodes in which the robot may be after it; None: in any node of its pose."""
-        task, by = robot.task, record.get("by") or ("backtrack" if robot.back else "strategy")
+    def decision(self, record: Json, robot: Robot, after: Pose) -> set[int]:
+        """Refuse unless a move is what the trace says. Returns the nodes in which the robot may be;
+        where nothing tells, all in its pose: from each the strategy keeps what it promises."""
+        name, task, before, by = robot.name, robot.task, robot.pose, record.get("by") or "strategy"
+        require(task, f"{name} has no strategy")
         robot.signal = record.get("signal") or robot.signal
-        answers = self._answers(robot, record.get("busy") or ())
-        robot.silent = not answers
-        require(robot.active or by == "stay", f"{robot.name} goes on, though it is out of service")
+        robot.answers = task.answers(robot, self.robots, record.get("busy", ()), self.external)
+        require(robot.active or by == "stay", f"{name} goes on, though it is out of service")
+        node, there = robot.back["node"] if by == "backtrack" else None, task.of_pose.get(after, ())
+        fits = {n for n in robot.answers if task.poses[n] == after}
         if by == "plan":
-            require(robot.way[:2] == [robot.pose, after], f"{robot.name} leaves its plan")
-            follows = task is None or task.follows(robot.own, robot.pose, after)
-            require(follows, f"the plan leads {robot.name} where its objective forbids")
-            return None
-        require(by != "backtrack" or robot.back, f"no obstacle is before {robot.name}")
-        node = (robot.back or {}).get("node") if by == "backtrack" else None
-        stays = node is None and by in ("stay", "backtrack")
-        require(not stays or after == robot.pose, f"{robot.name} moves, though it should stay")
-        if task is None or (by == "stay" and not answers):
-            require(stays, f"{robot.name} has no strategy")
-            return None
-        fits = {n for n in answers if task.poses[n] == after}
-        if stays:  # it may have been told to wait, or remember this look
-            looked = {f"at_{other}": robot.knowledge[other] for other in task.tracked}
-            there = task.of_pose.get(after, ()) if looked else ()
-            kept = {n for n in there if looked.items() <= task.values[n].items()}
-            return robot.may_be() | kept | (fits if by == "backtrack" else set())
-        if node is not None:
-            follows = {n for before in robot.may_be() for n in task.graph.next[before]}
-            fits = {n for n in follows & {node} if task.poses[n] == after}
-        said = f"{robot.name} goes to {after}, but its strategy answers"
-        require(fits, f"{said} {[task.poses[n] for n in answers]}")
-        self.answers += node is None
+            require(robot.way[:2] == [before, after], f"{name} leaves its plan")
+            allowed = robot.own.allows(robot.own.safety, before, after)
+            require(allowed, f"the plan leads {name} where its objective forbids")
+            return {*there}
+        if by == "stay" or (by == "backtrack" and node is None):
+            require(after == before, f"{name} moves, though it should stay")
+            seen = {f"at_{other}": robot.knowledge[other] for other in task.tracked}
+            kept = {n for n in there if seen and task.knows(n, seen)} | robot.nodes
+            return (kept | fits if by == "backtrack" else kept) if robot.answers else {*there}
+        if by == "backtrack":
+            following = {*chain(*(task.graph.next[n] for n in robot.nodes))}
+            fits = {n for n in following & {node} if task.poses[n] == after}
+        answers = [task.poses[n] for n in robot.answers]
+        require(fits, f"{name} goes to {after}, but its strategy answers {answers}")
+        self.answered += by != "backtrack"
         return fits
 
-    def _answers(self, robot: Robot, shown: Iterable[int]) -> set[int]:
-        """The nodes that answer what a robot observes now. ``shown``: regions that it is shown as
-        taken although nobody is there."""
-        task, here, seen = robot.task, robot.pose[0], dict[str, int]()
-        if task is None:
-            return set()
-        if task.places is not None:
-            seen = {key: int(robot.signal[key]) for key in base.TOLD}
-        if task.nearby:
-            taken = set(shown).union(*(self.robots[name].places for name in task.moving))
-            for side in self.world.sides if task.moving else ():
-                seen[f"busy_{side}"] = int(self.world.step(here, side) in taken)
-        for name in task.tracked:
-            there, known = self.robots[name].pose[0], robot.knowledge
-            if not task.sees(here, there):
-                found = task.after(name, here, known[name])
-                hidden = {value for value in found if there in task.whereabouts(name, value)}
-                require(hidden or self.external, f"{name} is where nobody could believe it to be")
-                there = max(hidden or found)
-            seen[f"at_{name}"] = known[name] = there
-        row, graph = tuple(seen[name] for name in task.inputs), task.graph
-        follow = chain(*(graph.next[node] for node in robot.may_be()))
-        return {node for node in follow if graph.inputs[node] == row}
-
-    def on_service(self, record: Json, robot: Robot, _: Any) -> None:
-        """A robot is to stand still, or is back and goes on from where it is."""
-        active: bool = record["active"]
-        require({robot.active, active} == {True, False}, f"{robot.name} serves as it was before")
-        robot.active = active
-        if active and not robot.moves_on and not robot.way:
-            robot.nodes = None
-
-    def on_assumption(self, record: Json, robot: Robot, _: Any) -> None:
-        """The others broke what a robot relies on: it has no answer any more."""
-        require(robot.silent, f"the strategy of {robot.name} has an answer: no assumption failed")
-        robot.nodes = set()
-        self.claim("broken", tick=self.tick, robot=robot.name, name=record["name"])
-
-    # joint plans
-
-    def on_plan(self, record: Json, *_: Any) -> None:
-        for name, robot in self.robots.items():
-            robot.way = [(region, heading) for region, heading in record["robots"].get(name, ())]
-            begins = robot.way[:1] in ([], [robot.destination])
-            require(begins, f"{name} is not where the plan begins")
-
-    def on_plan_end(self, record: Json, *_: Any) -> None:
-        for name, robot in self.robots.items():
-            node, robot.way = (record.get("nodes") or {}).get(name), []
-            if node is not None and robot.task is not None and not robot.moves_on:
-                there = robot.task.graph.first[node] in robot.task.of_pose.get(robot.pose, ())
-                require(there, f"{name} goes on in node {node}, but is not in it")
-                robot.nodes = {node}
-
-    # objectives and the outcome
-
-    def on_objective(self, record: Json, robot: Robot, _: Any) -> None:
-        """A robot is given another objective of its own while the run goes on."""
-        objective = record["objective"]
-        robot.objective = objective if robot.on_its_own else robot.objective
-        robot.own, robot.progress, robot.goals = objective, Progress(goals_of(objective)), []
-        said = base.in_words(objective)
-        self.claim("changed", tick=self.tick, robot=robot.name, objective=said)
-
-    def _may_do(self, robot: Robot, objective: Json) -> bool:
-        """Whether a robot may do this: its own objective, or, while requests are open, go where a
-        need of an obstacle is met, wait, keep formulas."""
-        wanted = [need.regions for obstacle in self.met_obstacles() for need in obstacle.needs]
-        serves = any(aim and aim <= there for aim in base.targets_of(objective) for there in wanted)
-        open_ = bool(self.stack) and ("visit" not in objective or serves)
-        return open_ or base.same_objective(objective, robot.own)
-
-    def on_push(self, record: Json, _: Any, obstacle: Obstacle | None) -> None:
-        known = record["obstacle"] is None or (obstacle is not None and obstacle.known)
-        require(known and record["requester"] in self.robots, "nobody has met what it is about")
-        need, asked = obstacle and obstacle.stage.need, record.get("helpers") or [record["helper"]]
-        unable = {*asked} - {None, *(need.able if need else self.robots)}
-        said = f"to help with {record['obstacle']}, but cannot meet its next need"
-        require(not unable, f"{', '.join(unable)} is {said}")
-        self.stack.append({key: record.get(key) for key in ASKED})
-        self._put_in_force(record)
-
-    def on_pop(self, record: Json, *_: Any) -> None:
-        entry = {key: record.get(key) for key in ASKED}
-        require(entry in self.stack, "what is dropped from the stack is not on it")
-        self.stack.remove(entry)
-        self._put_in_force(record)
-
-    def _put_in_force(self, record: Json) -> None:
-        require(record["depth"] == len(self.stack), f"the stack has {len(self.stack)} entries")
-        for name, objective in record["objectives"].items():
-            self.on_told({"objective": objective}, self.robots[name])
-
-    def on_told(self, record: Json, robot: Robot, _: Any = None) -> None:
-        """What a robot does from now on."""
-        objective = record["objective"]
-        serves = self._may_do(robot, objective) or (self.stack and objective == robot.objective)
-        said = f"{robot.name} is given what serves no request: {base.in_words(objective)}"
-        require(serves, said)
-        robot.objective = objective
-
-    def on_goal(self, record: Json, robot: Robot, _: Any) -> None:
-        """A robot meets a goal of its own; nothing is claimed of what it meets while it helps."""
-        goal, targets, task = record["goal"], base.targets_of(robot.own), robot.task
-        if not robot.on_its_own:
-            return
-        there = not targets or robot.pose[0] in targets[goal]
-        if task is not None and task.kind == "ltl":
-            first, after = task.graph.first, task.graph.next
-            steps = [(a, b) for a in robot.came_from for b in robot.nodes or () if b in after[a]]
-            edges = [task.graph.offset[first[a]] + after[a].index(b) for a, b in steps]
-            there = not edges or "1" in {task.recurring[goal][edge] for edge in edges}
-        require(there, f"{robot.name} is not at its goal {goal}")
-        if "hold" not in robot.own or not robot.goals:
-            robot.meet(goal)
-
-    def on_outcome(self, record: Json, *_: Any) -> None:
-        what = record["outcome"]
-        require(record is self.bundle.trace[-1], "a line follows the outcome")
-        ran = -(-self.turn // len(self.robots))  # it may end before anybody moves in its last tick
-        require(record["ticks"] == ran, f"the run took {ran} ticks, not {record['ticks']}")
+    def outcome(self, record: Json) -> str:
+        """What is established of how the run ended."""
+        what, rounds = record["outcome"], self.scenario["until"].get("rounds") or 0
         if what == "completed":
-            rounds = self.scenario["until"].get("rounds") or 0
             for name, robot in self.robots.items():
-                met = min(robot.goals.count(goal) for goal in goals_of(robot.own))
-                require(met >= rounds and robot.on_its_own, f"{name} has met it {met} times")
-            self.claim("outcome:completed", rounds=rounds)
-        elif what == "tick_limit":
-            most = self.scenario["limits"].get("ticks")
+                met = min(map(robot.goals.count, robot.own.goals))
+                its_own = robot.objective.serves(robot.own)
+                require(met >= rounds and its_own, f"{name} has met it {met} times")
+            said = f"every robot has met its objective {rounds} times after the last resolution"
+            return f"The mission is completed: {said}."
+        if what == "tick_limit":
+            most = self.scenario["limits"]["ticks"]
             require(self.tick == most, f"the limit is {most} ticks, not {self.tick}")
-            self.claim("outcome:tick_limit", ticks=most)
-        elif what == "unrealizable" and self.hopeless and not self.turn:
-            self.claim("outcome:unrealizable")
-        elif what == "operator_needed":
-            self._check_negative(record)
-        else:
-            self.claim("outcome:ended", what=what)
-
-    def _check_negative(self, record: Json) -> None:
-        """The team cannot complete the mission. What the trace's proof says is not believed; it
-        only tells whom to consider in a deadlock, and how many rounds."""
+            return f"The run ended at its limit of {most} ticks."
+        if what == "unrealizable" and self.hopeless and not self.turn:
+            return "The mission never began: a robot has no strategy."
+        if what != "operator_needed":
+            return f"The run ended early ({what}); nothing is claimed of its goal."
         proof, specs = record.get("proof"), record.get("unrealizable") or {}
         if proof is None:
             shown = specs and specs.items() <= self.hopeless
             require(shown, "the outcome is a negative without a proof")
-            self.claim("outcome:no strategy", who=" and ".join(specs))
-        elif record.get("cause") == "deadlock":
-            rounds = min(proof["goal"]["rounds"], self.scenario["until"]["rounds"])
-            self.claim("outcome:deadlock", count=Team(self, proof["robots"]).exhaust(rounds))
-        else:
-            out = sorted(name for name, robot in self.robots.items() if not robot.active)
-            team = Team(self, self.robots, out)
-            never = team.never(team.start, team.stages)
-            require(SOMEBODY in never, "everybody can go on, whatever can never be resolved")
-            said = f" while {' and '.join(out)} stands still, out of service" if out else ""
-            if any(obstacle.barred for obstacle in self.obstacles.values()):
-                said += " (robots without a strategy for it do not serve an obstacle)"
-            stuck = " and ".join(sorted(never & {*self.robots})) or "always somebody"
-            self.claim("outcome:stuck", who=stuck, also=said)
+            return f"An operator is needed: there is no strategy for {' and '.join(specs)}."
+        if record.get("cause") == "deadlock":  # the proof tells only who and how many rounds
+            count = Team(self, proof["robots"]).exhaust(min(proof["goal"]["rounds"], rounds))
+            said = f"no order of moves completes it from any of the {count} joint places"
+            return f"An operator is needed: {said}."
+        out = sorted(name for name, robot in self.robots.items() if not robot.active)
+        never = Team(self, self.robots, out).never()
+        require(SOMEBODY in never, "everybody can go on, whatever can never be resolved")
+        stuck = " and ".join(sorted(never & {*self.robots})) or "always somebody"
+        said = "whatever those in service do that have a strategy for it"
+        return f"An operator is needed: {stuck} cannot go on, {said}."
 
 
 # ---------------------------------------------------------------- the bundle
 
 
-class Bundle:
-    """The files of a bundle, each as its manifest says."""
+def open_bundle(place: Path) -> tuple[Callable[[str], bytes], Json]:
+    """What reads the files of a bundle, each of which is as its manifest says, and the manifest."""
+    archive = None if place.is_dir() else zipfile.ZipFile(place)
 
-    def __init__(self, place: Path) -> None:
-        self.read: Callable[[str], bytes]
-        if place.is_dir():
-            found = {p.relative_to(place).as_posix() for p in place.rglob("*") if p.is_file()}
-            self.read = lambda path: (place / path).read_bytes()
-        else:
-            archive = zipfile.ZipFile(place)
-            found = {name for name in archive.namelist() if not name.endswith("/")}
-            self.read = archive.read
-        manifest = self.json("manifest.json")
-        known = (manifest["format"], manifest["version"]) == ("safenav-bundle", 3)
-        said = "is not of format safenav-bundle, version 3; an older bundle has its own check.py"
-        require(known, f"manifest.json {said}")
-        self.files, self.claims = manifest["files"], manifest["claims"]
-        different = sorted(found ^ {*self.files, "manifest.json"})
-        require(not different, f"{', '.join(different)} is either missing or not in the manifest")
-        for path, facts in self.files.items():
-            data, (folder, _, name) = self.read(path), path.rpartition("/")
-            digest = hashlib.sha256(data).hexdigest()
-            same = (len(data), digest) == (facts["bytes"], facts["sha256"])
-            require(same, f"{path} is not the file that the manifest names")
-            named = folder not in ("specs", "strategies") or digest == name.partition(".")[0]
-            require(named, f"{path} is not named by its sha256")
-        self.header, *self.trace = map(json.loads, self.text("trace.jsonl").splitlines())
-        same = self.header["type"] == "header"
-        same = same and self.header["scenario"] == self.json("scenario.json")
-        require(same, "scenario.json is not what the header of the trace says")
-        self._compare_source(self.header["scenario"]["map"])
+    def read(path: str) -> bytes:
+        return archive.read(path) if archive else (place / path).read_bytes()
 
-    def text(self, path: str) -> str:
-        return self.read(path).decode()
-
-    def json(self, path: str) -> Any:
-        return json.loads(self.read(path))
-
-    def _compare_source(self, world: Json) -> None:
-        """A map that is drawn in the YAML file is the map of the scenario."""
-        for path in self.files:
-            if path.startswith("source/") and path.endswith((".yaml", ".yml")):
-                parts = re.split(r"[\[\]{},:\n]", self.text(path))
-                rows = [part.strip().strip("'\"- ") for part in parts]
-                drawn = [row for row in rows if row and {*row} <= {*"#."}]
-                drawn = [row for row in drawn if len(row) > 1 or world["cols"] == 1]
-                same = drawn == world["grid"] or {*"#."} not in map(set, drawn)
-                require(same, f"the map in {path} is not that of scenario.json")
+    listed = (p.relative_to(place).as_posix() for p in place.rglob("*") if p.is_file())
+    found = {path for path in (archive.namelist() if archive else listed) if path[-1] != "/"}
+    manifest = json.loads(read("manifest.json"))
+    known = (manifest["format"], manifest["version"]) == ("safenav-bundle", 3)
+    require(known, "this is no bundle of version 3; an older one has its own check.py")
+    different = sorted(found ^ {*manifest["files"], "manifest.json"})
+    require(not different, f"{', '.join(different)} is either missing or not in the manifest")
+    for path, stated in manifest["files"].items():
+        data = read(path)
+        facts = {"bytes": len(data), "sha256": hashlib.sha256(data).hexdigest()}
+        require(facts == stated, f"{path} is not the file that the manifest names")
+        own = re.match(r"(?:specs|strategies)/(.*?)\.", path)
+        require(not own or own[1] == facts["sha256"], f"{path} is not named by its sha256")
+        if re.fullmatch(r"source/.*\.ya?ml", path):  # the map, if it is drawn there
+            world = json.loads(read("scenario.json"))["map"]
+            parts = re.split(r"[\[\]{},:\n]", data.decode())
+            rows = [r for p in parts for r in re.findall(r"^[\s'\"-]*([#.]+)[\s'\"-]*$", p)]
+            drawn = [row for row in rows if len(row) > 1 or world["cols"] == 1]
+            same = drawn == world["grid"] or {*"#."} not in map(set, drawn)
+            require(same, f"the map in {path} is not that of scenario.json")
+    return read, manifest
 
 
-def circumstances(record: Json) -> str:
-    """A name for what a strategy was made for and where it begins."""
-    passing = ("tick", "reason", "seconds", "cached")
-    told = {key: value for key, value in record.items() if key not in passing}
-    return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()
-
-
-def check(place: Path, *, compare: bool = True) -> tuple[str, str, list[Claim]]:
-    """``accepted``, ``refused`` or ``too large``; the first reason; and what is established (of a
-    bundle that is refused: until then). ``compare``: the manifest has to claim just that."""
-    run = None
+def check(place: Path, *, compare: bool = True) -> tuple[str, str, list[Json]]:
+    """The verdict, the reason, the claims that are established (``compare``: the manifest's)."""
+    run, claims = None, list[Json]()
     try:
-        run = Run(Bundle(place))
+        read, manifest = open_bundle(place)
+        run = Run(read, manifest["files"])
+        claims = run.claims
         run.replay()
-        said = [(c["id"], c["kind"], c["text"]) for c in run.bundle.claims]
-        same = not compare or said == [(c.id, c.kind, c.text) for c in run.claims]
+        same = not compare or manifest["claims"] == claims
         require(same, "the manifest does not claim what the evidence establishes")
-        return "accepted", "", run.claims
+        return "accepted", "", claims
     except base.TooLargeError as error:
-        return "too large", str(error), run.claims if run else []
+        return "too large", str(error), claims
     except RefusedError as error:
         reason = str(error)
-    except (LookupError, TypeError, ValueError, AttributeError, ArithmeticError, OSError) as error:
+    except Exception as error:
         reason = f"a file is not as documented: {error!r}"
-    except RecursionError:
-        reason = "a file is nested too deeply"
     where = f"trace.jsonl, line {run.line}: " if run and run.line else ""
-    return "refused", where + reason, run.claims if run else []
+    return "refused", where + reason, claims
 
 
 def main() -> int:
@@ -971,9 +680,11 @@ def main() -> int:
         print(f"{options.bundle} is no bundle: a folder with a manifest.json, or a .zip of one")
         return 2
     verdict, reason, claims = check(options.bundle, compare=not options.any_claims)
-    said = {"verdict": verdict, "reason": reason, "claims": [c._asdict() for c in claims]}
-    lines = [f"  {c.id}: {c.text}" for c in claims] + [f"{verdict}{': ' * bool(reason)}{reason}"]
-    print(json.dumps(said) if options.json else "\n".join(lines))
+    if options.json:
+        print(json.dumps({"verdict": verdict, "reason": reason, "claims": claims}))
+    else:
+        said = [f"  {claim['id']}: {claim['text']}" for claim in claims]
+        print("\n".join([*said, f"{verdict}: {reason}" if reason else verdict]))
     return {"accepted": 0, "refused": 1, "too large": 3}[verdict]
 
 
