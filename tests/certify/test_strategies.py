@@ -209,6 +209,13 @@ def test_a_guarantee_may_not_be_an_assumption() -> None:
         realized("[INPUT]\ni\n[OUTPUT]\nx\n[ENV_TRANS]\nx'\n", ["i", "x"])
 
 
+def test_a_huge_range_is_not_listed() -> None:
+    document = {"variables": [], "nodes": {}}
+    text = "[INPUT]\ni:0...99999999999\n[ENV_INIT]\ni = 0\n"
+    with pytest.raises(checker.TooLargeError, match="cases of i"):
+        checker.check_realizes(checker.Strategy(document, text), [])
+
+
 def realized(text: str, variables: list[str]) -> None:
     """Whether a strategy of one node for each value realizes a text, refused if it is none."""
     count = 1 << len(variables)

@@ -159,10 +159,10 @@ def complete(
         return {()}
     names, found = (*known,), [(*known.values(),)]
     for key in ("", *wanted):
+        if key and len(found) * len(ranges[key]) > MOST_CASES:
+            raise TooLargeError(f"more than {MOST_CASES} cases of {', '.join(wanted)}")
         if key:
             names, found = (*names, key), [(*row, value) for row in found for value in ranges[key]]
-        if len(found) > MOST_CASES:
-            raise TooLargeError(f"more than {MOST_CASES} cases of {', '.join(wanted)}")
         ready = (c for c in clauses if c.reads <= {*names} and (not key or key in c.reads))
         holds = function_of(names, (*ready,))
         found = [row for row in found if holds(*row)]
