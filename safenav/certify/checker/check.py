@@ -26,6 +26,7 @@ import sys
 import zipfile
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache
+from importlib import import_module
 from itertools import chain, combinations, product
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -33,6 +34,8 @@ from typing import Any, NamedTuple
 if __name__ == "__main__":
     sys.dont_write_bytecode = True  # a bundle stays as it is
     sys.path.insert(0, str(Path(__file__).resolve().parent))
+elif __package__:  # safenav has these two files in a package
+    sys.modules["check_strategies"] = import_module(f"{__package__}.check_strategies")
 
 import check_strategies as base
 from check_strategies import Json, Objective, Pose, RefusedError, Strategy, Task, World, require
@@ -290,8 +293,8 @@ class Run:
             named = json.loads(self.read("motion.jsonl").splitlines()[0])["trace"]
             same = named == self.files["trace.jsonl"]["sha256"]
             require(same, "motion.jsonl is the motion of another trace")
-            said = "motion.jsonl names this trace; `safenav check-motion` checks what is in it."
-            self.claim("motion", said, "motion.jsonl")
+            said = "motion.jsonl says that it is the motion of this trace"
+            self.claim("motion", f"{said}; `safenav check-motion` checks it.", "motion.jsonl")
         but = f" but {self.strayed}, which went elsewhere than told," if self.strayed else ""
         said = f"All {self.turn} moves{but} are legal: no wall, no standing obstacle, no collision"
         what = f"{self.answered} are the strategies' answers to what the robots could observe"
