@@ -671,7 +671,7 @@ class Task:
         found, fairness = [True] if self.told else [], self.line["fairness"]
         if fairness == "out_of_my_way":
             found.append(not self.world.around([region]) & self.taken(region, seen))
-        for name in self.tracked if fairness != "none" else ():
+        for name in () if self.nearby or fairness == "none" else self.moving:
             where = self.whereabouts(name, seen[f"at_{name}"])
             if fairness == "out_of_my_sight" and self.beliefs.get(name):
                 found.append(seen[f"at_{name}"] >= self.world.size)
