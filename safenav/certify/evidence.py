@@ -137,7 +137,7 @@ def _read(strategy_json: bytes, text: str) -> Strategy:
 
 def _killing(strategy: Strategy, node: int) -> Row:
     """A next input to which the robot has no answer."""
-    rows = sorted(strategy.expected(node))
+    rows = sorted(strategy.expected(strategy.asked[node]))
     return _first(row for row in rows if not strategy.replies(node, row))
 
 

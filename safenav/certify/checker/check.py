@@ -5,15 +5,12 @@
 BUNDLE is a folder or a .zip. Exit status 0: accepted; 1: refused, with the first reason; 2: no
 bundle; 3: larger than this checker takes on. Only Python's standard library is needed.
 
-check_strategies.py shows from the bundle's files alone that strategies realize their texts and keep
-the scenario's own rules, or that there are none. This file follows the trace (``Run``): each move
-is the strategy's answer to what the robot observed, or it stays, steps back from an obstacle, or
-takes its next step of a joint plan; nobody enters a wall or a standing obstacle, nobody collides,
-obstacles are resolved by those who can, and the outcome is what happened. What is called
-unresolvable, stuck or a deadlock is worked out again (``Team``).
-
-What stays trusted: this program and Python; the step from the YAML file to scenario.json (its
-grid is compared); that the trace tells what happened, and that robots move as their mobility says.
+check_strategies.py shows what strategies keep, or that there are none. ``Run`` follows the trace:
+each move is legal, and its strategy's answer, a stay, a step back from an obstacle or a step of a
+joint plan; obstacles are resolved by those who can; the outcome is what happened. What is called
+unresolvable, stuck or a deadlock is worked out again (``Team``). What stays trusted: this program
+and Python; the step from the YAML file to scenario.json (its grid is compared); that the trace
+tells what happened, and that robots move as their mobility says.
 """
 
 from __future__ import annotations
@@ -24,7 +21,7 @@ import json
 import re
 import sys
 import zipfile
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
 from importlib import import_module
 from itertools import chain, combinations, product
@@ -41,7 +38,7 @@ import check_strategies as base
 from check_strategies import Json, Objective, Pose, RefusedError, Strategy, Task, World, require
 
 SOMEBODY = "somebody"
-ASKED = ("obstacle", "requester", "helper", "helpers", "reason")  # what an entry of the stack says
+Poses = frozenset[Pose]
 
 
 class Need(NamedTuple):
@@ -65,7 +62,7 @@ class Obstacle(NamedTuple):
     truth: bool | None  # what resolving it reveals: whether it can be passed then
     known: bool = False  # whether somebody has met it
     done: frozenset[str] = frozenset()  # who has met a part of the next need
-    sealed: frozenset[str] | None = None  # for whom it stays for good, once a line said so
+    sealed: tuple[str, ...] | None = None  # for whom it stays for good, once a line said so
     barred: frozenset[str] = frozenset()  # robots with no strategy to serve it
 
     def stands(self, name: str) -> bool:
@@ -78,10 +75,10 @@ class Obstacle(NamedTuple):
 
     def worked(self, at: Mapping[str, Pose], acting: set[str]) -> Obstacle:
         """Once some robots have done what they can where they stand, asked or not."""
-        if not self.left:
+        if not self.present or not self.left:
             return self
         need = self.left[0]
-        there = need.able & {name for name, pose in at.items() if pose[0] in need.regions}
+        there = {name for name in need.able & {*at} if at[name][0] in need.regions}
         group = self.done | (there if need.together and there & acting else there & acting)
         if len(group) < need.robots:
             return self if need.together else self._replace(done=group)
@@ -95,9 +92,10 @@ class Robot:
         self.name, self.data, self.rivals = name, data, rivals
         self.pose: Pose = (data["start"], data.get("heading"))
         self.destination = self.pose  # where its step ends, if it is on its way
+        self.places = {data["start"]}  # the regions that it takes up: on its way two
         self.own = self.objective = Objective(data["objective"])  # for good, and for now
         self.goals = list[int]()  # of its own: those met since the last resolution
-        self.first = 0  # the goal whose turn it was then
+        self.turn = 0  # the number (modulo theirs) of the next one, if they are in order
         self.task: Any = None
         self.nodes, self.came_from = set[int](), set[int]()  # where its strategy may be, and was
         self.answers: set[int] | None = None  # of its strategy, in its last turn
@@ -105,65 +103,50 @@ class Robot:
         self.back: dict[str, Any] = {}  # in this turn: where it met an obstacle, and its ``node``
         self.active, self.way = True, list[Pose]()  # in service; its part of a joint plan
 
-    @property
-    def places(self) -> set[int]:
-        """The regions that it takes up: on its way two."""
-        return {self.pose[0], self.destination[0]}
-
-    def hold(self) -> None:
-        """To hold is met in each turn that ends there."""
-        if self.own.kind == "hold" and self.objective == self.own:
-            self.goals += [0] if self.places <= self.own.targets[0] else []
-
-
-# ---------------------------------------------------------------- what the team can never do
-
-Obstacles = tuple[Obstacle, ...]
-Poses = frozenset[Pose]
+    def held(self) -> list[int]:
+        """The goals that are met by ending a turn here: of one that is to hold, that."""
+        holds = self.own.kind == "hold" and self.objective == self.own
+        return [0] if holds and self.places <= self.own.targets[0] else []
 
 
 def freedom(world: World, robot: Robot) -> tuple[dict[Pose, set[Pose]], list[Poses]]:
     """A robot's moves, and for each goal the poses in which it may be met. Of formulas: the moves
     that they allow, and where staying meets a goal, or else a step does, with some memory."""
-    own, mobility = robot.own, robot.data["mobility"]
-    poses = base.poses_of(product(world.free, [None]), mobility)
-    moves = {pose: world.moves(mobility, pose) for pose in poses}
-    if own.kind != "ltl":
-        return moves, [base.poses_of(product(aim, [None]), mobility) for aim in own.targets]
-    steps, aims = [(a, b) for a in moves for b in moves[a]], list[Poses]()
-    allowed = {step for step in steps if own.allows(own.safety, *step)}
+    own, mobility, moves = robot.own, robot.data["mobility"], dict[Pose, set[Pose]]()
+    for a in base.poses_of(product(world.free, [None]), mobility):
+        moves[a] = {b for b in world.moves(mobility, a) if a == b or own.allows(own.safety, a, b)}
+    aims = [base.poses_of(product(aim, [None]), mobility) for aim in own.targets]
     for line in own.liveness:
-        goal = {step for step in steps if own.allows([line], *step)}
-        staying = {a for a, b in goal if a == b}
-        aims.append(frozenset(staying) | {b for a, b in goal & allowed if not {a, b} & staying})
-    kept = {a: {b for b in moves[a] if a == b or (a, b) in allowed} for a in moves}
-    return kept, aims or [poses]
+        met = [(a, b) for a in moves for b in moves[a] if own.allows([line], a, b)]
+        staying = {a for a, b in met if a == b}
+        aims.append(frozenset(staying) | {b for a, b in met if not {a, b} & staying})
+    return moves, aims or [frozenset(moves)]
 
 
 class Team:
     """What the team can still do; obstacles that nobody has met are taken to be absent. ``names``:
-    whom it is about; if that is not all, the others and all that may yet be resolved only stand in
-    their way. ``out``: who stands still and wants nothing else."""
+    whom it is about, if not all; the others and all that may yet be resolved are away then.
+    ``out``: who stands still and wants nothing else."""
 
-    def __init__(self, run: Run, names: Iterable[str], out: Iterable[str] = ()) -> None:
-        self.robots = {name: robot for name, robot in run.robots.items() if name in names}
+    def __init__(self, run: Run, names: Iterable[str] = (), out: Iterable[str] = ()) -> None:
+        self.robots = {n: r for n, r in run.robots.items() if n in (names or run.robots)}
         met = run.met_obstacles() if len(self.robots) == len(run.robots) else []
         sealed = [o._replace(left=()) for o in run.obstacles.values() if o.sealed]
         self.obstacles = (*(o for o in met if o.sealed is None), *sealed)
         self.at = {name: robot.destination for name, robot in self.robots.items()}
         self.free = {name: freedom(run.world, robot) for name, robot in self.robots.items()}
         self.free |= {n: ({self.at[n]: {self.at[n]}}, [frozenset([self.at[n]])]) for n in out}
-        self.steps, self.reach = cache(self._steps), cache(self._reach)
+        self.reach = cache(self._reach)
 
-    def _steps(self, name: str, pose: Pose, obstacles: Obstacles) -> list[Pose]:
+    def steps(self, name: str, pose: Pose, obstacles: tuple[Obstacle, ...]) -> list[Pose]:
         walls = {obstacle.region for obstacle in obstacles if obstacle.stands(name)}
         return [after for after in self.free[name][0][pose] if after[0] not in walls]
 
-    def _reach(self, name: str, poses: Poses, obstacles: Obstacles) -> set[Pose]:
+    def _reach(self, name: str, poses: Poses, obstacles: tuple[Obstacle, ...]) -> set[Pose]:
         """Where a robot can get from some poses."""
         return {*base.closure(poses, lambda pose: self.steps(name, pose, obstacles))}
 
-    def can_go_on(self, name: str, poses: Poses, obstacles: Obstacles) -> bool:
+    def can_go_on(self, name: str, poses: Poses, obstacles: tuple[Obstacle, ...]) -> bool:
         """Whether, from some pose that a robot can get to, it can meet every goal for ever."""
         first, *others = self.free[name][1]
         for pose in self.reach(name, poses, obstacles) & first:
@@ -173,54 +156,51 @@ class Team:
                 return True
         return False
 
+    def serve(self, state: Any) -> Iterator[Any]:
+        """Robots go to where they meet the next need of an obstacle, each to any pose there."""
+        sets, obstacles = dict(state[0]), state[1]
+        for k, obstacle in [(k, o) for k, o in enumerate(obstacles) if o.left]:
+            need = obstacle.left[0]
+            fit = need.able - obstacle.barred - obstacle.done
+            ahead = {name: self.reach(name, sets[name], obstacles) for name in sorted(fit)}
+            at = {n: frozenset(p for p in ahead[n] if p[0] in need.regions) for n in ahead}
+            for group in combinations(filter(at.get, at), need.robots - len(obstacle.done)):
+                crowd = [name for name in group if {*self.robots[name].rivals} & {*group}]
+                ways = product(*({pose[0] for pose in at[name]} for name in crowd))
+                if need.together and all(len({*way}) < len(way) for way in ways):
+                    continue  # they cannot all stand there at once
+                now = sets | {name: at[name] for name in group}
+                yield tuple(now.items()), (*obstacles[:k], obstacle.advanced(), *obstacles[k + 1 :])
+                if all(ahead[n] == self.reach(n, at[n], obstacles) for n in group):
+                    return  # nothing is lost by it: all get back to all that they could get to
+
     def never(self) -> set[str]:
-        """What obstacles stay, who is stuck, or that SOMEBODY always is, even if robots could pass
-        through each other."""
-        lost = {SOMEBODY, *self.robots, *(obstacle.name for obstacle in self.obstacles)}
+        """What obstacles stay, who is stuck, or that SOMEBODY always is, even if robots overlap."""
+        start, lost = tuple((n, frozenset([pose])) for n, pose in self.at.items()), list[set[str]]()
+        for sets, obstacles in base.closure([(start, self.obstacles)], self.serve):
+            stuck = {n for n, poses in sets if not self.can_go_on(n, poses, obstacles)}
+            stays = {obstacle.name for obstacle in obstacles if obstacle.left}
+            lost.append(stuck | stays | ({SOMEBODY} if stuck else set()))
+        return set.intersection(*lost)
 
-        def after(state: Any) -> Iterator[Any]:  # a group of robots goes to where it meets a need
-            sets, obstacles = dict(state[0]), state[1]  # where each robot chooses to be
-            stuck = {n for n, poses in sets.items() if not self.can_go_on(n, poses, obstacles)}
-            stuck |= {SOMEBODY} if stuck else set()
-            lost.intersection_update(stuck | {o.name for o in obstacles if o.left})
-            for k, obstacle in [(k, o) for k, o in enumerate(obstacles) if o.left]:
-                need = obstacle.left[0]
-                fit = need.able - obstacle.barred - obstacle.done
-                ahead = {name: self.reach(name, sets[name], obstacles) for name in sorted(fit)}
-                at = {n: frozenset(p for p in ahead[n] if p[0] in need.regions) for n in ahead}
-                for group in combinations(filter(at.get, at), need.robots - len(obstacle.done)):
-                    crowd = [name for name in group if {*self.robots[name].rivals} & {*group}]
-                    ways = product(*({pose[0] for pose in at[name]} for name in crowd))
-                    if need.together and all(len({*way}) < len(way) for way in ways):
-                        continue  # they cannot all stand there at once
-                    chosen = sets | {name: at[name] for name in group}
-                    then = (*obstacles[:k], obstacle.advanced(), *obstacles[k + 1 :])
-                    yield tuple(chosen.items()), then
-                    if all(ahead[n] == self.reach(n, at[n], obstacles) for n in group):
-                        return  # nothing is lost by it: all get back to all that they could get to
-
-        start = tuple((name, frozenset([pose])) for name, pose in self.at.items())
-        base.closure([(start, self.obstacles)], after)
-        return lost
-
-    def exhaust(self, rounds: int) -> int:
-        """Refuse unless no order of moves completes some rounds. Returns the number of places."""
+    def exhaust(self, rounds: int) -> None:
+        """Refuse unless no order of moves completes some rounds."""
 
         def after(state: Any) -> Iterator[Any]:  # all act where they stand, then one steps
             places, counts, before = state
-            at, now = dict(zip(self.robots, places, strict=True)), list[tuple[int, ...]]()
+            at, now, live = dict(zip(self.robots, places, strict=True)), list[Any](), True
             obstacles = tuple(o.worked({n: at[n] for n in {*at} - o.barred}, {*at}) for o in before)
             anew = any(was.left and not o.left for was, o in zip(before, obstacles, strict=True))
-            for name, (first, *met) in zip(self.robots, counts, strict=True):
-                turn, times = first + sum(met) if anew else first, [0] * len(met) if anew else met
-                here = [goal for goal, aim in enumerate(self.free[name][1]) if at[name] in aim]
+            for (name, pose), (turn, *met) in zip(at.items(), counts, strict=True):
+                times = [0] * len(met) if anew else met
+                here = [goal for goal, aim in enumerate(self.free[name][1]) if pose in aim]
                 for goal in here * rounds:  # a round is each of them once
-                    due = (turn + sum(times)) % len(times) == goal
-                    due = due or not self.robots[name].own.ordered
-                    times[goal] += due and times[goal] == min(times) < rounds
+                    due = turn % len(times) == goal or not self.robots[name].own.ordered
+                    if due and times[goal] == min(times) < rounds:
+                        turn, times[goal] = turn + 1, times[goal] + 1
                 now.append((turn, *times))
-            live = all(min(times) >= rounds for _, *times in now)
-            live = live and all(self.can_go_on(n, frozenset([p]), obstacles) for n, p in at.items())
+                live = live and min(times) >= rounds
+                live = live and self.can_go_on(name, frozenset([pose]), obstacles)
             require(not live, "the mission can be completed from here")
             for k, (name, robot) in enumerate(self.robots.items()):
                 taken = {at[other][0] for other in robot.rivals if other in at}
@@ -228,70 +208,64 @@ class Team:
                     if pose[0] not in taken:
                         yield (*places[:k], pose, *places[k + 1 :]), tuple(now), obstacles
 
-        counts = tuple(
-            (r.first, *map(r.goals.count, sorted(r.own.goals))) for r in self.robots.values()
-        )
-        found = base.closure([(tuple(self.at.values()), counts, self.obstacles)], after)
-        return len({places for places, _, _ in found})
-
-
-# ---------------------------------------------------------------- the run
+        team = self.robots.values()
+        counts = tuple((r.turn, *map(r.goals.count, sorted(r.own.goals))) for r in team)
+        base.closure([(tuple(self.at.values()), counts, self.obstacles)], after)
 
 
 class Run:
     """The trace, line by line, against the strategies, the map and the obstacles."""
 
-    def __init__(self, read: Callable[[str], bytes], files: Json) -> None:
-        self.read, self.files, self.claims, self.line = read, files, list[Json](), 1
-        header, *self.trace = map(json.loads, read("trace.jsonl").splitlines())
+    def __init__(self, files: Mapping[str, Any]) -> None:
+        self.files, self.claims, self.line = files, list[Json](), 1
+        header, *self.trace = map(json.loads, files["trace.jsonl"].read_bytes().splitlines())
         self.scenario, robots = header["scenario"], header["scenario"]["robots"]
         same = header["type"] == "header" and self.scenario == self.json("scenario.json")
         require(same, "scenario.json is not what the header of the trace says")
         self.world = World(self.scenario["map"])
         self.external = self.scenario.get("world") == "external"
-        self.robots: dict[str, Robot] = {}  # in the order of their turns
-        self.obstacles: dict[str, Obstacle] = {}
+        self.robots, self.obstacles = dict[str, Robot](), dict[str, Obstacle]()
         self.tick = self.turn = self.answered = self.strayed = 0
-        self.stack: list[Json] = []
-        self.met: Any = None  # the turn in which an obstacle was met last, by whom, and which
-        self.shown: dict[str, Any] = {}  # what files show, each once
+        self.stack = list[tuple[Any, ...]]()  # of requests
+        self.met: Any = None  # the obstacle that was met last, by whom, and when
+        self.shown: dict[Any, Any] = {}  # what files show, each once
         self.hopeless: set[tuple[str, str]] = set()  # robots that have no strategy, and for what
         apart = {(a, b) for a in robots for b in robots[a].get("conflicts", ())}
         for name, data in robots.items():
             rivals = [n for n in robots if n != name and {(name, n), (n, name)} & apart]
             self.robots[name] = robot = Robot(name, data, rivals)
-            turning = {"free": False, "heading": True}.get(data["mobility"])
-            require(turning is bool(robot.pose[1]), f"{name} has no such mobility")
-            shared = [n for n in rivals if robots[n]["start"] == data["start"]]
-            require(not shared, f"{name} and {shared} start in the same region")
-            there = robot.places.union(*robot.own.targets)
-            require(there <= self.world.free, f"{name} starts in a wall, or has a target in one")
+            alone = all(robots[n]["start"] != data["start"] for n in rivals)
+            turning = {"free": False, "heading": True}.get(data["mobility"]) is bool(robot.pose[1])
+            fits = alone and turning and robot.places.union(*robot.own.targets) <= self.world.free
+            require(fits, f"{name} cannot move or start like that, or has a target in a wall")
         for data in self.scenario["obstacles"]:
             self.discover(data, present=not data.get("from"))
 
+    def text(self, path: str) -> str:
+        return str(self.files[path].read_bytes().decode())
+
     def json(self, path: str) -> Any:
-        return json.loads(self.read(path).decode()) if path in self.files else None
+        return json.loads(self.files[path].read_bytes())
 
     def claim(self, kind: str, text: str, *files: str | None) -> None:
         """Something is established by some files (None: by this line of the trace)."""
         shown = [[path or "trace.jsonl", None if path else self.line] for path in files or [None]]
-        name = f"{kind}-{len(self.claims) + 1}"
-        self.claims.append({"id": name, "kind": kind, "text": text, "evidence": shown})
+        name, when = f"{kind}-{len(self.claims) + 1}", f"Tick {self.tick}: " if self.line else ""
+        self.claims.append({"id": name, "kind": kind, "text": when + text, "evidence": shown})
 
     def replay(self) -> None:
         """Refuse unless all lines are true; ``claims`` is what is established."""
         for record in self.trace:
             self.line += 1
-            if record["tick"] != self.tick:
-                whole = self.turn == self.tick * len(self.robots)
-                self.tick += 1
-                require(whole and record["tick"] == self.tick, "a tick or a move is left out")
+            next_one = self.tick + (self.turn == self.tick * len(self.robots))
+            require(record["tick"] in (self.tick, next_one), "a tick or a move is left out")
+            self.tick = record["tick"]
             obstacle = self.obstacles.get(str(record.get("obstacle")))
             self.follow(record, self.robots.get(record.get("robot")), obstacle)
         self.line = 0
         if "motion.jsonl" in self.files:
-            named = json.loads(self.read("motion.jsonl").splitlines()[0])["trace"]
-            same = named == self.files["trace.jsonl"]["sha256"]
+            trace, motion = (self.files[f"{n}.jsonl"].read_bytes() for n in ("trace", "motion"))
+            same = json.loads(motion.splitlines()[0])["trace"] == hashlib.sha256(trace).hexdigest()
             require(same, "motion.jsonl is the motion of another trace")
             said = "motion.jsonl says that it is the motion of this trace"
             self.claim("motion", f"{said}; `safenav check-motion` checks it.", "motion.jsonl")
@@ -320,64 +294,53 @@ class Run:
                 there = obstacle.region == record["proposed"] and obstacle.stands(robot.name)
                 require(there, f"{obstacle.name} does not block {robot.name} there")
                 self.alter(obstacle, known=True)
-                self.met = self.turn, robot.name, obstacle.name
+                self.met = obstacle.name, robot.name, self.turn
                 robot.back = {"region": obstacle.region}
             case "backtrack":
                 beside = robot.back.get("region") in self.world.around([robot.pose[0]])
                 require(beside, f"no obstacle is before {robot.name}")
                 robot.back["node"] = record.get("node")
             case "resolved":
-                done = obstacle.present and (self.external or not obstacle.left)
-                require(done, f"{obstacle.name} is not there, or not all that it needs was done")
-                true = self.external or record["traversable"] == obstacle.truth
-                require(true, f"{obstacle.name} is not like that")
-                again = obstacle._replace(left=obstacle.needs)
-                bad = frozenset(filter(again.stands, self.robots))
-                sealed = bad if record["traversable"] is False else None
+                truth = record["traversable"]
+                fits = self.external or (not obstacle.left and truth == obstacle.truth)
+                require(obstacle.present and fits, f"{obstacle.name} is not there, or not so")
+                whole = obstacle._replace(left=obstacle.needs)
+                sealed = tuple(filter(whole.stands, self.robots)) if truth is False else None
                 self.alter(obstacle, present=False, known=False, left=(), sealed=sealed)
                 for each in self.robots.values():
-                    each.goals, each.first = [], each.first + len(each.goals)
-                    each.hold()
+                    each.goals = each.held()
             case "blocked":
                 if obstacle.sealed is None:  # else it was found untraversable
-                    never = obstacle.name in Team(self, self.robots).never()
-                    require(never, f"{obstacle.name} can be resolved")
-                    said = "too few that can resolve it get there, whatever the robots do"
-                    self.claim("never", f"{obstacle.name} can never be resolved: {said}.")
-                sealed = frozenset(filter(obstacle.stands, self.robots))
-                self.alter(obstacle, known=True, sealed=sealed)
+                    require(obstacle.name in Team(self).never(), f"{obstacle.name} can be resolved")
+                    self.claim("never", f"{obstacle.name} can never be resolved, whatever they do.")
+                self.alter(obstacle, known=True, sealed=tuple(filter(obstacle.stands, self.robots)))
             case "push" | "pop":
                 self.ask(record, obstacle)
-                for name, objective in record["objectives"].items():
-                    self.tell(self.robots[name], Objective(objective))
             case "told":
                 self.tell(robot, Objective(record["objective"]))
             case "objective":
                 given = Objective(record["objective"])
                 robot.objective = given if robot.objective.serves(robot.own) else robot.objective
                 robot.own, robot.goals = given, []
-                said = f"Tick {self.tick}: {robot.name} is given another objective, '{given}'."
-                self.claim("changed", said)
+                self.claim("changed", f"{robot.name} is given another objective, '{given}'.")
             case "service":
                 require(robot.active != record["active"], f"{robot.name} serves as it was before")
                 robot.active = record["active"]
                 if robot.active and robot.pose == robot.destination and not robot.way:
-                    robot.nodes = {*robot.task.of_pose.get(robot.pose, ())} if robot.task else set()
+                    robot.nodes = robot.task.of_pose.get(robot.pose, set()) if robot.task else set()
             case "assumption":
                 require(robot.answers == set(), f"{robot.name} has an answer: no assumption failed")
                 robot.nodes = set()
-                said = f"Tick {self.tick}: an assumption of {robot.name} failed ({record['name']})."
-                what = "What its strategy promises does not hold until it is synthesized again."
-                self.claim("broken", f"{said} {what}")
+                said = f"An assumption of {robot.name} failed ({record['name']}): until it is"
+                self.claim("broken", f"{said} synthesized again nothing is promised of it.")
             case "plan" | "plan_end":
                 for name, each in self.robots.items():
                     each.way = [(r, h) for r, h in record.get("robots", {}).get(name, ())]
-                    begins = each.way[:1] in ([], [each.destination])
-                    require(begins, f"{name} is not where the plan begins")
+                    require(each.way[:1] in ([], [each.destination]), f"{name} begins elsewhere")
                     node = (record.get("nodes") or {}).get(name)  # in which it goes on
                     if node is not None and each.task and each.pose == each.destination:
-                        there = each.task.is_in(node, each.pose)
-                        require(there, f"{name} goes on in node {node}, but is not in it")
+                        there = each.task.of_pose.get(each.pose, set())
+                        require(each.task.graph.first[node] in there, f"{name} is not in {node}")
                         each.nodes = {node}
             case "goal" if robot.objective.serves(robot.own):  # else it helps, and that is all
                 goal, own, task = record["goal"], robot.own, robot.task
@@ -386,6 +349,7 @@ class Run:
                     there = task.meets(goal, robot.came_from, robot.nodes)
                 require(there, f"{robot.name} is not at its goal {goal}")
                 robot.goals += [goal] if own.kind != "hold" or not robot.goals else []
+                robot.turn += 1
             case "outcome":
                 require(record is self.trace[-1], "a line follows the outcome")
                 ran = -(-self.turn // len(self.robots))  # it may end before anybody moves in a tick
@@ -394,7 +358,7 @@ class Run:
 
     def ask(self, record: Json, obstacle: Obstacle | None) -> None:
         """A request is open from now on, or no more."""
-        entry = {key: record.get(key) for key in ASKED}
+        entry = tuple(map(record.get, ("obstacle", "requester", "helper", "helpers", "reason")))
         if record["type"] == "pop":
             require(entry in self.stack, "what is dropped from the stack is not on it")
             self.stack.remove(entry)
@@ -403,10 +367,11 @@ class Run:
             require(known and record["requester"] in self.robots, "nobody has met what it is about")
             able = obstacle.left[0].able if obstacle and obstacle.left else self.robots
             unable = {*(record.get("helpers") or [record["helper"]])} - {None, *able}
-            said = f"to help with {record['obstacle']}, but cannot meet its next need"
-            require(not unable, f"{', '.join(unable)} is {said}")
+            require(not unable, f"{', '.join(unable)} cannot meet the next need of {entry[0]}")
             self.stack.append(entry)
         require(record["depth"] == len(self.stack), f"the stack has {len(self.stack)} entries")
+        for name, objective in record["objectives"].items():
+            self.tell(self.robots[name], Objective(objective))
 
     def tell(self, robot: Robot, objective: Objective) -> None:
         """A robot does its own, the same as before, or what serves a request that is open."""
@@ -420,17 +385,17 @@ class Run:
     def synthesis(self, record: Json, robot: Robot) -> None:
         """A strategy, or that there is none, is shown to be what it should."""
         spec, name, node = record["spec"], record.get("strategy"), record.get("node")
-        rules, who = f"rules/{base.circumstances(record)}.json", f"{robot.name}, tick {self.tick}"
-        said = f"{who}, for '{Objective(record['objective'])}'"
+        rules = f"rules/{base.circumstances(record)}.json"
+        said = f"{robot.name}, for '{Objective(record['objective'])}'"
         for tried in (*(record.get("tried") or ()), record):
             text = f"specs/{tried['spec']}.structuredslugs"
             path = f"counterstrategies/{tried['spec']}.json"
             if path in self.files and path not in self.shown:
                 proof = self.json(path)
-                self.shown[path] = graph = Strategy(proof["automaton"], self.read(text).decode())
+                self.shown[path] = graph = Strategy(proof["automaton"], self.text(text))
                 base.check_counterstrategy(graph, graph, proof, proof["measures"])
                 if tried is not record:
-                    what = f"{who}: no strategy with fairness {tried['fairness']}, tried before."
+                    what = f"No strategy exists for {said} with fairness {tried['fairness']}."
                     self.claim("weakest", what, None, text, path)
         if record["verdict"] == "unrealizable" and path in self.shown:
             task = self.task(record, robot, self.shown[path], rules)
@@ -444,13 +409,12 @@ class Run:
             return
         require(name, "its strategy was never listed: nothing is proven about its moves")
         files = text, f"strategies/{name}.json", f"measures/{spec}-{name}.json"
-        graph = self.shown.get(files[2])
-        if graph is None:
-            graph = Strategy(self.json(files[1]), self.read(text).decode())
+        if files not in self.shown:
+            self.shown[files] = graph = Strategy(self.json(files[1]), self.text(text))
             base.check_realizes(graph, self.json(files[2]))
-            self.shown[files[2]] = graph
             what = f"realizes the text of its specification: {graph.count} nodes"
             self.claim("realizes", f"The strategy of {said} {what}, {graph.size} edges.", *files)
+        graph = self.shown[files]
         require(node in graph.begin, f"node {node} is not one with which the strategy may begin")
         robot.task = task = self.task(record, robot, graph, rules)
         if rules not in self.shown:
@@ -459,8 +423,8 @@ class Run:
             what = "keeps the rules of the scenario and does what it is for again and again"
             assumed = record["fairness"].replace("none", "whatever the others do")
             self.claim("keeps", f"The strategy of {said} {what} ({assumed}).", None, *files, rules)
-        if robot.own.ordered and task.objective.serves(robot.own):
-            robot.first = max(task.memory.values(), default=0) - len(robot.goals)
+        if task.objective.serves(robot.own):
+            robot.turn = max(task.memory.values(), default=0)
         robot.nodes, robot.knowledge = {node}, dict(task.knowledge)
         robot.signal = robot.signal or {"request": 0, "wait": 0, "assigned": record.get("neutral")}
 
@@ -473,20 +437,19 @@ class Run:
         if not tried and (task.places is None or not task.objective.serves(robot.own)):
             self.tell(robot, task.objective)
         standing = [o for o in self.obstacles.values() if o.known and o.stands(robot.name)]
-        takes = {(o.region, o.name) for o in standing}
-        for name, other in self.robots.items():
-            takes |= {(region, f"robots.{name}") for region in other.places}
-        shut = {(r, name.removeprefix("obstacles.")) for r, name in record.get("closed") or ()}
-        require(shut <= takes, f"nothing that closes is at {sorted(shut - takes)}")
-        unknown = {f"robots.{name}" for name in {*robot.rivals} - {*task.moving}}
-        unknown |= {o.name for o in standing if robot.name in (o.sealed or ())}
-        unknown -= {name for _, name in shut}
-        require(not unknown, f"{robot.name} does not know of {', '.join(sorted(unknown))}")
+        at = {f"robots.{name}": other.places for name, other in self.robots.items()}
+        at |= {o.name: {o.region} for o in standing}
+        closed = [(name.removeprefix("obstacles."), r) for r, name in record.get("closed") or ()]
+        wrong = [name for name, region in closed if region not in at.get(name, ())]
+        require(not wrong, f"{', '.join(wrong)} is not where it should close a region")
+        shut = {o.name for o in standing if robot.name in (o.sealed or ())}
+        shut |= {f"robots.{name}" for name in robot.rivals if name not in task.moving}
+        shut -= {name for name, _ in closed}
+        require(not shut, f"{robot.name} does not know of {', '.join(sorted(shut))}")
         for name, value in task.knowledge.items():
-            where: Any = task.whereabouts(name, value)
-            if self.tick and record["tracking"] == "belief":  # it may have moved on since the look
-                where = self.world.around(where)
-            there = self.robots[name].places.intersection(where)
+            where = task.whereabouts(name, value)
+            later = self.tick and record["tracking"] == "belief"  # it may have moved since the look
+            there = self.robots[name].places & (self.world.around(where) if later else where)
             require(there, f"{robot.name} believes {name} to be where it is not")
         return task
 
@@ -509,80 +472,70 @@ class Run:
         self.obstacles[data["name"]] = Obstacle(*about, present, data["traversable"])
 
     def move(self, record: Json, robot: Robot) -> None:
-        turn = self.tick - 1, [*self.robots].index(robot.name)
-        require(divmod(self.turn, len(self.robots)) == turn, f"it is not {robot.name}'s turn")
+        due = self.tick - 1, [*self.robots].index(robot.name)
+        require(divmod(self.turn, len(self.robots)) == due, f"it is not {robot.name}'s turn")
         done = [o.name for o in self.obstacles.values() if o.present and not o.left]
         require(not done, f"no line tells that {', '.join(done)} was resolved")
-        open_ = [(entry["requester"], entry["obstacle"]) for entry in self.stack]
-        gone = [name for _, name in open_[-1:] if name and not self.obstacles[name].present]
-        require(not gone, f"a request for {', '.join(gone)} is left open")
-        if self.met and self.met[0] < self.turn:
-            _, who, what = self.met
-            asks = (who, what) in open_ or self.obstacles[what].sealed is not None
-            said = f"{who} met {what}, and no request of it is on the stack"
-            require(asks or not self.obstacles[what].present, said)
+        asked = self.stack[-1][0] if self.stack else None
+        require(not asked or self.obstacles[asked].present, f"a request for {asked} is left open")
+        what, who, turn = self.met or ("", "", self.turn)
+        if turn < self.turn and (what, who) not in [entry[:2] for entry in self.stack]:
+            left = self.obstacles[what].present and self.obstacles[what].sealed is None
+            require(not left, f"{who} met {what}, and no request of it is on the stack")
         self.turn += 1
         pose = (record["to"], record.get("heading"))
         try:
-            after = self.motion(record, robot)
-            if robot.pose == robot.destination:  # else nothing is decided
-                robot.came_from, robot.nodes = robot.nodes, self.decision(record, robot, after)
+            after = self.step(record, robot, pose)
         except RefusedError:
             if not self.external or pose[0] not in self.world.free:
                 raise
             self.strayed += 1  # of an external world: it is not where it was told to go
             after, robot.nodes = pose, set()
         robot.pose, robot.destination, robot.back = pose, after, {}
-        robot.hold()
-        if robot.way[1:2] == [pose]:
-            robot.way = robot.way[1:]
-        at = {other.name: other.pose for other in self.robots.values()}
-        for name, obstacle in self.obstacles.items():
-            if obstacle.present and not self.external:
-                self.obstacles[name] = obstacle.worked(at, {robot.name})
+        robot.places = {pose[0], after[0]}
+        robot.goals += robot.held()
+        if not self.external:
+            at = {name: other.pose for name, other in self.robots.items()}
+            self.obstacles = {n: o.worked(at, {robot.name}) for n, o in self.obstacles.items()}
 
-    def motion(self, record: Json, robot: Robot) -> Pose:
-        """Refuse unless the world allows a move. Returns where the step ends."""
-        before, to, toward = robot.pose, (record["to"], record.get("heading")), record.get("toward")
-        goal = to[0] if toward is None else toward
-        moves = self.world.moves(robot.data["mobility"], before)
-        after = next((pose for pose in moves if pose[0] == goal), None)
-        fits = after and (record["from"], to) == (before[0], after if toward is None else before)
-        fits = fits and robot.destination in (before, after)
-        require(fits, f"{robot.name} cannot go from {before} to {goal}, facing {to[1]}")
-        walls = {o.region for o in self.obstacles.values() if o.stands(robot.name)} - {before[0]}
-        require(goal not in walls, f"{robot.name} enters {goal}, where an obstacle stands")
-        taken = {region for name in robot.rivals for region in self.robots[name].places}
-        require(not taken & {to[0], goal}, f"{robot.name} is in the same region as another one")
-        return after
-
-    def decision(self, record: Json, robot: Robot, after: Pose) -> set[int]:
-        """Refuse unless a move is what the trace says. Returns the nodes in which the robot may be;
-        where nothing tells, all in its pose: from each the strategy keeps what it promises."""
+    def step(self, record: Json, robot: Robot, to: Pose) -> Any:
+        """Refuse unless a move is legal and what the trace says. Returns where it ends. If nothing
+        tells the node, all in its pose are possible: from each the strategy keeps its promise."""
         name, task, before, by = robot.name, robot.task, robot.pose, record.get("by") or "strategy"
+        toward, moves = record.get("toward"), self.world.moves(robot.data["mobility"], before)
+        after: Any = to if toward is None else next((p for p in moves if p[0] == toward), None)
+        legal = after in moves and robot.destination in (before, after)
+        legal = legal and record["from"] == before[0] and (toward is None or to == before)
+        require(legal, f"{name} cannot go from {before} to {toward or to}")
+        shut = {o.region for o in self.obstacles.values() if o.stands(name)} - {before[0]}
+        shut = shut.union(*(self.robots[other].places for other in robot.rivals))
+        require(not shut & {to[0], after[0]}, f"{name} goes to {after[0]}, where something stands")
+        if robot.destination != before:
+            return after  # it was decided before
         require(task, f"{name} has no strategy")
         robot.signal = record.get("signal") or robot.signal
         robot.answers = task.answers(robot, self.robots, record.get("busy", ()), self.external)
         require(robot.active or by == "stay", f"{name} goes on, though it is out of service")
-        node, there = robot.back["node"] if by == "backtrack" else None, task.of_pose.get(after, ())
-        fits = {n for n in robot.answers if task.poses[n] == after}
+        there, answers = task.of_pose.get(after, set()), robot.answers
+        node = robot.back["node"] if by == "backtrack" else None
+        if node is not None:
+            answers = {node} & {*chain(*(task.graph.next[n] for n in robot.nodes))}
+        fits = {n for n in answers if task.poses[n] == after}
         if by == "plan":
             require(robot.way[:2] == [before, after], f"{name} leaves its plan")
-            allowed = robot.own.allows(robot.own.safety, before, after)
-            require(allowed, f"the plan leads {name} where its objective forbids")
-            return {*there}
-        if by == "stay" or (by == "backtrack" and node is None):
+            require(robot.own.allows(robot.own.safety, before, after), f"{name} must not go there")
+            robot.way, fits = robot.way[1:], there
+        elif by == "stay" or (by == "backtrack" and node is None):
             require(after == before, f"{name} moves, though it should stay")
             seen = {f"at_{other}": robot.knowledge[other] for other in task.tracked}
             kept = {n for n in there if seen and task.knows(n, seen)} | robot.nodes
-            return (kept | fits if by == "backtrack" else kept) if robot.answers else {*there}
-        if by == "backtrack":
-            following = {*chain(*(task.graph.next[n] for n in robot.nodes))}
-            fits = {n for n in following & {node} if task.poses[n] == after}
-        answers = [task.poses[n] for n in robot.answers]
-        require(fits, f"{name} goes to {after}, but its strategy answers {answers}")
-        self.answered += by != "backtrack"
-        return fits
+            fits = (kept if by == "stay" else kept | fits) if answers else there
+        else:
+            said = sorted({str(task.poses[n]) for n in answers})
+            require(fits, f"{name} goes to {after}, but its strategy answers {said}")
+            self.answered += by != "backtrack"
+        robot.came_from, robot.nodes = robot.nodes, fits
+        return after
 
     def outcome(self, record: Json) -> str:
         """What is established of how the run ended."""
@@ -604,73 +557,67 @@ class Run:
             return f"The run ended early ({what}); nothing is claimed of its goal."
         proof, specs = record.get("proof"), record.get("unrealizable") or {}
         if proof is None:
-            shown = specs and specs.items() <= self.hopeless
-            require(shown, "the outcome is a negative without a proof")
-            return f"An operator is needed: there is no strategy for {' and '.join(specs)}."
-        if record.get("cause") == "deadlock":  # the proof tells only who and how many rounds
-            count = Team(self, proof["robots"]).exhaust(min(proof["goal"]["rounds"], rounds))
-            said = f"no order of moves completes it from any of the {count} joint places"
-            return f"An operator is needed: {said}."
-        out = sorted(name for name, robot in self.robots.items() if not robot.active)
-        never = Team(self, self.robots, out).never()
-        require(SOMEBODY in never, "everybody can go on, whatever can never be resolved")
-        stuck = " and ".join(sorted(never & {*self.robots})) or "always somebody"
-        said = "whatever those in service do that have a strategy for it"
-        return f"An operator is needed: {stuck} cannot go on, {said}."
+            require(specs and specs.items() <= self.hopeless, "a negative without a proof")
+            said = f"there is no strategy for {' and '.join(specs)}"
+        elif record.get("cause") == "deadlock":  # the proof tells only who and how many rounds
+            (team := Team(self, proof["robots"])).exhaust(min(proof["goal"]["rounds"], rounds))
+            said = f"no order of moves of {' and '.join(team.robots)} completes it"
+        else:
+            never = Team(self, out=[n for n, r in self.robots.items() if not r.active]).never()
+            require(SOMEBODY in never, "everybody can go on, whatever can never be resolved")
+            stuck = " and ".join(sorted(never & {*self.robots})) or "always somebody"
+            said = f"{stuck} cannot go on, whatever those in service do that have a strategy for it"
+        return f"An operator is needed: {said}."
 
 
-# ---------------------------------------------------------------- the bundle
-
-
-def open_bundle(place: Path) -> tuple[Callable[[str], bytes], Json]:
-    """What reads the files of a bundle, each of which is as its manifest says, and the manifest."""
-    archive = None if place.is_dir() else zipfile.ZipFile(place)
-
-    def read(path: str) -> bytes:
-        return archive.read(path) if archive else (place / path).read_bytes()
-
-    listed = (p.relative_to(place).as_posix() for p in place.rglob("*") if p.is_file())
-    found = {path for path in (archive.namelist() if archive else listed) if path[-1] != "/"}
-    manifest = json.loads(read("manifest.json"))
+def open_bundle(place: Path) -> tuple[dict[str, Any], Json]:
+    """Where to read the files of a bundle, each as its manifest says, and the manifest."""
+    if place.is_dir():
+        found = [path for path in place.rglob("*") if path.is_file()]
+        files: dict[str, Any] = {path.relative_to(place).as_posix(): path for path in found}
+    else:
+        archive = zipfile.ZipFile(place)
+        names = [name for name in archive.namelist() if name[-1] != "/"]
+        files = {name: zipfile.Path(archive, name) for name in names}
+    manifest = json.loads(files.pop("manifest.json").read_bytes())
     known = (manifest["format"], manifest["version"]) == ("safenav-bundle", 3)
     require(known, "this is no bundle of version 3; an older one has its own check.py")
-    different = sorted(found ^ {*manifest["files"], "manifest.json"})
+    different = sorted({*files} ^ {*manifest["files"]})
     require(not different, f"{', '.join(different)} is either missing or not in the manifest")
-    for path, stated in manifest["files"].items():
-        data = read(path)
+    for path, file in files.items():
+        data = file.read_bytes()
         facts = {"bytes": len(data), "sha256": hashlib.sha256(data).hexdigest()}
-        require(facts == stated, f"{path} is not the file that the manifest names")
+        require(facts == manifest["files"][path], f"{path} is not the file that the manifest names")
         own = re.match(r"(?:specs|strategies)/(.*?)\.", path)
         require(not own or own[1] == facts["sha256"], f"{path} is not named by its sha256")
         if re.fullmatch(r"source/.*\.ya?ml", path):  # the map, if it is drawn there
-            world = json.loads(read("scenario.json"))["map"]
+            world = json.loads(files["scenario.json"].read_bytes())["map"]
             parts = re.split(r"[\[\]{},:\n]", data.decode())
             rows = [r for p in parts for r in re.findall(r"^[\s'\"-]*([#.]+)[\s'\"-]*$", p)]
             drawn = [row for row in rows if len(row) > 1 or world["cols"] == 1]
             same = drawn == world["grid"] or {*"#."} not in map(set, drawn)
             require(same, f"the map in {path} is not that of scenario.json")
-    return read, manifest
+    return files, manifest
 
 
 def check(place: Path, *, compare: bool = True) -> tuple[str, str, list[Json]]:
     """The verdict, the reason, the claims that are established (``compare``: the manifest's)."""
-    run, claims = None, list[Json]()
+    run, verdict, reason = None, "refused", ""
     try:
-        read, manifest = open_bundle(place)
-        run = Run(read, manifest["files"])
-        claims = run.claims
+        files, manifest = open_bundle(place)
+        run = Run(files)
         run.replay()
-        same = not compare or manifest["claims"] == claims
+        same = not compare or manifest["claims"] == run.claims
         require(same, "the manifest does not claim what the evidence establishes")
-        return "accepted", "", claims
+        verdict = "accepted"
     except base.TooLargeError as error:
-        return "too large", str(error), claims
+        verdict, reason = "too large", str(error)
     except RefusedError as error:
         reason = str(error)
     except Exception as error:
         reason = f"a file is not as documented: {error!r}"
     where = f"trace.jsonl, line {run.line}: " if run and run.line else ""
-    return "refused", where + reason, claims
+    return verdict, where + reason, run.claims if run else []
 
 
 def main() -> int:

@@ -15,9 +15,8 @@ from __future__ import annotations
 
 import hashlib
 import json
-import operator
 import re
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from functools import cache
 from itertools import chain, product, repeat
 from math import prod
@@ -64,9 +63,6 @@ def closure(starts: Iterable[Any], after: Callable[[Any], Iterable[Any]]) -> lis
         if len(queue) > MOST_STATES:
             raise TooLargeError(f"more than {MOST_STATES} states; not certified")
     return queue
-
-
-# ---------------------------------------------------------------- formulas
 
 
 class Clause(NamedTuple):
@@ -171,9 +167,6 @@ def complete(
     return {row[len(known) :] for row in found}
 
 
-# ---------------------------------------------------------------- strategies
-
-
 class Specification:
     """``ranges``: the values of each variable, now and next."""
 
@@ -216,17 +209,15 @@ class Strategy:
         nodes = [document["nodes"][str(k)] for k in range(len(document["nodes"]))]
         bits = [bit.partition("@")[0] for bit in document["variables"]]
         self.count, self.columns = len(nodes), dict[str, list[int]]()
+        every = [*range(self.count)]  # so that equal numbers are one object
         for node, given in enumerate(nodes):
             good = len(given["state"]) == len(bits) and {*given["state"]} <= {0, 1}
-            good = good and min(given["trans"], default=0) >= 0
-            good = good and max(given["trans"], default=-1) < self.count
+            good = good and all(0 <= target < self.count for target in given["trans"])
             require(good, f"node {node} does not hold {len(bits)} bits, or leads nowhere")
         states = [*zip(*(given["state"] for given in nodes), strict=True)]
         for name in spec.names:  # its bits, the lowest first, hold value - least
-            numbers = [0] * self.count
-            for k, state in enumerate(
-                s for bit, s in zip(bits, states, strict=False) if bit == name
-            ):
+            numbers, each = [0] * self.count, zip(bits, states, strict=False)
+            for k, state in enumerate(state for bit, state in each if bit == name):
                 numbers = [number + (bit << k) for number, bit in zip(numbers, state, strict=True)]
             self.columns[name] = [spec.ranges[name][number] for number in numbers]
         self.inputs, self.done = self.rows(spec.inputs), self.rows(spec.outputs)
@@ -236,7 +227,6 @@ class Strategy:
         known: dict[Any, int] = {}
         keys = ((row, *given["trans"]) for row, given in zip(kept, nodes, strict=True))
         self.first = [known.setdefault(key, node) for node, key in enumerate(keys)]
-        every = [*range(self.count)]  # so that equal numbers are one object
         own = {node: [*map(every.__getitem__, nodes[node]["trans"])] for node in known.values()}
         self.next = [own[node] for node in self.first]
         self.size = sum(map(len, self.next))
@@ -244,8 +234,8 @@ class Strategy:
             raise TooLargeError(f"{size} edges; this checker takes {MOST_EDGES}")
         holds = function_of((*spec.names,), (*spec.env_init, *spec.sys_init))
         self.begin = [node for node, row in enumerate(self.rows(spec.names)) if holds(*row)]
-        self.asked = [n for n in spec.names if any(n in c.reads for c in spec.env_trans)]
-        self.asked_rows, self.after = self.rows(self.asked), cache(self._after)
+        self.deciding = [n for n in spec.names if any(n in c.reads for c in spec.env_trans)]
+        self.asked, self.expected = self.rows(self.deciding), cache(self._expected)
 
     def rows(self, names: Iterable[str]) -> list[Row]:
         """Each node's values of some variables."""
@@ -279,12 +269,9 @@ class Strategy:
         known = dict(zip(self.spec.inputs, row, strict=True))
         return complete(self.spec.ranges, self.spec.outputs, self.spec.sys_init, known)
 
-    def expected(self, node: int) -> set[Row]:
-        """The inputs that can come after a node."""
-        return self.after(self.asked_rows[node])
-
-    def _after(self, row: Row) -> set[Row]:
-        spec, known = self.spec, dict(zip(self.asked, row, strict=True))
+    def _expected(self, row: Row) -> set[Row]:
+        """The inputs that can come next, as ``asked`` tells it of a node."""
+        spec, known = self.spec, dict(zip(self.deciding, row, strict=True))
         return complete(spec.ranges, primed(spec.inputs), spec.env_trans, known)
 
     def replies(self, node: int, row: Row) -> set[Any]:
@@ -303,14 +290,11 @@ class Strategy:
         return wishes, [self.holds([clause], edges) for clause in self.spec.assumptions]
 
 
-# ---------------------------------------------------------------- what strategies must keep
-
-
 def check_strategy(rules: Any, graph: Strategy, nodes: Sequence[int], measures: Any) -> None:
     """Refuse unless what happens in these nodes keeps the rules. A measure for each wish."""
     for node in nodes:
         inputs = [graph.inputs[target] for target in graph.next[node]]
-        missing = sorted(rules.expected(node) - {*inputs})[:1]
+        missing = sorted(rules.expected(rules.asked[node]) - {*inputs})[:1]
         said = f"node {node} has no answer to {missing} of {graph.spec.inputs}"
         require(not missing, f"{said}, which can occur by {rules.name}")
         require(len({*inputs}) == len(inputs), f"node {node} has two answers to one input")
@@ -336,7 +320,8 @@ def check_counterstrategy(rules: Any, graph: Strategy, proof: Json, measures: An
     require(not missing, f"the robot could begin with {missing}")
     for node in (nodes := graph.reach(begin)):
         row, after = chosen[node], graph.next[node]
-        require(row in rules.expected(node), f"the input chosen in node {node} cannot occur")
+        occurs = row in rules.expected(rules.asked[node])
+        require(occurs, f"the input chosen in node {node} cannot occur")
         listed = {rules.done[target] for target in after if graph.inputs[target] == row}
         missing = rules.replies(node, row) - listed
         require(not missing, f"in node {node} the robot could go on to {missing}")
@@ -375,10 +360,8 @@ def check_realizes(graph: Strategy, measures: Any) -> None:
     begun = {graph.inputs[node] for node in graph.begin}
     require(graph.starts() <= begun, "not all inputs that can occur at first have a node")
     check_strategy(graph, graph, [*dict.fromkeys(graph.first)], measures)
-    del graph.done, graph.asked_rows, graph.after  # a run has no use for them
+    del graph.done, graph.asked, graph.expected  # a run has no use for them
 
-
-# ---------------------------------------------------------------- the scenario
 
 Pose = tuple[int, str | None]  # a region, and the heading of robots that have one
 
@@ -523,6 +506,8 @@ class Task:
         self.tracked = [] if self.nearby else [*self.knowledge]
         self.positions = {f"at_{name}": self.knowledge[name] for name in self.tracked}
         self.told = TOLD if self.places is not None else ()
+        sides = world.sides if self.nearby and self.moving else ()
+        self.busy = {f"busy_{side}": side for side in sides}
         # What each node says: the pose; the own memory; the target that it remembers, and the one
         # that it awaits (the one after it if that is reached there).
         targets, nothing, turns = self.targets, [0] * graph.count, robot["mobility"] == "heading"
@@ -537,39 +522,30 @@ class Task:
             awaited = [(k + (region in targets[k])) % len(targets) for k, region in here]
         self.before = [*zip(self.poses, awaited, own, strict=True)]
         self.done = [*zip(self.poses, last, own, strict=True)]
-        self.names = [*self.told, *self.own, *self.positions]
-        self.known = graph.rows(self.names)
-        self.inputs_at, self.replies_at = cache(self._inputs_at), cache(self._replies_at)
-
-    def expected(self, node: int) -> set[Row]:
-        return self.inputs_at(self.poses[node], self.known[node])
-
-    def _inputs_at(self, pose: Pose, row: Row) -> set[Row]:
-        """The inputs that can come next, after what was told, remembered and known there."""
-        groups = [*self._groups(pose, dict(zip(self.names, row, strict=True)))]
-        names, inputs = [*chain(*(group for group, _ in groups))], self.graph.spec.inputs
+        names, inputs = [*self.told, *self.busy, *self.positions], graph.spec.inputs
         require(names == inputs, f"the inputs are {inputs}, but should be {names}")
-        return {tuple(chain(*rows)) for rows in product(*(rows for _, rows in groups))}
+        self.deciding = [*self.told, *self.own, *self.positions]
+        self.asked = [*zip(self.poses, graph.rows(self.deciding), strict=True)]
+        self.expected, self.replies_at = cache(self._expected), cache(self._replies_at)
 
-    def _groups(self, pose: Pose, values: Json) -> Iterator[tuple[list[str], Collection[Row]]]:
-        """Inputs that do not depend on each other, with the values that can occur."""
+    def _expected(self, asked: tuple[Pose, Row]) -> set[Row]:
+        """The inputs that can come next, after what was told, remembered and known in a pose."""
+        (pose, row), groups = asked, list[Collection[Row]]()  # that do not depend on each other
+        values = dict(zip(self.deciding, row, strict=True))
         if self.told:
             again = values["request"] and not values["wait"]
             places: Any = {values["assigned"]} if again else self.places
-            rows: list[Row] = [
-                (1, 0, place) for place in places if self.is_sent(pose, values, place)
-            ]
-            rows += [(*told, self.line["neutral"]) for told in ((0, 0), (0, 1), (1, 1))]
-            yield [*TOLD], rows
-        if self.nearby and self.moving:
-            sides, most = self.world.sides, len(self.moving)
-            free = [self.world.step(pose[0], side) is not None for side in sides]
-            rows = [row for row in product((0, 1), repeat=len(sides)) if sum(row) <= most]
-            can = [row for row in rows if all(map(operator.le, row, free))]
-            yield [f"busy_{side}" for side in sides], can
+            sent = [(1, 0, place) for place in places if self.is_sent(pose, values, place)]
+            idle = [(*told, self.line["neutral"]) for told in ((0, 0), (0, 1), (1, 1))]
+            groups.append([*sent, *idle])
+        if self.busy:
+            beside = (self.world.step(pose[0], side) for side in self.busy.values())
+            rows = product(*((0,) if region is None else (0, 1) for region in beside))
+            groups.append([row for row in rows if sum(row) <= len(self.moving)])
         for name in self.tracked:
             after = self.after(name, pose[0], values[f"at_{name}"])
-            yield [f"at_{name}"], [(value,) for value in after]
+            groups.append([(value,) for value in after])
+        return {tuple(chain(*rows)) for rows in product(*groups)}
 
     def is_sent(self, pose: Pose, values: Json, place: int) -> bool:
         """Whether the robot may be sent to a place from a pose, with what it remembers."""
@@ -608,8 +584,7 @@ class Task:
         """The regions observed as taken, from where the robot stands before its move."""
         if not self.nearby:
             return {seen[f"at_{name}"] for name in self.moving}
-        sides = self.world.sides if self.moving else ()
-        return {self.world.step(region, side) for side in sides if seen[f"busy_{side}"]}
+        return {self.world.step(region, side) for busy, side in self.busy.items() if seen[busy]}
 
     def replies(self, node: int, row: Row) -> set[Any]:
         return self.replies_at(self.before[node], row)
@@ -697,16 +672,15 @@ class Task:
         check_strategy(self, self.graph, nodes, measures)
         for node in nodes:
             self.of_pose.setdefault(self.poses[node], set()).add(node)
-        del self.before, self.done, self.known, self.inputs_at, self.replies_at
+        del self.before, self.done, self.asked, self.expected, self.replies_at
 
     def answers(self, robot: Any, robots: Json, shown: Iterable[int], lenient: bool) -> set[int]:
         """The nodes that answer what a robot of a run observes now; what it knows is brought up to
         date. ``shown``: regions that it is shown as taken although nobody is there."""
         here, seen = robot.pose[0], {name: int(robot.signal[name]) for name in self.told}
-        if self.nearby and self.moving:
-            taken = {*shown}.union(*(robots[name].places for name in self.moving))
-            for side in self.world.sides:
-                seen[f"busy_{side}"] = int(self.world.step(here, side) in taken)
+        taken = {*shown}.union(*(robots[name].places for name in self.moving))
+        for busy, side in self.busy.items():
+            seen[busy] = int(self.world.step(here, side) in taken)
         for name in self.tracked:
             there = robots[name].pose[0]
             if not self.sees(here, there):
@@ -722,9 +696,6 @@ class Task:
     def knows(self, node: int, values: Json) -> bool:
         columns = self.graph.columns
         return all(columns[name][node] == value for name, value in values.items())
-
-    def is_in(self, node: int, pose: Pose) -> bool:
-        return self.graph.first[node] in self.of_pose.get(pose, ())
 
     def meets(self, goal: int, before: Iterable[int], after: Collection[int]) -> bool:
         """Whether a step met one of an objective's formulas, or no such step is known."""
