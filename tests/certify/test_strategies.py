@@ -150,6 +150,14 @@ def test_a_measure_that_does_not_fall_is_refused() -> None:
             checker.check_realizes(checker.Strategy(document, text), wrong)
 
 
+def test_the_formula_is_told_that_an_edge_breaks() -> None:
+    text = "[INPUT]\n[OUTPUT]\nx\n[SYS_TRANS]\nx | x'\nx' -> x\n"
+    nodes = {"0": {"state": [0], "trans": [1]}, "1": {"state": [1], "trans": [0]}}
+    graph = checker.Strategy({"variables": ["x"], "nodes": nodes}, text)
+    with pytest.raises(checker.RefusedError, match=r"node 0 to node 1: x' -> x$"):
+        checker.check_realizes(graph, [])
+
+
 def test_twins_are_looked_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nodes 0 and 1 differ in what was observed alone, 2 and 3 in what they lead to as well."""
     text = "[INPUT]\nbusy_east\n[OUTPUT]\nx\n[SYS_LIVENESS]\nx'\n"

@@ -284,6 +284,11 @@ class Strategy:
         """Which edges are such replies."""
         return self.holds((*self.spec.env_trans, *self.spec.sys_trans), edges)
 
+    def describe(self, node: int, target: int) -> str:
+        """Why an edge is not allowed."""
+        steps, edge = (*self.spec.env_trans, *self.spec.sys_trans), ([node], [target])
+        return next(clause.text for clause in steps if self.holds([clause], edge) == [False])
+
     def met(self, edges: Edges) -> tuple[list[Met], list[Met]]:
         """On which edges each wish is met, and each assumption."""
         wishes = [self.holds([goal], edges) for goal in self.spec.goals]
@@ -301,7 +306,8 @@ def check_strategy(rules: Any, graph: Strategy, nodes: Sequence[int], measures: 
     edges = graph.edges(nodes)
     if not all(allowed := rules.allowed(edges)):
         node, target = (ends[allowed.index(False)] for ends in edges)
-        raise RefusedError(f"{rules.name} forbids the edge from node {node} to node {target}")
+        said = f"{rules.name} forbids the edge from node {node} to node {target}"
+        raise RefusedError(f"{said}: {rules.describe(node, target)}")
     wishes, assumed = rules.met(edges)
     for k, (met, measure) in enumerate(zip(wishes, measures, strict=True)):
         check_measure(graph, edges, f"wish {k} of {rules.name}", met, assumed, measure)
@@ -620,6 +626,10 @@ class Task:
         before, inputs, done, replies = self.before, self.graph.inputs, self.done, self.replies_at
         steps = zip(*edges, strict=True)
         return [done[after] in replies(before[node], inputs[after]) for node, after in steps]
+
+    def describe(self, node: int, target: int) -> str:
+        observed = dict(zip(self.graph.spec.inputs, self.graph.inputs[target], strict=True))
+        return f"from {self.poses[node]} to {self.poses[target]}, observing {observed}"
 
     def met(self, edges: Edges) -> tuple[list[Met], list[Met]]:
         """While the robot is sent somewhere its own goals can wait."""
