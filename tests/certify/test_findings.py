@@ -298,6 +298,15 @@ def test_no_obstacle_has_the_name_of_a_robot(name: str, tmp_path: Path) -> None:
     assert "an obstacle has the name of a robot" in said
 
 
+def test_an_obstacle_that_there_is_cannot_be_discovered(tmp_path: Path) -> None:
+    """It could stand elsewhere from then on, for others, or need less."""
+    lines = lines_of(files_of(bundle_of(TWO_NEEDS)))
+    obstacle = lines[0]["scenario"]["obstacles"][0] | {"region": 12}
+    lines.insert(1, {"type": "discovered", "tick": 0, "obstacle": obstacle})
+    said = said_of(bundle_of(TWO_NEEDS), lines, tmp_path)
+    assert said.endswith(f"there is a {obstacle['name']} already")
+
+
 def test_nobody_lacks_a_strategy_unless_that_was_shown(tmp_path: Path) -> None:
     """Neither at the beginning nor later, whatever the last line says."""
     for number, outcome in enumerate(("unrealizable", "operator_needed")):

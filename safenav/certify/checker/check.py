@@ -468,6 +468,7 @@ class Run:
             needs.append(Need(able, frozenset(need["regions"]), *how))
         names = {SOMEBODY, *self.robots, *(f"robots.{name}" for name in self.robots)}
         require(data["name"] not in names, "an obstacle has the name of a robot")
+        require(data["name"] not in self.obstacles, f"there is a {data['name']} already")
         about = data["name"], data["region"], frozenset(data["blocks"]), (*needs,), (*needs,)
         self.obstacles[data["name"]] = Obstacle(*about, present, data["traversable"])
 
