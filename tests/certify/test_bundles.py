@@ -92,6 +92,15 @@ def test_a_broken_zip_is_refused_without_a_traceback(tmp_path: Path) -> None:
     assert said.startswith("refused: a file is not as documented: BadZipFile")
 
 
+@pytest.mark.parametrize("content", [b"{", b"\xff\xfe\x00"])
+def test_a_file_that_is_no_json_is_named(content: bytes, tmp_path: Path) -> None:
+    copy = shutil.copytree(shipped("hello"), tmp_path / "copy")
+    (copy / "manifest.json").write_bytes(content)
+    status, said = run_checker(copy)
+    assert status == 1
+    assert said.startswith("refused: manifest.json is no JSON: ")
+
+
 def test_what_is_no_bundle_is_told_apart_from_a_refusal(tmp_path: Path) -> None:
     status, said = run_checker(tmp_path, program=shipped("hello") / "check.py")
     assert status == 2

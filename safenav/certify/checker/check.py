@@ -245,7 +245,7 @@ class Run:
         return str(self.files[path].read_bytes().decode())
 
     def json(self, path: str) -> Any:
-        return json.loads(self.files[path].read_bytes())
+        return read_json(self.files[path])
 
     def claim(self, kind: str, text: str, *files: str | None) -> None:
         """Something is established by some files (None: by this line of the trace)."""
@@ -571,6 +571,13 @@ class Run:
         return f"An operator is needed: {said}."
 
 
+def read_json(file: Any) -> Any:
+    try:
+        return json.loads(file.read_bytes())
+    except ValueError as error:
+        raise RefusedError(f"{file.name} is no JSON: {error}") from error
+
+
 def open_bundle(place: Path) -> tuple[dict[str, Any], Json]:
     """Where to read the files of a bundle, each as its manifest says, and the manifest."""
     if place.is_dir():
@@ -580,7 +587,7 @@ def open_bundle(place: Path) -> tuple[dict[str, Any], Json]:
         archive = zipfile.ZipFile(place)
         names = [name for name in archive.namelist() if name[-1] != "/"]
         files = {name: zipfile.Path(archive, name) for name in names}
-    manifest = json.loads(files.pop("manifest.json").read_bytes())
+    manifest = read_json(files.pop("manifest.json"))
     known = (manifest["format"], manifest["version"]) == ("safenav-bundle", 3)
     require(known, "this is no bundle of version 3; an older one has its own check.py")
     different = sorted({*files} ^ {*manifest["files"]})
@@ -592,7 +599,7 @@ def open_bundle(place: Path) -> tuple[dict[str, Any], Json]:
         own = re.match(r"(?:specs|strategies)/(.*?)\.", path)
         require(not own or own[1] == facts["sha256"], f"{path} is not named by its sha256")
         if re.fullmatch(r"source/.*\.ya?ml", path):  # the map, if it is drawn there
-            world = json.loads(files["scenario.json"].read_bytes())["map"]
+            world = read_json(files["scenario.json"])["map"]
             parts = re.split(r"[\[\]{},:\n]", data.decode())
             rows = [r for p in parts for r in re.findall(r"^[\s'\"-]*([#.]+)[\s'\"-]*$", p)]
             drawn = [row for row in rows if len(row) > 1 or world["cols"] == 1]
