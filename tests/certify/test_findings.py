@@ -107,6 +107,16 @@ obstacles: [{type: uncertainty, region: 12}]
 until: {rounds: 2}
 """,
 )
+TOLD_ON_ITS_WAY = (
+    '["#####", "#..##", "###.#", "#...#", "#...#", "#####"]',
+    """
+  a: {model: quadcopter, start: 17, objective: {visit: [18, 22]}}
+  b: {model: barge, start: 22, objective: {hold: 18}}
+obstacles: [{type: uncertainty, region: 13, traversable: false}]
+until: {rounds: 1}
+coordination: assignable
+""",
+)
 KEPT_STILL = (
     '["#####", "###.#", "#...#", "#####"]',
     """
@@ -120,6 +130,7 @@ CATALOGUE = """
     cart: {mobility: free, layer: ground, capabilities: []}
     walker: {mobility: heading, layer: ground, capabilities: []}
     slow: {mobility: heading, layer: ground, capabilities: [], timing: 2}
+    barge: {mobility: free, layer: ground, capabilities: [], timing: 2}
     lifter: {mobility: free, layer: ground, capabilities: [lift]}
     pusher: {mobility: free, layer: air, capabilities: [push]}
     guard: {mobility: heading, layer: air, capabilities: [push]}
@@ -305,6 +316,17 @@ def test_an_obstacle_that_there_is_cannot_be_discovered(tmp_path: Path) -> None:
     lines.insert(1, {"type": "discovered", "tick": 0, "obstacle": obstacle})
     said = said_of(bundle_of(TWO_NEEDS), lines, tmp_path)
     assert said.endswith(f"there is a {obstacle['name']} already")
+
+
+def test_what_a_robot_is_told_on_its_way_counts_when_it_arrives() -> None:
+    """Between two regions it gets another strategy, which says in another way that it is not sent
+    anywhere."""
+    lines = lines_of(files_of(bundle_of(TOLD_ON_ITS_WAY)))
+    told = [line for line in lines if line.get("robot") == "b" and "signal" in line]
+    assert [("by" in line, line["signal"]["assigned"]) for line in told] == [
+        (True, 13),
+        (False, 16),
+    ]
 
 
 def test_nobody_lacks_a_strategy_unless_that_was_shown(tmp_path: Path) -> None:

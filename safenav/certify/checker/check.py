@@ -511,10 +511,10 @@ class Run:
         shut = {o.region for o in self.obstacles.values() if o.stands(name)} - {before[0]}
         shut = shut.union(*(self.robots[other].places for other in robot.rivals))
         require(not shut & {to[0], after[0]}, f"{name} goes to {after[0]}, where something stands")
+        robot.signal = record.get("signal") or robot.signal
         if robot.destination != before:
             return after  # it was decided before
         require(task, f"{name} has no strategy")
-        robot.signal = record.get("signal") or robot.signal
         robot.answers = task.answers(robot, self.robots, record.get("busy", ()), self.external)
         require(robot.active or by == "stay", f"{name} goes on, though it is out of service")
         there, answers = task.of_pose.get(after, set()), robot.answers
