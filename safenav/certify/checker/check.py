@@ -245,7 +245,7 @@ class Run:
         return str(self.files[path].read_bytes().decode())
 
     def json(self, path: str) -> Any:
-        return read_json(self.files[path])
+        return read_json(self.files[path]) if path in self.files else None
 
     def claim(self, kind: str, text: str, *files: str | None) -> None:
         """Something is established by some files (None: by this line of the trace)."""
