@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import cached_property, lru_cache
 
-from safenav.runtime.poses import Mask, PoseGraph, bits
 from safenav.scenario.guarantees import Guarantees, guarantees_of
 from safenav.scenario.model import Robot
 from safenav.scenario.objective import Ltl
 from safenav.world.map import RegionMap
 from safenav.world.moves import Mobility
+from safenav.world.poses import Mask, PoseGraph, bits
 
 
 class Formulas:

@@ -15,7 +15,6 @@ from safenav.dataclass import dataclass
 from safenav.runtime.beliefs import Beliefs
 from safenav.runtime.knowledge import Knowledge
 from safenav.runtime.navigation import Planner
-from safenav.runtime.poses import Mask
 from safenav.runtime.progress import Progress
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.objective import Objective
@@ -28,6 +27,7 @@ from safenav.trace.objective import Objective as TracedObjective
 from safenav.trace.writing import Listener
 from safenav.world.map import Region
 from safenav.world.moves import Pose
+from safenav.world.poses import Mask
 
 
 class Role(Enum):

@@ -7,10 +7,10 @@ from dataclasses import replace
 import pytest
 
 from safenav.runtime.formulas import Formulas
-from safenav.runtime.poses import PoseGraph, bits
 from safenav.scenario.objective import Ltl
 from safenav.world.map import Heading, RegionMap
 from safenav.world.moves import Mobility, Pose
+from safenav.world.poses import PoseGraph, bits
 
 WORLD = RegionMap.from_grid(["######", "#....#", "######"])  # regions 7 8 9 10
 BOOL = {"seen": None}

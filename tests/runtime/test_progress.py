@@ -7,7 +7,6 @@ from random import Random
 import pytest
 
 from safenav.runtime.coordination.problem import Member, Problem
-from safenav.runtime.poses import PoseGraph
 from safenav.runtime.progress import Progress
 from safenav.runtime.traffic.joint import Course
 from safenav.scenario.objective import Cover, Hold, Ltl, Objective, Patrol, Visit, targets_of
@@ -15,6 +14,7 @@ from safenav.scenario.pursuit import Pursuit
 from safenav.spec.objective import Memory
 from safenav.world.map import RegionMap
 from safenav.world.moves import Mobility
+from safenav.world.poses import PoseGraph
 
 A, B, C, D = (frozenset({region}) for region in (7, 8, 9, 10))
 WORLD = RegionMap.from_grid(["######", "#....#", "######"])

@@ -10,10 +10,10 @@ from safenav.runtime.coordination.floor import Floor
 from safenav.runtime.coordination.ladder import Errand
 from safenav.runtime.coordination.objectives import helping, holding
 from safenav.runtime.coordination.requests import Requests
-from safenav.runtime.poses import Mask, bits, region_mask
 from safenav.runtime.team import Assignment, RobotState, Role, TeamState
 from safenav.scenario.objective import Hold, Ltl, Target, Visit, targets_of
 from safenav.world.moves import Pose
+from safenav.world.poses import Mask, bits, region_mask
 
 
 @dataclass(frozen=True)

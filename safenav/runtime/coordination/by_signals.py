@@ -15,12 +15,12 @@ from safenav.runtime.coordination.asking import Answer, Asking, Attempt
 from safenav.runtime.coordination.ladder import Errand
 from safenav.runtime.coordination.strategies import Strategies
 from safenav.runtime.formulas import graph_of
-from safenav.runtime.poses import FAR, Mask, region_mask
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.scenario.objective import Hold
 from safenav.spec.assignable import Signal
 from safenav.trace import vocabulary
 from safenav.world.map import Region
+from safenav.world.poses import FAR, Mask, region_mask
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from safenav.dataclass import dataclass
 from safenav.runtime.coordination.problem import Stages
 from safenav.runtime.coordination.proofs import Proof, refute
 from safenav.runtime.coordination.solve import Plan, Sets, Solver, Step
-from safenav.runtime.poses import Mask, bits
+from safenav.world.poses import Mask, bits
 
 
 @dataclass(frozen=True)

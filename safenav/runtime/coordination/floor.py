@@ -10,7 +10,6 @@ from safenav.dataclass import dataclass
 from safenav.runtime.coordination.problem import Gate, GateNeed, Member, Problem, Stage, Stages
 from safenav.runtime.coordination.requests import Requests
 from safenav.runtime.formulas import formulas_of, graph_of
-from safenav.runtime.poses import Mask, PoseGraph, bits, region_mask
 from safenav.runtime.progress import Progress
 from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.traffic.joint import Count
@@ -19,6 +18,7 @@ from safenav.scenario.objective import Hold, Ltl, targets_of
 from safenav.scenario.pursuit import Pursuit
 from safenav.trace.header import heading_in_trace
 from safenav.trace.vocabulary import Place
+from safenav.world.poses import Mask, PoseGraph, bits, region_mask
 
 
 @dataclass(frozen=True)

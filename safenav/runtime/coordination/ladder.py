@@ -13,7 +13,6 @@ from safenav.dataclass import dataclass
 from safenav.runtime.coordination.literal import can_patrol
 from safenav.runtime.coordination.objectives import alternating
 from safenav.runtime.formulas import plain_graph
-from safenav.runtime.poses import region_mask
 from safenav.runtime.team import Assignment, RobotState, Role, TeamState
 from safenav.scenario.model import Coordination, Tracking
 from safenav.scenario.objective import Hold, Ltl, Objective, Patrol, Target, Visit, targets_of
@@ -23,6 +22,7 @@ from safenav.trace import vocabulary
 from safenav.world.map import Region
 from safenav.world.moves import Pose
 from safenav.world.partition import Partition
+from safenav.world.poses import region_mask
 
 
 @dataclass(frozen=True)

@@ -7,10 +7,10 @@ be on the wrong side. A game of one player on sets of poses, in a fraction of a 
 
 from __future__ import annotations
 
-from safenav.runtime.poses import Mask, PoseGraph, region_mask
 from safenav.scenario.objective import Patrol
 from safenav.scenario.pursuit import Pursuit
 from safenav.world.moves import Pose
+from safenav.world.poses import Mask, PoseGraph, region_mask
 
 
 def can_patrol(

@@ -13,7 +13,7 @@ from functools import cached_property
 from itertools import combinations
 
 from safenav.dataclass import dataclass
-from safenav.runtime.poses import Mask, PoseGraph
+from safenav.world.poses import Mask, PoseGraph
 
 
 class SpentError(Exception):

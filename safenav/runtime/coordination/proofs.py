@@ -11,7 +11,7 @@ from __future__ import annotations
 from safenav.dataclass import dataclass
 from safenav.runtime.coordination.problem import Stages
 from safenav.runtime.coordination.solve import Sets, Solver, Step
-from safenav.runtime.poses import Mask
+from safenav.world.poses import Mask
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from dataclasses import field
 
 from safenav.dataclass import dataclass
 from safenav.runtime.coordination.problem import Problem, SpentError, Stages, groups
-from safenav.runtime.poses import Mask
+from safenav.world.poses import Mask
 
 BUDGET = 20_000
 """Nodes of one search; the largest trees seen had three."""

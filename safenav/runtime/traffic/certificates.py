@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 from safenav.runtime.coordination.floor import Floor
-from safenav.runtime.poses import region_mask
 from safenav.runtime.team import TeamState
 from safenav.runtime.traffic.answers import Answer, Found
 from safenav.runtime.traffic.joint import Course, Joint
@@ -18,6 +17,7 @@ from safenav.runtime.traffic.rejoin import rejoined
 from safenav.runtime.traffic.remembering import StateGraph
 from safenav.runtime.traffic.searches import Searches
 from safenav.world.moves import Pose
+from safenav.world.poses import region_mask
 
 ROUNDS = 1
 LARGEST_PROOF = 2_000

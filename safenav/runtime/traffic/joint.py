@@ -13,7 +13,7 @@ from dataclasses import field
 
 from safenav.dataclass import dataclass
 from safenav.runtime.coordination.problem import Problem, Stage, Stages
-from safenav.runtime.poses import Mask, PoseGraph
+from safenav.world.poses import Mask, PoseGraph
 
 Count = tuple[int, int, int]
 """How far a robot is since the last resolution: the target whose turn it is (0 where targets

@@ -19,12 +19,12 @@ from enum import Enum
 from itertools import count as counting
 
 from safenav.runtime.coordination.problem import Stages
-from safenav.runtime.poses import FAR, Mask
 from safenav.runtime.traffic.answers import Answer, Exhausted, Found, Spent, way_to
 from safenav.runtime.traffic.joint import Count, Course, Joint
 from safenav.runtime.traffic.legs import CHAIN_BUDGET, by_legs
 from safenav.runtime.traffic.pibt import Field, Generator
 from safenav.runtime.traffic.stuck import Stuck
+from safenav.world.poses import FAR, Mask
 
 FIRST_BUDGET = 200
 ROUNDS_OF_SEARCH = 7

@@ -10,9 +10,9 @@ import heapq
 from itertools import count as counting
 from typing import TYPE_CHECKING
 
-from safenav.runtime.poses import FAR
 from safenav.runtime.traffic.answers import Found, way_to
 from safenav.runtime.traffic.joint import Course, Joint
+from safenav.world.poses import FAR
 
 if TYPE_CHECKING:
     from safenav.runtime.traffic.joint_plan import Search

@@ -16,7 +16,6 @@ from safenav.dataclass import dataclass
 from safenav.runtime.coordination.floor import Floor, awaited_by
 from safenav.runtime.formulas import formulas_of
 from safenav.runtime.over import Conclusion, RunOver, Stop
-from safenav.runtime.poses import FAR
 from safenav.runtime.team import Role, TeamState
 from safenav.runtime.traffic.answers import Answer, Exhausted, Found, Spent
 from safenav.runtime.traffic.certificates import Certificates
@@ -32,6 +31,7 @@ from safenav.scenario.model import Outcome
 from safenav.trace import records, vocabulary
 from safenav.trace.header import heading_in_trace
 from safenav.world.moves import Pose
+from safenav.world.poses import FAR
 
 if TYPE_CHECKING:
     from safenav.runtime.coordination.algorithm import Coordinator

@@ -12,11 +12,11 @@ from dataclasses import replace
 from functools import cached_property, lru_cache
 
 from safenav.runtime.coordination.problem import Problem
-from safenav.runtime.poses import Mask, PoseGraph, bits
 from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.objective import Ltl
 from safenav.world.map import RegionMap
 from safenav.world.moves import Mobility, Pose
+from safenav.world.poses import Mask, PoseGraph, bits
 
 MOST_STATES = 4_000
 

@@ -11,7 +11,6 @@ from safenav.runtime.coordination.duties import settle
 from safenav.runtime.coordination.floor import Floor, awaited_by, counts_of
 from safenav.runtime.coordination.problem import Problem, SpentError, Stages
 from safenav.runtime.over import Stop
-from safenav.runtime.poses import Mask
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.runtime.traffic.aim import Aims
 from safenav.runtime.traffic.joint import Count, Course, Joint
@@ -26,6 +25,7 @@ from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.objective import Ltl
 from safenav.synthesis.strategy import Strategy
 from safenav.world.moves import Pose
+from safenav.world.poses import Mask
 
 if TYPE_CHECKING:
     from safenav.runtime.coordination.algorithm import Coordinator

@@ -8,8 +8,8 @@ no obstacle that goes, changes that. On full floors this is what most ways end i
 
 from __future__ import annotations
 
-from safenav.runtime.poses import Mask, PoseGraph
 from safenav.runtime.traffic.joint import Course, Joint
+from safenav.world.poses import Mask, PoseGraph
 
 
 class Stuck:

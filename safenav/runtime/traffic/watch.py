@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Hashable
 
 from safenav.dataclass import dataclass
-from safenav.runtime.poses import FAR
+from safenav.world.poses import FAR
 
 
 @dataclass

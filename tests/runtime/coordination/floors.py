@@ -6,9 +6,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from safenav.runtime.coordination.problem import Gate, GateNeed, Member, Problem
-from safenav.runtime.poses import PoseGraph, region_mask
 from safenav.world.map import Heading, RegionMap
 from safenav.world.moves import Mobility, Pose
+from safenav.world.poses import PoseGraph, region_mask
 
 FACING = {"n": Heading.NORTH, "e": Heading.EAST, "s": Heading.SOUTH, "w": Heading.WEST}
 

@@ -6,11 +6,11 @@ from random import Random
 
 from safenav.explain.undisturbed import play
 from safenav.runtime.coordination.literal import can_patrol
-from safenav.runtime.poses import PoseGraph, region_mask
 from safenav.scenario.objective import Patrol
 from safenav.spec.objective import Memory
 from safenav.world.map import Heading, RegionMap
 from safenav.world.moves import Mobility, Pose
+from safenav.world.poses import PoseGraph, region_mask
 
 
 def floor(*rows: str) -> RegionMap:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from safenav.runtime.poses import bits
 from safenav.runtime.traffic.remembering import MOST_STATES, StateGraph, state_graph
 from safenav.scenario.objective import Ltl
 from safenav.world.map import Heading, RegionMap
 from safenav.world.moves import Mobility, Pose
+from safenav.world.poses import bits
 
 WORLD = RegionMap.from_grid(["#####", "#...#", "#####"])  # regions 6, 7 and 8
 LATCH = Ltl(
