@@ -55,7 +55,7 @@ def compare(
     ratio: float = RATIO,
     not_run: Iterable[str] = (),
 ) -> BaselineComparison:
-    """What is different now. ``ratio``: times the former seconds, from which it is slower;
+    """The differences from the baseline. ``ratio``: factor from which a case counts as slower;
     ``not_run``: names of cases that are still there, but without a result."""
     found = BaselineComparison()
     seen = set(not_run)

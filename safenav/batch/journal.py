@@ -22,7 +22,7 @@ NAME = "state.jsonl"
 
 
 class StateFile:
-    """Opens ``directory/state.jsonl``, keeping what is there if ``resume``; without, a batch may
+    """Opens ``directory/state.jsonl``, keeping its lines if ``resume``; without, a batch may
     only replace its own results: those of ``cases``, by name.
 
     ``former`` holds the results that are kept, by fingerprint; ``existed`` says whether a

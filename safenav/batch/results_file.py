@@ -94,5 +94,5 @@ def read_results(path: Path) -> dict[str, Result]:
 
 def _no_results(path: Path, why: str) -> UsageError:
     return UsageError(
-        f"{path} is no result of a batch ({why})\n    a baseline is written by --results"
+        f"{path} is not a result of a batch ({why})\n    a baseline is written by --results"
     )

@@ -23,7 +23,7 @@ class Observer(Protocol):
     """Hears of a batch while it runs."""
 
     def waiting(self, report: Report, running: Sequence[tuple[str, float]]) -> None:
-        """Told several times a second: cases in work with their seconds so far."""
+        """Called several times per second: running cases with their seconds so far."""
 
     def arrived(self, report: Report, result: Result) -> None:
         """The last result of a case has arrived."""
@@ -31,7 +31,7 @@ class Observer(Protocol):
 
 @dataclass
 class Report:
-    """What a batch gave. ``results`` by name, as they arrived; ``resumed`` of them were there
+    """The results of a batch. ``results`` by name, as they arrived; ``resumed`` of them were there
     before. ``interrupted``: it was stopped; ``stopped_early``: by the first failure."""
 
     cases: tuple[Case, ...]
@@ -78,7 +78,7 @@ def run_batch(
     """Run all cases that ``state`` does not know yet, and close the backend.
 
     KeyboardInterrupt ends the batch, not the caller: the report says so. Raises SafenavError
-    if nothing can be run any more; results so far are in the state file.
+    if no case can be run any longer; results so far are in the state file.
     """
     former = {} if state is None else state.former
     report = Report(tuple(cases), _done_before(cases, former))

@@ -83,7 +83,7 @@ def _formula(
             yield from _formula(right, declared, primes)
 
 
-_NO_NEXT = "an initial condition speaks of the first state only"
+_NO_NEXT = "an initial condition refers to the first state only"
 
 
 def _name(name: Name, declared: Mapping[str, Bounds], primes: bool) -> Iterator[FormulaFlaw]:

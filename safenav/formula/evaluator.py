@@ -77,5 +77,5 @@ def _term(term: Term, current: State, following: State | None) -> int:
 
 def _next_state(following: State | None) -> State:
     if following is None:
-        raise ValueError("the formula speaks of the next state, and there is none")
+        raise ValueError("the formula refers to the next state, but there is none")
     return following

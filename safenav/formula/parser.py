@@ -93,7 +93,7 @@ _HINTS = {
 }
 
 _TEMPORAL = {
-    "F": "a goal to reach again and again is a line of its own under 'liveness'",
+    "F": "put each goal to reach infinitely often under 'liveness'",
     "G": "what must always hold is a line of its own under 'safety'",
     "U": "until has no place in GR(1): use a memory variable, or goals under 'liveness'",
     "W": "weak until has no place in GR(1): use a memory variable under 'safety'",
@@ -221,13 +221,15 @@ class _Parser:
                 return inner
             if not isinstance(inner, Name):
                 raise FormulaError(
-                    self._peek().column, f"unexpected {self._shown()}", "a formula is no number"
+                    self._peek().column,
+                    f"unexpected {self._shown()}",
+                    "expected a number, found a formula",
                 )
             return self._related(self._sum(inner))
         if token.kind == "name" and token.text in ("TRUE", "FALSE"):
             self._take()
             if self._peek().kind in ("relation", "plus"):
-                hint = f"{token.text} is no number"
+                hint = f"{token.text} is not a number"
                 raise FormulaError(self._peek().column, f"unexpected {self._shown()}", hint)
             return Constant(token.text == "TRUE")
         term = self._sum(self._atom())
@@ -268,7 +270,7 @@ class _Parser:
             found = f"the temporal operator {token.text}"
             raise FormulaError(token.column, found, _TEMPORAL[token.text])
         if token.text in ("next", "X"):
-            hint = f"write {token.text}(...) around what shall hold in the next state"
+            hint = f"write {token.text}(...) around what must hold in the next state"
             raise FormulaError(token.column, f"unexpected {token.text!r}", hint)
         primed = self._peek().kind == "prime"
         if primed:
@@ -300,7 +302,7 @@ class _Parser:
         return FormulaError(token.column, f"unexpected {self._shown()}", hint)
 
 
-_ONE_STEP = "a GR(1) formula speaks of this state and the next one only"
+_ONE_STEP = "a GR(1) formula refers to this state and the next one only"
 
 
 def _joined(kind: str, operands: list[Formula]) -> Formula:

@@ -77,13 +77,13 @@ class Columns:
 
 
 def columns_of(motion: Motion, robot: str, rate: float, in_world: bool = True) -> Columns:
-    """The columns of one robot, ``rate`` samples a second from 0 to the end of the motion.
+    """The columns of one robot, ``rate`` samples per second from 0 to the end of the motion.
 
     Raises UsageError for a robot that is not of the motion.
     """
     if robot not in motion.header.robots:
         known = ", ".join(motion.header.robots)
-        raise UsageError(f"'{robot[:40]}' is no robot of this motion\n    known: {known}")
+        raise UsageError(f"'{robot[:40]}' is not a robot of this motion\n    known: {known}")
     times = np.arange(0.0, motion.outcome.makespan + 0.5 / rate, 1.0 / rate)
     pieces = [line for line in motion.lines if isinstance(line, Moving) and line.robot == robot]
     limits = motion.header.robots[robot]
@@ -104,7 +104,7 @@ def columns_of(motion: Motion, robot: str, rate: float, in_world: bool = True) -
 
 
 def sample(piece: Moving, times: Array, limits: Mapping[str, object]) -> Array:
-    """The columns (times, names) of a piece at times since its begin, in the map's frame."""
+    """The columns (times, names) of a piece at times since its start, in the map's frame."""
     if isinstance(piece, Segment):
         return _walking(piece, times, limits)
     parts: list[Curve | Arc] = [*piece.curves] if isinstance(piece, Flight) else [*piece.arcs]

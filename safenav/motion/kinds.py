@@ -34,7 +34,7 @@ def mover(
     for name, parameter in known.items():
         value = motion.get(name, parameter.default)
         if isinstance(value, bool) or not isinstance(value, int | float):
-            raise UsageError(f"{robot}: '{name}' of its motion is no number")
+            raise UsageError(f"{robot}: '{name}' of its motion is not a number")
         if not parameter.least <= value <= parameter.most:
             limits = f"from {parameter.least:g} to {parameter.most:g}"
             raise UsageError(f"{robot}: '{name}' of its motion is {value:g}, not {limits}")
@@ -52,5 +52,5 @@ def _class(kind: str) -> type[Mover]:
         found = getattr(import_module(module), name)
     else:
         found = installed_kind(kind)
-    assert isinstance(found, type) and issubclass(found, Mover), f"{kind} is no Mover"
+    assert isinstance(found, type) and issubclass(found, Mover), f"{kind} is not a Mover"
     return found

@@ -29,7 +29,7 @@ SIDE = 2.7
 
 @dataclass(frozen=True)
 class Disturbances:
-    """What disturbs the robots: a seed, gusts (m/s, root mean square) on flyers, pushes (m/s,
+    """Disturbances of the robots: a seed, gusts (m/s, root mean square) on flyers, pushes (m/s,
     the change of velocity) on walkers."""
 
     seed: int = 0
@@ -89,7 +89,7 @@ def _in_wind(
 def _struck(
     lines: tuple[Line, ...], movers: Mapping[str, Mover], floor: MetricFloor, against: Disturbances
 ) -> tuple[Line, ...]:
-    """The lines with a blow to each walker in each walking move, and how it keeps itself up."""
+    """The lines with a push of each walker in each walking move, and its recovery."""
     found = list(lines)
     for name, moved in movers.items():
         if not isinstance(moved, WalkerMover):
@@ -129,7 +129,7 @@ def movers_of(trace: Trace, floor: MetricFloor) -> dict[str, Mover]:
 
 
 def _motion(name: str, robot: RobotHeader) -> dict[str, object]:
-    """What the trace says; of an older trace, what the built-in catalogue says of the model."""
+    """The motion of the trace; for an older trace, that of the built-in model."""
     if robot.motion is not None:
         return dict(robot.motion)
     model = built_in().robots.get(robot.model)

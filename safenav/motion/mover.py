@@ -1,4 +1,4 @@
-"""What every kind of motion answers: how one robot moves, acts, halts and rests.
+"""The interface of every kind of motion: how one robot moves, acts, halts and rests.
 
 A mover owns where its robot is in space and time. The timing decides when; the mover says how,
 and how long it takes. It never leaves the region it is in, except by a move to the next one.
@@ -88,10 +88,10 @@ class Mover(ABC):
         return []
 
     def resume(self, tick: int) -> list[Moving]:
-        """Go on to where a robot usually rests, after an action that kept it short of it."""
+        """Continue to where a robot usually rests, after an action that kept it short of it."""
         del tick
         return []
 
     @abstractmethod
     def limits(self) -> Mapping[str, float]:
-        """What it keeps to, for the header of the motion: at least ``size`` in metres."""
+        """Its limits, for the header of the motion: at least ``size`` in metres."""

@@ -39,7 +39,7 @@ def period(omega: float, length: float, speed: float) -> float:
 
 def sway(omega: float, offset: float, seconds: float) -> float:
     """How far the mass sways to the side of a foot ``offset`` metres off the centre line, at
-    apex of the periodic gait with steps of so many seconds."""
+    apex of the periodic gait with steps of this many seconds."""
     return offset * (1 - 1 / cosh(omega * seconds / 2))
 
 
@@ -94,7 +94,7 @@ def advanced(state: Array, pressure: Array, seconds: float, omega: float) -> Arr
 
 @dataclass(frozen=True)
 class Influence:
-    """What the centres of pressure of some phases do to both ends of a move, along each axis:
+    """The effect of the centres of pressure of some phases on both ends of a move, along each axis:
     ``xi(start) = diverging @ p + late * xi(goal)``, ``eta(goal) = converging @ p + early *
     eta(start)``. The same for x and y."""
 

@@ -12,7 +12,7 @@ from safenav.motion.file.records import Blow, FlownTrack, Link, Motion, Moving, 
 from safenav.motion.geometry import MetricFloor, margin
 
 RATE = 50.0
-"""Samples a second from which distances, speeds and margins are taken."""
+"""Samples per second from which distances, speeds and margins are taken."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ def report_of(motion: Motion) -> str:
     """The report, line by line."""
     outcome = motion.outcome
     lines = [f"makespan {outcome.makespan:.1f} s, regions of {motion.header.side:g} m"]
-    lines += ["", "longest chain (nobody in it could begin earlier):"]
+    lines += ["", "critical path:"]
     lines += [f"  {_told(link)}" for link in _joined(outcome.chain)]
     lines += ["", "robot            busy s  waiting s  way m  mean m/s  most m/s  room m"]
     for name in motion.header.robots:

@@ -70,7 +70,7 @@ def waypoints(trace: Trace, frame: Frame) -> list[Waypoint]:
     for record in trace.records:
         if isinstance(record, Move):
             if record.robot not in ways:
-                found = f"'{record.robot[:40]}' is no robot of this trace"
+                found = f"'{record.robot[:40]}' is not a robot of this trace"
                 raise InputError([Diagnostic(trace.source, record.line, 1, found)])
             at = (record.tick, record.to, record.heading, record.line)
             ways[record.robot].append(_waypoint(trace, frame, record.robot, *at))

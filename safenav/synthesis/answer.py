@@ -1,4 +1,4 @@
-"""What a finished synthesizer said: its verdict, a spent limit, or nothing usable.
+"""The output of a finished synthesizer: its verdict, an exhausted limit, or nothing usable.
 
 The verdict is the RESULT line on standard error, whatever the exit status: upstream's binary
 exits with 0 on both verdicts, ours with 0 and 10.
@@ -64,7 +64,7 @@ def too_large(finished: Finished) -> bool:
 
 def failure(problem: str, finished: Finished, binary: Binary, robot: str) -> SynthesizerError:
     """An error that tells what the synthesizer did, its last words, and what to do."""
-    lines = [f"the synthesizer {binary.path} {problem}, asked about robot '{robot}'"]
+    lines = [f"the synthesizer {binary.path} {problem} (robot '{robot}')"]
     words = finished.last_words
     if words:
         lines.append("    it said last:")

@@ -100,7 +100,7 @@ def _own_places() -> Iterator[Path]:
 
 def _named_by_environment(named: str) -> Binary:
     path = Path(named).expanduser()
-    advice = f"    mend or unset {VARIABLE}, which names it"
+    advice = f"    fix or unset {VARIABLE}, which selects this binary"
     if not path.exists():
         raise SynthesizerError(f"the synthesizer {named!r} does not exist\n{advice}")
     if path.is_dir():

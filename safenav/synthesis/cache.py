@@ -98,7 +98,7 @@ class Cache:
         return entry
 
     def store(self, key: str, entry: CacheEntry) -> None:
-        """Keep a proven verdict; spent time and memory prove nothing and are not kept."""
+        """Keep a proven verdict; exhausted limits prove nothing and are not kept."""
         if self.directory is None or entry.verdict not in _LASTING:
             return
         self._write(self._path(key), _pack(entry, key))
@@ -128,7 +128,7 @@ class Cache:
             self._write(path, text.encode())
 
     def load_text(self, sha256: str) -> str | None:
-        """The text with this sha256; None if it is not kept (any more)."""
+        """The text with this sha256; None if it is not kept."""
         if self.directory is None:
             return None
         try:
@@ -156,7 +156,7 @@ class Cache:
             self._warned = True
             warnings.warn(
                 f"the cache {self.directory} cannot be written ({error.strerror or error}); "
-                f"going on without it (set {VARIABLE} to another directory, or to '{_OFF}')",
+                f"continuing without it (set {VARIABLE} to another directory, or to '{_OFF}')",
                 CacheWarning,
                 stacklevel=3,
             )

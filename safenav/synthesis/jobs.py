@@ -76,7 +76,7 @@ def _labour(
     todo: queue.SimpleQueue[Job],
     news: queue.SimpleQueue[_News],
 ) -> None:
-    """What a thread does: take a job, run the binary, bring what it printed."""
+    """The loop of a thread: take a job, run the binary, bring what it printed."""
     while True:
         try:
             job = todo.get_nowait()

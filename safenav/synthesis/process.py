@@ -35,7 +35,7 @@ _GRACE_SECONDS = 2.0
 
 @dataclass(frozen=True)
 class Finished:
-    """What a command left behind. ``status`` is negative for death by that signal."""
+    """The result of a command. ``status`` is negative for death by that signal."""
 
     status: int
     stdout: bytes
@@ -58,7 +58,7 @@ class Finished:
 
 
 class DismissedError(Exception):
-    """The command was killed because nobody waits for its answer any more."""
+    """The command was killed because nobody waits for its answer."""
 
 
 class Crew:
@@ -196,7 +196,7 @@ def limited(command: Sequence[str], memory_mb: int | None) -> list[str]:
 
 
 class _Conversation:
-    """Feeds a process and listens to both its outputs at once, up to a deadline and a size.
+    """Feeds a process and reads both its outputs concurrently, up to a deadline and a size.
 
     ``Popen.communicate`` would do, were it not for programs that print without end.
     """

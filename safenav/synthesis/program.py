@@ -20,7 +20,7 @@ _OVERTIME_SECONDS = 1.0
 """Our own binary keeps its time limit itself, to say how far it got; then we end it."""
 
 Served = tuple[Union["ServedStrategy", Verdict], float]
-"""What became of a server, and the seconds until then."""
+"""The end of a server, and the seconds until then."""
 
 Brought = Finished | Served
 

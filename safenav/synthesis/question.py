@@ -1,4 +1,4 @@
-"""What the synthesizer is asked, and what is told while it works on it."""
+"""Synthesis requests and progress reports."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from safenav.synthesis.verdict import SynthesisResult, Verdict
 
 
 class Question(StrEnum):
-    """What is asked; the value names it in the cache."""
+    """The kind of request; the value names it in the cache."""
 
     REALIZABILITY = "realizability"
     STRATEGY = "strategy"
@@ -20,7 +20,7 @@ class Question(StrEnum):
 
     @property
     def options(self) -> tuple[str, ...]:
-        """Options that every slugs binary knows; without any, the verdict alone is given."""
+        """Options that every slugs binary knows; with none of them, the verdict alone is given."""
         match self:
             case Question.REALIZABILITY | Question.MOVES:
                 return ()
@@ -45,8 +45,8 @@ class QuestionPhase(StrEnum):
 
 @dataclass(frozen=True)
 class SynthesisProgress:
-    """Something happened in a synthesis: it started, still runs (told once a second), or
-    finished with a result. ``index``: which of the specifications asked about."""
+    """Something happened in a synthesis: it started, still runs (reported once per second), or
+    finished with a result. ``index``: which of the specifications it belongs to."""
 
     index: int
     robot: str
@@ -74,8 +74,8 @@ class Job:
 
     @property
     def options(self) -> tuple[str, ...]:
-        """The options for the binary. A strategy that relies on fairness assumptions shall move
-        on where it can by itself, and wait for the others only where it must."""
+        """The options for the binary. A strategy that relies on fairness assumptions moves on
+        where it can, and waits for the other robots only where it must."""
         options = self.question.options
         moves = self.question in (Question.STRATEGY, Question.MOVES)
         if moves and self.spec.section(Section.ENV_LIVENESS):

@@ -3,7 +3,7 @@
     result = Synthesizer().synthesize(specification)
     if result.verdict is Verdict.REALIZABLE: drive(result.strategy)
 
-Every answer is one of: a proven verdict (perhaps from the cache), a spent limit, or a
+Every answer is one of: a proven verdict (perhaps from the cache), an exhausted limit, or a
 SynthesizerError that says what went wrong with the program.
 """
 
@@ -104,7 +104,7 @@ class Synthesizer:
         strategy: bool = True,
         progress: Listener | None = None,
     ) -> list[SynthesisResult]:
-        """Results in the order of ``specs``, computed at once on the machine's processors.
+        """Results in the order of ``specs``, computed in parallel on the machine's processors.
 
         ``progress`` is called in the caller's thread. On an error, Ctrl-C or SIGTERM all
         running syntheses are killed before the exception leaves.
@@ -199,8 +199,8 @@ class Synthesizer:
     def _checked(
         self, job: Job, entry: CacheEntry, *, cached: bool, detail: str = ""
     ) -> SynthesisResult:
-        """The result of an answer. Raises SynthesizerError if its automaton is no automaton, or
-        is verified and fails."""
+        """The result of an answer. Raises SynthesizerError if its automaton is malformed, or is
+        verified and fails."""
         data = entry.strategy_json
         strategy = None if data is None else Strategy.parse(data, job.spec)
         verified = None
@@ -227,6 +227,6 @@ class Synthesizer:
         return key_of(job.text, self.binary.digest, (job.question, *job.options))
 
     def _too_large_key(self, job: Job) -> str:
-        """Of the fact that a strategy has more nodes than may be listed."""
+        """The result where a strategy has more nodes than may be listed."""
         limit = ("more nodes than", str(job.most_nodes))
         return key_of(job.text, self.binary.digest, (job.question, *job.options, *limit))

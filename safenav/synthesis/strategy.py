@@ -2,7 +2,7 @@
 
 A node is a valuation of all variables and a rank (the goal that is pursued there); it has one
 successor for each next input that the assumptions allow. Reading checks the shape of the whole
-automaton at once; the bits of a node become named values only when somebody looks at it, so
+automaton in one pass; the bits of a node become named values only when it is accessed, so
 that a million edges cost a fraction of a second.
 """
 
@@ -75,8 +75,8 @@ class Node:
 class Strategy:
     """An automaton over the variables of a specification (or a counterstrategy: same shape).
 
-    ``states``, ``ranks`` and ``transitions`` are the raw columns of it, one entry a node, for
-    those who go through all of it. They must not be changed.
+    ``states``, ``ranks`` and ``transitions`` are its raw columns, one entry per node, for code
+    that goes through all of it. They must not be changed.
     """
 
     def __init__(
@@ -107,7 +107,7 @@ class Strategy:
         except (ValueError, RecursionError) as error:
             raise SynthesizerError(f"the strategy is not JSON: {error}") from error
         if not isinstance(document, dict):
-            raise _malformed("it is no JSON object")
+            raise _malformed("it is not a JSON object")
         fields = locate(document.get("variables"), specification)
         states, ranks, transitions = _columns(document)
         _check_columns(states, ranks, transitions, len(document["variables"]))
@@ -137,11 +137,11 @@ class Strategy:
         return self._initial
 
     def find_initial(self, values: Mapping[str, int]) -> int | None:
-        """The first initial node with these values (of any variables), None without one."""
+        """Return the first initial node with these values (of any variables), or None."""
         return self._first(self._initial, self._wanted(values))
 
     def find(self, values: Mapping[str, int]) -> int | None:
-        """The first node with these values (of at least one variable), None without one."""
+        """Return the first node with these values (of at least one variable), or None."""
         name = next(iter(values))
         if name not in self._places:
             places: dict[int, list[int]] = {}
@@ -213,7 +213,7 @@ class Strategy:
 
 
 class Nodes(Sequence[Node]):
-    """The nodes of a strategy as a sequence; each is decoded when it is looked at."""
+    """The nodes of a strategy as a sequence; each is decoded when it is accessed."""
 
     def __init__(self, strategy: Strategy) -> None:
         self._strategy = strategy
@@ -248,7 +248,7 @@ def _malformed(what: str) -> SynthesizerError:
 def locate(names: object, specification: Specification) -> tuple[Field, ...]:
     """Find each variable's bits among the printed names."""
     if not isinstance(names, list) or not all(isinstance(n, str) for n in names):
-        raise _malformed("'variables' is no list of names")
+        raise _malformed("'variables' is not a list of names")
     column = {name: i for i, name in enumerate(names)}
     fields = []
     for variable in specification.variables:
@@ -261,14 +261,14 @@ def locate(names: object, specification: Specification) -> tuple[Field, ...]:
     if known != len(names):
         expected = {bit for v in specification.variables for bit in bit_names(v)}
         stray = [name for name in names if name not in expected]
-        raise _malformed(f"'{stray[0]}' is no variable" if stray else "a variable is there twice")
+        raise _malformed(f"'{stray[0]}' is not a variable" if stray else "duplicate variable")
     return tuple(fields)
 
 
 def _columns(document: dict[str, Any]) -> tuple[list[list[int]], list[int], list[list[int]]]:
     nodes = document.get("nodes")
     if not isinstance(nodes, dict):
-        raise _malformed("'nodes' is no object")
+        raise _malformed("'nodes' is not an object")
     try:
         ordered = [nodes[str(number)] for number in range(len(nodes))]
     except KeyError as error:
@@ -288,9 +288,9 @@ def _check_columns(
 ) -> None:
     """Types and ranges of everything, a column at a time: this sees a million edges."""
     if not set(map(type, ranks)) <= {int} or (ranks and min(ranks) < 0):
-        raise _malformed("a 'rank' is no natural number")
+        raise _malformed("a 'rank' is not a natural number")
     if not set(map(type, states)) <= {list} or not set(map(type, transitions)) <= {list}:
-        raise _malformed("a 'state' or 'trans' is no list")
+        raise _malformed("a 'state' or 'trans' is not a list")
     for node, state in enumerate(states):
         if len(state) != bits:
             raise _malformed(f"node {node} has {len(state)} bits, there are {bits} variables")

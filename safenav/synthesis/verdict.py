@@ -1,4 +1,4 @@
-"""What a synthesis can end in. A proven negative is not a timeout is not a crash."""
+"""The possible verdicts of a synthesis. A proven negative is not a timeout is not a crash."""
 
 from __future__ import annotations
 

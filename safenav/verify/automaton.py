@@ -1,7 +1,7 @@
 """An automaton and its specification, prepared for checking: what both kinds of check share.
 
-Only what can be reached from the given start nodes is looked at, in breadth-first order, so
-that the first fault that is found is also one of the nearest.
+Only what can be reached from the given start nodes is visited, in breadth-first order, so that
+the first fault found is also one of the nearest.
 """
 
 from __future__ import annotations

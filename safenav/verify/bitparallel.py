@@ -1,4 +1,4 @@
-"""Truth of a formula on many rows at once: bit r of a Python integer speaks of row r.
+"""Truth of a formula on many rows in parallel: bit r of a Python integer is that of row r.
 
 A row is a state, a transition, or a partial one. Each bit of a variable is a plane, an integer
 with one bit for each row; connectives are single operations on planes, and comparisons and

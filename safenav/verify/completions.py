@@ -4,8 +4,8 @@ For each row of known values (a state, say): how many valuations of the unknown 
 next inputs, say) satisfy all constraints. 2^n valuations are never gone through:
 
 - variables that no constraint connects are counted apart and multiplied;
-- a constraint sees few of the known variables, so its verdict on every value of an unknown
-  is worked out once for each valuation of those, as a bit mask, and looked up for the rows;
+- a constraint sees few of the known variables, so its verdict on every value of an unknown is
+  computed once per valuation of those, as a bit mask, and looked up for the rows;
 - connected variables whose joint domain is large are split by the values of one of them.
 """
 
@@ -67,7 +67,7 @@ Key = tuple[str, bool]
 
 @dataclass(frozen=True)
 class Condition:
-    """A formula with the places that it speaks of."""
+    """A formula with the places that it refers to."""
 
     formula: Formula
     places: frozenset[Key]
@@ -215,7 +215,7 @@ def _masks(
     conditions: Sequence[Condition],
 ) -> list[int]:
     """For each row, the valuations of ``part`` (bit d: the d-th of their product) that satisfy
-    all conditions. Conditions that see the same known places are worked out together."""
+    all conditions. Conditions that see the same known places are computed together."""
     domain = prod(len(place.range) for place in part)
     masks = [(1 << domain) - 1] * len(rows)
     free = {place.key for place in part}
@@ -237,7 +237,7 @@ def _masks(
 def _projected(
     rows: Sequence[Row], index: Mapping[Key, int], support: frozenset[Key]
 ) -> tuple[list[Row], list[Row]]:
-    """What each row says about ``support``, and the different things that are said."""
+    """The values of ``support`` in each row, and the distinct ones."""
     columns = sorted(index[key] for key in support if key in index)
     if not columns:
         keys: list[Row] = [()] * len(rows)

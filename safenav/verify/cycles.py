@@ -1,6 +1,6 @@
 """Cycles of a directed graph: strongly connected components (Tarjan 1972) and walks in them.
 
-Liveness is about what happens again and again, so all of it is decided on cycles.
+Liveness is about events that recur infinitely often, so all of it is decided on cycles.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from operator import and_, eq, ne
 from safenav.verify.edges import Edge, Edges
 
 _ROUNDS = 10
-"""Edges are removed together until so many times their number have been looked at."""
+"""Edges are removed together until this multiple of their number has been visited."""
 
 Successors = Mapping[int, Sequence[int]]
 
@@ -70,9 +70,9 @@ def fair_cycle(edges: Edges, allowed: int, unmet: Sequence[int]) -> tuple[int, .
 
 
 def _core(sources: list[int], targets: list[int]) -> Iterator[Edge]:
-    """Those of some edges, loops apart, that may lie on a cycle: without those that lead from where
-    nothing comes, or to where nothing goes on. Done for all edges at once, and again: that costs a
-    tenth of looking at edges one by one, and usually it leaves nothing."""
+    """Those of some edges, loops apart, that may lie on a cycle: without those from nodes that
+    have no predecessor, or to nodes that have no successor. Done for all edges together,
+    repeatedly: that costs a tenth of visiting edges one by one, and usually it leaves nothing."""
     keep: Iterable[bool] = map(ne, sources, targets)
     effort = _ROUNDS * len(sources)
     while sources and effort >= 0:

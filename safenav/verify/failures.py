@@ -1,4 +1,4 @@
-"""What an independent check of an automaton can find."""
+"""Findings of an independent check of an automaton."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from safenav.spec.specification import Constraint
 
 
 class Fault(StrEnum):
-    """What is wrong with an automaton; the value says it in words."""
+    """The defects of an automaton; the value is the wording."""
 
     NO_START = "no node to start from"
     RANGE = "a value outside its range"

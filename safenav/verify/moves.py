@@ -1,8 +1,8 @@
 """Moves one at a time against the text of the specification, where no strategy is listed.
 
 The synthesizer says where it goes and how far that is from its goal; whether the move keeps the
-specification is found out here from its text alone. What ``verify_strategy`` proves of a listed
-strategy at once is then known of each move that was made: that the guarantees were kept, and that
+specification is found out here from its text alone. The properties that ``verify_strategy``
+proves for a whole listed strategy then hold for each move made: the guarantees were kept, and
 the robot came closer to its goal or waits for an assumption which did not hold.
 """
 
@@ -43,8 +43,8 @@ class MoveCheck:
         self._inputs = [variable.name for variable in spec.owned(Owner.INPUT)]
 
     def position(self, position: Position) -> None:
-        """A play may go on from here: its values, its goal and what it waits for exist. That the
-        moves from it keep the specification shows when they are made."""
+        """A play may continue from here: its values, its goal and its awaited assumption exist.
+        Its moves are checked when they are made."""
         self._ranges(position.values)
         count = max(1, len(self._sections[Section.SYS_LIVENESS].clauses))
         if not 0 <= position.goal < count:

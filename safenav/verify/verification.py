@@ -1,4 +1,4 @@
-"""An independent check that a strategy keeps its promise (DESIGN section 10).
+"""An independent check that a strategy satisfies its specification (DESIGN section 10).
 
 It shares nothing with the synthesizer but the automaton and the specification's text: that is
 parsed and evaluated here, on the explicit graph. A strategy is right if
@@ -8,8 +8,8 @@ parsed and evaluated here, on the explicit graph. A strategy is right if
 - every transition satisfies SYS_TRANS, and every value is within its range;
 - no cycle meets all assumptions of ENV_LIVENESS and misses a goal of SYS_LIVENESS.
 
-Once the environment has broken an assumption, nothing is promised and nothing is checked. For
-counterstrategies see ``verify_counterstrategy``; the same with the players' roles exchanged.
+Once the environment has broken an assumption, the specification guarantees nothing, so nothing is
+checked. For counterstrategies see ``verify_counterstrategy``: the players' roles are exchanged.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ def verify_counterstrategy(spec: Specification, counterstrategy: Strategy) -> Ve
 def first_failure(
     spec: Specification, automaton: Strategy, is_counterstrategy: bool = False
 ) -> str | None:
-    """The first thing wrong with an automaton, in words; None if it keeps its promise.
+    """The first defect of an automaton, in words; None if it satisfies the specification.
 
     A synthesizer takes this as its ``verifier``. Raises as ``verify_strategy`` does.
     """
@@ -105,7 +105,7 @@ def _start_failures(automaton: Automaton) -> Iterator[Failure]:
 
 
 def _why_no_start(automaton: Automaton) -> Constraint | None:
-    """What the automaton's first node violates, if that is why it has no start at all."""
+    """The violation at the automaton's first node, if that is why it has no start at all."""
     if automaton.starts or not len(automaton.strategy.nodes):
         return None
     values = automaton.strategy.values(0)

@@ -38,7 +38,7 @@ class Heading(IntEnum):
 
     @property
     def step(self) -> tuple[int, int]:
-        """What one step this way adds to (row, col)."""
+        """The change of (row, col) by one step this way."""
         return _STEPS[self]
 
 
@@ -100,7 +100,7 @@ class RegionMap:
 
     @cached_property
     def free(self) -> tuple[Region, ...]:
-        """All regions that are no walls, ascending."""
+        """All regions that are not walls, ascending."""
         return tuple(r for r in range(self.size) if r not in self.walls)
 
     def region(self, row: int, col: int) -> Region:

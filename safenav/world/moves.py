@@ -73,8 +73,8 @@ def shortest_path(
     world: RegionMap,
     blocked: Collection[Region] = (),
 ) -> list[Region] | None:
-    """The regions of a shortest way from ``start`` (included) to the nearest target; None if
-    there is no way. Of several the one that goes north, east, south, west first."""
+    """The regions of a shortest path from ``start`` (included) to the nearest target; None if
+    there is none. Of several the one that goes north, east, south, west first."""
     before: dict[Pose, Pose | None] = {start: None}
     queue = deque([start])
     while queue:

@@ -4,7 +4,7 @@ A partition divides all free regions among cells. The scenario gives it
 (``given``), or it is found on the map:
 
 ``rooms``   Open floor is what lies in a fully free 2 x 2 square; rooms are the connected pieces
-            of it. What is left is narrow. A narrow piece of at most two regions is a doorway (or
+            of it. The rest is narrow. A narrow piece of at most two regions is a doorway (or
             a nook) and belongs to a room that it touches, the one whose open floor begins first
             in reading order; a longer one is a corridor, a cell of its own. So an opening one
             region wide in a wall separates two rooms, and a pillar does not.

@@ -16,7 +16,7 @@ visible, so a robot that is out of sight is at least two steps away.
 
 All lines with the same offset cross the same squares, shifted. So the whole map is one integer
 with a bit for each region, in rows padded to twice their width so that a shift never carries a
-bit into another row that matters, and a line of sight is tested for all regions at once by
+bit into another row that matters, and a line of sight is tested for all regions in parallel by
 shifting and masking: no array library, and 5,000 lines of a 50 x 50 map take a fraction of a
 second.
 """
@@ -166,9 +166,9 @@ class Visibility:
 
 @cache
 def crossed(rows: int, cols: int) -> tuple[tuple[Offset, ...], tuple[tuple[Offset, Offset], ...]]:
-    """What the segment from the centre of (0, 0) to that of (rows, cols), both not negative,
-    meets: the squares whose interior it passes through, ends excluded, and for each corner that
-    it hits exactly the two squares beside it.
+    """Return the squares that the segment from the centre of (0, 0) to that of (rows, cols), both
+    not negative, passes through (interiors, ends excluded), and for each corner that it hits
+    exactly the two squares beside it.
 
     It leaves column j at the fraction (2j + 1) / (2 cols) of its length and row i at
     (2i + 1) / (2 rows); compared without division.

@@ -158,7 +158,7 @@ def test_a_broken_scenario_a_crash_and_a_hang_do_not_take_the_batch_down(
         (["a.yaml", "--results", "none/out.json"], "cannot write none/out.json"),
         (["a.yaml", "--jobs", "0"], "Invalid value"),
         ([], "Missing argument"),
-        (["m.yaml"], "m.yaml:3:10: 'sed' is no path"),
+        (["m.yaml"], "m.yaml:3:10: 'sed' is not a path"),
     ],
 )
 def test_bad_input_is_exit_2(write: Write, words: list[str], message: str) -> None:

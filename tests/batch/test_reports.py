@@ -111,7 +111,7 @@ def test_json_can_be_read_again(tmp_path: Path) -> None:
 def test_a_baseline_that_is_none_is_an_error(tmp_path: Path, content: str) -> None:
     file = tmp_path / "batch.json"
     file.write_text(content)
-    with pytest.raises(UsageError, match="no result of a batch"):
+    with pytest.raises(UsageError, match="not a result of a batch"):
         read_results(file)
     with pytest.raises(UsageError, match="No such file"):
         read_results(tmp_path / "none.json")

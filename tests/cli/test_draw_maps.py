@@ -50,4 +50,4 @@ def test_a_broken_map_file_is_told_at_its_line(safenav: Command, tmp_path: Path)
     )
     refused = safenav("draw", "s.yaml")
     assert refused.returncode == 2
-    assert "rows.map:6:2: 'x' is no terrain" in refused.stderr
+    assert "rows.map:6:2: 'x' is not a terrain" in refused.stderr

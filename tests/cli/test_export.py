@@ -132,7 +132,7 @@ def test_a_trace_without_metres_needs_them(safenav: Command, tmp_path: Path) -> 
         ('"resolution":[0.5,0.5]', '"resolution":[0,1]', "resolution of the map is not positive"),
         ('"origin":[-1.0,10.0,0.0]', '"origin":"here"', "must be a list of 3 numbers"),
         ('"to":', '"to":99, "too":', "region 99, which is not on the map"),
-        ('"robot":"ann","from"', '"robot":"bob","from"', "'bob' is no robot"),
+        ('"robot":"ann","from"', '"robot":"bob","from"', "'bob' is not a robot"),
         ('{"type":"header"', '{"type":"heading"', "the first line must be the header"),
     ],
 )

@@ -67,7 +67,7 @@ def test_damaged_motion_exits_with_1_and_its_first_finding(safenav: Command, mov
     path.write_text("\n".join(lines) + "\n")
     found = safenav("check-motion", path, "run.jsonl")
     assert found.returncode == 1
-    assert "nothing says where it is until" in found.stdout
+    assert "no motion recorded until" in found.stdout
     data = json.loads(safenav("check-motion", "--json", path, "run.jsonl").stdout)
     assert data["ok"] is False
     assert data["findings"][0]["robot"] == "rover"
@@ -85,7 +85,7 @@ def test_report_names_the_chain_and_the_waiting(safenav: Command, moved: Path) -
     del moved
     found = safenav("motion", "run.jsonl", "--report")
     assert found.returncode == 0
-    for words in ("makespan", "longest chain", "push door@17", "way m", "rover"):
+    for words in ("makespan", "critical path", "push door@17", "way m", "rover"):
         assert words in found.stdout
 
 

@@ -182,12 +182,12 @@ FLAWS: dict[str, tuple[str, list[tuple[int, int, str]]]] = {
     "too_bright.pgm": ("image: %s, rows: 1, cols: 3", [(2, 14, r"brighter \(10\) .* \(9\)")]),
     "no_brightness.pgm": ("image: %s, rows: 1, cols: 3", [(1, 1, "brightest value .* is 0")]),
     "black.pgm": ("image: %s, rows: 1, cols: 3", [(2, 14, "every region is a wall.*nothing")]),
-    "header.map": ("movingai: %s", [(3, 1, "'width' is no size: 'four'")]),
+    "header.map": ("movingai: %s", [(3, 1, "'width' is not a size: 'four'")]),
     "type.map": ("movingai: %s", [(1, 1, "type 'hex'"), (3, 1, "'height' is missing")]),
     "rows.map": (
         "movingai: %s",
         [
-            (6, 2, "'x' is no terrain"),
+            (6, 2, "'x' is not a terrain"),
             (7, 1, "a row of 3 characters"),
             (7, 1, "3 rows where the header announces 4"),
         ],

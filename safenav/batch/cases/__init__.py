@@ -1,1 +1,1 @@
-"""What a batch runs: cases, where they come from, how they vary."""
+"""The cases of a batch: where they come from, how they vary."""

@@ -1,4 +1,4 @@
-"""What a batch runs and what comes of it, as data that travels between processes as JSON."""
+"""A batch's cases and their results, as data that travels between processes as JSON."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ import safenav
 from safenav.dataclass import dataclass
 
 Settings = Mapping[str, Any]
-"""Dotted path into the scenario (``limits.ticks``) -> the value that replaces what is there."""
+"""Dotted path into the scenario (``limits.ticks``) -> the value that replaces the present one."""
 
 
 class CaseVerdict(StrEnum):
-    """What came of one case."""
+    """The status of one case."""
 
     PASSED = "passed"
     DIFFERENT = "different"
@@ -69,7 +69,7 @@ class Conditions:
 
 @dataclass(frozen=True)
 class Result:
-    """What one case gave. ``reasons`` says what is wrong, one sentence each; ``detail`` is
+    """The result of one case. ``reasons`` says what is wrong, one sentence each; ``detail`` is
     more for a reader who looks into it (a traceback, last words); ``earlier`` holds the reasons of
     former attempts. ``seconds`` is the run itself,
     ``wall_seconds`` all of the time from handing it out to having the answer."""
@@ -123,7 +123,7 @@ class Result:
 
     @staticmethod
     def from_record(record: Mapping[str, Any]) -> Result:
-        """Raises KeyError, TypeError or ValueError if the object is no result. Fields that
+        """Raises KeyError, TypeError or ValueError if the object is not a result. Fields that
         are not known are passed over: a later version may have written them."""
         known = {entry.name for entry in fields(Result)}
         data = {key: value for key, value in record.items() if key in known}

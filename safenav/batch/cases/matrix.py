@@ -168,7 +168,7 @@ def _is_path(key: Scalar, findings: Findings) -> bool:
     known = [word for word in SCENARIO_KEYS if word not in _FIXED]
     if first in known and all(key.text.split(".")):
         return True
-    found = f"'{key.text}' is no path into a scenario"
+    found = f"'{key.text}' is not a path into a scenario"
     findings.add(key, found, suggestion(first, known))
     return False
 
@@ -186,7 +186,7 @@ def _check_excluded(
             if path not in axes:
                 findings.add(item, f"'exclude': '{path}' is not in the matrix")
             elif not any(_same(value, one) for one in axes[path]):
-                findings.add(item, f"'exclude': {value!r} is no value of '{path}' in the matrix")
+                findings.add(item, f"'exclude': {value!r} is not a value of '{path}' in the matrix")
 
 
 def _matches(settings: dict[str, Any], pattern: dict[str, Any]) -> bool:

@@ -1,7 +1,7 @@
 """From what a person names (files, folders, patterns, matrix files) to the cases to run.
 
-A search, in a folder or by a pattern, takes the scenarios that it finds and leaves alone what
-is not meant: YAML files that are no scenarios (maps, catalogues), matrix files, and folders
+A search, in a folder or by a pattern, takes the scenarios that it finds and skips the rest: YAML
+files that are not scenarios (maps, catalogues), matrix files, and folders
 named ``invalid``, whose scenarios are broken on purpose. A file that is named is always taken.
 """
 

@@ -71,7 +71,7 @@ class DaskCluster:
         future.add_done_callback(self._news.put)
 
     def collect(self, seconds: float) -> list[Arrival]:
-        """What arrived, waiting at most ``seconds`` for the first."""
+        """Return the results that have arrived, waiting at most ``seconds`` for the first."""
         futures: list[Any] = []
         with contextlib.suppress(queue.Empty):
             futures.append(self._news.get(timeout=seconds))
@@ -113,7 +113,7 @@ class DaskCluster:
         if future.status in ("cancelled", "lost"):
             raise SafenavError(
                 f"the Dask cluster at {self._address} is gone: {error}\n"
-                "    with --out the results so far are kept; --resume goes on"
+                "    with --out the results so far are kept; continue with --resume"
             ) from error
         kind = type(error).__name__
         if kind == "KilledWorker":
@@ -130,7 +130,7 @@ class DaskCluster:
         return path
 
     def _check_versions(self) -> None:
-        """Of the workers that are there now; a cluster may have none yet."""
+        """Threads of the workers connected now; a cluster may have none yet."""
         try:
             versions = self._client.run(remote.version_here)
         except Exception as error:

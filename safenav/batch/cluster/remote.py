@@ -1,4 +1,4 @@
-"""What runs on a Dask worker: a case in a process of its own, kept for the next case.
+"""The program on a Dask worker: a case in a process of its own, kept for the next case.
 
 A case that crashes or hangs thus costs neither the Dask worker nor the cases beside it.
 """

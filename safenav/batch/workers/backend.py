@@ -22,10 +22,10 @@ class Backend(Protocol):
     """Runs cases; whatever becomes of one, its result arrives."""
 
     def submit(self, case: Case) -> None:
-        """Run it when there is room. Returns at once."""
+        """Run it when there is room. Returns immediately."""
 
     def collect(self, seconds: float) -> list[Arrival]:
-        """What arrived, waiting at most ``seconds`` for the first.
+        """Return the results that have arrived, waiting at most ``seconds`` for the first.
 
         Raises SafenavError if no more cases can be run at all.
         """

@@ -58,7 +58,7 @@ def _send(channel: int, data: bytes) -> None:
         while data:
             data = data[os.write(channel, data) :]
     except BrokenPipeError:
-        os._exit(0)  # nobody waits for the answer any more
+        os._exit(0)  # nobody waits for the answer
 
 
 def _forbid_core_dumps() -> None:

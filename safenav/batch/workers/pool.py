@@ -1,6 +1,6 @@
 """Cases on this machine: some worker processes, each with one case at a time.
 
-One thread waits for all of them at once. A worker that crashes or hangs costs its own case; a
+One thread waits for all of them. A worker that crashes or hangs costs its own case; a
 new one takes its place.
 """
 
@@ -19,7 +19,7 @@ from safenav.batch.workers.worker import Worker, with_news
 
 
 class LocalPool:
-    """At most ``jobs`` cases at once. ``traces``: a directory to write traces to, if any.
+    """At most ``jobs`` cases run in parallel. ``traces``: a directory to write traces to, if any.
     ``started``: workers that have been started before; they are the pool's now."""
 
     def __init__(
@@ -43,7 +43,7 @@ class LocalPool:
         self._todo.append(case)
 
     def collect(self, seconds: float) -> list[Arrival]:
-        """What arrived, waiting at most ``seconds`` for the first."""
+        """Return the results that have arrived, waiting at most ``seconds`` for the first."""
         end = time.monotonic() + seconds
         while True:
             self._hand_out()

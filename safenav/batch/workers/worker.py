@@ -102,8 +102,8 @@ class Worker:
             self._process.stdin.flush()
 
     def receive(self) -> Result | None:
-        """What came of the case, once ``fileno`` is readable or its time is over; None if it
-        goes on. Without life in it afterwards, the worker is of no further use.
+        """The result of the case, once ``fileno`` is readable or its time is over; None if it
+        still runs. Without life in it afterwards, the worker is of no further use.
 
         Raises SafenavError if the process does not even start.
         """

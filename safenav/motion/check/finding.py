@@ -1,4 +1,4 @@
-"""What is wrong with a motion."""
+"""A violated rule of a motion."""
 
 from __future__ import annotations
 

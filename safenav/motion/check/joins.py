@@ -1,5 +1,5 @@
 """The rule of continuity: a robot's pieces follow each other without gap, jump or jerk of
-velocity, except by the blows that the file tells of."""
+velocity, except by the pushes that the file lists."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ def check_joins(
 ) -> None:
     """Pieces of one robot in order. ``makespan``: until when it must be somewhere."""
     if not pieces:
-        report(Finding(0.0, robot, "continuity", "nothing says where it is"))
+        report(Finding(0.0, robot, "continuity", "no motion recorded for this robot"))
         return
     first, last = pieces[0], pieces[-1]
     if abs(first.t0) > NEAR:
-        found = f"nothing says where it is until {first.t0:.3f} s"
+        found = f"no motion recorded until {first.t0:.3f} s"
         report(Finding(0.0, robot, "continuity", found))
     if abs(last.t1 - makespan) > NEAR:
-        found = f"nothing says where it is from {last.t1:.3f} s to the end at {makespan:.3f} s"
+        found = f"no motion recorded from {last.t1:.3f} s to the end at {makespan:.3f} s"
         report(Finding(last.t1, robot, "continuity", found))
     speed = np.hypot(*_ends(first)[0][2:4])
     if speed > NEAR:
@@ -44,17 +44,17 @@ def _joined(before: Moving, after: Moving, blow: Array, report: Report) -> None:
         report(Finding(before.t1, before.robot, "continuity", found))
 
     if after.t0 > before.t1 + NEAR:
-        wrong(f"nothing says where it is for {after.t0 - before.t1:.3f} s")
+        wrong(f"no motion recorded for {after.t0 - before.t1:.3f} s")
         return
     if after.t0 < before.t1 - NEAR:
         wrong(f"two pieces of motion overlap by {before.t1 - after.t0:.3f} s")
         return
     if type(before) is not type(after):
-        wrong("it goes on as another kind of robot")
+        wrong("it continues as another kind of robot")
         return
     goes_on = (before.tick, before.origin, before.to) == (after.tick, after.origin, after.to)
     if before.to != after.origin and not goes_on:
-        wrong(f"it goes on in region {after.origin}, not in {before.to}")
+        wrong(f"it continues in region {after.origin}, not in {before.to}")
     end, start = _ends(before)[1], _ends(after)[0]
     jump = float(np.hypot(*(start[:2] - end[:2])))
     kick = float(np.abs(start[2:] - end[2:] - blow[: len(start) - 2]).max())

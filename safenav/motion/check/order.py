@@ -26,7 +26,7 @@ class Passage:
 
 @dataclass
 class _Run:
-    """What has happened so far, in the serial order of the trace."""
+    """The state of the run so far, in the serial order of the trace."""
 
     robots: Mapping[str, RobotHeader]
     at: dict[str, int]
@@ -233,7 +233,7 @@ def _since(run: _Run, robot: str) -> float:
 
 
 def _go_on(run: _Run, robot: str, done: Action, report: Report) -> None:
-    """A robot that acted goes on after that: also with the step that it had begun by then."""
+    """A robot that acted continues after that: also with the step that it had begun by then."""
     if robot not in run.begun:
         run.ended[robot] = max(run.ended.get(robot, 0.0), done.t1)
         return
@@ -253,8 +253,8 @@ def _acted(
     waiting: list[Action],
     report: Report,
 ) -> float | None:
-    """All that take part act, after they have arrived, and at once if they are several. When the
-    last of them is done; None if nobody acts."""
+    """All that take part act, after they have arrived, and simultaneously if they are several.
+    Returns when the last of them is done; None if no robot acts."""
     need = obstacle.all_needs[number]
     alone = isinstance(record, Met) and not need.together
     helpers = (n for n in record.robots or () if run.at[n] in need.regions and not alone)

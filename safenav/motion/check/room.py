@@ -52,7 +52,7 @@ def holdings(lines: Iterable[object], report: Report) -> list[Holding]:
 def check_overlaps(
     held: Iterable[Holding], conflicts: Mapping[str, frozenset[str]], report: Report
 ) -> None:
-    """Robots in conflict never have one region at once."""
+    """Robots in conflict never occupy one region at the same time."""
     regions: dict[int, list[Holding]] = {}
     for holding in held:
         regions.setdefault(holding.region, []).append(holding)
@@ -62,7 +62,7 @@ def check_overlaps(
                 continue
             shared = min(one.end, other.end) - max(one.begin, other.begin)
             if shared > NEAR:
-                seconds = "for ever" if shared == FOREVER else f"for {shared:.3f} s"
+                seconds = "forever" if shared == FOREVER else f"for {shared:.3f} s"
                 what = f"it has region {region} together with {one.robot} {seconds}"
                 report(Finding(max(one.begin, other.begin), other.robot, "overlap", what))
 

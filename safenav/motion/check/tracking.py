@@ -64,8 +64,8 @@ def check_flown(
     limits: Mapping[str, float],
     report: Report,
 ) -> None:
-    """The body of one flyer in wind stays inside its regions, and its errors are what they are
-    said to be."""
+    """The body of one flyer in wind stays inside its regions, and its errors are those that the
+    file records."""
     radius = limits["size"] / 2
     for track in tracks:
         rows: Array = np.array(track.rows, dtype=np.float64)
@@ -75,7 +75,7 @@ def check_flown(
         off = np.hypot(*(rows[:, :2] - reference).T)
         told = np.abs(off - np.array(track.errors))
         if told.max() > 1e-3:
-            what = f"it is {off[told.argmax()]:.3f} m off its reference, not as it is told"
+            what = f"it is {off[told.argmax()]:.3f} m off its reference, not as recorded"
             report(Finding(float(times[told.argmax()]), track.robot, "track", what))
 
 

@@ -30,7 +30,7 @@ from safenav.trace.trace import Trace
 
 SIDE = 2.7
 WALKER = ("omega", "height", "step", "aside", "friction", "swing", "size")
-"""What the header must say of a walker."""
+"""The fields that the header must hold for a walker."""
 
 
 def check_motion(motion: Motion, trace: Trace, digest: str) -> list[Finding]:
@@ -47,7 +47,7 @@ def check_motion(motion: Motion, trace: Trace, digest: str) -> list[Finding]:
     limits = motion.header.robots
     unknown = next((name for name in pieces if name not in limits), None)
     if unknown is not None:
-        return [Finding(0.0, unknown, "header", "is no robot of the header")]
+        return [Finding(0.0, unknown, "header", "is not a robot of the header")]
     for piece in moving:
         _dynamics(piece, limits, found)
     if found:
@@ -111,7 +111,7 @@ def _dynamics(
     }
     if isinstance(piece, Segment):
         if limits[piece.robot].get("kind") != "walker" and "omega" not in numbers:
-            found.append(Finding(piece.t0, piece.robot, "header", "it walks, and is no walker"))
+            found.append(Finding(piece.t0, piece.robot, "header", "it walks but is not a walker"))
         else:
             check_segment(piece, numbers, found.append)
     elif isinstance(piece, Flight):
@@ -130,20 +130,20 @@ def _wind(motion: Motion, held: list[Holding], grid: Grid, found: list[Finding])
         flights = [line for line in motion.lines if isinstance(line, Flight) and line.robot == name]
         if not tracks:
             if motion.header.gust > 0 and limits.get("kind") == "flyer" and flights:
-                found.append(Finding(0.0, name, "track", "nothing says how it flies in the wind"))
+                found.append(Finding(0.0, name, "track", "no flight in the wind is recorded"))
             continue
         numbers = {key: float(v) for key, v in limits.items() if isinstance(v, int | float)}
         before = len(found)
         begin = 0.0
         for track in tracks:
             if abs(track.t0 - begin) > NEAR:
-                what = f"nothing says how it flies from {begin:.3f} s on"
+                what = f"no flight in the wind is recorded from {begin:.3f} s on"
                 found.append(Finding(begin, name, "track", what))
                 return
             begin = track.t0 + track.step * len(track.rows)
             check_track(track, numbers, found.append)
         if begin < motion.outcome.makespan - tracks[-1].step:
-            what = f"nothing says how it flies from {begin:.3f} s on"
+            what = f"no flight in the wind is recorded from {begin:.3f} s on"
             found.append(Finding(begin, name, "track", what))
         if len(found) == before:
             check_flown(tracks, held, grid, flights, numbers, found.append)

@@ -118,7 +118,7 @@ def _swings(segment: Segment, limits: Mapping[str, float], wrong: Wrong) -> None
             ("reaches", 1.0 - swing.u1, landed, swing.goal),
         ):
             if abs(u) > NEAR:
-                continue  # half-way at a walking pose: the next segment goes on with it
+                continue  # half-way at a walking pose: the next segment continues it
             apart = min((np.hypot(f.x - state[0], f.y - state[1]) for f in feet), default=None)
             if apart is None:
                 wrong(swing.t0, "feet", f"a foot {word} the ground where it has no foothold")

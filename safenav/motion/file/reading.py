@@ -1,6 +1,6 @@
 """Reads a motion file into typed records: every line is checked for its fields and their types.
 
-Lines of types that this version does not know are skipped, and so are further fields.
+Lines of types that this version does not know are skipped; further fields likewise.
 """
 
 from __future__ import annotations
@@ -107,7 +107,7 @@ def _readers(kind: type[Any]) -> tuple[tuple[str, Callable[[Any], Any]], ...]:
 
 
 def _reader(hint: Any) -> Callable[[Any], Any]:
-    """What turns JSON into a value of a type."""
+    """Converter from JSON to a value of a type."""
     if hint is float:
         return _number
     if hint is int:

@@ -74,7 +74,7 @@ class PressurePhase:
 
 @dataclass(frozen=True)
 class Piece:
-    """What all pieces of motion have: a robot's motion has no gaps."""
+    """Fields of all pieces of motion: a robot's motion has no gaps."""
 
     robot: str
     tick: int
@@ -152,7 +152,7 @@ class FlownTrack:
 
 @dataclass(frozen=True)
 class Blow:
-    """A blow that changes the velocity of a walker's mass at once, by metres per second."""
+    """A push that changes the velocity of a walker's mass instantly, in metres per second."""
 
     robot: str
     tick: int

@@ -41,7 +41,7 @@ TYPES: Mapping[str, type[Line]] = {
 NAMES = {kind: name for name, kind in TYPES.items()}
 
 DECIMALS = 12
-"""Of a metre, second or radian: joins are exact to 1e-9."""
+"""Decimals of metres, seconds and radians: joins are exact to 1e-9."""
 
 ROW = (PressurePhase, Foothold, Swing, Curve, Arc, Link)
 """Written as arrays of their fields, in order."""

@@ -1,7 +1,7 @@
 """The rigid body of a quadcopter: 0.5 kg that is pulled by its thrust, gravity and the air.
 
 An attitude loop on board (400 Hz) turns it so that its thrust gives the commanded acceleration.
-Plain numbers instead of arrays: it runs 400 times a second of flight.
+Plain numbers instead of arrays: it runs 400 times per second of flight.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ DRAG = 0.25
 RATE = 400
 STEP = 1.0 / RATE
 STIFFNESS, DAMPING = 22.0, 0.8
-"""Of the attitude loop: natural frequency (rad/s) and damping ratio."""
+"""Attitude loop: natural frequency (rad/s) and damping ratio."""
 SLOW_YAW = 0.3
 """Share of that frequency with which it turns about its own axis."""
 

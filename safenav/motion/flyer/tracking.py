@@ -38,7 +38,7 @@ class Axis:
     move: Array
     steer: Array
     gain: Array
-    """Of the estimator, on the measured position."""
+    """Estimator gain for the measured position."""
 
 
 @dataclass(frozen=True)

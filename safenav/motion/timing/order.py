@@ -1,10 +1,10 @@
-"""What has to wait for what: the dependency graph of a run, from its trace.
+"""The dependency graph of a run, from its trace.
 
 The turns of a trace are in a serial order in which nobody ever enters a region where another
-robot is. In continuous time robots move at once, each at its own pace; of the serial order only
-what matters is kept, as edges from earlier to later turns (so there is no circle, and no
-deadlock for any durations). Sources: Hoenig et al. (RA-L 2019), the action dependency graph;
-section VII of the paper names the problem.
+robot is. In continuous time robots move simultaneously, each at its own pace; only the
+dependencies of the serial order are kept, as edges from earlier to later turns (so there is no
+circle, and no deadlock for any durations). Sources: Hoenig et al. (RA-L 2019), the action
+dependency graph; section VII of the paper names the problem.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from safenav.trace.trace import Trace
 
 
 class LinkCause(StrEnum):
-    """Why a step or a deed comes after another."""
+    """Why a step or an action comes after another."""
 
     OWN = "own"
     """The robot itself did that before."""
@@ -31,7 +31,7 @@ class LinkCause(StrEnum):
     OBSTACLE = "obstacle"
     """It resolved an obstacle that was in the way."""
     SYNTHESIS = "synthesis"
-    """What happened then made the robot's present strategy."""
+    """An event of that moment caused the robot's present strategy."""
     TOGETHER = "together"
     """The action takes several robots."""
 
@@ -127,7 +127,7 @@ class _Transit:
 
 @dataclass
 class _Order:
-    """Goes through a trace; owns what is known of the run so far."""
+    """Goes through a trace; owns the state of the run so far."""
 
     robots: Mapping[str, RobotHeader]
     obstacles: Mapping[str, ObstacleHeader]
@@ -143,9 +143,9 @@ class _Order:
     resolved: dict[int, list[tuple[frozenset[str], int]]] = field(
         default_factory=lambda: defaultdict(list)
     )
-    """Deeds that opened a region, where an obstacle was, to those whom it blocked."""
+    """Actions that opened a region, where an obstacle was, to those whom it blocked."""
     last_met: dict[str, int] = field(default_factory=dict)
-    """Deeds that met the last need of an obstacle, which is about to be resolved."""
+    """Actions that fulfilled the last need of an obstacle, which is about to be resolved."""
     turn: str | None = None
     transit: dict[str, _Transit] = field(default_factory=dict)
     at: dict[str, int] = field(default_factory=dict)
@@ -205,7 +205,7 @@ class _Order:
         return found
 
     def _met(self, record: Met) -> None:
-        """The deed with which one of several needs is met. Robots that have all actions that are
+        """The action that fulfils one of several needs. Robots that have all actions that are
         left then are let in."""
         obstacle = self.obstacles[record.obstacle]
         deed = self._act(record, record.need)
@@ -220,8 +220,8 @@ class _Order:
         self.resolved[obstacle.region].append((let_in, deed))
 
     def _resolved(self, record: Resolved) -> None:
-        """An obstacle is resolved, by the deed of its last need, or, where no line has told of
-        that one, by this."""
+        """An obstacle is resolved, by the action of its last need, or, where no line records it,
+        by this one."""
         obstacle = self.obstacles[record.obstacle]
         last = len(obstacle.all_needs) - 1
         number = last if record.need is None else record.need
@@ -232,7 +232,7 @@ class _Order:
             self.resolved[obstacle.region].append((obstacle.blocks, deed))
 
     def _act(self, record: Met | Resolved, number: int) -> int:
-        """The deed with which the need of that number is met; its node."""
+        """The action that fulfils the need of that number; its node."""
         obstacle = self.obstacles[record.obstacle]
         need = obstacle.all_needs[number]
         others = tuple(
@@ -269,8 +269,8 @@ class _Order:
         return deed.index
 
     def _until_now(self, robot: str) -> list[After]:
-        """What a robot does before it acts: not the step that it has begun, if it acts in the
-        region that it has not left yet."""
+        """The last step of a robot before it acts: not the step that it has begun, if it acts in
+        the region that it has not left yet."""
         transit = self.transit.get(robot)
         if transit is None:
             return self._own(robot)
@@ -278,7 +278,7 @@ class _Order:
         return [edge for edge in self.nodes[transit.step].after if edge.cause in known]
 
     def _first(self, robot: str, deed: int) -> None:
-        """The step that a robot has begun comes after this deed."""
+        """The step that a robot has begun comes after this action."""
         step = self.nodes[self.transit[robot].step]
         others = (edge for edge in step.after if edge.cause is not LinkCause.OWN)
         after = (After(deed, LinkCause.OWN), *others)
@@ -306,7 +306,7 @@ class _Order:
 
 
 def _sorted(nodes: list[Node]) -> list[Node]:
-    """The nodes numbered anew so that all edges point backwards, otherwise as they were."""
+    """The nodes renumbered so that all edges point backwards, otherwise as they were."""
     missing = {node.index: len({edge.node for edge in node.after}) for node in nodes}
     following = defaultdict(set)
     for node in nodes:

@@ -1,8 +1,8 @@
 """Times for the dependency graph: everything as early as its edges allow, and why not earlier.
 
 A robot occupies the region that it leaves and the one that it enters from the start to the end
-of a move; it starts once every node that its step comes after has ended. Whoever is in motion
-when its turn has not come yet halts first.
+of a move; it starts once every node that its step comes after has ended. A robot in motion whose
+turn has not come yet halts first.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ ACTION_SECONDS = "action_seconds"
 STANDING = 1.0
 """Seconds that a motion shows of a run in which nobody moves."""
 AT_ONCE = 1e-9
-"""Seconds that are no delay: sums of the same durations in another order."""
+"""Seconds that are not a delay: sums of the same durations in another order."""
 
 
 @dataclass(frozen=True)
 class Timetable:
-    """What everybody does when, in the order of time, and how long it takes."""
+    """The activities of all robots in the order of time, with their durations."""
 
     lines: tuple[Line, ...]
     outcome: MotionOutcome
@@ -85,7 +85,7 @@ class _Clock:
                 self._lines += self._movers[name].halt(node.tick)
         start = max(ready, *(self._movers[name].time for name in names))
         if not acting and ready <= begins[node.robot] + AT_ONCE:
-            start = begins[node.robot]  # it goes on without a halt
+            start = begins[node.robot]  # it continues without a halt
         stop = None
         for name in names:
             mover = self._movers[name]
@@ -129,7 +129,7 @@ class _Clock:
             self._lines += mover.resume(deed.tick)
 
     def _latest(self, edges: tuple[After, ...]) -> tuple[float, After | None]:
-        """The edge whose node ends last, and when; the robot's own of those that end at once."""
+        """The edge whose node ends last, and when; the robot's own of those that end together."""
         if not edges:
             return 0.0, None
         own = {edge.node: edge.cause is LinkCause.OWN for edge in edges}

@@ -1,4 +1,4 @@
-"""What a walker still has to do, from where it really is: the phases of one or two moves."""
+"""The rest of a walker's move, from its actual state: the phases of one or two moves."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ from safenav.motion.polynomial import between, derivative, values
 
 
 def split(segment: Segment, at: float, omega: float) -> tuple[Segment, Segment]:
-    """A segment before and after an instant in the midst of it (seconds since its begin)."""
+    """A segment before and after an instant in the midst of it (seconds since its start)."""
     state = np.array(segment.start)
     phases: tuple[list[PressurePhase], list[PressurePhase]] = ([], [])
     begin = 0.0

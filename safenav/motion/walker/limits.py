@@ -1,4 +1,4 @@
-"""What a walker's primitives demand of it, and whether that is within its limits."""
+"""The demands of a walker's primitives, compared with its limits."""
 
 from __future__ import annotations
 
@@ -30,15 +30,15 @@ class Demand:
 
 
 LIMITS = Demand(step=0.65, aside=0.2, friction=0.45, swing=3.0)
-"""What MOTION's walker promises; ``aside`` is a lower bound, the others are upper ones."""
+"""Limits of the walker (docs/motion.md); ``aside`` is a lower bound, the others are upper ones."""
 
 
 RECOVERING = replace(LIMITS, aside=0.15, friction=0.5)
-"""What it keeps to while it recovers from blows."""
+"""Limits while it recovers from pushes."""
 
 
 def demand(gait: Gait, primitive: Primitive) -> Demand:
-    """What one primitive demands."""
+    """The demands of one primitive."""
     times = np.linspace(0, primitive.seconds, SAMPLES)
     states, pressures = sampled(
         primitive.durations,
@@ -67,7 +67,7 @@ def demand(gait: Gait, primitive: Primitive) -> Demand:
 
 @lru_cache(maxsize=64)
 def most_demanding(gait: Gait) -> Demand:
-    """What the primitives of a gait demand at most."""
+    """The largest demands of a gait's primitives."""
     found = [primitives.stop(gait, LEFT)]
     for way in (0, 1, -1):
         found += [primitives.walk(gait, way, LEFT), primitives.start(gait, way, LEFT)]

@@ -3,7 +3,7 @@
 Local frame: the walker enters its region at the origin, heading along x. A *walking pose* is at
 apex, one step length inside, on the centre line, at the gait's speed, the other foot in mid-air;
 a *standing pose* is at rest two lengths inside with both feet on the ground. Every primitive
-leads from one of them to one of them, exactly, so primitives compose for ever and nothing
+leads from one of them to one of them, exactly, so primitives compose without limit and no error
 accumulates: each begins at the pose of an absolute region.
 """
 

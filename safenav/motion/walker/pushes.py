@@ -1,4 +1,4 @@
-"""Blows to a walker: one in each walking move, at a random instant, and what it does about it."""
+"""Pushes of a walker: one in each walking move, at a random instant, and its recovery."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from safenav.motion.walker.recovery import recovered
 EXACT = 1e-9
 """Metres and metres per second off the plan that are none."""
 FIRST = 0.02
-"""Seconds from either end of a move in which no blow falls."""
+"""Seconds from either end of a move without a push."""
 
 
 def pushed(
     segments: Sequence[Segment], floor: MetricFloor, omega: float, push: float, seed: str
 ) -> list[Line]:
-    """The segments of one walker with a blow of up to ``push`` m/s in each walking move, and the
-    blows. Raises FallenError if it cannot keep itself up."""
+    """The segments of one walker with a push of up to ``push`` m/s in each walking move, and the
+    pushes. Raises FallenError if it cannot keep itself up."""
     chance = random.Random(seed)
     found: list[Line] = []
     actual: Actual | None = None
@@ -55,7 +55,7 @@ def struck(
     blow: tuple[float, float],
     omega: float,
 ) -> tuple[Segment, Blow, Segment]:
-    """A move until a blow that changes the velocity (m/s), the blow, and the move from there."""
+    """A move until a push that changes the velocity (m/s), the push, and the move from there."""
     first, second = split(course.segment, instant, omega)
     state = np.array(first.goal) + np.array([0.0, 0.0, *blow])
     foot = next(foot for foot in second.feet if foot.down <= 0.0)

@@ -1,7 +1,7 @@
-"""What a walker does after a blow: it places its remaining feet anew, and leans on its foot.
+"""Recovery after a push: a walker replans its remaining footsteps, and leans on its foot.
 
 The rest of a move is the same linear problem as a whole one (safenav.motion.pendulum), from the
-state after the blow to the same goal, now with bounds: the centre of pressure stays within the
+state after the push to the same goal, now with bounds: the centre of pressure stays within the
 foot, steps keep their length and their side, feet stay in the regions of the move, and a swinging
 foot can only be sent where it gets in time. A small quadratic programme finds the least change.
 Where so few steps are left that the goal cannot be met exactly, the walker comes as near as it
@@ -42,18 +42,18 @@ class FallenError(UsageError):
 def recovered(
     course: PendingMove, actual: Actual, following: PendingMove | None, omega: float
 ) -> Segment:
-    """The move from the actual state at its begin on. Raises FallenError.
+    """The move from the actual state at its start. Raises FallenError.
 
     With too few steps left to reach its goal it leaves the rest to the move that follows: the
-    goal of the result is where it really ends, and the move that follows can go on from there.
+    goal of the result is where it really ends, and the move that follows can continue from there.
     """
     segment = course.segment
     for found in _candidates(course, actual, following, omega):
         if following is None or _goes_on(found, segment, following, omega):
             return found
     raise FallenError(
-        f"{segment.robot} falls at t = {segment.t0:.2f} s: no placing of its feet keeps it up\n"
-        "    weaker blows: --push"
+        f"{segment.robot} falls at t = {segment.t0:.2f} s: no footsteps keep it upright\n"
+        "    reduce --push"
     )
 
 

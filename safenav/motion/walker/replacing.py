@@ -25,7 +25,7 @@ BESIDE = 0.17
 STEP, LATERAL = 0.645, 0.151
 """Longest step and least lateral distance of the feet in metres."""
 DIRECTIONS = 24
-"""Of the polygon that stands for the circle of the longest step."""
+"""Sides of the polygon that stands for the circle of the longest step."""
 EDGE = 0.12
 """Metres of a foot's middle inside its regions."""
 FARTHEST = 0.25

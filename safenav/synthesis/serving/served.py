@@ -4,11 +4,10 @@
         here = strategy.start({"region": 3})
         there = strategy.move(here, {"request": 1})
 
-The moves are those of the listed strategy. Each position comes with a measure: whoever follows
-can check that on a move which does not meet the pursued goal the distance falls, or that it
+The moves are those of the listed strategy. Each position comes with a measure: the caller can
+check that on a move which does not meet the pursued goal the distance falls, or that it
 stays and the named assumption does not hold on this move. The process ends with its owner: when
-the strategy is closed or nobody holds it any more, and at the end of its input should the owner
-die.
+the strategy is closed or unreferenced, and at the end of its input should the owner die.
 """
 
 from __future__ import annotations
@@ -86,20 +85,20 @@ class ServedStrategy:
 
     @property
     def pid(self) -> int:
-        """Of the process."""
+        """Process id."""
         return self._talk.pid
 
     def start(self, values: Mapping[str, int]) -> Position | None:
-        """The first initial state with these values (of any variables); None without one."""
+        """Return the first initial state with these values (of any variables), or None."""
         return self._first("start", values)
 
     def find(self, values: Mapping[str, int], most: int) -> Position | None:
-        """The first of the first ``most`` nodes of the listed strategy with these values (of any
-        variables); None without one."""
+        """Return the first of the first ``most`` nodes of the listed strategy with these values
+        (of any variables), or None."""
         return self._first("find", values, {"nodes": most})
 
     def move(self, here: Position, inputs: Mapping[str, int]) -> ServedMove | None:
-        """What the strategy does about these next inputs (all of them); None if the environment
+        """Return the strategy's move for these next inputs (all of them); None if the environment
         did what the assumptions exclude. Raises KeyError for a missing input."""
         state = [0] * self._width
         following = [0] * self._width
@@ -114,7 +113,8 @@ class ServedStrategy:
             if answer["refused"] == "inputs":
                 return None
             raise SynthesizerError(
-                f"the synthesizer refuses the {answer['refused']}: it is no state of its strategy"
+                f"the synthesizer refuses the {answer['refused']}: "
+                "it is not a state of its strategy"
             )
         for column, bit in zip(
             self._outputs, self._bits(answer, "outputs", len(self._outputs)), strict=True

@@ -43,7 +43,7 @@ class Talk:
         return self._process.pid
 
     def leave_crew(self) -> None:
-        """From now on whoever holds the strategy ends the process."""
+        """From now on the owner of the strategy ends the process."""
         self._crew.forget(self._process)
 
     def ask(self, request: Mapping[str, Any]) -> dict[str, Any]:
@@ -104,7 +104,7 @@ class Talk:
         return SynthesizerError(f"the synthesizer {self._program} answers nonsense: {answer!r}")
 
     def ended(self, begun: float) -> Finished:
-        """What it left behind, after its output has ended."""
+        """Its result, after its output has ended."""
         status = self._process.wait()
         self._errors.seek(0)
         errors = self._errors.read()

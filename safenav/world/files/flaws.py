@@ -1,4 +1,4 @@
-"""What can be wrong with a map file, told so that it can be mended."""
+"""Defects of a map file, worded so that the user can fix them."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 MAX_BYTES = 150_000_000
-"""Of a file that is read for a map."""
+"""Largest size of a map file."""
 
 
 class Flaw(NamedTuple):

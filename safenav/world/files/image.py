@@ -1,7 +1,7 @@
 """Images as maps: PGM (plain and binary) and PNG, dark is wall.
 
-PGM, what ROS writes, is read here. PNG needs Pillow, which is asked for only then. Sizes are
-looked at before anything is decoded: a small file can claim to be a huge image.
+PGM, what ROS writes, is read here. PNG needs Pillow, which is imported only then. Sizes are
+checked before anything is decoded: a small file can claim to be a huge image.
 """
 
 from __future__ import annotations

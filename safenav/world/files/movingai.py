@@ -56,7 +56,7 @@ def _header(lines: list[str]) -> tuple[dict[str, int], int, list[Flaw]]:
                 sizes[word] = int(value)
             else:
                 sizes[word] = 0
-                flaws.append(Flaw(f"'{word}' is no size: '{value[:20]}'", "", index + 1, 1))
+                flaws.append(Flaw(f"'{word}' is not a size: '{value[:20]}'", "", index + 1, 1))
         elif word == "type":
             if value not in _KINDS:
                 found = f"maps of the type '{value[:20]}'"
@@ -72,7 +72,7 @@ def _row_flaws(row: str, line: int, width: int | None) -> list[Flaw]:
     if odd is not None:
         shown = row[odd] if row[odd].isprintable() else "?"
         known = " ".join(sorted(FREE | WALLS))
-        flaws.append(Flaw(f"'{shown}' is no terrain", f"known: {known}", line, odd + 1))
+        flaws.append(Flaw(f"'{shown}' is not a terrain", f"known: {known}", line, odd + 1))
     if width and len(row) != width:
         found = f"a row of {len(row)} characters where the header announces {width}"
         flaws.append(Flaw(found, "check 'width'", line, 1))

@@ -44,7 +44,7 @@ class Layout:
 
     @classmethod
     def of_count(cls, blocked: Blocked, rows: int, cols: int) -> Layout:
-        """So many rows and columns, over all pixels."""
+        """Rows and columns of the division, over all pixels."""
         return cls(rows, cols, Fraction(blocked.shape[0], rows), Fraction(blocked.shape[1], cols))
 
     @classmethod

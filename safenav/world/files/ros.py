@@ -1,6 +1,6 @@
 """Occupancy maps of ROS map_server: an image and how to read it.
 
-What map_server calls unknown is a wall here: a controller must not count on it. So a pixel is
+What map_server calls unknown is a wall here: a controller must not rely on it. So a pixel is
 free only if map_server says free: occupancy (how dark it is, or how bright if ``negate``) below
 ``free_thresh`` and not above ``occupied_thresh``. The modes trinary and scale agree on that.
 """
@@ -16,7 +16,7 @@ from safenav.world.files.pixels import Blocked
 
 @dataclass(frozen=True)
 class RosMap:
-    """The YAML file of a map. ``resolution``: metres a pixel; ``origin``: x, y and yaw of its
+    """The YAML file of a map. ``resolution``: metres per pixel; ``origin``: x, y and yaw of its
     lower left corner."""
 
     resolution: float
