@@ -156,7 +156,7 @@ def test_missing_segment_is_refused() -> None:
     lines = list(motion(DOOR).lines)
     lines.remove(next(line for line in lines if walks(line)))
     found = judged(replace(motion(DOOR), lines=tuple(lines)))
-    assert any(f.rule == "continuity" and "no motion recorded until" in f.found for f in found)
+    assert any(f.rule == "continuity" and "no motion recorded" in f.found for f in found)
 
 
 def test_missing_move_with_a_longer_rest_is_refused() -> None:
