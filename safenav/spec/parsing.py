@@ -10,6 +10,7 @@ import re
 
 from safenav.errors import Diagnostic, InputError
 from safenav.formula.prefix import to_infix
+from safenav.lines import HINT, foreign_character
 from safenav.spec.specification import (
     Constraint,
     Origin,
@@ -26,15 +27,19 @@ _BOOLEAN = re.compile(r"[A-Za-z_][\w.@]*\Z")
 def read_specification(text: str, file: str = "-", robot: str = "robot") -> Specification:
     """The specification that structured-slugs ``text`` holds.
 
-    Raises InputError with all lines that belong nowhere. Formulas are read when they are used.
+    Raises InputError with all lines that belong nowhere, or the first character that may end a line
+    or not (see ``safenav.lines``). Formulas are read when they are used.
     """
+    if (foreign := foreign_character(text)) is not None:
+        line, column, found = foreign
+        raise InputError([Diagnostic(file, line, column, f"not text: {found}", HINT)])
     variables: list[Variable] = []
     constraints: list[Constraint] = []
     problems: list[Diagnostic] = []
     section: Owner | Section | None = None
     title = comment = ""
-    for number, raw in enumerate(text.splitlines(), 1):
-        line = raw.strip()
+    for number, raw in enumerate(text.split("\n"), 1):
+        line = raw.strip(" \t\r")
         if not line:
             comment = ""
         elif line.startswith("#"):

@@ -71,6 +71,25 @@ void test_sections_repeat_and_keep_text_and_line() {
   EXPECT_EQ(s.file, "test");
 }
 
+void test_a_line_ends_at_a_line_feed_alone() {
+  const char *const separators[] = {"\r",       "\v",           "\f",   "\x1C",
+                                    "\xC2\x85", "\xE2\x80\xA8", "\x7F", "\xE2\x80\xA9"};
+  for (const std::string separator : separators)
+    for (const char *const rest : {"# a comment", "a"}) {
+      const std::string text = "[OUTPUT]\na\n[SYS_TRANS]\n" + (rest + separator) + "! a\n";
+      const Source source("test", text);
+      Diagnostics diagnostics(source);
+      const Specification s = read_specification(source, diagnostics);
+      EXPECT_EQ(diagnostics.error_count(), std::size_t{1});
+      EXPECT(s[Section::SysTrans].empty());
+      EXPECT(diagnostics.sorted()[0].message.find("not text: the character U+") == 0);
+    }
+  EXPECT_EQ(
+      reading::read("[OUTPUT]\r\na\r\n[SYS_TRANS]\r\n# \xC3\x85\xE2\x80\x99\t\r\na\t\r\n")[Section::SysTrans]
+          .size(),
+      std::size_t{1});
+}
+
 void test_languages_are_told_by_content() {
   EXPECT(language("[OUTPUT]\na\n[SYS_INIT]\n! a\n") == Language::Slugsin);
   EXPECT(language("[OUTPUT]\na\n[SYS_INIT]\n| a ! a'\n") == Language::Slugsin);
@@ -155,6 +174,7 @@ int main() {
     test_structuredslugs_has_inputs_first();
     test_range_limits_only_where_bits_can_exceed_the_range();
     test_sections_repeat_and_keep_text_and_line();
+    test_a_line_ends_at_a_line_feed_alone();
     test_languages_are_told_by_content();
     test_buffers_nest_and_may_use_earlier_entries();
     test_what_each_section_may_use();

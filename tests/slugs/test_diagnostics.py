@@ -136,7 +136,7 @@ def test_a_mistake_in_a_formula(
         ("b c", "2:1: error: found 'b c', expected one name on each line"),
         ("b'", "2:1: error: found 'b'', expected the name of a variable"),
         ("!b", "2:1: error: found '!b', expected the name of a variable"),
-        ("b\x01c", "2:1: error: found 'b?c', expected the name of a variable"),
+        ("b\x01c", "2:2: error: not text: the character U+0001"),
         ("b\n[OUTPUT]\nb", "4:1: error: variable 'b' is declared twice"),
     ],
 )

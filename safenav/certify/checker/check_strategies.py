@@ -26,6 +26,8 @@ MOST_EDGES = 500_000
 MOST_STATES = 200_000
 MOST_CASES = 1_000_000
 MOST_MEMORY = 64
+# Programs disagree on whether a line ends there: what is a comment to one is a formula to another.
+FOREIGN = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u2028\u2029]|\r(?!\n|\Z)")
 PASSING = re.compile(r"busy_\w+")  # inputs that tell nothing of what can be observed next
 HEADINGS = ("north", "east", "south", "west")
 TOLD = ("request", "wait", "assigned")
@@ -173,7 +175,8 @@ class Specification:
     def __init__(self, text: str) -> None:
         lines: dict[str, list[str]] = {section: [] for section in ("INPUT", "OUTPUT", *SECTIONS)}
         section = ""
-        for line in map(str.strip, text.splitlines()):
+        require(not FOREIGN.search(text), "a character in the text may or may not end a line")
+        for line in (line.strip(" \t\r") for line in text.split("\n")):
             if line.startswith("["):
                 section = line.strip("[]")
             elif line and not line.startswith("#"):
@@ -364,6 +367,7 @@ def check_measure(
 def check_realizes(graph: Strategy, measures: Any) -> None:
     """Refuse unless a strategy realizes the text of its specification."""
     begun = {graph.inputs[node] for node in graph.begin}
+    require(graph.starts(), "no input can occur at first, so that nothing is shown")
     require(graph.starts() <= begun, "not all inputs that can occur at first have a node")
     check_strategy(graph, graph, [*dict.fromkeys(graph.first)], measures)
     del graph.done, graph.asked, graph.expected  # a run has no use for them

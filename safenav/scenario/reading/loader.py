@@ -139,7 +139,7 @@ def _load(
 
 class _Loader:
     def __init__(self, text: str, file: str, findings: Findings, reachable: bool) -> None:
-        self._lines = text.splitlines()
+        self._lines = text.split("\n")
         self._file = file
         self._reachable = reachable
         self._findings = findings

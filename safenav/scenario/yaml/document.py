@@ -16,6 +16,7 @@ from typing import Any
 import yaml
 
 from safenav.dataclass import dataclass
+from safenav.lines import HINT, foreign_character
 
 MAX_DEPTH = 50
 MAX_NODES = 100_000
@@ -93,6 +94,9 @@ class Document:
 
 def read_document(text: str) -> Document:
     """The only document in ``text``. Raises DocumentError."""
+    if (foreign := foreign_character(text)) is not None:
+        line, column, found = foreign
+        raise DocumentError(Place(line, column), f"not text: {found}", HINT)
     try:
         return _build(yaml.parse(text, Loader=_LOADER))
     except yaml.MarkedYAMLError as error:
@@ -175,6 +179,8 @@ class _Builder:
     def scalar(self, event: Any) -> None:
         place = _place(event)
         self._refuse_tag(event, place)
+        if (foreign := foreign_character(event.value)) is not None:
+            self.flaws.append((place, f"the text holds {foreign[2]}", HINT))
         style = event.style or ""
         value = event.value if style else scalar_value(event.value)
         begin, end = event.start_mark, event.end_mark

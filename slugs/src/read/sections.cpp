@@ -4,6 +4,7 @@
 
 #include "read/messages/spelling.hpp"
 
+#include <cstdio>
 #include <optional>
 
 namespace slugs {
@@ -68,6 +69,22 @@ Heading read_heading(std::string_view line, int number, Diagnostics &diagnostics
   return heading(nearest).value_or(Heading{});
 }
 
+// Whether a line holds no character on which programs disagree: behind one of
+// them, what this program takes for a comment is a formula for another.
+bool is_one_line(std::string_view line, int number, Diagnostics &diagnostics) {
+  for (std::size_t at = 0; at < line.size(); ++at)
+    if (const std::size_t length = foreign_length(line.substr(at))) {
+      const unsigned last = static_cast<unsigned char>(line[at + length - 1]);
+      char name[8];
+      std::snprintf(name, sizeof name, "U+%04X", length == 3 ? 0x2000 | (last & 0x3F) : last);
+      diagnostics.error({number, static_cast<int>(at) + 1, static_cast<int>(length)},
+                        std::string("not text: the character ") + name,
+                        "remove it: programs do not agree on whether a line ends there");
+      return false;
+    }
+  return true;
+}
+
 } // namespace
 
 Sections read_sections(const Source &source, Diagnostics &diagnostics) {
@@ -76,6 +93,8 @@ Sections read_sections(const Source &source, Diagnostics &diagnostics) {
   bool empty = true;
   for (int number = 1; number <= source.line_count(); ++number) {
     const std::string_view line = source.line(number);
+    if (!is_one_line(line, number, diagnostics))
+      continue;
     const std::string_view text = trimmed(line);
     if (text.empty() || text.front() == '#')
       continue;

@@ -19,6 +19,17 @@ Source::Source(std::string file, std::string_view text) : file_(std::move(file))
   starts_.push_back(text_.size());
 }
 
+std::size_t foreign_length(std::string_view text) {
+  const auto byte = [&](std::size_t at) {
+    return at < text.size() ? static_cast<unsigned char>(text[at]) : 0u;
+  };
+  if ((byte(0) < 0x20 && byte(0) != '\t') || byte(0) == 0x7F)
+    return 1;
+  if (byte(0) == 0xC2 && byte(1) >= 0x80 && byte(1) < 0xA0)
+    return 2;
+  return byte(0) == 0xE2 && byte(1) == 0x80 && (byte(2) == 0xA8 || byte(2) == 0xA9) ? 3 : 0;
+}
+
 std::string_view trimmed(std::string_view text) {
   while (!text.empty() && is_blank(text.front()))
     text.remove_prefix(1);

@@ -41,7 +41,12 @@ private:
   std::vector<std::size_t> starts_; // of the lines, and the end
 };
 
-inline bool is_blank(char c) { return c == ' ' || c == '\t' || (c >= '\v' && c <= '\r'); }
+// The length in bytes of a character at the start of the text at which some
+// programs end a line and others do not, or that no text holds: all control
+// characters but the tab, U+2028 and U+2029. 0 if there is another one.
+std::size_t foreign_length(std::string_view text);
+
+inline bool is_blank(char c) { return c == ' ' || c == '\t'; }
 inline bool is_digit(char c) { return c >= '0' && c <= '9'; }
 std::string_view trimmed(std::string_view text);
 

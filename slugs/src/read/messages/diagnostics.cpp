@@ -41,7 +41,7 @@ std::size_t append_character(std::string_view text, std::string &out) {
   const unsigned char first = static_cast<unsigned char>(text[0]);
   if (first == '\t')
     out += ' ';
-  else if (length == 0 || first < 0x20 || first == 0x7F)
+  else if (length == 0 || foreign_length(text) > 0)
     out += '?';
   else
     out += text.substr(0, length);

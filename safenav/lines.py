@@ -1,0 +1,24 @@
+"""Where a line of text ends: at a line feed, perhaps after a carriage return, and nowhere else.
+
+Python, YAML and some editors end lines at other characters, too (U+0085, U+2028, a carriage return
+on its own). Where a text holds one of them, ``# a comment<U+2028>a formula`` is a comment to one
+program and a formula to another. Such texts are refused.
+"""
+
+from __future__ import annotations
+
+import re
+
+_FOREIGN = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u2028\u2029]|\r(?!\n|\Z)")
+
+HINT = "remove it: programs do not agree on whether a line ends there"
+
+
+def foreign_character(text: str) -> tuple[int, int, str] | None:
+    """The first character on which programs disagree: its line and column (from 1), its name."""
+    match = _FOREIGN.search(text)
+    if match is None:
+        return None
+    before = text[: match.start()]
+    column = match.start() - before.rfind("\n")
+    return before.count("\n") + 1, column, f"the character U+{ord(match.group()):04X}"

@@ -1,0 +1,79 @@
+"""A line ends at a line feed, for every reader of specifications and scenarios: behind other
+characters, what is a comment to one program would be a formula to another."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+import warm
+from safenav.certify.checker import check_strategies as checker
+from safenav.errors import InputError
+from safenav.scenario.reading.loader import load_scenario_text
+from safenav.spec.parsing import read_specification
+
+SEPARATORS = ["\r", "\v", "\f", "\x1c", "\x85", "\u2028"]
+"""What Python takes for the end of a line, apart from a line feed."""
+ids = [f"U+{ord(separator):04X}" for separator in SEPARATORS]
+
+TEXT = """# {}
+[INPUT]
+somebody
+[OUTPUT]
+light
+[ENV_TRANS]
+# an assumption: {}
+[SYS_TRANS]
+light' <-> somebody'
+"""
+HIDDEN = TEXT.format("a light", "none{}!somebody'")
+"""A strategy that has no answer to somebody realizes this if what is hidden is an assumption."""
+STRATEGY = {"variables": ["somebody", "light"], "nodes": {"0": {"state": [0, 0], "trans": [0]}}}
+
+SCENARIO = """safenav: 1
+until: {{rounds: 1}}
+robots:
+  a: {{model: quadcopter, start: 6, objective: {{hold: 6}}}}
+map: {{grid: ["#####", "#...#", "#####"]}}
+{}
+"""
+
+
+@pytest.mark.parametrize("separator", SEPARATORS, ids=ids)
+def test_an_assumption_behind_a_separator_is_refused(separator: str) -> None:
+    text = HIDDEN.format(separator) + "[ENV_INIT]\n!somebody\n"
+    with pytest.raises(checker.RefusedError, match="may or may not end a line"):
+        checker.check_realizes(checker.Strategy(STRATEGY, text), [])
+    with pytest.raises(InputError, match=rf"spec:7:22: not text: .*U\+{ord(separator):04X}"):
+        read_specification(text, "spec")
+
+
+@pytest.mark.parametrize("separator", SEPARATORS, ids=ids)
+def test_verify_says_where_the_separator_is(separator: str, tmp_path: Path) -> None:
+    (tmp_path / "spec").write_bytes(HIDDEN.format(separator).encode())
+    (tmp_path / "strategy").write_text(json.dumps(STRATEGY))
+    done = warm.safenav("verify", "spec", "strategy", cwd=tmp_path)
+    assert done.returncode == 2
+    assert f"spec:7:22: not text: the character U+{ord(separator):04X}" in done.stderr
+
+
+@pytest.mark.parametrize("separator", SEPARATORS, ids=ids)
+def test_a_scenario_with_a_separator_is_refused(separator: str) -> None:
+    with pytest.raises(InputError, match=rf"7:10: not text: .*U\+{ord(separator):04X}"):
+        load_scenario_text(SCENARIO.format(f"\n# comment{separator}seed: 3"))
+    escaped = f'name: "a\\u{ord(separator):04X}b"'
+    with pytest.raises(InputError, match=rf"the text holds .*U\+{ord(separator):04X}"):
+        load_scenario_text(SCENARIO.format(escaped))
+
+
+def test_tabs_and_carriage_returns_before_line_feeds_are_fine() -> None:
+    text = HIDDEN.format("\t").replace("\n", "\r\n")
+    assert len(read_specification(text).constraints) == 1
+    assert checker.Specification(text).env_trans == ()
+    assert load_scenario_text(SCENARIO.format("\tname: x").replace("\t", "").replace("\n", "\r\n"))
+
+
+def test_a_specification_that_cannot_begin_shows_nothing() -> None:
+    text = TEXT.format("a light", "none") + "[ENV_INIT]\nFALSE\n"
+    with pytest.raises(checker.RefusedError, match="no input can occur at first"):
+        checker.check_realizes(checker.Strategy({"variables": [], "nodes": {}}, text), [])
