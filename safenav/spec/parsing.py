@@ -31,8 +31,8 @@ def read_specification(text: str, file: str = "-", robot: str = "robot") -> Spec
     or not (see ``safenav.lines``). Formulas are read when they are used.
     """
     if (foreign := foreign_character(text)) is not None:
-        line, column, found = foreign
-        raise InputError([Diagnostic(file, line, column, f"not text: {found}", HINT)])
+        at, column, found = foreign
+        raise InputError([Diagnostic(file, at, column, f"not text: {found}", HINT)])
     variables: list[Variable] = []
     constraints: list[Constraint] = []
     problems: list[Diagnostic] = []
