@@ -1,4 +1,4 @@
-"""What a batch costs beyond its runs, and what a second process brings.
+"""The overhead of a batch beyond its runs, and what a second process brings.
 
     python benchmarks/batch.py                 100 generated scenarios, one job against two
     python benchmarks/batch.py --repeat 5 --keep /tmp/suite

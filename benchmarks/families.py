@@ -44,7 +44,7 @@ def grid(rows: int, cols: int, adversary: str = "none", walls: bool = False, goa
     It visits `goals` cells spread evenly over the border, the corners if there are four of them.
 
     The other robot moves by at most one cell (`four`: to a 4-neighbour, `king`: diagonally too),
-    never steps onto the robot, and comes back to two far cells again and again; else it does what
+    never steps onto the robot, and returns to two far cells infinitely often; else it does what
     it likes.  The robot never steps onto it.  With walls, every third column is a wall with a gap.
     """
     text = _Text(f"{rows} x {cols} grid, patrol of {goals} cells, adversary: {adversary}")
@@ -93,7 +93,7 @@ def regions(rows: int, cols: int, adversary: str = "none") -> str:
 def errands(size: int, goals: int) -> str:
     """Many goals: a robot on a square grid serves requests at scattered cells.
 
-    Each request stays until the robot is there, and a slow door (open again and again) divides the
+    Each request stays until the robot is there, and a slow door (open infinitely often) divides the
     grid, so that every goal needs both the other player's patience and a path.
     """
     text = _Text(f"{goals} errands on a {size} x {size} grid with a door in the middle")
@@ -109,7 +109,7 @@ def errands(size: int, goals: int) -> str:
         f"(col = {middle} & col' = {middle - 1}) -> (open & row = {middle})",
         why="the two halves are joined by the door alone",
     )
-    text.add("ENV_LIVENESS", "open", why="the door opens again and again")
+    text.add("ENV_LIVENESS", "open", why="the door opens infinitely often")
     for j in range(goals):
         row, col = (j * 5 + 2) % size, (j * 3 + j * size // max(goals, 1)) % size
         there = f"(row = {row} & col = {col})"

@@ -14,7 +14,7 @@ def long_sum(terms: int, variables: int = 10) -> str:
 
 
 def pairs(count: int) -> str:
-    """So many outputs, each of which repeats an input of its own."""
+    """This many outputs, each of which repeats an input of its own."""
     every = range(count)
     inputs = "".join(f"i{k}\n" for k in every)
     outputs = "".join(f"o{k}\n" for k in every)

@@ -30,7 +30,7 @@ from campaigns.generate.families import benchmark, maps_folder, mission  # noqa:
 
 @dataclass(frozen=True)
 class Run:
-    """What one run did and took. ``cpu``: of safenav and its synthesizers; ``searches``: seconds
+    """Results and costs of one run. ``cpu``: of safenav and its synthesizers; ``searches``: seconds
     of each search for a joint plan, certificates of single moves among them."""
 
     outcome: str

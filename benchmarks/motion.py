@@ -1,4 +1,4 @@
-"""What motion costs: planning, sampling, case study 1, and 1,000 ticks of six robots.
+"""The cost of motion: planning, sampling, case study 1, and 1,000 ticks of six robots.
 
     python benchmarks/motion.py
 
@@ -111,7 +111,7 @@ def trace_of(name: str) -> bytes:
 
 
 def long_trace(ticks: int) -> bytes:
-    """Six robots that never rest: the ways of the team of six, there and back for ever. Each
+    """Six robots that never rest: the ways of the team of six, there and back forever. Each
     goes round a ring of its own, so that all move in every tick."""
     kinds = ("digit", "digit", "rover", "rover", "quad", "quad")
     header = json.loads(trace_of("team_of_six").splitlines()[0])

@@ -6,8 +6,8 @@ Measured in headless Chromium, from the page's own navigation and frame timestam
 
 With a vision every robot also keeps track of all others by beliefs.
 
-Bars: a page of 1,000 ticks and 6 robots under 1 MB, open in under a second, 60 frames a second;
-the 3D page of case study 1 (software rendering) under 400 kB, open in 3 s, 30 frames a second.
+Bars: a page of 1,000 ticks and 6 robots under 1 MB, open in under a second, 60 frames per second;
+the 3D page of case study 1 (software rendering) under 400 kB, open in 3 s, 30 frames per second.
 Needs the packages of the tests (selenium) and Debian's chromium and chromium-driver.
 """
 

@@ -1,4 +1,4 @@
-"""How soon the studio knows what is wrong with an edit, and how smoothly a run that goes on is
+"""How soon the studio knows what is wrong with an edit, and how smoothly a live run is
 shown, on 60 x 80 regions with 12 robots.
 
     python benchmarks/studio.py [--rows 60] [--cols 80] [--robots 12] [--seconds 10]
@@ -85,7 +85,7 @@ def judged(text: str, cache: str) -> tuple[str, float, float]:
 
 
 def shown(text: str, seconds: float) -> str:
-    """How the page shows a run that goes on, at 1400 x 900."""
+    """How the page shows a live run, at 1400 x 900."""
     from report.browser import Browser
     from studio.serving import Served
 
@@ -138,7 +138,7 @@ def main() -> None:
             answer, cpu, wall = judged(scenario(*size, models), cache)
         print(f"{models[0]} {answer}: {cpu:.2f} ({wall:.2f} on the clock)")
     if chosen.seconds > 0:
-        print(f"a run that goes on: {shown(scenario(*size), chosen.seconds)}")
+        print(f"a live run: {shown(scenario(*size), chosen.seconds)}")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""What is measured: named cases, the time that each should take, and where the files come from."""
+"""The measured cases: the time that each should take, and where the files come from."""
 
 from __future__ import annotations
 
@@ -63,14 +63,14 @@ BARS = (
     Bar("generated/regions_12x12_adversary", "strategy", 2.0, 4.0, "61"),
     Bar("generated/regions_20x30_adversary", "strategy", None, 4.0, "61"),
     Bar("gr1/bunny_many_goals_8.slugsin", "strategy", 0.5, None, "26"),
-    # A huge strategy, 586,471 nodes: the bar is 100,000 nodes a second.
+    # A huge strategy, 586,471 nodes: the bar is 100,000 nodes per second.
     Bar("gr1/genbuf_10.slugsin", "strategy", 5.86, None, ""),
     Bar("gr1/genbuf_20.slugsin", "verdict", 1.0, None, "> 60"),
     Bar("gr1/synt15_10.slugsin", "verdict", 1.0, None, "26"),
     Bar("gr1/jcss12_4.slugsin", "verdict", 5.0, None, "> 60"),
     *(Bar(f"gr1/synt15_{n}.slugsin", "verdict", 1.0, None, "") for n in (24, 25, 28, 30)),
 )
-# Published families at sizes that the corpus need not have, written anew, and large simple texts:
+# Published families at sizes that the corpus need not have, rewritten, and large simple texts:
 # the bars of the verdict.
 WRITTEN = {
     "amba_6": (published.amba(6), 3.0),

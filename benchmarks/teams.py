@@ -2,7 +2,7 @@
 
     python benchmarks/teams.py                     # the curves of docs/tracking.md
     python benchmarks/teams.py --sides 7,20 --robots 2 --tracking nearby,exact
-    python benchmarks/teams.py --bars              # what is asked of teams, and what is measured
+    python benchmarks/teams.py --bars              # bars of teams and measured figures
 
 Each figure of the curves is one robot's whole synthesis (specification, slugs, strategy; no cache,
 not verified), on an open floor with a wall region in eight, four corners as targets. CPU seconds
@@ -140,7 +140,7 @@ def numbers(text: str) -> list[int]:
 @click.option("--robots", "teams", default="2,4,8", show_default=True)
 @click.option("--tracking", "trackings", default="nearby", show_default=True)
 @click.option("--seconds", type=float, default=60, show_default=True, help="Limit of each.")
-@click.option("--bars", "asked", is_flag=True, help="What is asked of teams, instead.")
+@click.option("--bars", "asked", is_flag=True, help="Measure the bars of teams instead.")
 @click.option("--json", "json_file", type=click.Path(path_type=Path), help="Write the figures.")
 def main(
     sides: str, teams: str, trackings: str, seconds: float, asked: bool, json_file: Path | None

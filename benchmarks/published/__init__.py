@@ -1,4 +1,4 @@
-"""Families of specifications that others published, written anew at every size.
+"""Families of specifications that others published, rewritten at every size.
 
 Reactive synthesizers are compared on these.  Each function gives structuredslugs text.
 """

@@ -55,7 +55,7 @@ def belief(rows: int, cols: int, adversaries: int, sight: int = 3) -> str:
 
     Of the kind of the belief maps in safe locomotion planning: one integer for each robot's cell,
     and for each adversary's cell or that it is out of sight; what an adversary may do is listed
-    for each pair of cells.  It comes out of sight again and again.
+    for each pair of cells.  It is out of sight infinitely often.
     """
     cells = range(rows * cols)
     unseen = rows * cols

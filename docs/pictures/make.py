@@ -59,6 +59,8 @@ def _case_study(browser: Browser, number: int, folder: Path) -> None:
         _shoot(browser, page, request, HERE / "phone.png", width=390, height=844)
     if number == 1:
         (HERE / f"{name}.svg").write_text(svg_of(replay.scene(request)))
+        film = ("--gif", "--width", "760", "--speed", "5", "-o", str(HERE / f"{name}.gif"))
+        _safenav("replay", str(folder / f"{name}.jsonl"), *film)
 
 
 def _solid(folder: Path) -> None:
