@@ -7,7 +7,7 @@ Columns (from 1; 0 if the tree was not parsed) do not take part in comparisons.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import field, replace
 from enum import StrEnum
 
@@ -137,8 +137,14 @@ def variables(formula: Formula) -> frozenset[str]:
     return frozenset(name.name for name in names_of(formula))
 
 
-def resolve_constants(formula: Formula, value: Callable[[Name, Comparison], int | None]) -> Formula:
-    """The formula with names in comparisons replaced by numbers where ``value`` gives one."""
+def resolve_constants(
+    formula: Formula,
+    value: Callable[[Name, Comparison], int | None],
+    members: Callable[[Name], Iterable[int] | None] = lambda _: None,
+) -> Formula:
+    """The formula with names in comparisons replaced by numbers where ``value`` gives one.
+
+    Being equal to a name with ``members`` means being equal to one of them."""
 
     def atom(part: Name | Number, within: Comparison) -> Name | Number:
         number = value(part, within) if isinstance(part, Name) and not part.primed else None
@@ -149,8 +155,22 @@ def resolve_constants(formula: Formula, value: Callable[[Name, Comparison], int 
             return Sum(tuple(atom(part, within) for part in whole.terms))
         return atom(whole, within)
 
+    def expanded(node: Comparison) -> Formula | None:
+        if node.relation not in (Relation.EQUAL, Relation.UNEQUAL):
+            return None
+        for name, other in ((node.right, node.left), (node.left, node.right)):
+            numbers = members(name) if isinstance(name, Name) and not name.primed else None
+            if isinstance(name, Name) and numbers is not None:
+                parts = [Number(number, name.column) for number in sorted(numbers)]
+                each = tuple(walk(Comparison(node.relation, other, part)) for part in parts)
+                joined = Or(each) if node.relation is Relation.EQUAL else And(each)
+                return each[0] if len(each) == 1 else joined
+        return None
+
     def walk(node: Formula) -> Formula:
         match node:
+            case Comparison() if (whole := expanded(node)) is not None:
+                return whole
             case Comparison(_, left, right):
                 return replace(node, left=term(left, node), right=term(right, node))
             case Not(operand) | Next(operand):

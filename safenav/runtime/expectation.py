@@ -8,8 +8,9 @@ from dataclasses import field
 from safenav.dataclass import dataclass
 from safenav.scenario.event_pattern import EventKind, EventPattern
 from safenav.scenario.model import Expect
+from safenav.scenario.objective import Word, number_word
 from safenav.trace import records
-from safenav.trace.wording import Word, obstacle_words
+from safenav.trace.wording import obstacle_words
 
 _KINDS = frozenset(kind.value for kind in EventKind)
 
@@ -45,7 +46,7 @@ class Ledger:
                 self.rounds = dict(event.rounds)
 
 
-def differences(expect: Expect, ledger: Ledger, word: Word = str) -> list[str]:
+def differences(expect: Expect, ledger: Ledger, word: Word = number_word) -> list[str]:
     """What is not as expected, one sentence each; empty if all is. ``word``: how regions are
     called."""
     found = []
@@ -85,7 +86,7 @@ def matches(pattern: EventPattern, event: records.Record) -> bool:
         return False
     if pattern.obstacle is not None and getattr(event, "obstacle", None) != pattern.obstacle:
         return False
-    if pattern.region is not None and pattern.region not in _parts(event, "at", "to", "region"):
+    if pattern.regions and pattern.regions.isdisjoint(_parts(event, "at", "to", "region")):
         return False
     return pattern.robots <= _parts(event, "robot", "robots", "requester", "helper")
 

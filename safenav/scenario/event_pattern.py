@@ -30,18 +30,18 @@ class EventKind(StrEnum):
 
 @dataclass(frozen=True)
 class EventPattern:
-    """Matches the events of a kind in which all these robots, this obstacle and this region
-    have a part; None matches any."""
+    """Matches the events of a kind in which all these robots, this obstacle and one of these
+    regions have a part; None and the empty set match any."""
 
     kind: EventKind
     robots: frozenset[str] = frozenset()
     obstacle: str | None = None
-    region: Region | None = None
+    regions: frozenset[Region] = frozenset()
 
     def __str__(self) -> str:
         words = [self.kind.value, *sorted(self.robots)]
         if self.obstacle is not None:
             words.append(self.obstacle)
-        if self.region is not None:
-            words.append(str(self.region))
+        if self.regions:
+            words.append("|".join(map(str, sorted(self.regions))))
         return " ".join(words)

@@ -16,6 +16,14 @@ from safenav.world.map import Region
 Target = frozenset[Region]
 """Regions of which any one counts."""
 
+Word = Callable[[Region | Target], str]
+"""The name of a region or of a target (``RegionMap.word``)."""
+
+
+def number_word(place: Region | Target) -> str:
+    """A region's number; the numbers of a target: ``47|58``."""
+    return str(place) if isinstance(place, int) else "|".join(map(str, sorted(place)))
+
 
 @dataclass(frozen=True)
 class Patrol:
@@ -109,32 +117,28 @@ def _target_data(target: Target) -> int | list[int]:
     return next(iter(target)) if len(target) == 1 else sorted(target)
 
 
-def describe(objective: Objective, word: Callable[[Region], str] = str) -> str:
-    """The objective in a few words, for people: ``patrol 58 <-> 28``. ``word`` says what a region
-    is called (``RegionMap.word``: ``patrol dock <-> shelf``)."""
-
-    def words(target: Target) -> str:
-        return "|".join(word(region) for region in sorted(target))
-
+def describe(objective: Objective, word: Word = number_word) -> str:
+    """The objective in a few words, for people: ``patrol 58 <-> 28``, or with ``RegionMap.word``
+    ``patrol dock <-> ward_a``."""
     match objective:
         case Patrol(first, second):
-            return f"patrol {words(first)} <-> {words(second)}"
+            return f"patrol {word(first)} <-> {word(second)}"
         case Visit(targets):
-            return "visit " + ", ".join(words(t) for t in targets) + " in turn"
+            return "visit " + ", ".join(word(t) for t in targets) + " in turn"
         case Cover(targets):
-            return "cover " + ", ".join(words(t) for t in targets)
+            return "cover " + ", ".join(word(t) for t in targets)
         case Hold(target):
-            return f"hold {words(target)}"
+            return f"hold {word(target)}"
         case Ltl():
             safety, liveness = len(objective.safety), len(objective.liveness)
             return f"meet its formulas ({safety} safety, {liveness} liveness)"
 
 
-def written(objective: Objective, word: Callable[[Region], str] = str) -> str:
+def written(objective: Objective, word: Word = number_word) -> str:
     """The objective as one writes it in a scenario: ``{patrol: [dock, shelf]}``."""
 
     def target(regions: Target) -> str:
-        words = [word(region) for region in sorted(regions)]
+        words = word(regions).split("|")
         return words[0] if len(words) == 1 else f"{{any: [{', '.join(words)}]}}"
 
     if isinstance(objective, Ltl):

@@ -89,13 +89,15 @@ def heading_in_trace(pose: Pose) -> str | None:
 
 def _map(world: RegionMap) -> setting.MapHeader:
     """Its metres only if they are known."""
-    names = dict(world.names) or None
-    plain = setting.MapHeader(world.rows, world.cols, tuple(world.grid_rows()), names=names)
-    if world.frame is None:
-        return plain
-    (width, height), (x, y) = world.frame.resolution, world.frame.origin
+    frame = world.frame
     return setting.MapHeader(
-        plain.rows, plain.cols, plain.grid, (width, height), (x, y, world.frame.yaw), names
+        world.rows,
+        world.cols,
+        tuple(world.grid_rows()),
+        resolution=None if frame is None else frame.resolution,
+        origin=None if frame is None else (*frame.origin, frame.yaw),
+        names=dict(world.names) or None,
+        areas={name: tuple(sorted(area)) for name, area in world.areas.items()} or None,
     )
 
 

@@ -100,6 +100,8 @@ class MapHeader:
     origin: tuple[float, float, float] | None = None
     names: Mapping[str, Count] | None = None
     """The regions to which the scenario gives names."""
+    areas: Mapping[str, tuple[Region, ...]] | None = None
+    """The sets of regions to which the scenario gives names."""
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,17 @@ import re
 from collections.abc import Callable, Iterable, Sequence
 
 from safenav.dataclass import dataclass
-from safenav.scenario.objective import Cover, Hold, Ltl, Objective, Patrol, Visit, describe
+from safenav.scenario.objective import (
+    Cover,
+    Hold,
+    Ltl,
+    Objective,
+    Patrol,
+    Visit,
+    Word,
+    describe,
+    number_word,
+)
 from safenav.trace import records, vocabulary
 from safenav.trace.objective import Objective as TracedObjective
 from safenav.world.map import Region
@@ -53,15 +63,11 @@ def _ltl(spelled: str) -> Ltl:
         return Ltl()
 
 
-Word = Callable[[Region], str]
-"""What a region is called: its name or its number."""
-
-
-def objective_words(objective: Objective | None, word: Word = str) -> str:
+def objective_words(objective: Objective | None, word: Word = number_word) -> str:
     return "no objective" if objective is None else describe(objective, word)
 
 
-def obstacle_words(name: str, word: Word = str) -> str:
+def obstacle_words(name: str, word: Word = number_word) -> str:
     """``door@47``, or ``door@dock`` where the region has a name."""
     kind, at, region = name.partition("@")
     return f"{kind}@{word(int(region))}" if at and region.isdecimal() else name
@@ -115,8 +121,8 @@ class Wording:
     ``robot`` and ``strong`` dress up names of robots and what matters most; ``team``: how many
     robots there are, where that is known."""
 
-    word: Word = str
-    place: Word | None = None
+    word: Word = number_word
+    place: Callable[[Region], str] | None = None
     robot: Callable[[str], str] = str
     strong: Callable[[str], str] = str
     team: int | None = None
@@ -277,7 +283,7 @@ def synthesis_words(line: records.Synthesis) -> str:
     return f"{found}{spent}{proof}"
 
 
-def regions_words(regions: Iterable[Region], word: Word = str) -> str:
+def regions_words(regions: Iterable[Region], word: Word = number_word) -> str:
     """Regions in short: ``22-24, 35``; a region alone by its name."""
     runs: list[tuple[int, int]] = []
     for region in sorted(regions):

@@ -60,8 +60,8 @@ FREE = "."
 class RegionMap:
     """An R x C grid of regions, some of them walls (the paper's set O of known obstacles).
 
-    ``names`` gives regions a name that scenarios may use instead of the number. ``frame`` says
-    where the map lies in metres, if that is known.
+    ``names`` gives regions a name that scenarios may use instead of the number, ``areas`` names
+    sets of free regions. ``frame`` says where the map lies in metres, if that is known.
     """
 
     rows: int
@@ -69,10 +69,14 @@ class RegionMap:
     walls: frozenset[Region]
     names: Mapping[str, Region] = field(default_factory=dict, hash=False)
     frame: Frame | None = None
+    areas: Mapping[str, frozenset[Region]] = field(default_factory=dict, hash=False)
 
     @classmethod
     def from_grid(
-        cls, lines: Iterable[str], names: Mapping[str, Region] | None = None
+        cls,
+        lines: Iterable[str],
+        names: Mapping[str, Region] | None = None,
+        areas: Mapping[str, Iterable[Region]] | None = None,
     ) -> RegionMap:
         """Read rows of ``#`` (wall) and ``.`` (free), all of one length.
 
@@ -91,7 +95,8 @@ class RegionMap:
                     raise ValueError(f"row {r}, column {c}: {char!r} is neither '#' nor '.'")
                 if char == WALL:
                     walls.add(r * cols + c)
-        return cls(len(rows), cols, frozenset(walls), dict(names or {}))
+        sets = {name: frozenset(regions) for name, regions in (areas or {}).items()}
+        return cls(len(rows), cols, frozenset(walls), dict(names or {}), areas=sets)
 
     @property
     def size(self) -> int:
@@ -151,12 +156,32 @@ class RegionMap:
         """The first name of each region that has one."""
         return {region: name for name, region in reversed([*self.names.items()])}
 
-    def word(self, region: Region) -> str:
-        """A region in one word: its name, else its number."""
-        return self._named.get(region, str(region))
+    @cached_property
+    def _in_area(self) -> Mapping[Region, str]:
+        """The smallest area around each region that lies in one."""
+        largest_first = sorted(self.areas.items(), key=lambda item: -len(item[1]))
+        return {region: name for name, regions in largest_first for region in regions}
+
+    def word(self, place: Region | frozenset[Region]) -> str:
+        """A region in one word: its name, else its number. Of a set the areas that it consists
+        of, and the regions in none: ``ward_a|dock``."""
+        if isinstance(place, int):
+            return self._named.get(place, str(place))
+        rest, words = place, []
+        for name, regions in sorted(self.areas.items(), key=lambda item: -len(item[1])):
+            if regions and regions <= rest and len(place) > 1:
+                words.append(name)
+                rest -= regions
+        return "|".join([*words, *(self.word(region) for region in sorted(rest))])
+
+    def place(self, region: Region) -> str:
+        """Where something happens: ``dock``, ``ward_a 40`` (a region of an area) or ``40``."""
+        area = self._in_area.get(region) if region not in self._named else None
+        return f"{area} {region}" if area else self.word(region)
 
     def label(self, region: Region) -> str:
-        """How a region is shown to people: ``47 [3, 8]``, or ``dock 47 [3, 8]`` with a name."""
+        """How a region is shown to people: ``47 [3, 8]``, or ``dock 47 [3, 8]`` with the name of
+        the region or of its area."""
         row, col = self.position(region)
-        name = f"{self._named[region]} " if region in self._named else ""
-        return f"{name}{region} [{row}, {col}]"
+        name = self._named.get(region) or self._in_area.get(region)
+        return f"{name} {region} [{row}, {col}]" if name else f"{region} [{row}, {col}]"

@@ -27,7 +27,7 @@ FILES = {"floor.png": "rooms.png", "office.yaml": "office.yaml", "arena.map": "r
 
 def test_the_first_example_is_a_whole_scenario() -> None:
     assert load_scenario_text(WHOLE).name == "opening a door"
-    assert len(FRAGMENTS) == 8
+    assert len(FRAGMENTS) == 9
 
 
 @pytest.mark.parametrize("fragment", FRAGMENTS, ids=[str(i) for i in range(len(FRAGMENTS))])

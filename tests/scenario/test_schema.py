@@ -13,6 +13,7 @@ from jsonschema import Draft202012Validator
 
 from safenav.formula.syntax import RESERVED_WORDS
 from safenav.scenario.model import Controllers, Coordination, Outcome, ResolveAt, Tracking
+from safenav.scenario.reading import areas as area_reader
 from safenav.scenario.reading import catalogue, loader
 from safenav.scenario.reading import changes as change_reader
 from safenav.scenario.reading import expectation as expectation_reader
@@ -33,6 +34,7 @@ VALID = sorted(FOLDER.glob("*.yaml"))
 BROKEN = {file.stem: file for file in sorted((FOLDER / "invalid").rglob("*.yaml"))}
 
 WELL_SHAPED = {
+    "bad_areas": False,
     "bad_changes": False,
     "bad_event_patterns": False,
     "bad_expectations": False,
@@ -130,6 +132,7 @@ def definition(name: str) -> dict[str, Any]:
         (SCHEMA, loader.KEYS, loader.REQUIRED),
         (SCHEMA["properties"]["limits"], loader.LIMIT_KEYS, ()),
         (definition("map"), map_reader.KEYS, ()),
+        (definition("rectangle"), area_reader.KEYS, ()),
         (definition("robot"), robot_reader.KEYS, robot_reader.REQUIRED),
         (definition("obstacle"), obstacle_reader.KEYS, obstacle_reader.REQUIRED),
         (definition("change"), change_reader.KEYS, change_reader.REQUIRED),

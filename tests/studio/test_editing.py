@@ -228,3 +228,16 @@ def test_a_map_that_is_uploaded_names_no_file_of_the_machine(tmp_path: Path) -> 
     )
     with pytest.raises(InputError, match="outside"):
         beginnings.on_map("map.yaml", {"map.yaml": ros.encode()}, Division())
+
+
+def test_areas_move_with_a_map_that_grows_and_are_drawn_as_targets() -> None:
+    areas = "areas: {hall: {rows: 1-2, columns: 3}, spots: [[1, 1], {columns: 1-2}]}"
+    text = DOOR.replace("robots:", f"{areas}\nrobots:").replace("[54, 49]", "[hall, spots]")
+    grown = edited(text, {"op": "resize", "top": 1, "left": 2})
+    assert "areas: {hall: {rows: 2-3, columns: 5}, spots: [[2, 3], {columns: 3-4}]}" in grown
+    draft = load_draft(text, "door.yaml")
+    assert draft.world is not None
+    drawing = drawing_of(text, draft.world, draft.catalogue)
+    assert drawing is not None
+    assert drawing["robots"][0]["targets"][0] == [16, 29]
+    assert drawing["run"]["areas"]["hall"] == [16, 29]

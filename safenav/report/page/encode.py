@@ -48,6 +48,7 @@ def encoded(replay: Replay, source: str) -> dict[str, Any]:
         "cols": replay.map.cols,
         "grid": replay.map.grid_rows(),
         "names": {region: name for name, region in reversed([*replay.map.names.items()])},
+        "areas": {name: sorted(area) for name, area in replay.map.areas.items()},
         "last": replay.last,
         "within": replay.within,
         "opens": replay.last if replay.failed else 0,

@@ -8,7 +8,7 @@ from safenav.report.replay.timeline import Hidden, ObstacleStatus, Placed, Scene
 from safenav.report.terminal.map import MapPicture, Marker, draw
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import Objective, describe, targets_of
-from safenav.trace.wording import obstacle_words
+from safenav.trace.wording import obstacle_words, regions_words
 from safenav.world.map import Region, RegionMap
 from safenav.world.sight import members, visible_from
 
@@ -65,7 +65,7 @@ def scenario_text(scenario: Scenario, width: int) -> list[str]:
         lines.append("  a capital letter: a robot; a small one: its target; ?: a hidden obstacle")
     else:
         lines.append("  o: a target; ▒▒: a hidden obstacle; a wider terminal shows region numbers")
-    return lines
+    return lines + _areas(scenario.map)
 
 
 def _targets(objective: Objective) -> list[Region]:
@@ -115,6 +115,11 @@ def _robots(scenario: Scenario, sign: dict[str, str]) -> list[str]:
         + f": {describe(robot.objective, world.word)}"
         for robot in scenario.robots
     ]
+
+
+def _areas(world: RegionMap) -> list[str]:
+    named = (f"  {name}: {regions_words(area)}" for name, area in world.areas.items())
+    return ["", "  areas:", *named] if world.areas else []
 
 
 def _obstacles(scenario: Scenario) -> list[str]:

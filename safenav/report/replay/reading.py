@@ -91,7 +91,7 @@ class ReplayBuilder:
     def begin(cls, trace: Trace) -> ReplayBuilder:
         header = trace.header.scenario
         try:
-            world = RegionMap.from_grid(header.map.grid, header.map.names)
+            world = RegionMap.from_grid(header.map.grid, header.map.names, header.map.areas)
         except ValueError as error:
             raise ContradictionError(f"the map cannot be used: {error}") from error
         tracks, hidden = {}, {}
@@ -119,7 +119,7 @@ class ReplayBuilder:
 
     @property
     def wording(self) -> Wording:
-        return Wording(self.map.word, team=len(self.header.robots))
+        return Wording(self.map.word, self.map.place, team=len(self.header.robots))
 
     def tell(self, line: records.Record) -> None:
         """The next line. Raises ContradictionError if it does not fit those before."""

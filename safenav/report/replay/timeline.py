@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Generic, TypeVar
 
-from safenav.scenario.objective import Objective
-from safenav.trace.wording import Word, Wording, obstacle_words
+from safenav.scenario.objective import Objective, Word, number_word
+from safenav.trace.wording import Wording, obstacle_words
 from safenav.world.map import Heading, Region, RegionMap
 
 T = TypeVar("T")
@@ -159,7 +159,7 @@ class StackRow:
     helper: str | None
     yielding: tuple[str, ...] = ()
 
-    def about(self, word: Word = str) -> str:
+    def about(self, word: Word = number_word) -> str:
         """``door@47``, or ``east and digit give way to west``; ``word`` names regions."""
         if self.obstacle is not None:
             return obstacle_words(self.obstacle, word)

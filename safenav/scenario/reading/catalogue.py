@@ -216,8 +216,8 @@ def _places(
     if not node.items:
         findings.add(node, f"{label} is empty", "without a region nobody can resolve it")
         return None
-    found = [regions.region(item, label) for item in node.items]
-    return frozenset(region for region in found if region is not None)
+    found = [regions.regions(item, label) or frozenset() for item in node.items]
+    return frozenset().union(*found)
 
 
 def _blocks(

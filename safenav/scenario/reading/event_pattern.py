@@ -50,7 +50,7 @@ class EventPatternReader:
             return None
         robots: set[str] = set()
         obstacles: list[str | None] = []
-        regions: list[int] = []
+        regions: list[frozenset[int]] = []
         for other in others:
             region = self._regions.written(other)
             if "@" in other:
@@ -58,9 +58,11 @@ class EventPatternReader:
             elif other in self._robots:
                 robots.add(other)
             elif region is not None:
-                regions.append(region)
+                regions.append(frozenset({region}))
+            elif area := self._regions.areas.get(other):
+                regions.append(area)
             else:
-                found = f"{what}: '{clipped(other)}' is no robot, obstacle or region"
+                found = f"{what}: '{clipped(other)}' is no robot, obstacle, region or area"
                 self._findings.add(node, found, suggestion(other, self._robots))
                 return None
         if len(obstacles) > 1 or len(regions) > 1:
@@ -68,5 +70,5 @@ class EventPatternReader:
             self._findings.add(node, found, "an event is about one of each at most")
             return None
         obstacle = obstacles[0] if obstacles else None
-        region = regions[0] if regions else None
-        return EventPattern(EventKind(word), frozenset(robots), obstacle, region)
+        named = regions[0] if regions else frozenset()
+        return EventPattern(EventKind(word), frozenset(robots), obstacle, named)

@@ -13,6 +13,7 @@ from safenav.dataclass import dataclass
 from safenav.errors import Diagnostic, InputError
 from safenav.scenario.catalogue import Catalogue
 from safenav.scenario.model import Controllers, Coordination, Limits, Scenario, Until
+from safenav.scenario.reading.areas import read_areas
 from safenav.scenario.reading.catalogue import built_in, extended, read_catalogue
 from safenav.scenario.reading.changes import ChangeReader
 from safenav.scenario.reading.expectation import ExpectationReader
@@ -36,6 +37,7 @@ KEYS = (
     "safenav",
     "name",
     "map",
+    "areas",
     "robots",
     "obstacles",
     "changes",
@@ -153,6 +155,7 @@ class _Loader:
             return None
         self._version(item.get("safenav"))
         regions = read_map(item.get("map"), self._lines, Path(self._file).parent, self._findings)
+        regions = read_areas(item.get("areas"), regions, self._findings)
         self.world = regions.world
         before = len(self._findings)
         catalogue = self.catalogue = self._catalogue(item.get("catalogue"), regions)

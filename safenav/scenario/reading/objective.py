@@ -189,13 +189,16 @@ class ObjectiveReader:
         def constant(name: Name, within: Comparison) -> int | None:
             return self._constant(name, within, declared)
 
-        formula = resolve_constants(formula, constant)
+        def members(name: Name) -> frozenset[int] | None:
+            return None if name.name in declared else self._regions.areas.get(name.name)
+
+        formula = resolve_constants(formula, constant, members)
         for problem in check(formula, declared, next_allowed=next_allowed):
             hint = problem.hint
             if problem.unknown == "heading":
                 hint = "only robots with heading mobility have one"
             elif problem.unknown:
-                names = {*declared, *self._regions.names}
+                names = {*declared, *self._regions.names, *self._regions.areas}
                 hint = suggestion(problem.unknown, names)
             self._at(node, problem.column, f"{what}: {problem.found}", hint)
         return to_text(formula)

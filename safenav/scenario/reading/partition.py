@@ -68,13 +68,11 @@ def _cells(
             findings.add(item, f"{what} is empty", "a cell has at least one region")
         found = []
         for place in listed:
-            region = regions.region(place, what)
-            if region is None:
-                continue
-            if owner.setdefault(region, number) != number:
-                twice = f"{what}: region {region} is already in cell {owner[region]}"
-                findings.add(place, twice, "a region belongs to one cell")
-            found.append(region)
+            for region in sorted(regions.regions(place, what) or ()):
+                if owner.setdefault(region, number) != number:
+                    twice = f"{what}: region {region} is already in cell {owner[region]}"
+                    findings.add(place, twice, "a region belongs to one cell")
+                found.append(region)
         cells.append(frozenset(found))
     world = regions.world
     if world is None or len(findings) > before:

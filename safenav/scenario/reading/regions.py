@@ -19,19 +19,25 @@ _BRACKETS = re.compile(r"\[\s*(\d{1,9})\s*,\s*(\d{1,9})\s*\]", re.ASCII)
 class RegionReader:
     """Reads regions of one map. Without a map (it was bad) only the form is checked.
 
-    ``names`` maps declared names to regions, or to None if the declaration was bad.
+    ``names`` maps declared names to regions and ``areas`` to sets of them, or to None if the
+    declaration was bad.
     """
 
     def __init__(
-        self, world: RegionMap | None, names: Names[str, Region | None], findings: Findings
+        self,
+        world: RegionMap | None,
+        names: Names[str, Region | None],
+        findings: Findings,
+        areas: Names[str, frozenset[Region] | None] | None = None,
     ) -> None:
         self.world = world
         self.names = names
+        self.areas = areas or {}
         self._findings = findings
 
     def for_file(self, findings: Findings) -> RegionReader:
         """The same, reporting to the findings of another file."""
-        return RegionReader(self.world, self.names, findings)
+        return RegionReader(self.world, self.names, findings, self.areas)
 
     def region(self, node: Node | None, what: str) -> Region | None:
         """A region that is no wall; None if there is none or it was reported."""
@@ -44,11 +50,19 @@ class RegionReader:
             return None
         return region
 
+    def regions(self, node: Node, what: str) -> frozenset[Region] | None:
+        """The regions of an area, or one region; None if that was reported."""
+        if isinstance(node, Scalar) and isinstance(node.value, str) and node.value in self.areas:
+            return self.areas[node.value]
+        region = self.region(node, what)
+        return None if region is None else frozenset({region})
+
     def target(self, node: Node | None, what: str) -> Target | None:
-        """One region, or ``{any: [...]}`` for a set of which any one counts."""
+        """One region, an area, or ``{any: [...]}`` for a set of which any one counts."""
+        if node is None:
+            return None
         if not isinstance(node, Mapping):
-            region = self.region(node, what)
-            return None if region is None else frozenset({region})
+            return self.regions(node, what)
         fields = mapping(node, what, self._findings, ("any",), _SET)
         items = sequence(fields.get("any") if fields else None, f"'any' of {what}", self._findings)
         if items is None:
@@ -56,9 +70,9 @@ class RegionReader:
         if not items:
             self._findings.add(node, f"{what}: a set of no regions", "name at least one region")
             return None
-        found = [self.region(item, what) for item in items]
-        regions = frozenset(region for region in found if region is not None)
-        return regions if None not in found else None
+        found = [self.regions(item, what) for item in items]
+        sets = [regions for regions in found if regions is not None]
+        return frozenset().union(*sets) if len(sets) == len(found) else None
 
     def targets(self, node: Node | None, what: str) -> tuple[Target | None, ...] | None:
         """A list of targets, None in place of those that were reported."""
@@ -97,8 +111,17 @@ class RegionReader:
     def _named(self, node: Scalar, name: str, what: str) -> Region | None:
         if name in self.names:
             return self.names[name]
-        found = f"{what}: no region is named '{clipped(name)}'"
-        hint = suggestion(name, self.names) or "names are declared in 'names' of map"
+        if name in self.areas:
+            area = self.areas[name]
+            if area is not None:
+                first = self.world.label(min(area)) if self.world is not None else str(min(area))
+                found = f"{what}: '{name}' is an area of {len(area)} regions"
+                self._findings.add(node, found, f"name one region, for example {first}")
+            return None
+        found = f"{what}: no region or area is named '{clipped(name)}'"
+        hint = suggestion(name, {**self.names, **self.areas}) or (
+            "names are declared in 'names' of map, areas in 'areas'"
+        )
         if name.isdigit():
             hint = f"write {clipped(name)} without quotes"
         self._findings.add(node, found, hint)

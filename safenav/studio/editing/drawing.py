@@ -59,7 +59,9 @@ class _Placing:
         if isinstance(node, Mapping):
             listed = node.get("any")
             items = listed.items if isinstance(listed, Sequence) else ()
-            return [region for item in items if (region := self.region(item)) is not None]
+            return [region for item in items for region in self.target(item)]
+        if isinstance(node, Scalar) and node.value in self.world.areas:
+            return sorted(self.world.areas[str(node.value)])
         found = self.region(node)
         return [] if found is None else [found]
 

@@ -55,6 +55,11 @@ class MapPlaces:
         """Every value that stands for a region, with what replaces it."""
         for name in list(self.names):
             yield from self._one(self.names, name)
+        areas = self.data.get("areas")
+        for area in areas.values() if isinstance(areas, dict) else ():
+            for index, value in enumerate(area if isinstance(area, list) else ()):
+                if not isinstance(value, dict):
+                    yield from self._one(area, index)
         robots = self.data.get("robots")
         for robot in robots.values() if isinstance(robots, dict) else ():
             if not isinstance(robot, dict):
@@ -69,6 +74,17 @@ class MapPlaces:
         for obstacle in obstacles if isinstance(obstacles, list) else ():
             if isinstance(obstacle, dict):
                 yield from self._one(obstacle, "region")
+
+    def move_rectangles(self, down: int, aside: int) -> None:
+        """Rectangles of areas after so many new rows at the top and columns at the left."""
+        areas = self.data.get("areas")
+        for area in areas.values() if isinstance(areas, dict) else ():
+            for item in area if isinstance(area, list) else [area]:
+                for key, by, most in (("rows", down, self.rows), ("columns", aside, self.cols)):
+                    if isinstance(item, dict) and key in item:
+                        ends = [int(end) + by for end in str(item[key]).split("-")]
+                        ends = [min(max(end, 0), most - 1) for end in ends]
+                        item[key] = f"{ends[0]}-{ends[-1]}" if len(ends) > 1 else ends[0]
 
     def _objective(self, objective: Any) -> Iterator[tuple[Any, Callable[[Any], None]]]:
         for kind in OBJECTIVES if isinstance(objective, dict) else ():

@@ -49,6 +49,7 @@ def resize(data: Any, told: Operation) -> None:
         grid = _opened(grid, places.grid, (top, bottom, left, right))
     _draw(data, grid)
     after = MapPlaces(data)
+    after.move_rectangles(top, left)
     for value, put, region in moved:
         if region is None or isinstance(value, str):
             continue

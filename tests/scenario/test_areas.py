@@ -1,0 +1,111 @@
+"""Areas: named sets of regions wherever a target or a set of regions can stand."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from safenav.scenario.model import Scenario
+from safenav.scenario.objective import Hold, Ltl, Patrol, Visit, describe, written
+from safenav.scenario.reading.loader import load_scenario_text
+from tests.warm import safenav
+
+ROOMS = """\
+safenav: 1
+map:
+  grid: |
+    #######
+    #..#..#
+    #.....#
+    #..#..#
+    #######
+  names: {dock: [1, 2], gate: 17}
+areas:
+  west: {rows: 1-3, columns: 0-2}
+  east: [{columns: 4-6}]
+  corner: [[3, 4], 26]
+"""
+WEST, EAST, CORNER = {8, 9, 15, 16, 22, 23}, {11, 12, 18, 19, 25, 26}, {25, 26}
+
+
+def load(rest: str) -> Scenario:
+    return load_scenario_text(ROOMS + rest, "rooms.yaml")
+
+
+def robot(objective: str) -> Scenario:
+    start = "model: quadcopter, start: 8"
+    return load(f"robots:\n  ann: {{{start}, objective: {objective}}}\n")
+
+
+def test_rectangles_hold_their_free_regions_and_lists_what_they_name() -> None:
+    assert robot("{hold: 8}").map.areas == {"west": WEST, "east": EAST, "corner": CORNER}
+
+
+@pytest.mark.parametrize(
+    ("told", "expected", "words"),
+    [
+        ("{patrol: [west, gate]}", Patrol(frozenset(WEST), frozenset({17})), "west <-> gate"),
+        ("{hold: east}", Hold(frozenset(EAST)), "hold east"),
+        (
+            "{visit: [{any: [corner, dock]}, west]}",
+            Visit((frozenset(CORNER | {9}), frozenset(WEST))),
+            "visit corner|dock, west in turn",
+        ),
+    ],
+)
+def test_objectives_take_areas_and_are_told_with_their_names(
+    told: str, expected: object, words: str
+) -> None:
+    scenario = robot(told)
+    objective = scenario.robots[0].objective
+    assert objective == expected
+    assert words in describe(objective, scenario.map.word)
+    assert robot(written(objective, scenario.map.word)).robots[0].objective == objective
+
+
+def test_formulas_compare_the_region_with_an_area() -> None:
+    told = robot("{ltl: {safety: [region != corner | TRUE], liveness: [region = corner]}}")
+    objective = told.robots[0].objective
+    assert isinstance(objective, Ltl)
+    assert objective.liveness == ("region = 25 | region = 26",)
+    assert objective.safety == ("region != 25 & region != 26 | TRUE",)
+
+
+def test_resolution_regions_cells_and_events_take_areas() -> None:
+    scenario = load(
+        """\
+catalogue:
+  obstacles:
+    debris: {action: push, resolve_at: [corner, gate]}
+robots:
+  ann: {model: digit, start: 8, heading: east, objective: {patrol: [west, east]}}
+obstacles: [{type: debris, region: 18}]
+partition: [[west], [gate], [east]]
+expect: {order: [goal ann east, goal ann west]}
+"""
+    )
+    assert scenario.obstacles[0].resolution_regions(scenario.map) == (17, 25, 26)
+    assert set(scenario.partition or ()) == {frozenset(WEST), frozenset({17}), frozenset(EAST)}
+    assert scenario.expect.order is not None
+    assert [pattern.regions for pattern in scenario.expect.order] == [EAST, WEST]
+
+
+def test_a_run_names_the_areas_that_robots_reach(tmp_path: Path) -> None:
+    text = ROOMS + (
+        "robots: {ann: {model: quadcopter, start: 8, objective: {patrol: [west, corner]}}}\n"
+        "expect: {outcome: completed, order: [goal ann corner]}\n"
+    )
+    (tmp_path / "rooms.yaml").write_text(text)
+    done = safenav("run", "rooms.yaml", "--trace", "run.jsonl", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "patrol west <-> corner" in done.stdout
+    assert "ann reaches corner 25 [3, 4]" in done.stdout
+    header = json.loads((tmp_path / "run.jsonl").read_text().splitlines()[0])
+    assert header["scenario"]["map"]["areas"]["corner"] == [25, 26]
+    assert safenav("check-trace", "run.jsonl", cwd=tmp_path).returncode == 0
+    drawn = safenav("draw", "rooms.yaml", cwd=tmp_path).stdout
+    assert "corner: 25-26" in drawn
+    assert safenav("certify", "rooms.yaml", "-o", "bundle", cwd=tmp_path).returncode == 0
+    assert safenav("check-bundle", "bundle", cwd=tmp_path).returncode == 0
