@@ -234,7 +234,11 @@ def test_areas_move_with_a_map_that_grows_and_are_drawn_as_targets() -> None:
     areas = "areas: {hall: {rows: 1-2, columns: 3}, spots: [[1, 1], {columns: 1-2}]}"
     text = DOOR.replace("robots:", f"{areas}\nrobots:").replace("[54, 49]", "[hall, spots]")
     grown = edited(text, {"op": "resize", "top": 1, "left": 2})
-    assert "areas: {hall: {rows: 2-3, columns: 5}, spots: [[2, 3], {columns: 3-4}]}" in grown
+    assert "areas: {hall: {rows: 2-3, columns: 5}, spots: [[2, 3]," in grown
+    world = load_draft(grown, "grown.yaml").world
+    assert world is not None
+    assert world.areas["hall"] == {2 * 15 + 5, 3 * 15 + 5}
+    assert world.areas["spots"] == {r for r in world.free if world.position(r)[1] in (3, 4)}
     draft = load_draft(text, "door.yaml")
     assert draft.world is not None
     drawing = drawing_of(text, draft.world, draft.catalogue)
