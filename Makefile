@@ -59,11 +59,12 @@ slugs-test: install ## unit tests of the synthesizer, with assertions and saniti
 	$(CMAKE) --build $(SLUGS_TESTED) --parallel $(JOBS)
 	$$(command -v ctest || echo $(BIN)/ctest) --test-dir $(SLUGS_TESTED) --output-on-failure --parallel $(JOBS)
 
-lint: install ## ruff, mypy --strict, clang-format
+lint: install ## ruff, mypy --strict, clang-format, odd phrases
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/clang-format --dry-run --Werror $$(git ls-files 'slugs/*.cpp' 'slugs/*.hpp')
+	$(BIN)/pytest -q tests/prose
 
 format: install ## reformat Python and C++
 	$(BIN)/ruff check --fix .

@@ -6,7 +6,7 @@
 Each scenario is a small map with two rooms, a hidden door between them, and a team of two like
 in the paper's case study 1: six syntheses, some fifty ticks. The synthesis cache is off. Runs
 with one and with several jobs alternate, so that a change in the load of the machine meets
-both; ratios are of medians. `overhead` is the wall time that is no scenario's run (start of
+both; ratios are of medians. `overhead` is the wall time that is not a scenario's run (start of
 the processes, loading, handing out, results), for each scenario and job.
 """
 

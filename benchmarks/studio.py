@@ -7,7 +7,7 @@ Edits in CPU seconds (user and system, this process or the one that judges), so 
 does not count. Bars: the text judged (syntax, places, what is drawn) within 1 s, the realizability
 of one robot within 5 s, also where nothing is in the synthesis cache. Frames in headless Chromium,
 from the timestamps that the page gets, while the run plays at the speed it begins with; bar: 30
-frames a second. Needs the packages of the tests (selenium) and Debian's chromium and
+frames per second. Needs the packages of the tests (selenium) and Debian's chromium and
 chromium-driver; `--seconds 0` leaves the browser out.
 """
 

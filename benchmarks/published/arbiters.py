@@ -192,7 +192,7 @@ def genbuf(senders: int) -> str:
 def synt15(masters: int, coupled: bool = False) -> str:
     """The AMBA AHB arbiter as revised: fewer inputs, and processes in place of monitors.
 
-    Of all lock requests two are left: that of the master which has been granted the bus, and that
+    Two lock requests are left: that of the master which has been granted the bus, and that
     of the one which owns it.  Three processes handle locked bursts: the owner of one of
     unspecified length gives up its lock at some time, the arbiter holds the bus for it until then,
     and counts the transfers of a burst of four.  Each process has a place in its program and the

@@ -14,11 +14,11 @@ from published.text import all_of, specification
 def bunny(size: int) -> str:
     """A robot visits every cell of two opposite sides of its field; a turtle is in the way.
 
-    The turtle walks to and fro in one direction and appears anywhere in the other.  Both are
+    The turtle walks back and forth in one direction and appears anywhere in the other.  Both are
     processes of the language of the paper, and have what its translation gives a process: the
-    number of what it does in one turn is a variable, so is where it stands in its program (one
-    place, as it repeats one choice), and so is whose turn it is among its side's processes (of
-    which there is one; before the first turn that is open).
+    number of its action in one turn is a variable; its place in its program (one place, as it
+    repeats one choice) and whose turn it is among its side's processes (of which there is one;
+    before the first turn that is open) are two more.
     """
     if size < 2:
         raise ValueError("a field has at least two cells a side")
@@ -53,7 +53,7 @@ def bunny(size: int) -> str:
 def belief(rows: int, cols: int, adversaries: int, sight: int = 3) -> str:
     """A robot delivers on a map while it evades adversaries that it sees only when they are near.
 
-    Of the kind of the belief maps in safe locomotion planning: one integer for each robot's cell,
+    Like the belief maps in safe locomotion planning: one integer for each robot's cell,
     and for each adversary's cell or that it is out of sight; what an adversary may do is listed
     for each pair of cells.  It is out of sight infinitely often.
     """
