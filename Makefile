@@ -23,7 +23,7 @@ run: install ## install everything, build slugs/, run case study 1
 # a time limit).
 test: install ## lint, types, C++ tests, Python tests
 	@$(MAKE) --no-print-directory --jobs=$(JOBS) lint slugs-test
-	$(BIN)/pytest -n $$(( $(JOBS) + 1 )) --dist worksteal
+	$(BIN)/pytest -n $$(( $(JOBS) + 1 )) --dist worksteal --ignore tests/prose
 
 QUICK := tests/architecture tests/audit tests/formula tests/scenario tests/spec tests/traces tests/world
 
