@@ -19,7 +19,7 @@ namespace fuzz {
   std::abort();
 }
 
-// A limit ends reading at once, and in no other way than by LimitReached.
+// A limit ends reading immediately, and in no other way than by LimitReached.
 inline void read_within_no_time(const slugs::Source &source, const std::string &text) {
   const std::atomic<bool> interrupted{true};
   slugs::Budget budget;
@@ -30,7 +30,7 @@ inline void read_within_no_time(const slugs::Source &source, const std::string &
   } catch (const slugs::LimitReached &) {
     return;
   }
-  fail("reading goes on after an interrupt", text);
+  fail("reading continues after an interrupt", text);
 }
 
 inline void read_and_translate(const std::string &text) {

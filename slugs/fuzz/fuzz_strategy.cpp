@@ -1,4 +1,4 @@
-// Fuzzes what --check reads: whatever the bytes, they are no strategy, or one
+// Fuzzes what --check reads: whatever the bytes, they are not a strategy, or one
 // that is accepted or rejected with a reason.
 
 #include "fuzz_reading.hpp"

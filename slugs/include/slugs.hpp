@@ -92,7 +92,7 @@ public:
   void counterstrategy(std::ostream &out);
 
   // Model checking without the solver.  Throws std::invalid_argument if the
-  // text is no strategy at all, Stopped.
+  // text is not a strategy, Stopped.
   Check check_strategy(const std::string &json) const;
   Check check_counterstrategy(const std::string &json) const;
 

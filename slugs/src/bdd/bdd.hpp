@@ -125,7 +125,7 @@ public:
   std::uint64_t collections() const { return collections_; }
   std::uint64_t reorderings() const { return reorderings_; }
   std::uint64_t work() const { return operations_.work(); }    // steps of operations so far
-  std::uint64_t sifting_work() const { return sifting_work_; } // nodes looked at by reordering so far
+  std::uint64_t sifting_work() const { return sifting_work_; } // nodes visited by reordering so far
 
   // Throws std::logic_error if an invariant is broken.  For tests.
   void assert_consistent() const;

@@ -44,7 +44,7 @@ public:
   }
 
   void clear() { entries_.clear_to_zero(); }
-  // Forgets results that speak of edges that are dead.
+  // Forgets results that refer to dead edges.
   template <typename Dead> void forget(const Dead &dead) {
     for (std::size_t i = 0; i < entries_.size(); ++i) {
       Entry &entry = entries_[i];

@@ -63,7 +63,7 @@ public:
 
   static constexpr std::uint64_t unlimited_work = static_cast<std::uint64_t>(-1);
   std::uint64_t work() const { return work_; } // steps so far
-  // How far work() may come; looked at now and then.
+  // How far work() may come; checked now and then.
   std::uint64_t most_work = unlimited_work;           // else Overworked
   std::uint64_t most_operation_work = unlimited_work; // else Outgrown
 

@@ -167,7 +167,7 @@ void Reordering::between_steps(const Work &step) {
 // worked before that is worth a try.
 std::uint64_t Reordering::effort(std::size_t nodes) const { return std::uint64_t{4} * store_.bits() * nodes; }
 
-// Nodes to look at in vain before sifting is given up where it may gain nothing.
+// Nodes to visit without success before sifting is given up where it may gain nothing.
 // All pairs of a diagram of the first size must have their turn (genbuf_100 ends
 // with 25,000 nodes instead of 600 otherwise), but not if they are tens of thousands.
 std::uint64_t Reordering::gamble() const {

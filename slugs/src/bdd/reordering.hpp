@@ -8,15 +8,15 @@
 // thousands.  So there are three occasions:
 //
 // - An operation that makes far more nodes than there were is given up: the
-//   diagrams are sifted, and it starts anew ("dynamic reordering" in CUDD,
+//   diagrams are sifted, and it restarts ("dynamic reordering" in CUDD,
 //   Somenzi 1998).  Sifting the operands is cheap and often enough.  Where it is
 //   not, what the operation had made so far says what the product is going to
 //   look like: its nodes are sifted together with the operands.
 // - While the game is being built and its states are being explored, diagrams
 //   that have grown are sifted before they are worked on.
-// - In the fixpoints the same step is taken again and again.  There the aim is
+// - In the fixpoints the same step is taken repeatedly.  There the aim is
 //   not small diagrams but cheap steps, and sometimes the former makes the latter
-//   dearer.  So a step is measured before and after, and if sifting was for the
+//   more expensive.  So a step is measured before and after, and if sifting was for the
 //   worse, the former order is restored.
 
 #pragma once

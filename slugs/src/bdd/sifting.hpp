@@ -25,8 +25,8 @@ inline constexpr std::uint64_t unlimited_sifting = static_cast<std::uint64_t>(-1
 
 // Moves each pair to its best position, largest first.  Stops moving a pair when
 // the diagrams exceed `growth` times their best size.  Appends to the log.  Moves
-// no more pairs after it has looked at `budget` nodes without effect; each time
-// that the diagrams have been halved it starts to count anew.
+// no more pairs after it has visited `budget` nodes without effect; each time
+// that the diagrams have been halved the count restarts.
 void sift(BddStore &store, SiftingLog &log, double growth = 1.2, std::uint64_t budget = unlimited_sifting);
 // The same for all nodes, also those that no handle can reach.  They are gone afterwards.
 void sift_all(BddStore &store, SiftingLog &log, double growth, std::uint64_t budget);

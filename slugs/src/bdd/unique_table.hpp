@@ -57,7 +57,7 @@ public:
   // Of variables and of the constant's pseudo-variable, which is below all.
   std::size_t levels() const { return level_of_var_.size(); }
 
-  // "if v then high else low".  The only way in which nodes come to be; `v` is
+  // "if v then high else low".  The only way to make nodes; `v` is
   // above the edges' variables.
   Edge make(Var v, Edge low, Edge high);
 
@@ -73,7 +73,7 @@ public:
   std::size_t live() const { return live_; }
   std::size_t peak() const { return peak_; }
   std::size_t capacity() const { return nodes_.size(); }
-  // Outgrown leaves make() when there are more; looked at now and then.
+  // Outgrown leaves make() when there are more; checked now and then.
   void limit_nodes(std::size_t most) { most_nodes_ = most; }
   MemoryAccount &account() { return account_; }
 

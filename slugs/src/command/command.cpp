@@ -1,7 +1,7 @@
 // What the command does, one function for each kind of run.
 //
 // Standard output holds the strategy, translation or result of a check and
-// nothing else; all that is said to a person goes to standard error.
+// nothing else; all messages go to standard error.
 
 #include "command/command.hpp"
 
@@ -37,7 +37,7 @@ namespace slugs {
 namespace {
 
 // A file that is opened while one of these is closed would take its place, and
-// get what is said to a person.  Their uses still fail: reading what can only be
+// get the messages.  Their uses still fail: reading what can only be
 // written, and the other way round.
 void reserve_standard_descriptors() {
   for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
@@ -88,7 +88,7 @@ Specification read(const std::string &file, const Budget &budget) try {
   throw LimitReached(LimitKind::Memory, "memory limit reached while reading the specification");
 }
 
-// A verdict that cannot be written is no verdict.
+// A verdict that cannot be written is not a verdict.
 void tell(const std::string &text) {
   std::cerr << text;
   if (!std::cerr)

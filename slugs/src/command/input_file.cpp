@@ -28,7 +28,7 @@ public:
   Input(const Input &) = delete;
   Input &operator=(const Input &) = delete;
 
-  // Appends what is there next; false at the end.
+  // Appends the next piece; false at the end.
   bool read_some(std::string &text, const Budget &budget) {
     constexpr std::size_t chunk = std::size_t{1} << 18;
     constexpr int milliseconds = 50; // between looks at the budget

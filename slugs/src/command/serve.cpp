@@ -14,7 +14,7 @@ namespace slugs {
 
 namespace {
 
-// The request is no request; what to say about it.
+// The request is malformed; the message says how.
 struct BadRequest {
   std::string reason;
 };

@@ -30,10 +30,10 @@ struct Statistics {
   std::vector<std::uint64_t> y_iterations; // for each goal
   std::vector<std::uint64_t> x_iterations; // for each goal
 
-  std::uint64_t peak_nodes = 0; // allocated at once, dead ones included
+  std::uint64_t peak_nodes = 0; // allocated at one time, dead ones included
   std::uint64_t live_nodes = 0; // after the last collection
   // Labour that does not depend on how busy the machine is: steps of operations
-  // that their cache did not know, and nodes looked at by reordering.
+  // that their cache did not know, and nodes visited by reordering.
   std::uint64_t operation_steps = 0;
   std::uint64_t reordering_steps = 0;
   std::uint64_t reorderings = 0;

@@ -9,7 +9,7 @@
 // that satisfies A_i by where it is, but not by how it moves, does not win.
 //
 // W grows in stages, and each stage has one goal j that it prevents.  A play
-// never goes back to a later stage, so it stays in some stage for ever; there
+// never goes back to a later stage, so it stays in some stage forever; there
 // goal j is never reached again.  Within a stage the layers of X lead to a
 // transition that satisfies assumption i, after which the next assumption is
 // pursued.  Hence a strategy needs no memory but i.  Stages that merely force
@@ -63,8 +63,8 @@ void CounterFixpoint::attract() {
   }
 }
 
-// One stage: the states from which the environment can prevent goal j for ever
-// while it satisfies all assumptions again and again, or force the play into
+// One stage: the states from which the environment can prevent goal j forever
+// while it satisfies all assumptions infinitely often, or force the play into
 // earlier stages.  Returns whether there are any.
 bool CounterFixpoint::prevent(std::size_t j) {
   BddStore &store = game_.store;

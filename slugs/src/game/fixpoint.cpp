@@ -100,7 +100,7 @@ Bdd Fixpoint::wait(const Bdd &open, const Bdd &start, std::size_t i, std::uint64
   const Bdd &assumption = game_.assumptions[i];
   if (!decided_by_input_[i])
     return stay(start, open, !assumption, iterations);
-  // Where the environment can satisfy the assumption, waiting is lost at once.
+  // Where the environment can satisfy the assumption, waiting is lost immediately.
   const Bdd x = start & !game_.origins(open, assumption);
   if (assumption.is_true())
     return x;
@@ -172,7 +172,7 @@ Bdd Fixpoint::reach_goal(std::size_t j) {
         return finish(larger);
       }
     }
-    const Bdd answered = larger; // what leads there is not open any more
+    const Bdd answered = larger; // what leads there is no longer open
     const Bdd &unanswered = order_ == Steps::BiasForAction ? open_before : open;
     const Bdd &closer = order_ == Steps::BiasForAction ? y : answered;
     for (std::size_t i = 0; i < game_.assumptions.size(); ++i) {

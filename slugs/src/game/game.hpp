@@ -2,7 +2,7 @@
 //
 // From a state s the environment picks next inputs x' with ENV_TRANS(s, x'),
 // then the system sees x' and picks next outputs y' with SYS_TRANS(s, x', y').
-// Liveness conditions speak of transitions (s, s').
+// Liveness conditions are about transitions (s, s').
 
 #pragma once
 
@@ -84,7 +84,7 @@ struct Game {
 private:
   // If the environment has independent parts: relations that are multiplied one at a time.
   struct Parts {
-    std::vector<Bdd> moves;      // ENV_TRANS: of each part, and what is not of one part
+    std::vector<Bdd> moves;      // ENV_TRANS: of each part, and the rest
     std::vector<Bdd> answerable; // by what they say something of
     std::optional<Product> move; // from states to moves
     std::optional<Product> undo; // from moves to states

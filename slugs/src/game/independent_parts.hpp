@@ -1,6 +1,6 @@
 // The parts of the environment that move independently of each other.
 //
-// Constraints of ENV_TRANS belong together if they speak of the same next input, or
+// Constraints of ENV_TRANS belong together if they refer to the same next input, or
 // of two that some other constraint brings together.  What the inputs of one group
 // do next then says nothing about those of another.  Such a group is a part if it
 // has a present of its own: inputs whose present values matter for nothing else,

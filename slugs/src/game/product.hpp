@@ -2,7 +2,7 @@
 //
 // One relation after the other is multiplied, and each variable is quantified as
 // soon as no later relation reads it ("early quantification": Burch, Clarke and
-// Long 1991).  So no intermediate result speaks of more than one relation's past and
+// Long 1991).  So no intermediate result has more than one relation's past and
 // future, which is all the difference where the relations are independent.
 
 #pragma once

@@ -1,7 +1,7 @@
 // The face of the engine: one specification in, a verdict and certificates out.
 //
 // No global state: two solvers can live in one process.  Everything throws
-// LimitReached when the budget is spent; what has been sent to a sink by then
+// LimitReached when the budget is exhausted; what has been sent to a sink by then
 // is incomplete and must be discarded by the caller.
 
 #pragma once

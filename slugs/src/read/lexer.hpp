@@ -57,7 +57,7 @@ enum class Words : std::uint8_t {
 };
 
 // The tokens of a line, one at a time: a line may have millions.  The last one
-// is a Token::End just behind the line, again and again.
+// is a Token::End just behind the line, repeatedly.
 class Lexer {
 public:
   Lexer(std::string_view line, int number, Words words, BudgetPacer &pacer)

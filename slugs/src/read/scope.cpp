@@ -117,11 +117,11 @@ bool Scope::check_use(const Symbol &symbol, std::string_view name, Place place, 
     return true;
   const char *hint = "";
   if (section == Section::EnvInit && !next)
-    hint = "ENV_INIT speaks of inputs only; SYS_INIT may use outputs and inputs";
+    hint = "ENV_INIT refers to inputs only; SYS_INIT may use outputs and inputs";
   else if (section == Section::EnvInit)
-    hint = "ENV_INIT speaks of current inputs; how they may change belongs in ENV_TRANS";
+    hint = "ENV_INIT refers to current inputs; how they may change belongs in ENV_TRANS";
   else if (section == Section::SysInit)
-    hint = "SYS_INIT speaks of current values; what must hold of next values belongs in SYS_TRANS";
+    hint = "SYS_INIT refers to current values; what must hold of next values belongs in SYS_TRANS";
   else
     hint = "the environment moves first: ENV_TRANS may use current values and next inputs";
   diagnostics.error(place,

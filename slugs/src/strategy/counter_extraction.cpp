@@ -83,7 +83,7 @@ private:
     return game_.store.edges().cofactor(f, v, true);
   }
 
-  // Returns whether the exploration should go on looking for initial states.
+  // Returns whether the exploration should keep looking for initial states.
   bool meet_outputs(Edge f, std::uint32_t bit, std::vector<Word> &valuation) {
     if (f == bdd_false)
       return true;

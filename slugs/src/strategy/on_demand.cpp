@@ -67,7 +67,7 @@ std::optional<Position> OnDemandStrategy::find(const Values &values, std::size_t
       state[bit] = get_bit(nodes.state(*found), bit);
     result = position(std::move(state), nodes.rank(*found));
   }
-  // Whoever asks for more must begin anew.
+  // To get more, start again.
   if (!begun)
     listed_.reset();
   else if (!found)

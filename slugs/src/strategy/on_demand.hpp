@@ -5,9 +5,9 @@
 // first set of the fixpoint that has the state, in the order in which steps are
 // taken (see allowed_moves.cpp), and the assumption that waiting in this set
 // relies on.  On each move that does not meet the guarantee the number falls, or
-// it stays, the assumption stays, and it is not met on this move.  So whoever
-// follows can check each move, and a play that never meets the guarantee again
-// comes to violate an assumption for ever.
+// it stays, the assumption stays, and it is not met on this move.  So the
+// caller can check each move, and a play that never meets the guarantee again
+// violates an assumption forever.
 
 #pragma once
 

@@ -9,7 +9,7 @@ namespace {
 constexpr const char *always =
     "what must always hold is a line of SYS_TRANS (guarantee) or ENV_TRANS (assumption), without 'G'";
 constexpr const char *again =
-    "what must happen again and again is a line of SYS_LIVENESS (guarantee) or ENV_LIVENESS (assumption), "
+    "what must happen infinitely often is a line of SYS_LIVENESS (guarantee) or ENV_LIVENESS (assumption), "
     "without 'G F'";
 constexpr const char *until = "GR(1) has no until: for 'a U b' write 'a | b' in SYS_TRANS with a Boolean "
                               "output that remembers b, and b "
@@ -46,7 +46,7 @@ constexpr ForeignWord words[] = {
 
 std::string ForeignWord::message() const {
   return (temporal ? "temporal operator '" : "found '") + std::string(text) +
-         (temporal ? "' is not part of GR(1)" : "', which is no operator here");
+         (temporal ? "' is not part of GR(1)" : "', which is not an operator here");
 }
 
 const ForeignWord *foreign_word(std::string_view word, ForeignWord::Kind kind) {

@@ -164,7 +164,7 @@ Value ValueAlgebra::logical(Token op, const Value &left, const Value &right) con
 
 Value ValueAlgebra::arithmetic(Token op, Value left, const Value &right) const {
   Value result = unknown(span(left.place, right.place));
-  // Both sides are looked at, so that both mistakes are reported.
+  // Both sides are checked, so that both mistakes are reported.
   const bool left_fits = is_integer(left);
   const bool right_fits = is_integer(right);
   if (op != Token::Plus)

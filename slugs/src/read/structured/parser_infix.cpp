@@ -2,7 +2,7 @@
 //
 // A mistake of grammar ends the line, since what follows would be guesswork; a
 // mistake of meaning (an undeclared name, a comparison of Booleans) yields a
-// value of unknown type, which suits every operator, and the line goes on.
+// value of unknown type, which suits every operator, and the line continues.
 
 #include "read/structured/parser_infix.hpp"
 
