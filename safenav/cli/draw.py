@@ -54,6 +54,8 @@ def command(
     from safenav.scenario.reading.bare_map import Division
 
     plan = _plan(scenario, Division(rows, cols, side, share))
+    for note in plan.map.notes:
+        click.echo(f"warning: {note}", err=True)
     names = [robot.name for robot in plan.robots]
     if sight is not None and sight not in names:
         raise UsageError(f"{scenario}: there is no robot '{sight}'; it has {', '.join(names)}")

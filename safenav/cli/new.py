@@ -90,6 +90,8 @@ def _on_map(map_file: Path, file: Path, division: Division) -> str:
     from safenav.scenario.reading.bare_map import load_map, map_lines
 
     world = load_map(map_file, division)
+    for note in world.notes:
+        click.echo(f"warning: {note}", err=True)
     folder = Path() if str(file) == "-" else file.parent
     text = scenario_on(world, map_lines(map_file, division, folder), map_file.stem)
     if text is None:

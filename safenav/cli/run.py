@@ -99,6 +99,8 @@ def command(
     from safenav.trace.writing import TraceWriter
 
     plan = load_scenario(scenario)
+    for note in plan.map.notes:
+        click.echo(f"warning: {note}", err=True)
     if seed is not None:
         plan = replace(plan, seed=seed)
     if max_ticks is not None:

@@ -15,7 +15,7 @@ from safenav.scenario.yaml.findings import closest
 
 def doubts(scenario: Scenario) -> tuple[str, ...]:
     """One sentence each, in the scenario's terms."""
-    found = [*_needless(scenario)]
+    found = [*scenario.map.notes, *_needless(scenario)]
     for obstacle in scenario.obstacles:
         found += _unable(obstacle, scenario)
     if scenario.seed and not _draws(scenario):

@@ -62,6 +62,7 @@ class RegionMap:
 
     ``names`` gives regions a name that scenarios may use instead of the number, ``areas`` names
     sets of free regions. ``frame`` says where the map lies in metres, if that is known.
+    ``notes``: losses and guesses in reading it from a file, as sentences.
     """
 
     rows: int
@@ -70,6 +71,7 @@ class RegionMap:
     names: Mapping[str, Region] = field(default_factory=dict, hash=False)
     frame: Frame | None = None
     areas: Mapping[str, frozenset[Region]] = field(default_factory=dict, hash=False)
+    notes: tuple[str, ...] = field(default=(), compare=False)
 
     @classmethod
     def from_grid(

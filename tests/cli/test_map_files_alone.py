@@ -49,7 +49,7 @@ def test_a_map_that_is_not_divided_says_how(safenav: Command) -> None:
     for name in ("rooms.png", "office.yaml"):
         found = safenav("draw", MAPS / name)
         assert found.returncode == 2
-        assert "--rows 20 --cols 30" in found.stderr
+        assert ("--rows 11 --cols 20" if name == "rooms.png" else "--side 0.5") in found.stderr
         assert len(found.stderr.splitlines()) == 2
 
 

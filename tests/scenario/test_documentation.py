@@ -21,7 +21,12 @@ def examples(name: str) -> list[str]:
 
 WHOLE, *FRAGMENTS = examples("scenario.md")
 MAPS = examples("maps.md")
-FILES = {"floor.png": "rooms.png", "office.yaml": "office.yaml", "arena.map": "rooms.map"}
+FILES = {
+    "floor.png": "rooms.png",
+    "wards.png": "rooms_coloured.png",
+    "office.yaml": "office.yaml",
+    "arena.map": "rooms.map",
+}
 """What the files that docs/maps.md names are here."""
 
 
@@ -39,7 +44,7 @@ def test_fragments_fit_into_the_whole_scenario(fragment: str) -> None:
         assert load_scenario_text(yaml.safe_dump(whole)).map.cols == 13
 
 
-@pytest.mark.parametrize("fragment", MAPS, ids=["image", "ros", "movingai"])
+@pytest.mark.parametrize("fragment", MAPS, ids=["image", "ros", "movingai", "legend"])
 def test_maps_of_every_form_load_as_documented(fragment: str) -> None:
     for name, file in FILES.items():
         fragment = fragment.replace(name, str(ROOT / "tests" / "maps" / file))

@@ -229,7 +229,7 @@ def test_every_flaw_of_a_broken_map_is_told_at_its_place(name: str) -> None:
 @pytest.mark.parametrize(
     ("written", "words"),
     [
-        ("image: rooms.png", "the keys 'rows' and 'cols' are missing"),
+        ("image: rooms.png", "needs a number of rows and columns"),
         ("image: [rooms.png], rows: 7, cols: 13", "found a list of 1, expected a text"),
         ("image: ., rows: 7, cols: 13", "this is a directory"),
         ("image: rooms.pgn, rows: 7, cols: 13", r"no such file.*did you mean .*rooms\.p[ng]"),

@@ -16,6 +16,7 @@ from safenav.world.map import RegionMap
 
 _IMAGES = (".png", ".pgm")
 _ASK = "say how large the regions are: --rows 20 --cols 30, or --side 0.5 (metres)"
+_AS_OPTIONS = re.compile(r"'(rows|cols|share): ([\d.]+)'( and)?")
 _LINES = re.compile(r"^(image|occupied_thresh)\s*:", re.MULTILINE)
 
 
@@ -99,6 +100,7 @@ def _tell_whole_file(findings: Findings, division: Division, ask: str) -> None:
             replace(d, line=0, column=0, source="") if d.file == findings.file else d
             for d in error.diagnostics
         ]
-        if division == Division():
+        if division == Division() and (ask != _ASK or form_of(Path(findings.file)) != "image"):
             made = [replace(d, hint=ask) for d in made]
+        made = [replace(d, hint=_AS_OPTIONS.sub(r"--\1 \2", d.hint)) for d in made]
         raise InputError(made) from None

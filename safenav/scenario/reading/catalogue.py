@@ -6,7 +6,6 @@ place or from a file. Nothing about a model or a type is written in code.
 
 from __future__ import annotations
 
-import re
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
@@ -14,6 +13,7 @@ from pathlib import Path
 from safenav.scenario.catalogue import Catalogue
 from safenav.scenario.model import Need, ObstacleType, ResolveAt, RobotModel, Timing
 from safenav.scenario.reading.motion import read_motion
+from safenav.scenario.reading.naming import NAME
 from safenav.scenario.reading.regions import RegionReader
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping as MappingNode
@@ -25,7 +25,6 @@ from safenav.world.moves import Mobility
 
 BUILT_IN = "built in"
 _FOLDER = Path(__file__).parents[1] / "built_in"
-NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*")
 
 CATALOGUE_KEYS = ("robots", "obstacles")
 MODEL_KEYS = ("mobility", "layer", "capabilities", "vision", "size", "speed", "timing", "motion")

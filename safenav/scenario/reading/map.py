@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence as Lines
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 
 from safenav.scenario.reading.grid import read_grid
+from safenav.scenario.reading.naming import NAME
 from safenav.scenario.reading.origin import read_origin
 from safenav.scenario.reading.regions import RegionReader
 from safenav.scenario.yaml import fields as read
@@ -29,7 +29,6 @@ FORMS: dict[str, tuple[str, ...]] = {
 OPTIONS = tuple(dict.fromkeys(key for keys in FORMS.values() for key in keys))
 KEYS = (*FORMS, *OPTIONS, "names")
 
-NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*")
 
 _HINT = (
     "write 'grid: |' and below it one indented line of '#' and '.' for each row, or name a file: "
@@ -91,7 +90,8 @@ def _read_form(
     if form == "grid":
         world = read_grid(node, source, findings)
     else:
-        from safenav.scenario.reading.map_file import read_image_map, read_movingai_map
+        from safenav.scenario.reading.image_map import read_image_map
+        from safenav.scenario.reading.map_file import read_movingai_map
 
         reader = read_image_map if form == "image" else read_movingai_map
         world = reader(node, fields, folder, findings)
@@ -122,18 +122,30 @@ def _frame(fields: Mapping, findings: Findings) -> Frame | None:
 
 def _with_names(world: RegionMap | None, fields: Mapping, findings: Findings) -> RegionReader:
     plain = RegionReader(world, {}, findings)
+    areas = _areas_of_legend(fields) if world is None else world.areas
     names: dict[str, int | None] = {}
     listed = mapping(fields.get("names"), "'names' of map", findings)
     for key, node in listed.entries if listed else ():
         if not NAME.fullmatch(key.text):
             hint = "use letters, digits, '_' and '-', beginning with a letter"
             findings.add(key, f"'{clipped(key.text)}' cannot name a region", hint)
+        elif key.text in areas:
+            found = f"'{clipped(key.text)}' already names an area of the legend"
+            findings.add(key, found, "use another name")
         elif isinstance(node, Scalar) and isinstance(node.value, str):
             wrong_type(node, f"region '{key.text}'", "a number or [row, column]", findings)
             names[key.text] = None
         else:
             names[key.text] = plain.region(node, f"region '{key.text}'")
     if world is None:
-        return RegionReader(None, names, findings)
+        return RegionReader(None, names, findings, areas)
     known = {name: region for name, region in names.items() if region is not None}
-    return RegionReader(replace(world, names=known), names, findings)
+    return RegionReader(replace(world, names=known), names, findings, areas)
+
+
+def _areas_of_legend(fields: Mapping) -> dict[str, frozenset[int] | None]:
+    """The areas of an image that cannot be read."""
+    image = fields.get("image")
+    legend = image.get("legend") if isinstance(image, Mapping) else None
+    entries = legend.entries if isinstance(legend, Mapping) else ()
+    return {value.text: None for _, value in entries if isinstance(value, Scalar)}

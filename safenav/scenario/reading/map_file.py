@@ -1,4 +1,4 @@
-"""Maps in files that a scenario names: images and MovingAI maps (docs/maps.md).
+"""Maps in files that a scenario names: MovingAI maps, and what all such maps share (docs/maps.md).
 
 A message points at the line of the file if there is one, else to the place where the scenario
 names it.
@@ -6,6 +6,7 @@ names it.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,31 +18,11 @@ from safenav.scenario.yaml.document import Mapping, Node, Place
 from safenav.scenario.yaml.findings import Findings
 from safenav.scenario.yaml.source import read_bytes, read_source
 from safenav.world.files.flaws import MAX_BYTES, MapFileError
-from safenav.world.files.image import Image, dark, read_image
+from safenav.world.files.image import Image, read_image
 from safenav.world.files.movingai import read_movingai as parse_movingai
 from safenav.world.files.pixels import Blocked, Layout, walls
+from safenav.world.files.spots import losses
 from safenav.world.map import MAX_REGIONS, RegionMap
-
-DEFAULT_THRESHOLD = 0.5
-
-
-def read_image_map(
-    node: Node, fields: Mapping, folder: Path, findings: Findings
-) -> RegionMap | None:
-    """``image: floor.png`` with ``rows`` and ``cols``."""
-    before = len(findings)
-    count = read_count(fields, findings)
-    if fields.get("rows") is None and fields.get("cols") is None:
-        hint = "into how many regions the image is divided: add 'rows: 20' and 'cols: 30'"
-        findings.add(node, "map: the keys 'rows' and 'cols' are missing", hint)
-    threshold = read.probability(fields.get("threshold"), "'threshold' of map", findings)
-    share = read_share(fields, findings)
-    image = read_pixels(node, folder, findings)
-    if image is None or count is None or len(findings) > before:
-        return None
-    blocked = dark(image, DEFAULT_THRESHOLD if threshold is None else threshold)
-    layout = Layout.of_count(blocked, *count)
-    return with_walls(blocked, layout, share, node, findings)
 
 
 def read_movingai_map(
@@ -132,7 +113,8 @@ def with_walls(
             hint = "nothing in the file is free: dark, unknown and occupied pixels are walls"
         findings.add(node, "map: every region is a wall", hint)
         return None
-    return RegionMap(layout.rows, layout.cols, found_walls)
+    world = RegionMap(layout.rows, layout.cols, found_walls)
+    return replace(world, notes=losses(blocked, layout, world, share))
 
 
 def tell(error: MapFileError, path: Path, node: Node, findings: Findings) -> None:

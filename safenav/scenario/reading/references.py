@@ -16,6 +16,7 @@ def referenced_files(root: Node, folder: Path) -> list[Path]:
     found = [_file(_get(root, "catalogue"), folder)]
     world = _get(root, "map")
     found += [_file(_get(world, form), folder) for form in MAP_FILES]
+    found.append(_file(_get(_get(world, "image"), "file"), folder))
     ros = _file(_get(world, "ros"), folder)
     if ros is not None:
         found.append(_file(_get(_root(ros), "image"), ros.parent))

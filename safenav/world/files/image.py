@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 import struct
 import zlib
+from collections.abc import Mapping
 from io import BytesIO
 from typing import TYPE_CHECKING
 
@@ -23,6 +24,11 @@ if TYPE_CHECKING:
     from PIL.Image import Image as Picture
 
 MAX_PIXELS = 2**25
+NEAR = 64
+"""The largest distance of a channel (0 to 255) from a colour of a legend."""
+
+Colour = tuple[int, int, int]
+"""Red, green and blue, 0 to 255."""
 
 _PNG = b"\x89PNG\r\n\x1a\n"
 _GAP = rb"(?:[ \t\r\n\v\f]|#[^\r\n]*[\r\n])+"
@@ -35,11 +41,12 @@ _CONVERT = "save it as PNG or PGM"
 @dataclass(frozen=True)
 class Image:
     """Pixels in rows from the top: how bright each is, from 0 to ``white`` (the sum of its
-    channels), and which are transparent (None: none is)."""
+    channels), which are transparent (None: none is), and red, green and blue (None: gray)."""
 
     brightness: NDArray[np.uint16]
     white: int
     transparent: Blocked | None = None
+    channels: NDArray[np.uint8] | None = None
 
     def where(self, chosen: NDArray[np.bool_]) -> Blocked:
         """The pixels whose brightness is chosen; ``chosen`` has an entry for each value."""
@@ -67,6 +74,24 @@ def dark(image: Image, threshold: float) -> Blocked:
     values = np.arange(image.white + 1)
     found = image.where(values < threshold * image.white)
     return found if image.transparent is None else found & ~image.transparent
+
+
+def meanings(image: Image, legend: Mapping[Colour, str]) -> dict[str, Blocked]:
+    """The pixels of each meaning. A pixel means what the nearest colour of the legend stands for,
+    if none of its channels is further from it than ``NEAR``; transparent ones mean nothing."""
+    words = list(dict.fromkeys(legend.values()))
+    shape = image.brightness.shape
+    found = np.full(shape, -1, dtype=np.int8 if len(words) < 100 else np.int32)
+    for row in range(shape[0] if legend else 0):
+        gray = image.brightness[row].astype(np.int32) * 255 // image.white
+        pixels = gray[:, None] if image.channels is None else image.channels[row].astype(np.int32)
+        far = np.stack([np.abs(pixels - np.array(colour)).max(axis=1) for colour in legend])
+        nearest = far.argmin(axis=0)
+        numbers = np.array([words.index(word) for word in legend.values()])[nearest]
+        found[row] = np.where(far.min(axis=0) <= NEAR, numbers, -1)
+    if image.transparent is not None:
+        found[image.transparent] = -1
+    return {word: found == number for number, word in enumerate(words)}
 
 
 def _check_size(width: int, height: int) -> None:
@@ -156,4 +181,5 @@ def _decoded(picture: Picture) -> Image:
     channels = np.asarray(picture.convert("RGBA"))
     brightness = channels[..., :3].sum(axis=2, dtype=np.uint16)
     transparent = channels[..., 3] < 128
-    return Image(brightness, 3 * 255, transparent if bool(transparent.any()) else None)
+    hidden = transparent if bool(transparent.any()) else None
+    return Image(brightness, 3 * 255, hidden, channels[..., :3])

@@ -58,6 +58,14 @@ class Layout:
 def walls(blocked: Blocked, layout: Layout, share: float = 0.0) -> frozenset[Region]:
     """The regions that are walls. ``share``: how much of a region has to be blocked, 0 to 1;
     0 means any of it."""
+    area = shares(blocked, layout)
+    found = area > 0 if share == 0 else area >= share - _TOLERANCE
+    return frozenset(int(region) for region in np.flatnonzero(found))
+
+
+def shares(blocked: Blocked, layout: Layout) -> NDArray[np.float64]:
+    """How much of each region the true pixels cover, in rows from the north; pixels beyond the
+    image count as true."""
     turned = blocked[::-1]  # from the south, where both begin
     down = _overlaps(turned.shape[0], layout.height, layout.rows)
     aside = _overlaps(turned.shape[1], layout.width, layout.cols)
@@ -65,9 +73,8 @@ def walls(blocked: Blocked, layout: Layout, share: float = 0.0) -> frozenset[Reg
     columns = np.zeros((turned.shape[1], layout.cols))
     for col, (first, last, weights) in enumerate(aside):
         columns[first:last, col] = weights
-    area = bands @ columns + _beyond(down, aside)
-    found = area > 0 if share == 0 else area >= share - _TOLERANCE
-    return frozenset(int(region) for region in np.flatnonzero(found[::-1]))
+    covered: NDArray[np.float64] = (bands @ columns + _beyond(down, aside))[::-1]
+    return covered
 
 
 Overlap = tuple[int, int, NDArray[np.float64]]

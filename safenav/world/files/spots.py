@@ -1,0 +1,254 @@
+"""Connected spots of pixels: labels on a floor plan, rooms, and the walls that a share removes.
+
+Spots are found by the runs of their rows and a union-find over runs that touch (Rosenfeld and
+Pfaltz, 1966), so that the work grows with the outline of a drawing and not with its pixels.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from safenav.dataclass import dataclass
+from safenav.world.files.pixels import Blocked, Layout, walls
+from safenav.world.map import Region, RegionMap
+
+MOST_RUNS = 300_000
+"""More runs than any floor plan has; spots of such an image are not searched."""
+
+_LETTER, _WORD = 0.04, 0.12
+"""The height of the largest letter, and the length of letters that touch each other, as shares of
+the longer side of the image."""
+_MOST_LETTERS = 5000
+_SHOWN = 3
+_ENOUGH = 0.6
+"""Share of the free floor that a division has to keep connected to be suggested."""
+
+
+@dataclass(frozen=True)
+class Spots:
+    """The spots of a mask: their boxes (top, left, bottom, right; the last two not included),
+    pixels, and the spot of each run."""
+
+    boxes: NDArray[np.int64]
+    pixels: NDArray[np.int64]
+    starts: NDArray[np.int64]
+    ends: NDArray[np.int64]
+    owner: NDArray[np.int64]
+    width: int
+
+    def at(self, row: int, col: int) -> int | None:
+        """The spot that holds a pixel."""
+        where = row * self.width + col
+        run = int(np.searchsorted(self.starts, where, "right")) - 1
+        return int(self.owner[run]) if run >= 0 and where < self.ends[run] else None
+
+
+def spots(mask: Blocked, *, diagonal: bool) -> Spots | None:
+    """The connected spots of a mask, over corners if ``diagonal``; None for too many runs."""
+    padded = np.zeros((mask.shape[0], mask.shape[1] + 2), dtype=np.int8)
+    padded[:, 1:-1] = mask
+    width = padded.shape[1]
+    edges = np.diff(padded.ravel())
+    starts, ends = np.flatnonzero(edges == 1) + 1, np.flatnonzero(edges == -1) + 1
+    if len(starts) > MOST_RUNS:
+        return None
+    parent = list(range(len(starts)))
+
+    def root(run: int) -> int:
+        while parent[run] != run:
+            parent[run] = parent[parent[run]]
+            run = parent[run]
+        return run
+
+    first, last, reach = starts.tolist(), ends.tolist(), int(diagonal)
+    above = 0
+    for run, start in enumerate(first):
+        begin, end = start - width - reach, last[run] - width + reach
+        while last[above] <= begin:
+            above += 1
+        other = above
+        while first[other] < end:
+            parent[root(other)] = root(run)
+            other += 1
+    roots = np.array([root(run) for run in range(len(parent))], dtype=np.int64)
+    _, owner = np.unique(roots, return_inverse=True)
+    count = int(owner.max()) + 1 if len(owner) else 0
+    boxes = np.zeros((count, 4), dtype=np.int64)
+    boxes[:, :2] = mask.shape[0] + width
+    rows, lefts = starts // width, starts % width - 1
+    np.minimum.at(boxes[:, 0], owner, rows)
+    np.minimum.at(boxes[:, 1], owner, lefts)
+    np.maximum.at(boxes[:, 2], owner, rows + 1)
+    np.maximum.at(boxes[:, 3], owner, lefts + ends - starts)
+    pixels = np.bincount(owner, ends - starts, count).astype(np.int64)
+    return Spots(boxes, pixels, starts - 1 - 2 * rows, ends - 1 - 2 * rows, owner, width - 2)
+
+
+@dataclass(frozen=True)
+class Label:
+    """Text on a floor plan: its box in pixels (top, left, bottom, right) and its letters."""
+
+    box: tuple[int, int, int, int]
+    letters: int
+
+
+def without_text(blocked: Blocked) -> tuple[Blocked, tuple[Label, ...]]:
+    """The blocked pixels without labels, and the labels.
+
+    A label is a group of small spots of different shapes that lie as close together as letters
+    do and touch nothing else. Equal spots (a row of pillars) and single ones stay.
+    """
+    found = spots(blocked, diagonal=True)
+    if found is None:
+        return blocked, ()
+    sides = found.boxes[:, 2:] - found.boxes[:, :2]
+    low, long = sides.min(axis=1, initial=blocked.size), sides.max(axis=1, initial=0)
+    small = np.flatnonzero(
+        (low <= _LETTER * max(blocked.shape)) & (long <= _WORD * max(blocked.shape))
+    )
+    if not 2 <= len(small) <= _MOST_LETTERS:
+        return blocked, ()
+    labels, text = [], np.zeros(len(found.pixels), dtype=np.bool_)
+    for group in _groups(found.boxes[small], np.minimum(long, 2 * low)[small]):
+        members = small[group]
+        shapes = {(*sides[spot].tolist(), int(found.pixels[spot])) for spot in members}
+        if len(shapes) < 2:
+            continue
+        boxes = found.boxes[members]
+        corners = (*boxes[:, :2].min(axis=0).tolist(), *boxes[:, 2:].max(axis=0).tolist())
+        labels.append(Label(corners, len(members)))
+        text[members] = True
+    kept = blocked.copy().ravel()
+    for run in np.flatnonzero(text[found.owner]):
+        kept[found.starts[run] : found.ends[run]] = False
+    return kept.reshape(blocked.shape), tuple(sorted(labels, key=lambda label: label.box))
+
+
+def _groups(boxes: NDArray[np.int64], sizes: NDArray[np.int64]) -> list[NDArray[np.int64]]:
+    """Indices of boxes that are chained by gaps smaller than letters of their size have."""
+    least = np.maximum(sizes, np.quantile(sizes, 0.75))
+    margin = np.stack([0.2 * least, 0.4 * least], axis=1)
+    low, high = boxes[:, :2] - margin, boxes[:, 2:] + margin
+    free, groups = np.ones(len(boxes), dtype=np.bool_), []
+    for seed in range(len(boxes)):
+        if not free[seed]:
+            continue
+        free[seed] = False
+        group = [seed]
+        for member in group:
+            near = (low <= high[member]).all(axis=1) & (high >= low[member]).all(axis=1) & free
+            free[near] = False
+            group += np.flatnonzero(near).tolist()
+        groups.append(np.array(group, dtype=np.int64))
+    return groups
+
+
+def losses(blocked: Blocked, layout: Layout, world: RegionMap, share: float) -> tuple[str, ...]:
+    """Sentences about what the division into regions removes: walls, rooms and passages."""
+    said = []
+    if share > 0:
+        said += [
+            f"a share of {share:g} removes a wall: {_stretch(group, world)} "
+            f"{'is' if len(group) == 1 else 'are'} free although the image draws a wall across; "
+            "use a smaller share or smaller regions"
+            for group in _joined(_crossed(blocked, layout, world), world)
+        ]
+    rooms = spots(~blocked, diagonal=False)
+    if rooms is None:
+        return _some(said)
+    held: dict[int, set[int]] = {}
+    pieces = _joined(world.free, world)
+    for number, piece in enumerate(pieces):
+        for region in piece:
+            top, left, bottom, right = _pixels(region, layout, world, blocked.shape)
+            spot = rooms.at((top + bottom) // 2, (left + right) // 2)
+            if spot is not None:
+                held.setdefault(spot, set()).add(number)
+    area = float(layout.height * layout.width)
+    for spot, pixels in enumerate(rooms.pixels.tolist()):
+        top, left, bottom, right = rooms.boxes[spot].tolist()
+        centre = (top + bottom) // 2, (left + right) // 2
+        if spot not in held and 2 * pixels >= area:
+            cause = f"a share of {share:g} removes" if share > 0 else "the division removes"
+            said.append(
+                f"{cause} a room: {right - left} x {bottom - top} pixels around pixel "
+                f"[{centre[0]}, {centre[1]}] hold no free region; use smaller regions"
+                + ("" if share > 0 else " or a share")
+            )
+        whole = sorted(held.get(spot, ()), key=lambda number: len(pieces[number]))
+        said += [
+            f"{_stretch(sorted(pieces[number]), world)} are cut off: the image has a passage that "
+            "is narrower than a region; use smaller regions"
+            + (" or a larger share" if share > 0 else " or a share")
+            for number in whole[:-1]
+        ]
+    return _some(said)
+
+
+def _some(said: Sequence[str]) -> tuple[str, ...]:
+    more = len(said) - _SHOWN
+    return (*said[:_SHOWN], *((f"and {more} more losses of this kind",) if more > 0 else ()))
+
+
+def _stretch(group: Sequence[Region], world: RegionMap) -> str:
+    """``3 regions from 40 [1, 2] to 42 [1, 4]``."""
+    if len(group) == 1:
+        return f"region {world.label(group[0])}"
+    return f"{len(group)} regions from {world.label(group[0])} to {world.label(group[-1])}"
+
+
+def _pixels(
+    region: Region, layout: Layout, world: RegionMap, shape: tuple[int, ...]
+) -> tuple[int, int, int, int]:
+    """The pixels that lie in a region: top, left, bottom, right (the last two not included)."""
+    row, col = world.position(region)
+    south = world.rows - 1 - row
+    bottom, top = shape[0] - south * layout.height, shape[0] - (south + 1) * layout.height
+    left, right = col * layout.width, (col + 1) * layout.width
+    sides = (max(0, int(top)), int(left), -(-bottom // 1), min(shape[1], -(-right // 1)))
+    return sides[0], sides[1], int(sides[2]), int(sides[3])
+
+
+def _crossed(blocked: Blocked, layout: Layout, world: RegionMap) -> list[Region]:
+    """Free regions that blocked pixels cross from one side to the opposite one."""
+    found = []
+    for region in world.free:
+        top, left, bottom, right = _pixels(region, layout, world, blocked.shape)
+        part = blocked[top:bottom, left:right]
+        if part.any() and (part.any(axis=0).all() or part.any(axis=1).all()):
+            found.append(region)
+    return found
+
+
+def _joined(regions: Iterable[Region], world: RegionMap) -> list[list[Region]]:
+    """Groups of regions that lie beside each other, the largest first."""
+    rest, groups = set(regions), []
+    while rest:
+        group = [rest.pop()]
+        for region in group:
+            near = rest.intersection(world.neighbours(region))
+            rest -= near
+            group += near
+        groups.append(sorted(group))
+    return sorted(groups, key=lambda group: (-len(group), group))
+
+
+def suggested(blocked: Blocked) -> tuple[int, int]:
+    """Rows and columns of square regions: the fewest that keep most of the free floor connected."""
+    height, width = blocked.shape
+    best, kept = (1, 1), -1.0
+    for longer in (12, 16, 20, 25, 30, 40, 50, 64, 80, 100, 128):
+        side = max(height, width) / min(longer, max(height, width))
+        rows, cols = max(1, round(height / side)), max(1, round(width / side))
+        layout = Layout.of_count(blocked, rows, cols)
+        world = RegionMap(rows, cols, walls(blocked, layout))
+        pieces = _joined(world.free, world)
+        share = len(pieces[0]) / (rows * cols) if pieces else 0.0
+        if share >= _ENOUGH * float((~blocked).mean()):
+            return rows, cols
+        if share > kept:
+            best, kept = (rows, cols), share
+    return best
