@@ -18,8 +18,7 @@ from pathlib import Path
 from suites import corpus_folder
 
 from safenav.errors import SynthesizerError
-from safenav.runtime.coordination.asking import first_answers
-from safenav.runtime.mission import default_synthesizer
+from safenav.runtime.mission import default_synthesizer, first_answers
 from safenav.scenario.reading.loader import load_scenario
 from safenav.spec.compile import compile_task
 from safenav.spec.parsing import read_specification

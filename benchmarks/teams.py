@@ -23,7 +23,7 @@ import click
 import missions
 
 from safenav.report.terminal.table import table
-from safenav.runtime.coordination.asking import first_answers
+from safenav.runtime.mission import first_answers
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.synthesis.cache import Cache

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any
+
+from safenav.certify.checker.check_strategies import Objective
 
 Claim = Mapping[str, Any]
 
@@ -55,7 +58,7 @@ def facts_of(
     )
     return {
         "name": scenario["name"],
-        "asked": [_asked(name, robot) for name, robot in scenario["robots"].items()],
+        "asked": [_asked(name, robot, claims) for name, robot in scenario["robots"].items()],
         "obstacles": [
             {"name": o["name"], "region": o["region"], "action": o["action"]}
             for o in scenario["obstacles"]
@@ -77,34 +80,22 @@ def facts_of(
     }
 
 
-def _asked(name: str, robot: Mapping[str, Any]) -> dict[str, Any]:
+def _asked(name: str, robot: Mapping[str, Any], claims: Sequence[Claim]) -> dict[str, Any]:
+    """A robot as the scenario has it, its objective in the form that was proven."""
+    texts = (claim["text"] for claim in claims if claim["kind"] == "form")
+    forms = [re.sub(r"^Tick \d+: ", "", text) for text in texts]
+    own = Objective(robot["objective"])
+    known = [f"{name}: {own.words(form)}." for form in ("literal", "alternation")]
+    proven = next((text for text in forms if text in known), f"{name}: {own.words()}.")
     return {
         "robot": name,
         "model": robot["model"],
         "mobility": robot["mobility"],
         "start": robot["start"],
         "capabilities": list(robot["capabilities"]),
-        "objective": in_words(robot["objective"]),
+        "objective": proven.removeprefix(f"{name}: ")[:-1],
         "avoids": list(robot.get("conflicts") or ()),
     }
-
-
-def in_words(objective: Mapping[str, Any]) -> str:
-    """An objective as a sentence without its subject."""
-    ((kind, value),) = objective.items()
-    if kind == "ltl":
-        return "keep the formulas of its own objective"
-    if kind == "hold":
-        return f"go to {_target(value)} and stay"
-    listed = [_target(target) for target in value]
-    if kind == "cover":
-        return f"be at each of {', '.join(listed)} again and again, in any order"
-    strict = ", without crossing the one whose turn it is not" if kind == "patrol" else ""
-    return f"be at {' and '.join(listed)} in turn, again and again{strict}"
-
-
-def _target(target: int | list[int]) -> str:
-    return str(target) if isinstance(target, int) else "|".join(map(str, target))
 
 
 def _assumptions(lines: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
@@ -165,9 +156,10 @@ def _event(line: Mapping[str, Any]) -> str:
         case "truth":
             return f"{line['obstacle']} is changed: it may hide another truth from now on"
         case "objective":
-            return f"{line['robot']} is given another objective: {in_words(line['objective'])}"
+            what = Objective(line["objective"]).words()
+            return f"{line['robot']} is given another objective: {what}"
         case "told":
-            return f"{line['robot']} is told: {in_words(line['objective'])}"
+            return f"{line['robot']} is told: {Objective(line['objective']).words()}"
         case "service":
             return f"{line['robot']} is {'back' if line['active'] else 'taken out of service'}"
         case "plan":

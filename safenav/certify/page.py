@@ -18,6 +18,7 @@ _KINDS = {
     "unrealizable": "No strategy exists: proven",
     "weakest": "Nothing less was enough: proven",
     "broken": "An assumption failed",
+    "form": "The form of an objective that was proven",
     "changed": "The mission was changed while it ran",
     "never": "What can never be resolved: worked out again",
     "motion": "Moves to metres: named, not checked here",
@@ -99,7 +100,7 @@ def _asked(facts: Mapping[str, Any], scenario: Mapping[str, Any]) -> str:
         "<tr>"
         f'<td><span class="dot" style="background:{COLOURS[k % len(COLOURS)]}"></span>'
         f"{escape(r['robot'])}</td><td>{escape(r['model'])}, {escape(r['mobility'])} mobility"
-        f"</td><td>{r['start']}</td><td>{escape(r['objective'])}</td>"
+        f'</td><td>{r["start"]}</td><td class="shall">{escape(r["objective"])}</td>'
         f"<td>{escape(', '.join(r['capabilities']) or 'none')}</td></tr>"
         for k, r in enumerate(facts["asked"])
     ]

@@ -34,9 +34,8 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
     from safenav.explain.vacuity import vacuous_wins
     from safenav.report.terminal.synthesis_progress import WaitingLine
     from safenav.report.terminal.vacuity_warning import vacuity_data, vacuity_lines
-    from safenav.runtime.coordination.asking import first_answers
     from safenav.runtime.explanation import explain_unrealizable
-    from safenav.runtime.mission import default_synthesizer
+    from safenav.runtime.mission import default_synthesizer, first_answers
     from safenav.scenario.doubts import doubts
     from safenav.scenario.objective import describe
     from safenav.scenario.reading.loader import load_scenario
@@ -62,7 +61,9 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
         verdicts.append(
             {
                 "robot": name,
-                "objective": describe(answer.task.objective, plan.map.word),
+                "objective": describe(answer.told, plan.map.word),
+                "form": answer.form.value,
+                "allows": answer.allows(plan.map.word),
                 "verdict": answer.result.verdict.value,
                 "assumptions": assumption_names(answer.task, plan.map),
                 "on_demand": answer.result.served is not None,
@@ -78,7 +79,8 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
         for verdict in verdicts:
             good = verdict["explanation"] is None
             word = click.style(str(verdict["verdict"]), fg="green" if good else "red")
-            click.echo(f"{verdict['robot']}: {word}, {verdict['objective']}")
+            words = answers[str(verdict["robot"])].words(plan.map.word)
+            click.echo(f"{verdict['robot']}: {word}, {words}")
             if verdict["on_demand"]:
                 click.echo("    nothing is listed: its moves are given and checked on demand")
             for assumption in verdict["assumptions"] or ():

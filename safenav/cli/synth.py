@@ -55,8 +55,7 @@ def command(
 ) -> int:
     """Synthesize the controllers for the start of SCENARIO and print their size."""
     from safenav.report.terminal.synthesis_progress import WaitingLine
-    from safenav.runtime.coordination.asking import first_answers
-    from safenav.runtime.mission import default_synthesizer
+    from safenav.runtime.mission import default_synthesizer, first_answers
     from safenav.scenario.reading.loader import load_scenario
 
     if plot and output is None:
@@ -106,6 +105,8 @@ def _print_statistics(answers: dict[str, Answer], plan: Scenario) -> None:
     for line in table(headings, rows):
         click.echo(line)
     for name, answer in answers.items():
+        if answer.allows(plan.map.word):
+            click.echo(f"{name}: {answer.words(plan.map.word)}")
         if answer.result.served is not None:
             click.echo(f"{name}: nothing is listed, its moves are given on demand")
         for assumption in assumption_names(answer.task, plan.map):

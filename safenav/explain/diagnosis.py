@@ -38,8 +38,8 @@ def diagnose(task: Task, world: RegionMap) -> Diagnosis:
         return replace(found, cause=cause, culprits=culprits)
     if task.robot.model.mobility is Mobility.HEADING and _facing_elsewhere(task, world):
         return replace(found, cause=NoStrategyCause.HEADING)
-    relaxed = as_visit(task)
-    if relaxed is not None and _solo(relaxed, world).winnable:
+    relaxed = replace(task, objective=Visit(task.targets))
+    if isinstance(task.objective, Patrol) and _solo(relaxed, world).winnable:
         return replace(
             found,
             cause=NoStrategyCause.CROSSING,
@@ -65,14 +65,6 @@ def held_ways(task: Task, world: RegionMap, scenario: Scenario) -> tuple[Known, 
         return ()
     barred = replace(task, blocked=(*task.blocked, *held))
     return () if _solo(barred, world).winnable else _culprits(barred, world)
-
-
-def as_visit(task: Task) -> Task | None:
-    """The task with plain alternation in the place of the paper's Patrol formula."""
-    if not isinstance(task.objective, Patrol):
-        return None
-    objective = Visit((task.objective.first, task.objective.second))
-    return replace(task, objective=objective)
 
 
 def _solo(task: Task, world: RegionMap) -> Solo:

@@ -17,6 +17,7 @@ from safenav.explain.map_repair import map_repairs
 from safenav.explain.undisturbed import play
 from safenav.scenario.model import Robot, Scenario, Tracking
 from safenav.scenario.objective import Hold, Ltl, Objective, Patrol, Visit, targets_of, written
+from safenav.spec.forms import alternating
 from safenav.spec.objective import NO_MEMORY
 from safenav.spec.task import Task
 from safenav.world.map import Heading, Region
@@ -189,8 +190,8 @@ def _milder(objective: Objective) -> Iterator[Objective]:
                 yield replace(objective, **{part: lines[:place] + lines[place + 1 :]})
         return
     targets = targets_of(objective)
-    if isinstance(objective, Patrol):
-        yield Visit(targets)
+    if isinstance(objective, Patrol) and objective.literal:
+        yield replace(objective, literal=False)
     if isinstance(objective, Hold):
         yield Visit(targets)
     for target in targets if len(targets) > 1 else ():
@@ -261,7 +262,8 @@ def _hopeful(
     if blocked is None:
         blocked = frozenset(known.region for known in problem.task.blocked)
     world = problem.scenario.map
-    solo = play(robot.model.mobility, robot.start, robot.objective, NO_MEMORY, world, blocked)
+    weakest = alternating(robot.objective)
+    solo = play(robot.model.mobility, robot.start, weakest, NO_MEMORY, world, blocked)
     return solo.winnable
 
 

@@ -6,6 +6,7 @@ from safenav.explain.diagnosis import diagnose
 from safenav.explain.explanation import Diagnosis, NoStrategyCause
 from safenav.scenario.model import Robot
 from safenav.scenario.objective import Ltl, Target, describe
+from safenav.spec.forms import asked_of
 from safenav.spec.task import Task
 from safenav.world.map import RegionMap
 
@@ -14,7 +15,7 @@ def explain_unrealizable(robot: Robot, task: Task, world: RegionMap) -> str:
     """One sentence on why ``robot`` cannot do what ``task`` asks: what the map tells, and no
     guess beyond it."""
     why = why_words(diagnose(task, world), task, world)
-    return f"{robot.name} cannot {describe(task.objective, world.word)}: {why}"
+    return f"{robot.name} cannot {describe(asked_of(task), world.word)}: {why}"
 
 
 def why_words(found: Diagnosis, task: Task, world: RegionMap) -> str:
@@ -34,8 +35,8 @@ def why_words(found: Diagnosis, task: Task, world: RegionMap) -> str:
         case NoStrategyCause.CROSSING:
             what = target_words(found.crossing, world) if found.crossing else "a target"
             return (
-                f"patrol forbids to cross {what} out of turn, and there is no other way; use "
-                "'visit' instead, which allows it"
+                f"'form: literal' forbids to cross {what} out of turn, and there is no other way; "
+                "without it that is allowed"
             )
         case NoStrategyCause.ONE_WAY:
             if found.lost:

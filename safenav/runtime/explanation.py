@@ -37,7 +37,7 @@ def explain_team(
     """
     # Imported here: most runs need no explanation.
     from safenav.explain.investigation import explain
-    from safenav.runtime.coordination.asking import first_answers
+    from safenav.runtime.mission import first_answers
 
     limit = min(synthesizer.seconds or QUESTION_SECONDS, QUESTION_SECONDS)
     quick = Synthesizer(

@@ -8,7 +8,7 @@ section 5. Nothing here depends on a simulation: whoever implements ``World`` dr
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from contextlib import suppress
 
 import safenav
@@ -16,7 +16,7 @@ from safenav.dataclass import dataclass
 from safenav.errors import SafenavError, UsageError
 from safenav.runtime.checked_world import CheckedWorld
 from safenav.runtime.coordination.algorithm import Coordinator
-from safenav.runtime.coordination.asking import Asking
+from safenav.runtime.coordination.asking import Answer, Asking, Attempt
 from safenav.runtime.coordination.by_resynthesis import ByResynthesis
 from safenav.runtime.coordination.by_signals import BySignals
 from safenav.runtime.coordination.strategies import Strategies
@@ -187,7 +187,7 @@ class Mission:
 
     def _begin(self) -> None:
         state = self.state
-        attempt = self._coordination.telling.attempt(self._coordination.errands(set()))
+        attempt = self._first_attempt(state.robots)
         for name in attempt.failed:
             self._strategies.announce(attempt.answers[name], vocabulary.Reason.INITIAL)
         if attempt.failed:
@@ -203,6 +203,15 @@ class Mission:
             raise RunOver(Conclusion(Outcome.UNREALIZABLE, said, unrealizable=specs))
         errands = self._coordination.errands(set())
         self._coordination.telling.install(attempt, errands, vocabulary.Reason.INITIAL)
+
+    def _first_attempt(self, names: Collection[str]) -> Attempt:
+        errands = self._coordination.errands(set()).items()
+        return self._coordination.telling.attempt({n: e for n, e in errands if n in names})
+
+    def first_answers(self, names: Collection[str] | None = None) -> dict[str, Answer]:
+        """The synthesizer's answers with which a run begins, for the robots with these names
+        (default: all), in the scenario's order. Nothing runs."""
+        return dict(self._first_attempt(self.state.robots if names is None else names).answers)
 
     def _tick(self) -> None:
         state = self.state
@@ -287,6 +296,16 @@ class Mission:
         )
         self.state.emit(ended)
         return ended
+
+
+def first_answers(
+    scenario: Scenario,
+    synthesizer: Synthesizer,
+    progress: SynthesisListener | None = None,
+    names: Collection[str] | None = None,
+) -> dict[str, Answer]:
+    """What a run of a scenario would begin with (``Mission.first_answers``)."""
+    return Mission(scenario, synthesizer, progress=progress).first_answers(names)
 
 
 def default_synthesizer(

@@ -12,7 +12,6 @@ from safenav.dataclass import dataclass
 from safenav.runtime.characterization import Characterization, Violation
 from safenav.runtime.checked_world import CheckedWorld
 from safenav.runtime.coordination.algorithm import Coordinator
-from safenav.runtime.coordination.objectives import alternating
 from safenav.runtime.coordination.strategies import Strategies
 from safenav.runtime.formulas import graph_of
 from safenav.runtime.monitor import Monitors
@@ -25,6 +24,7 @@ from safenav.runtime.traffic.planning import Traffic
 from safenav.scenario.guarantees import guarantees_of, values_of
 from safenav.scenario.model import Outcome, Tracking
 from safenav.scenario.objective import Ltl
+from safenav.spec.forms import alternating
 from safenav.spec.others.tracking import Sightings, observe
 from safenav.spec.specification import Constraint
 from safenav.spec.task import Task

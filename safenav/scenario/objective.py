@@ -28,10 +28,12 @@ def number_word(place: Region | Target) -> str:
 @dataclass(frozen=True)
 class Patrol:
     """Alternate between two targets by the paper's Patrol formula (Section VI), which also
-    forbids to touch the target whose turn it is not."""
+    forbids to touch the target whose turn it is not. Unless it is to be ``literal``, plain
+    alternation will do where the formula cannot be kept (``spec.forms``)."""
 
     first: Target
     second: Target
+    literal: bool = False
 
 
 @dataclass(frozen=True)
@@ -78,7 +80,7 @@ Objective = Patrol | Visit | Cover | Hold | Ltl
 def targets_of(objective: Objective) -> tuple[Target, ...]:
     """The objective's targets in its own order; none for ``ltl``."""
     match objective:
-        case Patrol(first, second):
+        case Patrol(first, second, _):
             return (first, second)
         case Visit(targets) | Cover(targets):
             return targets
@@ -94,8 +96,9 @@ def to_data(objective: Objective) -> dict[str, object]:
     A target of one region is a number, a larger one a sorted list.
     """
     match objective:
-        case Patrol(first, second):
-            return {"patrol": [_target_data(first), _target_data(second)]}
+        case Patrol(first, second, literal):
+            told: dict[str, object] = {"patrol": [_target_data(first), _target_data(second)]}
+            return {**told, "form": "literal"} if literal else told
         case Visit(targets):
             return {"visit": [_target_data(t) for t in targets]}
         case Cover(targets):
@@ -121,8 +124,9 @@ def describe(objective: Objective, word: Word = number_word) -> str:
     """The objective in a few words, for people: ``patrol 58 <-> 28``, or with ``RegionMap.word``
     ``patrol dock <-> ward_a``."""
     match objective:
-        case Patrol(first, second):
-            return f"patrol {word(first)} <-> {word(second)}"
+        case Patrol(first, second, literal):
+            strictly = " (form: literal)" if literal else ""
+            return f"patrol {word(first)} <-> {word(second)}{strictly}"
         case Visit(targets):
             return "visit " + ", ".join(word(t) for t in targets) + " in turn"
         case Cover(targets):
@@ -143,6 +147,7 @@ def written(objective: Objective, word: Word = number_word) -> str:
 
     if isinstance(objective, Ltl):
         return json.dumps(to_data(objective))
-    ((kind, _),) = to_data(objective).items()
+    kind, *form = to_data(objective)
     listed = [target(regions) for regions in targets_of(objective)]
-    return f"{{{kind}: {listed[0] if kind == 'hold' else '[' + ', '.join(listed) + ']'}}}"
+    told = listed[0] if kind == "hold" else f"[{', '.join(listed)}]"
+    return f"{{{kind}: {told}{', form: literal' if form else ''}}}"

@@ -16,7 +16,7 @@ from dataclasses import replace
 
 from safenav.dataclass import dataclass
 from safenav.scenario.model import Tracking
-from safenav.scenario.objective import Ltl, Objective, Patrol, Visit
+from safenav.scenario.objective import Ltl
 from safenav.spec.movement import among, one_of
 from safenav.spec.sending import Part, Sending, sending, whereabouts
 from safenav.spec.specification import Constraint, Origin, Owner, Section, Variable
@@ -72,15 +72,6 @@ class Switch:
     @staticmethod
     def _values(request: bool, assigned: Region, wait: bool) -> dict[str, int]:
         return {"request": int(request), "assigned": assigned, "wait": int(wait)}
-
-
-def own_objective(objective: Objective) -> Objective:
-    """The objective as it stands in a specification with assignable goals: a patrol is plain
-    alternation, since the literal formula forbids ways on which a helper may have to come back
-    (DESIGN section 5, rule 5)."""
-    if isinstance(objective, Patrol):
-        return Visit((objective.first, objective.second))
-    return objective
 
 
 def inputs(task: Task, world: RegionMap) -> tuple[Variable, ...]:

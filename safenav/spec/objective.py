@@ -102,7 +102,7 @@ def _patrol(patrol: Patrol, item: str, region: Region, memory: Memory) -> Iterat
         about_second,
     )
     frame = f"!({first} & !scout) & !({second} & scout) -> (scout' <-> scout)"
-    yield Constraint(Section.SYS_TRANS, frame, origin("scout changes at a target only"))
+    yield Constraint(Section.SYS_TRANS, frame, origin("it turns round at a target only"))
     apart = origin("never at the target whose turn it is not")
     yield Constraint(Section.SYS_TRANS, f"!({first_next} & scout')", apart, about_first)
     yield Constraint(Section.SYS_TRANS, f"!({second_next} & !scout')", apart, about_second)

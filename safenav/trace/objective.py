@@ -16,19 +16,24 @@ class Objective:
 
     ``targets``: sets of regions of which any counts, in the objective's own order; none for
     ``ltl`` and for kinds that this version does not know. ``body``: what stands behind the
-    kind, as JSON in one spelling, so that equal objectives are equal data.
+    kind, as JSON in one spelling, so that equal objectives are equal data. ``literal``: no weaker
+    form of a patrol will do.
     """
 
     kind: str
     targets: tuple[frozenset[int], ...]
     body: str
+    literal: bool = False
 
     @classmethod
     def of(cls, value: object) -> Objective | None:
         """The objective in a JSON value; None if it is none."""
-        if not isinstance(value, Mapping) or len(value) != 1:
+        if not isinstance(value, Mapping):
             return None
-        ((kind, body),) = value.items()
+        literal = "patrol" in value and value.get("form") == "literal"
+        if len(value) != 1 + literal:
+            return None
+        kind, body = next((k, v) for k, v in value.items() if k != "form" or not literal)
         targets: list[frozenset[int]] = []
         if kind in (*_LISTED, "hold"):
             listed = [body] if kind == "hold" else body
@@ -46,14 +51,15 @@ class Objective:
             plain = [_plain(target) for target in targets]
             body = plain[0] if kind == "hold" else plain
         try:
-            return cls(str(kind), tuple(targets), json.dumps(body, sort_keys=True))
+            return cls(str(kind), tuple(targets), json.dumps(body, sort_keys=True), literal)
         except (RecursionError, TypeError, ValueError):
             return None
 
     @property
     def data(self) -> dict[str, object]:
         """The objective as a JSON value."""
-        return {self.kind: json.loads(self.body)}
+        told = {self.kind: json.loads(self.body)}
+        return {**told, "form": "literal"} if self.literal else told
 
     def __str__(self) -> str:
         if not self.targets:

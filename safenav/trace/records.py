@@ -63,8 +63,9 @@ class Header(Record):
 
 @dataclass(frozen=True)
 class Tried:
-    """A synthesis that failed before: weaker assumptions, or another spelling."""
+    """A synthesis that failed before: weaker assumptions, or a stronger form."""
 
+    form: Form
     fairness: str
     spec: Sha256
     verdict: RecordedVerdict
@@ -91,7 +92,8 @@ class Synthesis(Record):
     at the start (a region, or cells), ``beliefs`` (the numbering of belief values, for each
     other robot), ``sight_closed`` (regions that block the view), ``places`` and ``neutral``
     (what can be assigned; ``places_from``: what only from some places), ``forbidden`` and
-    ``goal_places`` beyond the objective, ``form``, and ``tried`` before.
+    ``goal_places`` beyond the objective, ``form``, what that ``allows`` and why no stronger one was
+    asked for, and ``tried`` before.
     """
 
     type: ClassVar[str] = "synthesis"
@@ -125,6 +127,7 @@ class Synthesis(Record):
     forbidden: tuple[Place, ...] | None = None
     goal_places: tuple[tuple[Place, ...], ...] | None = None
     form: Form | None = None
+    allows: str | None = None
     tried: tuple[Tried, ...] | None = None
 
 

@@ -41,7 +41,7 @@ def objective_of(told: TracedObjective) -> Objective | None:
     """The objective that a trace names; None for a kind that is not known here."""
     match told.kind, told.targets:
         case "patrol", (first, second):
-            return Patrol(first, second)
+            return Patrol(first, second, told.literal)
         case "visit", targets:
             return Visit(targets)
         case "cover", targets:

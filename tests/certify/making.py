@@ -56,6 +56,15 @@ map: {grid: ["######", "#....#", "######"]}
 }
 """Missions that nobody can complete."""
 
+ALTERNATION = """
+safenav: 1
+name: across a target
+map: {grid: ["#######", "#.....#", "#######"]}
+robots:
+  flyer: {model: quadcopter, start: 11, objective: {patrol: [8, {any: [9, 10]}]}}
+"""
+"""A patrol that only its weakest form allows."""
+
 ONE_WAY = 177
 """Seed of a random one in which only one-way choices are left."""
 
@@ -75,6 +84,8 @@ def negative(name: str) -> Path:
 def shipped(name: str) -> Path:
     """The bundle of a shipped scenario; ``hello, assignable`` is hello with goals that are
     assigned at runtime."""
+    if name == "alternation":
+        return bundle_at(name, ALTERNATION)
     if name in (*NEGATIVES, "one way"):
         return negative(name)
     name, _, assignable = name.partition(", ")

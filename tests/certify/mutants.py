@@ -356,7 +356,44 @@ ELSEWHERE = "another answer of the strategy that is correct as well, and not one
 
 STAYS = "where it waits it meets each of its goals"
 
+LOOSE, STRICT = (
+    "; it may cross the one whose turn it is not",
+    ", without crossing the one whose turn it is not",
+)
+
+
+def _stronger_form(*names: str) -> Alter:
+    """The page, its facts or both state that nothing was crossed where that was not proven."""
+
+    def alter(files: Files, source: Random) -> Files | None:
+        del source
+        if LOOSE.encode() not in files["assurance.json"]:
+            return None
+        changed = {name: files[name].replace(LOOSE.encode(), STRICT.encode()) for name in names}
+        return {**files, **changed}
+
+    return alter
+
+
+def _added_claim(files: Files, source: Random) -> Files | None:
+    facts = json.loads(files["assurance.json"])
+    facts["claims"].append({**source.choice(facts["claims"]), "text": "Nobody is ever late."})
+    return {**files, "assurance.json": json.dumps(facts).encode()}
+
+
+def _literal(line: dict[str, Any], source: Random) -> bool:
+    del source
+    weak = line.get("form") == "alternation"
+    line["form"] = "literal"
+    return weak
+
+
 MUTANTS = (
+    Mutant("a stronger form in the facts", _stronger_form("assurance.json")),
+    Mutant("a stronger form on the page", _stronger_form("index.html")),
+    Mutant("a stronger form on both", _stronger_form("assurance.json", "index.html")),
+    Mutant("a stronger form in the trace", _line("synthesis", _literal)),
+    Mutant("a claim more in the facts", _added_claim),
     Mutant("a transition", _strategy(_redirect), ELSEWHERE),
     Mutant("a transition to a twin", _strategy(_redirect_to_a_twin), ELSEWHERE),
     Mutant("waiting for ever", _strategy(_stay_for_ever), STAYS),

@@ -35,6 +35,7 @@ BUNDLES = (
     "never resolvable",
     "deadlock",
     "one way",
+    "alternation",
 )
 
 

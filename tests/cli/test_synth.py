@@ -15,10 +15,16 @@ from safenav.synthesis.binary import find_binary
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 CASE_1 = SCENARIOS / "case_study_1.yaml"
 
-UNREALIZABLE = """\
+LITERAL = """\
 safenav: 1
 map: {grid: "#######\\n#.....#\\n#######\\n"}
-robots: {flyer: {model: quadcopter, start: 8, objective: {patrol: [10, 12]}}}
+robots: {flyer: {model: quadcopter, start: 8, objective: {patrol: [12, 10], form: literal}}}
+"""
+CROSSING = """\
+safenav: 1
+map: {grid: ["#######", "#.....#", "#######"], names: {far: 8, mid: 9, near: 10}}
+robots:
+  flyer: {model: quadcopter, start: 11, objective: {patrol: [far, {any: [mid, near]}]}}
 """
 
 
@@ -84,17 +90,34 @@ def test_check_says_realizable(safenav: Command) -> None:
     ]
 
 
-@pytest.mark.parametrize("command", ["check", "synth"])
-def test_unrealizable_patrol_is_a_negative_that_says_what_to_use(
+@pytest.mark.parametrize("command", ["check", "synth", "run"])
+def test_a_literal_patrol_is_kept_by_the_letter_or_unrealizable(
     safenav: Command, tmp_path: Path, command: str
 ) -> None:
-    # From 8 the way to 12 leads through 10, which the paper's formula allows; from 12 back to
-    # 10 it is the other way round; but a robot that starts between them could do it.
+    # From 8 the way to 12 leads through 10, which the formula forbids if 12 comes first.
     scenario = tmp_path / "corridor.yaml"
-    scenario.write_text(UNREALIZABLE.replace("[10, 12]", "[12, 10]"))
+    scenario.write_text(LITERAL)
     done = safenav(command, scenario)
     assert done.returncode == 1
-    assert "visit" in done.stdout + done.stderr
+    assert "'form: literal' forbids to cross 10" in done.stdout + done.stderr
+    assert "scout" not in done.stdout + done.stderr
+
+
+@pytest.mark.parametrize("command", ["check", "synth", "run"])
+def test_a_weaker_form_is_named_with_its_reason(
+    safenav: Command, tmp_path: Path, command: str
+) -> None:
+    scenario = tmp_path / "corridor.yaml"
+    scenario.write_text(LITERAL.replace(", form: literal", ""))
+    done = safenav(command, scenario)
+    assert done.returncode == 0
+    first = "10 first: from here it cannot begin with 12 without crossing 10"
+    assert f"patrol 12 <-> 10 ({first})" in done.stdout
+    scenario.write_text(CROSSING)
+    done = safenav(command, scenario)
+    assert done.returncode == 0
+    why = "may cross a target on the way: the corridor leaves no other way"
+    assert f"patrol far <-> mid|near ({why})" in done.stdout
 
 
 def test_binary_that_exits_0_on_both_verdicts_is_understood(
@@ -111,7 +134,7 @@ def test_binary_that_exits_0_on_both_verdicts_is_understood(
     upstream.chmod(0o755)
     for scenario, code in ((CASE_1, 0), (tmp_path / "corridor.yaml", 1)):
         if code:
-            scenario.write_text(UNREALIZABLE.replace("[10, 12]", "[12, 10]"))
+            scenario.write_text(LITERAL)
         done = safenav("check", scenario, SAFENAV_SLUGS=str(upstream), SAFENAV_CACHE="off")
         assert done.returncode == code, done.stderr
     done = safenav("run", CASE_1, SAFENAV_SLUGS=str(upstream), SAFENAV_CACHE="off")

@@ -11,9 +11,8 @@ import pytest
 
 from safenav.errors import InputError
 from safenav.explain.explanation import Explanation, NoStrategyCause, RepairKind, WitnessEnd
-from safenav.runtime.coordination.asking import first_answers
 from safenav.runtime.explanation import explain_team
-from safenav.runtime.mission import Mission, default_synthesizer
+from safenav.runtime.mission import Mission, default_synthesizer, first_answers
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario
 from safenav.spec.compile import compile_task

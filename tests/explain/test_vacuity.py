@@ -14,8 +14,7 @@ from safenav.cli import check, synth
 from safenav.explain.vacuity import Way, can_force, vacuities, vacuous_wins
 from safenav.formula.evaluator import evaluate
 from safenav.formula.parser import parse
-from safenav.runtime.coordination.asking import first_answers
-from safenav.runtime.mission import default_synthesizer
+from safenav.runtime.mission import default_synthesizer, first_answers
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from safenav.spec.parsing import read_specification
 from safenav.spec.specification import Section

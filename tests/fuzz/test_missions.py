@@ -20,9 +20,8 @@ from safenav.audit.check import check_trace
 from safenav.errors import InputError, UsageError
 from safenav.explain.explanation import Explanation
 from safenav.report.terminal.explanation_text import explanation_data, explanation_lines
-from safenav.runtime.coordination.asking import first_answers
 from safenav.runtime.explanation import explain_team
-from safenav.runtime.mission import Mission, default_synthesizer
+from safenav.runtime.mission import Mission, default_synthesizer, first_answers
 from safenav.scenario.model import Outcome, Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.spec.compile import compile_task

@@ -18,7 +18,7 @@ from fuzz.campaign import campaign
 from fuzz.scenarios import scenarios
 from fuzz.test_missions import quiet
 from safenav.errors import InputError, UsageError
-from safenav.runtime.coordination.asking import first_answers
+from safenav.runtime.mission import first_answers
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.spec.compile import compile_task
 from safenav.spec.parsing import read_specification

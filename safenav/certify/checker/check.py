@@ -23,6 +23,7 @@ import sys
 import zipfile
 from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
+from html import escape
 from importlib import import_module
 from itertools import chain, combinations, product
 from pathlib import Path
@@ -102,6 +103,7 @@ class Robot:
         self.knowledge, self.signal = dict[str, int](), dict[str, Any]()  # what it was last told
         self.back: dict[str, Any] = {}  # in this turn: where it met an obstacle, and its ``node``
         self.active, self.way = True, list[Pose]()  # in service; its part of a joint plan
+        self.forms = set[str]()  # in which its own objective was proven, "plan" if it was moved
 
     def held(self) -> list[int]:
         """The goals that are met by ending a turn here: of one that is to hold, that."""
@@ -263,6 +265,8 @@ class Run:
             obstacle = self.obstacles.get(str(record.get("obstacle")))
             self.follow(record, self.robots.get(record.get("robot")), obstacle)
         self.line = 0
+        for robot in self.robots.values():
+            self.state_form(robot)
         if "motion.jsonl" in self.files:
             trace, motion = (self.files[f"{n}.jsonl"].read_bytes() for n in ("trace", "motion"))
             same = json.loads(motion.splitlines()[0])["trace"] == hashlib.sha256(trace).hexdigest()
@@ -274,6 +278,33 @@ class Run:
         what = f"{self.answered} are the strategies' answers to what the robots could observe"
         what = f"{said}. {what}, the others stay, step back or follow a joint plan."
         self.claim("moves", what, "trace.jsonl")
+
+    def state_form(self, robot: Robot) -> None:
+        """In which form a robot's own objective was proven: the weakest that is in force."""
+        if robot.forms:
+            form = min(robot.forms)  # alternation before literal
+            self.claim("form", f"{robot.name}: {robot.own.words(form)}.", "trace.jsonl")
+            robot.forms.clear()
+
+    def check_page(self) -> None:
+        """Refuse unless the page and its facts state what is established, and nothing else."""
+        facts, shown = self.json("assurance.json"), self.text("index.html")
+        require(facts["claims"] == self.claims, "assurance.json states other claims")
+        texts, asked = [claim["text"] for claim in self.claims], list[str]()
+        untimed = [re.sub(r"^Tick \d+: ", "", text) for text in texts]
+        for name, robot in self.robots.items():
+            own = Objective(robot.data["objective"])
+            stated = [own.words(form) + "." for form in ("literal", "alternation", "")]
+            first = (t for t in untimed if t in [f"{name}: {words}" for words in stated])
+            asked.append(next(first, f"{name}: {stated[2]}").removeprefix(f"{name}: ")[:-1])
+        same = [robot["objective"] for robot in facts["asked"]] == asked
+        require(same, "assurance.json states another form of an objective than was proven")
+        listed = sorted(re.findall(r'<li id="[^"]*">(.*?)<br>', shown))
+        cells = re.findall(r'<td class="shall">(.*?)</td>', shown)
+        same = listed == sorted(map(escape, texts)) and cells == [*map(escape, asked)]
+        strict = sum(text.count(base.STRICTLY) for text in (*texts, *asked))
+        same = same and shown.count(base.STRICTLY) == strict
+        require(same, "index.html states something else than is established")
 
     def follow(self, record: Json, robot: Any, obstacle: Any) -> None:
         """One line of the trace, with the robot and the obstacle that it names."""
@@ -320,6 +351,7 @@ class Run:
                 self.tell(robot, Objective(record["objective"]))
             case "objective":
                 given = Objective(record["objective"])
+                self.state_form(robot)
                 robot.objective = given if robot.objective.serves(robot.own) else robot.objective
                 robot.own, robot.goals = given, []
                 self.claim("changed", f"{robot.name} is given another objective, '{given}'.")
@@ -386,7 +418,8 @@ class Run:
         """A strategy, or that there is none, is shown to be what it should."""
         spec, name, node = record["spec"], record.get("strategy"), record.get("node")
         rules = f"rules/{base.circumstances(record)}.json"
-        said = f"{robot.name}, for '{Objective(record['objective'])}'"
+        asked = Objective(record["objective"])
+        said = f"{robot.name}, for '{asked.formed(record.get('form'))}'"
         for tried in (*(record.get("tried") or ()), record):
             text = f"specs/{tried['spec']}.structuredslugs"
             path = f"counterstrategies/{tried['spec']}.json"
@@ -395,7 +428,8 @@ class Run:
                 self.shown[path] = graph = Strategy(proof["automaton"], self.text(text))
                 base.check_counterstrategy(graph, graph, proof, proof["measures"])
                 if tried is not record:
-                    what = f"No strategy exists for {said} with fairness {tried['fairness']}."
+                    what = f"{robot.name}, for '{asked.formed(tried['form'])}'"
+                    what = f"No strategy exists for {what} with fairness {tried['fairness']}."
                     self.claim("weakest", what, None, text, path)
         if record["verdict"] == "unrealizable" and path in self.shown:
             task = self.task(record, robot, self.shown[path], rules)
@@ -424,6 +458,7 @@ class Run:
             assumed = record["fairness"].replace("none", "whatever the others do")
             self.claim("keeps", f"The strategy of {said} {what} ({assumed}).", None, *files, rules)
         if task.objective.serves(robot.own):
+            robot.forms.add("literal" if task.objective == robot.own else "alternation")
             robot.turn = max(task.memory.values(), default=0)
         robot.nodes, robot.knowledge = {node}, dict(task.knowledge)
         robot.signal = robot.signal or {"request": 0, "wait": 0, "assigned": record.get("neutral")}
@@ -526,6 +561,7 @@ class Run:
             require(robot.way[:2] == [before, after], f"{name} leaves its plan")
             require(robot.own.allows(robot.own.safety, before, after), f"{name} must not go there")
             robot.way, fits = robot.way[1:], there
+            robot.forms.add("alternation")  # a plan crosses what it must
         elif by == "stay" or (by == "backtrack" and node is None):
             require(after == before, f"{name} moves, though it should stay")
             seen = {f"at_{other}": robot.knowledge[other] for other in task.tracked}
@@ -617,6 +653,8 @@ def check(place: Path, *, compare: bool = True) -> tuple[str, str, list[Json]]:
         run.replay()
         same = not compare or manifest["claims"] == run.claims
         require(same, "the manifest does not claim what the evidence establishes")
+        if "assurance.json" in files or "index.html" in files:
+            run.check_page()
         verdict = "accepted"
     except base.TooLargeError as error:
         verdict, reason = "too large", str(error)

@@ -30,6 +30,8 @@ MOST_MEMORY = 64
 FOREIGN = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u2028\u2029]|\r(?!\n|\Z)")
 PASSING = re.compile(r"busy_\w+")  # inputs that tell nothing of what can be observed next
 HEADINGS = ("north", "east", "south", "west")
+STRICTLY = ", without crossing the one whose turn it is not"
+LOOSELY = "; it may cross the one whose turn it is not"
 TOLD = ("request", "wait", "assigned")
 SECTIONS = ("ENV_INIT", "SYS_INIT", "ENV_TRANS", "SYS_TRANS", "ENV_LIVENESS", "SYS_LIVENESS")
 
@@ -446,7 +448,7 @@ class Objective:
     ``goals``: their numbers. ``ranges``: the values of its memory, now and next."""
 
     def __init__(self, data: Json) -> None:
-        ((self.kind, value),) = data.items()
+        ((self.kind, value),) = ((kind, value) for kind, value in data.items() if kind != "form")
         self.data, self.ordered = data, self.kind in ("patrol", "visit")
         listed: Any = {"ltl": (), "hold": (value,)}.get(self.kind, value)
         self.targets = [frozenset([t] if isinstance(t, int) else t) for t in listed]
@@ -464,7 +466,27 @@ class Objective:
 
     def serves(self, wanted: Objective) -> bool:
         """Whether it is the wanted one, or asks for its targets in turn."""
-        return self.data == wanted.data or self.data == {"visit": wanted.data.get("patrol")}
+        weaker = {} if "form" in wanted.data else {"visit": wanted.data.get("patrol")}
+        return self.data in (wanted.data, weaker)
+
+    def formed(self, form: str | None) -> Objective:
+        """What a strategy for it in this form pursues."""
+        if self.kind != "patrol" or form != "alternation":
+            return self
+        require("form" not in self.data, "a patrol with 'form: literal' is made an alternation")
+        return Objective({"visit": self.data["patrol"]})
+
+    def words(self, form: str = "") -> str:
+        """As a sentence without its subject; ``form``: the weakest one that was proven, if any."""
+        if self.kind == "ltl":
+            return "keep the formulas of its own objective"
+        listed = ["|".join(map(str, sorted(target))) for target in self.targets]
+        if self.kind == "hold":
+            return f"go to {listed[0]} and stay"
+        if self.kind == "cover":
+            return f"be at each of {', '.join(listed)} again and again, in any order"
+        how = {"literal": STRICTLY, "alternation": LOOSELY}.get(form, "") * (self.kind == "patrol")
+        return f"be at {' and '.join(listed)} in turn, again and again{how}"
 
     def allows(self, lines: Iterable[Clause], before: Pose, after: Pose) -> bool:
         """Whether formulas hold at a step, with some memory of at most MOST_MEMORY values."""
@@ -497,9 +519,7 @@ class Task:
     def __init__(self, world: World, robot: Json, line: Json, cells: Any, graph: Strategy) -> None:
         self.world, self.robot, self.line, self.graph = world, robot, line, graph
         self.pose: Pose = (line["region"], line.get("heading"))
-        self.objective = Objective(line["objective"])
-        if line.get("form") == "alternation" and self.objective.kind == "patrol":
-            self.objective = Objective({"visit": line["objective"]["patrol"]})
+        self.objective = Objective(line["objective"]).formed(line.get("form"))
         self.targets, self.own = self.objective.targets, [*self.objective.memory]
         self.memory: dict[str, int] = dict(line.get("memory") or {})
         self.closed = {region for region, _ in line.get("closed") or ()}

@@ -24,6 +24,7 @@ from safenav.report.labels import labels
 from safenav.report.terminal.map import MapPicture, Marker, draw
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import describe
+from safenav.spec.forms import asked_of
 from safenav.spec.others.nearby import busy
 from safenav.spec.specification import Constraint
 from safenav.world.map import Heading, Region, RegionMap
@@ -35,7 +36,7 @@ def explanation_lines(found: Explanation, scenario: Scenario) -> Iterator[str]:
     """What a person reads."""
     world = scenario.map
     red = click.style("unrealizable:", fg="red", bold=True)
-    yield f"{found.robot}: {red} it cannot {describe(found.task.objective, scenario.map.word)}"
+    yield f"{found.robot}: {red} it cannot {describe(asked_of(found.task), scenario.map.word)}"
     yield f"  because {cause_words(found, world)}"
     yield ""
     yield from _indented(_picture(found, scenario))
@@ -80,9 +81,8 @@ def cause_words(found: Explanation, world: RegionMap) -> str:
 
 def member_words(member: CoreMember, found: Explanation, world: RegionMap) -> str:
     """One member of a core in the scenario's terms."""
-    objective = found.task.objective
     item = member.origin.item
-    rule = member.origin.rule.replace(describe(objective), describe(objective, world.word))
+    rule = _rule(member.origin.rule, found, world)
     if item == "map" and member.regions:
         return f"{_regions(member.regions, world)} {_is_a_wall(member.regions)}"
     lines = "; ".join(c.formula for c in member.constraints) if rule.startswith("ltl") else ""
@@ -132,14 +132,14 @@ def witness_lines(witness: Witness, found: Explanation, world: RegionMap) -> Ite
         else:
             yield "Then nothing is left:"
         for dilemma in witness.dilemmas:
-            yield f"  {_dilemma_words(dilemma, last, world)}"
+            yield f"  {_dilemma_words(dilemma, last, found, world)}"
         return
     count = len(witness.cycle)
     if count:
         every = "this goes on for ever" if count == 1 else f"the last {count} moments repeat"
         yield f"and {every}."
     if witness.goal is not None:
-        yield f"Never: {witness.goal.origin.rule} ({witness.goal.formula})."
+        yield f"Never: {_goal_words(witness.goal, found, world)}."
 
 
 def explanation_data(found: Explanation, scenario: Scenario) -> dict[str, Any]:
@@ -147,7 +147,7 @@ def explanation_data(found: Explanation, scenario: Scenario) -> dict[str, Any]:
     core, witness = found.core, found.witness
     return {
         "robot": found.robot,
-        "objective": describe(found.task.objective),
+        "objective": describe(asked_of(found.task)),
         "cause": found.cause.value,
         "because": cause_words(found, scenario.map),
         "lost": [sorted(target) for target in found.diagnosis.lost],
@@ -165,6 +165,18 @@ def explanation_data(found: Explanation, scenario: Scenario) -> dict[str, Any]:
         "repairs": [_repair_data(repair, scenario.map) for repair in found.repairs],
         "seconds": round(found.seconds, 3),
     }
+
+
+def _rule(rule: str, found: Explanation, world: RegionMap) -> str:
+    """A rule about the objective that the user wrote."""
+    stands = describe(found.task.objective)
+    return rule.replace(stands, describe(asked_of(found.task), world.word))
+
+
+def _goal_words(goal: Constraint, found: Explanation, world: RegionMap) -> str:
+    if goal.origin.rule.startswith("ltl"):
+        return f"{goal.origin.rule} ({goal.formula})"
+    return f"{_rule(goal.origin.rule, found, world)} [{_regions(goal.regions, world)}]"
 
 
 def _others(found: Explanation) -> str:
@@ -235,14 +247,11 @@ def _inputs_words(inputs: Sequence[tuple[str, int]], world: RegionMap) -> str:
     return ", ".join(words)
 
 
-def _dilemma_words(dilemma: Dilemma, last: PlayMoment, world: RegionMap) -> str:
+def _dilemma_words(dilemma: Dilemma, last: PlayMoment, found: Explanation, world: RegionMap) -> str:
     stays = dilemma.region == last.region
     move = "staying" if stays else f"going to {world.label(dilemma.region)}"
-    return f"{move} breaks: {_constraint_words(dilemma.broken)}"
-
-
-def _constraint_words(constraint: Constraint) -> str:
-    return f"{constraint.origin.item}: {constraint.origin.rule}"
+    origin = dilemma.broken.origin
+    return f"{move} breaks: {origin.item}: {_rule(origin.rule, found, world)}"
 
 
 def _picture(found: Explanation, scenario: Scenario) -> list[str]:

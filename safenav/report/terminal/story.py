@@ -151,6 +151,9 @@ class Story:
         verb = "synthesized" if first else "resynthesized"
         self._line(events[0].tick, f"{verb} {', '.join(told)}")
         for event in events:
+            if event.allows:
+                words = f"{self._wording.objective(event.objective)} ({event.allows})"
+                self._echo(f"             {self._name(event.robot)}: {words}")
             for assumption in event.assumptions:
                 self._echo(f"             {self._name(event.robot)} assumes: {assumption}")
 

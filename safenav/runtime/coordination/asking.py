@@ -5,7 +5,7 @@ Each robot climbs its ladder of specifications until one is realizable.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 from weakref import WeakSet
 
@@ -14,9 +14,9 @@ from safenav.errors import ResourceLimitError
 from safenav.runtime.coordination.ladder import Errand, Ladder
 from safenav.runtime.over import Stop
 from safenav.runtime.team import TeamState
-from safenav.scenario.model import Scenario
-from safenav.scenario.objective import Objective
+from safenav.scenario.objective import Objective, Word, describe
 from safenav.spec.compile import compile_task
+from safenav.spec.forms import Rung, Weakening, concession
 from safenav.spec.task import Task
 from safenav.synthesis.question import Listener as SynthesisListener
 from safenav.synthesis.slugs import Synthesizer
@@ -30,17 +30,35 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class Answer:
     """The synthesizer's last word on one robot's task. ``told``: the objective that it is for, and
-    ``form`` how that stands in the task; ``tried``: what failed before."""
+    ``rung`` the form of it that stands in the task; ``tried``: what failed before."""
 
     task: Task
     result: SynthesisResult
     told: Objective
-    form: vocabulary.Form = vocabulary.Form.LITERAL
+    rung: Rung
     tried: tuple[records.Tried, ...] = ()
 
     @property
     def realizable(self) -> bool:
         return self.result.verdict is Verdict.REALIZABLE
+
+    @property
+    def form(self) -> vocabulary.Form:
+        """How the objective stands in the specification."""
+        if self.rung.objective != self.told:
+            return vocabulary.Form.ALTERNATION
+        turned = self.rung.weakening is Weakening.TURNED
+        return vocabulary.Form.OTHER_MEMORY if turned else vocabulary.Form.LITERAL
+
+    def allows(self, word: Word) -> str | None:
+        """How far its form falls short of the objective, and why; None if it does not."""
+        others = [other.name for other in self.task.observed if other.danger]
+        return concession(self.told, self.rung, word, others)
+
+    def words(self, word: Word) -> str:
+        """The objective in the form that was asked for, in the user's words."""
+        allows = self.allows(word)
+        return describe(self.told, word) + (f" ({allows})" if allows else "")
 
 
 @dataclass(frozen=True)
@@ -58,7 +76,7 @@ class Attempt:
 
 class Asking:
     """Asks for strategies; counts what that cost (``syntheses``, ``seconds``). ``busy``: a
-    synthesis is under way. ``literally``: objectives are asked about as they are written."""
+    synthesis is under way."""
 
     def __init__(
         self,
@@ -66,10 +84,8 @@ class Asking:
         synthesizer: Synthesizer,
         stop: Stop,
         progress: SynthesisListener | None = None,
-        *,
-        literally: bool = False,
     ) -> None:
-        self._ladder = Ladder(state, literally)
+        self._ladder = Ladder(state)
         self._world = state.scenario.map
         self._synthesizer = synthesizer
         self._stop = stop
@@ -86,25 +102,27 @@ class Asking:
         answers: dict[str, Answer] = {}
         while True:
             asked = {
-                name: rung
+                name: candidate
                 for name, ladder in ladders.items()
                 if not (name in answers and answers[name].realizable)
-                and (rung := next(ladder, None)) is not None
+                and (candidate := next(ladder, None)) is not None
             }
             if not asked:
                 return Attempt(errands, answers)
             results = self._ask([task for _, task in asked.values()])
-            for (name, (form, task)), result in zip(asked.items(), results, strict=True):
+            for (name, (rung, task)), result in zip(asked.items(), results, strict=True):
                 before = answers.get(name)
                 tried = before.tried if before is not None else ()
                 if before is not None:
                     failed = before.result
                     verdict = vocabulary.RecordedVerdict(failed.verdict.value)
                     tried += (
-                        records.Tried(before.task.fairness.value, failed.spec_sha256, verdict),
+                        records.Tried(
+                            before.form, before.task.fairness.value, failed.spec_sha256, verdict
+                        ),
                     )
                 told = errands[name].objective
-                answers[name] = Answer(task, result, told, form, tried)
+                answers[name] = Answer(task, result, told, rung, tried)
 
     def close(self) -> None:
         """End the processes that give moves on demand."""
@@ -138,21 +156,3 @@ class Asking:
                     "limits.synthesis_memory in the scenario"
                 )
         return results
-
-
-def first_answers(
-    scenario: Scenario,
-    synthesizer: Synthesizer,
-    progress: SynthesisListener | None = None,
-    names: Collection[str] | None = None,
-) -> dict[str, Answer]:
-    """The synthesizer's answers for the start of a scenario, without a run: for the robots
-    with these names (default: all), in the scenario's order, their objectives as written."""
-    state = TeamState.initial(scenario)
-    asking = Asking(state, synthesizer, Stop(), progress, literally=True)
-    errands = {
-        name: Errand(entry.assignment, entry.robot.objective)
-        for name, entry in state.robots.items()
-        if names is None or name in names
-    }
-    return dict(asking.attempt(errands).answers)

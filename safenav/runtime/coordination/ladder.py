@@ -1,7 +1,7 @@
-"""What a robot is to be synthesized for: a ladder of specifications, the plainest first.
+"""What a robot is to be synthesized for: a ladder of specifications, the strongest form first.
 
-Its objective literally, with its other memory, as plain alternation; and for each of them the
-weakest assumption about others that will do.
+The forms of its objective (``spec.forms``), and for each the weakest assumption about others that
+will do.
 """
 
 from __future__ import annotations
@@ -10,15 +10,13 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from safenav.dataclass import dataclass
-from safenav.runtime.coordination.literal import can_patrol
-from safenav.runtime.coordination.objectives import alternating
 from safenav.runtime.formulas import plain_graph
 from safenav.runtime.team import Assignment, RobotState, Role, TeamState
 from safenav.scenario.model import Coordination, Tracking
 from safenav.scenario.objective import Hold, Ltl, Objective, Patrol, Target, Visit, targets_of
+from safenav.spec.forms import Rung, forms
 from safenav.spec.objective import Memory
 from safenav.spec.task import LADDERS, Fairness, Observed, Task
-from safenav.trace import vocabulary
 from safenav.world.map import Region
 from safenav.world.moves import Pose
 from safenav.world.partition import Partition
@@ -39,52 +37,40 @@ class Errand:
     forbidden: frozenset[Pose] = frozenset()
 
 
-Candidate = tuple[vocabulary.Form, Task]
+Candidate = tuple[Rung, Task]
 
 
 @dataclass(frozen=True)
 class Ladder:
-    """Makes the tasks of robots from what the team knows now. ``literally``: objectives as they
-    are written, and no other way."""
+    """Makes the tasks of robots from what the team knows now."""
 
     state: TeamState
-    literally: bool = False
 
     def candidates(self, name: str, errand: Errand) -> Iterator[Candidate]:
-        """The specifications to try for a robot, the plainest and weakest first."""
+        """The specifications to try for a robot: the strongest form of its objective and the
+        weakest assumption first."""
         state = self.state.robots[name]
-        for form, objective, memory in self._forms(state, errand):
-            task = self._task(state, errand, objective, memory)
+        for rung, memory in self._forms(state, errand):
+            task = self._task(state, errand, rung.objective, memory)
             for fairness in rungs(task):
-                yield form, replace(task, fairness=fairness)
+                yield rung, replace(task, fairness=fairness)
 
-    def _forms(
-        self, state: RobotState, errand: Errand
-    ) -> Iterator[tuple[vocabulary.Form, Objective, Memory]]:
-        """The spellings of an objective that a robot could meet alone on the map; the last one
-        in any case, so that there is something to ask."""
-        objective = errand.objective
-        literal = vocabulary.Form.LITERAL
-        if not isinstance(objective, Patrol):
-            own = errand.assignment.role is Role.OWN or self._is_assignable
-            keeps = own or isinstance(objective, Ltl)
-            yield literal, objective, state.memory if keeps else Memory()
-            return
-        index = state.own.memory.index
-        plain = alternating(objective)
-        if self.literally and not (self.state.rivals(state.robot) or self._is_assignable):
-            yield literal, objective, Memory(index)
-            return
-        if self.state.rivals(state.robot) or self._is_assignable:
-            yield vocabulary.Form.ALTERNATION, plain, Memory(index)
-            return
+    def _forms(self, state: RobotState, errand: Errand) -> Iterator[tuple[Rung, Memory]]:
+        patrol = isinstance(errand.objective, Patrol)
+        own = errand.assignment.role is Role.OWN or self._is_assignable
+        memory = state.memory if own or isinstance(errand.objective, Ltl) else Memory()
         walls = self.state.knowledge.walls_for(state.robot, errand.avoid)
-        blocked = region_mask(known.region for known in walls)
-        graph = plain_graph(self.state.scenario.map, state.robot.model.mobility)
-        for form, memory in ((literal, index), (vocabulary.Form.OTHER_MEMORY, 1 - index)):
-            if can_patrol(graph, state.next_pose, objective, memory, blocked):
-                yield form, objective, Memory(memory)
-        yield vocabulary.Form.ALTERNATION, plain, Memory(index)
+        found = forms(
+            errand.objective,
+            state.own.memory.index if patrol else memory.index,
+            state.next_pose,
+            plain_graph(self.state.scenario.map, state.robot.model.mobility),
+            region_mask(known.region for known in walls),
+            shared=bool(self.state.rivals(state.robot)),
+            assigned=self._is_assignable,
+        )
+        for rung in found:
+            yield rung, Memory(rung.turn) if patrol else memory
 
     @property
     def _is_assignable(self) -> bool:

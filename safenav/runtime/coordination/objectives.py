@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from safenav.scenario.objective import Hold, Ltl, Objective, Patrol, Target, Visit
+from safenav.scenario.objective import Hold, Ltl, Objective, Target, Visit
 from safenav.spec.movement import one_of
 from safenav.world.map import Region
 
@@ -34,10 +34,3 @@ def helping(objective: Objective, places: Target, own: Target | None, *, stays: 
     if stays:
         return Hold(places)
     return Visit((places,) if own is None else (places, own))
-
-
-def alternating(objective: Objective) -> Objective:
-    """The objective as plain alternation: what a patrol is among others."""
-    if isinstance(objective, Patrol):
-        return Visit((objective.first, objective.second))
-    return objective

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 from safenav.dataclass import dataclass
 from safenav.runtime.coordination.asking import Answer, Attempt
 from safenav.runtime.coordination.ladder import Errand
-from safenav.runtime.coordination.objectives import alternating
 from safenav.runtime.navigation import Planner
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.scenario.model import Tracking
@@ -16,6 +15,7 @@ from safenav.scenario.objective import Ltl, Patrol, Visit
 from safenav.scenario.pursuit import Pursuit
 from safenav.spec.assignable import Switch, neutral
 from safenav.spec.compile import assumption_names
+from safenav.spec.forms import alternating
 from safenav.spec.others.belief import models
 from safenav.spec.sending import Sending, sending
 from safenav.spec.task import Fairness, Task
@@ -204,6 +204,7 @@ def synthesis_told(
         places_from=_places_from(possible) if possible is not None else None,
         forbidden=_told(task.forbidden) or None,
         form=answer.form,
+        allows=answer.allows(world.word),
         tried=answer.tried or None,
     )
 

@@ -6,13 +6,22 @@ each know one item of the format; docs/scenario.md is its reference.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from safenav.dataclass import dataclass
 from safenav.errors import Diagnostic, InputError
 from safenav.scenario.catalogue import Catalogue
-from safenav.scenario.model import Controllers, Coordination, Limits, Scenario, Until
+from safenav.scenario.model import (
+    Controllers,
+    Coordination,
+    Limits,
+    Robot,
+    RobotChange,
+    Scenario,
+    Until,
+)
+from safenav.scenario.objective import Patrol
 from safenav.scenario.reading.areas import read_areas
 from safenav.scenario.reading.catalogue import built_in, extended, read_catalogue
 from safenav.scenario.reading.changes import ChangeReader
@@ -183,6 +192,8 @@ class _Loader:
         coordination = read.choice(
             item.get("coordination"), "'coordination'", Coordination, self._findings
         )
+        if coordination is Coordination.ASSIGNABLE:
+            self._assigned(item.get("coordination"), robots, changes)
         controllers = read.choice(
             item.get("controllers"), "'controllers'", Controllers, self._findings
         )
@@ -226,6 +237,17 @@ class _Loader:
         if text is None:
             return base.without_rest()
         return extended(base, text, regions, self._findings.beside(str(path)), str(path))
+
+    def _assigned(
+        self, node: Node | None, robots: Sequence[Robot], changes: Sequence[RobotChange]
+    ) -> None:
+        """A goal that is assigned at runtime may lie beyond a target, or be one."""
+        given = [(robot.name, robot.objective) for robot in robots]
+        given += [(change.robot, change.objective) for change in changes if change.objective]
+        for name in dict.fromkeys(n for n, o in given if isinstance(o, Patrol) and o.literal):
+            found = f"'coordination: assignable' cannot keep 'form: literal' of {name}"
+            hint = "leave out the form, or use 'coordination: resynthesis'"
+            self._findings.add(node, found, hint)
 
     def _until(self, node: Node | None) -> Until:
         item = read.mapping(node, "until", self._findings, ("rounds",))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from dataclasses import replace
 
 from safenav.formula.checking import check
 from safenav.formula.parser import FormulaError, parse
@@ -21,6 +22,8 @@ IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 OWN_VARIABLES = frozenset({"region", "heading"})
 KINDS = ("patrol", "visit", "cover", "hold", "ltl")
+FORM = "form"
+KEYS = (*KINDS, FORM)
 LTL_KEYS = ("init", "safety", "liveness", "memory")
 
 
@@ -38,13 +41,14 @@ class ObjectiveReader:
     def read(self, node: Node | None, robot: str, mobility: Mobility | None) -> Objective | None:
         """The objective, or None if there is none or it was reported."""
         what = f"objective of {robot}"
-        item = read.mapping(node, what, self._findings, KINDS)
+        item = read.mapping(node, what, self._findings, KEYS)
         if item is None:
             return None
         given = [(key.text, value) for key, value in item.entries if key.text in KINDS]
-        if not item.entries:
+        if not given:
             hint = "say what it shall do, for example {patrol: [14, 20]}"
-            self._findings.add(item, f"{what} is empty", hint)
+            if not item.entries or item.get(FORM) is not None:
+                self._findings.add(item, f"{what} is empty", hint)
         if len(given) > 1:
             kinds = " and ".join(f"'{kind}'" for kind, _ in given)
             self._findings.add(item, f"{what}: {kinds} at once", "choose one of them")
@@ -58,7 +62,25 @@ class ObjectiveReader:
             "hold": self._hold,
             "ltl": lambda n, w: self._ltl(n, w, mobility),
         }
-        return readers[kind](value, f"'{kind}' of {robot}")
+        found = readers[kind](value, f"'{kind}' of {robot}")
+        return self._formed(found, item.get(FORM), kind, robot)
+
+    def _formed(
+        self, objective: Objective | None, node: Node | None, kind: str, robot: str
+    ) -> Objective | None:
+        """The objective in the form that it must have."""
+        word = read.text(node, f"'form' of {robot}", self._findings)
+        if word is None:
+            return objective
+        if word != "literal":
+            found = f"'form' of {robot} is 'literal', not '{clipped(word)}'"
+            self._findings.add(node, found, "leave it out: then a weaker form may do")
+        elif kind != "patrol":
+            found = f"'form' of {robot}: '{kind}' has one form only"
+            self._findings.add(node, found, "leave it out: it is for 'patrol'")
+        elif isinstance(objective, Patrol):
+            return replace(objective, literal=True)
+        return objective
 
     def _patrol(self, node: Node, what: str) -> Patrol | None:
         targets = self._regions.targets(node, what)

@@ -13,9 +13,8 @@ from typing import Any
 
 from safenav.errors import ResourceLimitError, SafenavError
 from safenav.report.terminal.explanation_text import explanation_data
-from safenav.runtime.coordination.asking import first_answers
 from safenav.runtime.explanation import explain_team
-from safenav.runtime.mission import default_synthesizer
+from safenav.runtime.mission import default_synthesizer, first_answers
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_draft
 from safenav.studio.run.orders import RunOrder

@@ -1,0 +1,134 @@
+"""The forms of an objective: which are tried, why no stronger one, what is said of it.
+
+Whether a robot alone can patrol by the letter is compared with the explicit game of one player.
+"""
+
+from __future__ import annotations
+
+from random import Random
+
+import pytest
+
+from safenav.explain.undisturbed import play
+from safenav.scenario.objective import Cover, Hold, Objective, Patrol, Visit
+from safenav.spec.forms import Rung, Weakening, can_patrol, concession, forms
+from safenav.spec.objective import Memory
+from safenav.world.map import Heading, RegionMap
+from safenav.world.moves import Mobility, Pose
+from safenav.world.poses import PoseGraph, region_mask
+
+
+def floor(*rows: str) -> RegionMap:
+    return RegionMap.from_grid(rows)
+
+
+def patrols(
+    world: RegionMap, first: set[int], second: set[int], at: int, heading: Heading | None = None
+) -> list[bool]:
+    """With the first target next, and with the second."""
+    mobility = Mobility.FREE if heading is None else Mobility.HEADING
+    patrol = Patrol(frozenset(first), frozenset(second))
+    graph = PoseGraph(world, mobility)
+    return [can_patrol(graph, Pose(at, heading), patrol, memory) for memory in (0, 1)]
+
+
+def test_a_corridor_is_patrolled_between_its_targets() -> None:
+    assert patrols(floor("....."), {0}, {4}, at=2) == [True, True]
+
+
+def test_who_stands_beyond_a_target_cannot_cross_it_when_it_is_not_its_turn() -> None:
+    assert patrols(floor("....."), {1}, {4}, at=0) == [True, False]
+
+
+def test_a_robot_with_a_heading_cannot_turn_round_at_the_end_of_a_corridor() -> None:
+    assert patrols(floor("....."), {0}, {4}, at=2, heading=Heading.EAST) == [False, False]
+    # Round a ring it can, if the target that comes first is the one whose turn it is.
+    ring = floor("...", ".#.", "...")
+    assert patrols(ring, {0}, {8}, at=1, heading=Heading.EAST) == [False, True]
+
+
+def test_it_agrees_with_the_game_played_out() -> None:
+    random = Random(11)
+    counts = {True: 0, False: 0}
+    for _ in range(400):
+        rows, cols = random.randint(1, 4), random.randint(3, 6)
+        world = floor(*("".join(random.choices("#.", (1, 4), k=cols)) for _ in range(rows)))
+        if len(world.free) < 3:
+            continue
+        heading = random.choice([None, *Heading])
+        mobility = Mobility.FREE if heading is None else Mobility.HEADING
+        pose = Pose(random.choice(world.free), heading)
+        some = random.sample(world.free, 3)
+        patrol = Patrol(frozenset(some[:1]), frozenset(some[1 : random.randint(2, 3)]))
+        blocked = frozenset(random.sample(world.free, random.randint(0, 2)))
+        for memory in (0, 1):
+            played = play(mobility, pose, patrol, Memory(memory), world, blocked).winnable
+            graph = PoseGraph(world, mobility)
+            told = can_patrol(graph, pose, patrol, memory, region_mask(blocked))
+            assert told == played, (world.grid_rows(), pose, patrol, blocked, memory)
+            counts[played] += 1
+    assert min(counts.values()) > 100
+
+
+def at(*regions: int) -> frozenset[int]:
+    return frozenset(regions)
+
+
+def climbed(objective: Objective, start: int, turn: int = 0, **about: bool) -> list[Rung]:
+    """The forms for a robot in a corridor of five regions."""
+    graph = PoseGraph(floor("....."), Mobility.FREE)
+    return list(forms(objective, turn, Pose(start), graph, **about))
+
+
+PLAIN = Visit((at(1), at(4)))
+
+
+@pytest.mark.parametrize("objective", [Visit((at(0), at(4))), Cover((at(0),)), Hold(at(3))])
+def test_other_objectives_have_one_form(objective: Objective) -> None:
+    assert climbed(objective, 2, shared=True) == [Rung(objective, 0)]
+
+
+def test_a_patrol_comes_down_a_form_at_a_time() -> None:
+    patrol = Patrol(at(1), at(4))
+    turned = Rung(patrol, 1, Weakening.TURNED)
+    last = Rung(PLAIN, 0, Weakening.KEPT)
+    assert climbed(patrol, 2) == [Rung(patrol, 0), turned, last]
+    assert climbed(patrol, 0) == [Rung(patrol, 0), last]
+    assert climbed(patrol, 0, 1) == [
+        Rung(patrol, 0, Weakening.TURNED),
+        Rung(PLAIN, 1, Weakening.KEPT),
+    ]
+
+
+def test_who_must_cross_a_target_patrols_by_alternation() -> None:
+    wide = Patrol(at(0), at(1, 2))
+    (rung,) = climbed(wide, 3)
+    assert rung == Rung(Visit((at(0), at(1, 2))), 0, Weakening.CORRIDOR)
+    assert concession(wide, rung) == (
+        "may cross a target on the way: the corridor leaves no other way"
+    )
+    assert climbed(Patrol(at(0), at(1, 2), literal=True), 3) == [
+        Rung(Patrol(at(0), at(1, 2), literal=True), 0)
+    ]
+
+
+def test_among_others_a_patrol_is_alternation_from_the_start() -> None:
+    patrol = Patrol(at(1), at(4))
+    assert climbed(patrol, 2, shared=True) == [Rung(PLAIN, 0, Weakening.SHARED)]
+    assert climbed(patrol, 2, assigned=True) == [Rung(PLAIN, 0, Weakening.ASSIGNED)]
+    assert concession(patrol, Rung(PLAIN, 0, Weakening.SHARED), others=["bob"]) == (
+        "may cross a target on the way and wait at one: it shares its floor with bob"
+    )
+
+
+def test_obstacles_and_mobility_are_named_where_they_are_the_reason() -> None:
+    ring = floor("...", ".#.", "...")
+    patrol = Patrol(at(0), at(2))
+    graph = PoseGraph(ring, Mobility.FREE)
+    (rung,) = forms(Patrol(at(0), at(1, 2)), 0, Pose(5), graph, region_mask([7]))
+    assert rung.weakening is Weakening.OBSTACLES
+    heading = PoseGraph(floor("....", "....", "...."), Mobility.HEADING)
+    narrow = PoseGraph(floor("....."), Mobility.HEADING)
+    assert next(forms(patrol, 0, Pose(5, Heading.EAST), heading)).weakening is None
+    (rung,) = forms(patrol, 0, Pose(3, Heading.EAST), narrow)
+    assert rung.weakening is Weakening.MOBILITY
