@@ -94,12 +94,25 @@ def test_regions_keep_their_places_when_the_map_grows() -> None:
         {"op": "remove_obstacle", "index": 7},
         {"op": "resize", "top": -100},
         {"op": "set_objective", "robot": "quad", "kind": "fly", "regions": [14]},
+        {"op": "set_form", "robot": "nobody", "literal": True},
         {"op": "paint"},
     ],
 )
 def test_an_edit_that_cannot_be_is_refused(operation: dict[str, Any]) -> None:
     with pytest.raises(UsageError):
         edited(DOOR, operation)
+
+
+def test_the_form_of_a_patrol_stays_with_it() -> None:
+    strict = edited(DOOR, {"op": "set_form", "robot": "quad", "literal": True})
+    assert "{patrol: [54, 49], form: literal}" in strict
+    told = {"op": "set_objective", "robot": "quad", "regions": [54, 14]}
+    assert "{patrol: [54, 14], form: literal}" in edited(strict, {**told, "kind": "patrol"})
+    visit = edited(strict, {**told, "kind": "visit"})
+    assert "{visit: [54, 14]}" in visit
+    assert edited(strict, {"op": "set_form", "robot": "quad", "literal": False}) == DOOR
+    with pytest.raises(UsageError, match="only a patrol"):
+        edited(visit, {"op": "set_form", "robot": "quad", "literal": True})
 
 
 def test_undo_leads_back_to_the_beginning_and_redo_forth() -> None:
@@ -137,6 +150,7 @@ def something(text: str, chance: random.Random) -> dict[str, Any]:
             {"op": "move_robot", "robot": robot, "region": region},
             {"op": "set_heading", "robot": robot, "heading": "west"},
             {"op": "set_objective", "robot": robot, "kind": kind, "regions": regions},
+            {"op": "set_form", "robot": robot, "literal": chance.random() < 0.5},
             {"op": "rename_robot", "robot": robot, "name": f"r{region}"},
             {"op": "remove_robot", "robot": robot},
             {"op": "add_obstacle", "type": "door", "region": region},

@@ -137,6 +137,7 @@ def _robots(root: Node, placing: _Placing) -> Iterable[dict[str, Any]]:
             "heading": _text(heading) if _text(heading) in _HEADINGS else None,
             "kind": kind,
             "targets": targets,
+            "literal": _get(objective, "form") is not None,
             "line": key.place.line,
         }
 

@@ -45,7 +45,9 @@ def _verdict(scenario: Scenario, name: str) -> dict[str, Any]:
         answer = first_answers(scenario, default_synthesizer(scenario), None, [name])[name]
     except ResourceLimitError as error:
         return {"robot": name, "verdict": "limit", "because": str(error)}
-    return {"robot": name, "verdict": "realizable" if answer.realizable else "unrealizable"}
+    found = {"robot": name, "verdict": "realizable" if answer.realizable else "unrealizable"}
+    allows = answer.allows(scenario.map.word) if answer.realizable else None
+    return {**found, "allows": allows} if allows else found
 
 
 def _reason(scenario: Scenario, name: str) -> dict[str, Any]:

@@ -75,9 +75,22 @@ def set_objective(data: Any, told: Operation) -> None:
     if kind != "hold":
         value = CommentedSeq(written)
         value.fa.set_flow_style()
-    objective = CommentedMap({kind: value})
+    before = robot.get("objective")
+    form = before.get("form") if kind == "patrol" and isinstance(before, dict) else None
+    objective = CommentedMap({kind: value} | ({"form": form} if form else {}))
     objective.fa.set_flow_style()
     robot["objective"] = objective
+
+
+def set_form(data: Any, told: Operation) -> None:
+    """Whether a patrol is to be ``literal``."""
+    objective = _robot(data, told).get("objective")
+    if not isinstance(objective, dict) or "patrol" not in objective:
+        raise UsageError("only a patrol has other forms")
+    if told["literal"]:
+        objective["form"] = "literal"
+    else:
+        objective.pop("form", None)
 
 
 def rename_robot(data: Any, told: Operation) -> None:

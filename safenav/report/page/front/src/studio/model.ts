@@ -9,6 +9,7 @@ export interface DrawnRobot {
   heading: string | null;
   kind: string | null;
   targets: number[][];
+  literal: boolean;
   line: number;
 }
 
@@ -53,6 +54,7 @@ export interface Verdict {
   robot: string;
   verdict: "realizable" | "unrealizable" | "limit";
   because?: string;
+  allows?: string;
   confined?: number[];
   lost?: number[];
   repairs?: Repair[];

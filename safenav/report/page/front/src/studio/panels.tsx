@@ -171,6 +171,16 @@ export function Selection({ doc, drawing, pen, setPen, chosen, choose, say, verd
             )}
           </p>
         )}
+        {robot.kind === "patrol" && (
+          <label title="The paper's formula: no target is crossed out of turn. Otherwise a weaker form will do.">
+            <input
+              type="checkbox"
+              checked={robot.literal}
+              onChange={(event) => edit("set_form", { robot: robot.name, literal: event.currentTarget.checked })}
+            />{" "}
+            by the letter
+          </label>
+        )}
         {verdict && <Judged verdict={verdict} say={say} />}
         <button
           type="button"
@@ -267,7 +277,7 @@ function Field({ name, value, number, onChange }: { name: string; value: string;
 
 /** Why a robot has no strategy, and what would give it one. */
 export function Judged({ verdict, say }: { verdict: Verdict; say: Say }) {
-  if (verdict.verdict === "realizable") return <p class="judged good">It can do that, whatever happens.</p>;
+  if (verdict.verdict === "realizable") return <p class="judged good">It can do that, whatever happens{verdict.allows && ` (${verdict.allows})`}.</p>;
   return (
     <div class="judged bad">
       <p>
