@@ -1,4 +1,4 @@
-/* sources a67320f1713fc792b4b66635f0426a3fdc182e0d16d57d5b8c442411e6fd623d */
+/* sources af6d380e1715afb1e84fe07ee1526afbd06826ecf5a4e1754cfdfd95877ed1e0 */
 /* Contains Preact:
 The MIT License (MIT)
 
