@@ -14,6 +14,7 @@ from typing import Any
 
 import safenav
 from safenav.errors import SafenavError
+from safenav.extras import project, requirements
 from safenav.spec.specification import (
     Constraint,
     Origin,
@@ -30,17 +31,15 @@ from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.verdict import Verdict
 from safenav.verify.verification import first_failure
 
-REQUIRED = ("click", "PyYAML", "networkx")
-OPTIONAL = {
-    "numpy": ("maps", "maps from files, GIF films"),
-    "pillow": ("maps", "PNG maps, GIF films"),
-    "resvg-py": ("pictures", "PNG pictures"),
-    "mcap-ros2-support": ("mcap", "runs as MCAP files for Foxglove and ROS 2"),
-    "aiohttp": ("studio", "the studio and live runs"),
-    "ruamel.yaml": ("studio", "the text of the studio"),
-    "distributed": ("dask", "batches on a cluster"),
+PURPOSES = {
+    "maps": "maps from files",
+    "pictures": "PNG pictures and GIF films",
+    "motion": "motion in metres and 3D pages",
+    "mcap": "runs as MCAP files for Foxglove and ROS 2",
+    "studio": "the studio and live runs",
+    "dask": "batches on a cluster",
 }
-"""Packages that some commands need: the extra that installs them, and what for."""
+"""The extras that commands need. Their packages are those of safenav's own metadata."""
 
 _ANSWER_SECONDS = 10.0
 
@@ -101,14 +100,17 @@ class Installation:
 def examine() -> Installation:
     """Look at everything. It asks the synthesizer twice, and writes one empty file into the
     cache directory, which it removes."""
-    packages = [Package(name, _version(name)) for name in REQUIRED]
-    packages += [Package(name, _version(name), *use) for name, use in OPTIONAL.items()]
+    packages: dict[str, Package] = {}
+    for extra in (None, *PURPOSES):
+        for name in map(project, requirements(extra or "")):
+            purpose = PURPOSES.get(extra or "", "")
+            packages.setdefault(name, Package(name, _version(name), extra, purpose))
     return Installation(
         safenav.__version__,
         str(Path(safenav.__file__).parent),
         f"{platform.python_version()} ({sys.executable})",
         platform.platform(),
-        tuple(packages),
+        tuple(packages.values()),
         _slugs(),
         _cache(),
     )

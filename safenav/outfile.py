@@ -25,17 +25,49 @@ def write_bytes(path: Path, content: bytes) -> None:
         tell(path)
 
 
+def try_out(path: Path) -> None:
+    """Raises UsageError unless a file of this name can be written. Leaves nothing behind."""
+    try:
+        if path.is_dir():
+            raise IsADirectoryError(0, "it is a folder")
+        if path.exists() and not os.access(path, os.W_OK):
+            raise PermissionError(0, "permission denied")
+        if not path.exists() or path.is_file():
+            with tempfile.TemporaryFile(dir=path.parent):
+                pass
+    except OSError as error:
+        raise _failure(path, error) from error
+
+
+def try_folder(path: Path) -> None:
+    """Raises UsageError unless files can be written into a folder, which need not exist yet."""
+    there = next((p for p in (path, *path.absolute().parents) if p.exists()), path)
+    try:
+        with tempfile.TemporaryFile(dir=there):
+            pass
+    except OSError as error:
+        raise _failure(path, error) from error
+
+
+def _failure(path: Path, error: OSError) -> UsageError:
+    return UsageError(f"cannot write {path}: {error.strerror or error}")
+
+
 def tell(path: Path) -> None:
     """A word about a file that was written."""
     click.echo(f"{path}  {path.stat().st_size / 1024:.0f} KiB", err=True)
 
 
 def write_whole(path: Path, write: Callable[[Path], object]) -> None:
-    """Let ``write`` fill a file beside ``path`` and rename it: no half file is ever left.
+    """Let ``write`` fill a file beside ``path`` and rename it: no half file is ever left. A device
+    or a pipe is written as it is.
 
     Raises UsageError if that cannot be done.
     """
     try:
+        if path.exists() and not path.is_file():
+            write(path)
+            return
         number, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}-")
         os.close(number)
         part = Path(name)
@@ -46,4 +78,4 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
         finally:
             part.unlink(missing_ok=True)
     except OSError as error:
-        raise UsageError(f"{path} cannot be written: {error.strerror or error}") from error
+        raise _failure(path, error) from error

@@ -15,28 +15,29 @@ from pathlib import Path
 import click
 
 import safenav
+from safenav import extras
 from safenav.errors import ExitCode, SafenavError, UsageError
 
 COMMANDS = {
-    "run": "Run a scenario and tell its story.",
+    "run": "Run a scenario and print what happens.",
     "studio": "Draw a scenario in a browser, run it, change its world.",
     "synth": "Synthesize the controllers and write them to files.",
-    "check": "Validate a scenario and say whether each robot is realizable.",
-    "explain": "Say why a robot is unrealizable, and what would help.",
+    "check": "Validate a scenario and check whether each robot is realizable.",
+    "explain": "Explain why a robot is unrealizable, and propose repairs.",
     "verify": "Check a strategy file against its specification.",
     "batch": "Run many scenarios and compare them with what they expect.",
-    "check-trace": "Check a trace independently of what wrote it.",
+    "check-trace": "Check a trace against the rules, independently of the run.",
     "certify": "Run a scenario and write a bundle that proves the run.",
     "check-bundle": "Check a bundle and print what it establishes.",
     "draw": "Draw a scenario before any run.",
     "replay": "Replay a trace: a page, pictures, or the terminal.",
-    "motion": "Make the motion of a trace in metres and seconds.",
-    "check-motion": "Check a motion against its trace, independently of what made it.",
-    "export": "Write a trace as waypoints in metres.",
-    "new": "Write a commented scenario to begin with.",
+    "motion": "Compute each robot's motion in metres and seconds.",
+    "check-motion": "Check a motion against its trace.",
+    "export": "Export a trace: waypoints, ROS 2 bag or tables.",
+    "new": "Write a commented example scenario.",
     "schema": "Print the JSON Schema of scenarios.",
     "catalogue": "List robot models, capabilities and obstacle types.",
-    "doctor": "Say what is installed and whether it works.",
+    "doctor": "List what is installed and test whether it works.",
 }
 
 EXTRAS = {"numpy": "motion", "daqp": "motion", "PIL": "pictures", "aiohttp": "studio"}
@@ -100,14 +101,14 @@ class _Commands(click.Group):
 def group() -> None:
     """Correct-by-construction controllers for teams of heterogeneous robots.
 
-    A scenario (YAML) holds a map, robots, their objectives and what they do not know yet;
+    A scenario (YAML) holds a map, robots, their objectives and obstacles that they do not know;
     safenav synthesizes a controller for each robot and runs the team.
 
     \b
     Examples:
-      safenav run scenarios/case_study_1.yaml
-      safenav check scenarios/hello.yaml
-      safenav synth scenarios/hello.yaml -o out
+      safenav new lab.yaml && safenav run lab.yaml
+      safenav draw lab.yaml
+      safenav studio lab.yaml
     """
 
 
@@ -117,15 +118,20 @@ def main() -> None:
     # Strategies and searches are millions of objects and hardly a cycle: look for cycles seldom.
     gc.set_threshold(100_000, 20, 100)
     try:
-        status = group.main(standalone_mode=False)
+        status = group.main(prog_name="safenav", standalone_mode=False)
         sys.exit(status if isinstance(status, int) else ExitCode.OK)
     except SafenavError as error:
         _fail(str(error), error.exit_code)
     except click.exceptions.Abort:
         _fail("interrupted", ExitCode.INTERRUPTED)
-    except click.ClickException as error:
+    except click.exceptions.NoArgsIsHelpError as error:
         error.show()
         sys.exit(error.exit_code)
+    except click.ClickException as error:
+        told = error.format_message().rstrip(".")
+        context = getattr(error, "ctx", None)
+        hint = f"\n    {context.command_path} --help lists the options" if context else ""
+        _fail(f"{told[:1].lower()}{told[1:]}{hint}", ExitCode.BAD_INPUT)
     except KeyboardInterrupt:
         _fail("interrupted", ExitCode.INTERRUPTED)
     except BrokenPipeError:
@@ -138,8 +144,7 @@ def main() -> None:
             raise
         missing = (getattr(error, "name", None) or "").partition(".")[0]
         if isinstance(error, ImportError) and missing in EXTRAS:
-            told = f"this needs {missing}, which is not installed"
-            _fail(f"{told}\n    pip install 'safenav[{EXTRAS[missing]}]'", ExitCode.BAD_INPUT)
+            _fail(str(extras.missing("this", missing, EXTRAS[missing])), ExitCode.BAD_INPUT)
         _fail(
             f"internal error: {type(error).__name__}: {error}\n"
             "    this is a defect of safenav; set SAFENAV_DEBUG=1 to see where it happened",

@@ -1,4 +1,4 @@
-"""``safenav batch``: run many scenarios and say which are not as expected."""
+"""``safenav batch``: run many scenarios and report which are not as expected."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from safenav.cli.output import FILE, FOLDER
 from safenav.errors import ExitCode, UsageError
 
 if TYPE_CHECKING:
@@ -21,11 +22,12 @@ if TYPE_CHECKING:
 
 EPILOG = """\b
 Examples:
-  safenav batch scenarios
-  safenav batch scenarios --jobs 2 --junit report.xml --out out
-  safenav batch 'suites/**/door*.yaml' nightly.yaml --fail-fast
-  safenav batch scenarios --out out --resume
-  safenav batch scenarios --results now.json --baseline before.json
+  mkdir suite && safenav new suite/door.yaml && safenav new suite/team.yaml --template team
+  safenav batch suite
+  safenav batch suite --jobs 2 --junit report.xml --out out
+  safenav batch 'suite/**/d*.yaml' --fail-fast --results before.json
+  safenav batch suite --out out --resume
+  safenav batch suite --results now.json --baseline before.json
 \b
 A PATH is a scenario, a folder (searched for *.yaml, but not in folders named
 'invalid'), a quoted pattern, or a matrix file ('batch: 1'; see docs/batch.md).
@@ -35,10 +37,8 @@ Exit codes:
   0  all as expected (without 'expect': completed)
   1  some not as expected, invalid, crashed, hung or not run
   2  bad input or usage
-  130  interrupted; `--resume` with the same --out goes on
+  130  interrupted; `--resume` with the same --out continues
 """
-
-_FILE = click.Path(path_type=Path, dir_okay=False, allow_dash=True)
 
 
 class _Batch(click.Command):
@@ -60,7 +60,7 @@ class _Batch(click.Command):
     "-j",
     "--jobs",
     type=click.IntRange(min=1),
-    help="Run this many scenarios at once; default: one for each processor.",
+    help="Run this many scenarios in parallel; default: one per processor.",
 )
 @click.option(
     "--time-limit",
@@ -80,19 +80,19 @@ class _Batch(click.Command):
 @click.option("--verify/--no-verify", default=True, help="Check each strategy before it is used.")
 @click.option(
     "--certify",
-    type=click.Path(path_type=Path, file_okay=False),
+    type=FOLDER,
     help="Write the bundle of each run into this folder (docs/certificates.md).",
 )
-@click.option("--junit", type=_FILE, help="Write a JUnit report (XML).")
+@click.option("--junit", type=FILE, help="Write a JUnit report (XML).")
 @click.option("--json", "as_json", is_flag=True, help="Print all results as JSON, no table.")
-@click.option("--results", type=_FILE, help="Write all results as JSON, for --baseline.")
-@click.option("--csv", "as_csv", type=_FILE, help="Write the figures as CSV.")
+@click.option("--results", type=FILE, help="Write all results as JSON, for --baseline.")
+@click.option("--csv", "as_csv", type=FILE, help="Write the figures as CSV.")
 @click.option(
     "-o",
     "--output",
     "--out",
     "out",
-    type=click.Path(path_type=Path, file_okay=False),
+    type=FOLDER,
     help="Keep results as they come, and trace and replay of failures, in this folder.",
 )
 @click.option("--resume", is_flag=True, help="Run only the cases that have no result in --out.")
@@ -144,7 +144,6 @@ def command(
     if as_json and results is None:
         results = Path("-")
     files = [path for path in (junit, results, as_csv) if path is not None]
-    _check_writable(files)
     signal.signal(signal.SIGTERM, _as_interrupt)
     with ExitStack() as stack:
         started = [] if dask is not None else [_first_worker(stack)]
@@ -161,7 +160,7 @@ def command(
 
         former = None if baseline is None else read_results(baseline)
         found = find_cases(paths)
-        _tell_passed_over(found)
+        _report_skipped(found)
         progress = ProgressLine()
         bundles = None if certify is None else str(certify.resolve())
         conditions = Conditions(time_limit, verify, bundles)
@@ -205,7 +204,7 @@ def command(
     for line in summary(report, comparison, slowest):
         click.echo(line, err=Path("-") in files)
     if report.left and out is not None:
-        click.echo(f"go on with the same command and --resume ({report.left} to run)", err=True)
+        click.echo(f"to continue, repeat with --resume ({report.left} cases left)", err=True)
     if report.interrupted:
         return ExitCode.INTERRUPTED
     return ExitCode.OK if report.as_expected else ExitCode.NEGATIVE
@@ -248,29 +247,21 @@ def _make_empty(folder: Path, stack: ExitStack) -> None:
     stack.callback(shutil.rmtree, folder, ignore_errors=True)
 
 
-def _tell_passed_over(found: FoundCases) -> None:
+def _report_skipped(found: FoundCases) -> None:
     count = len(found.passed_over)
     if count:
-        files = "file that is no scenario" if count == 1 else "files that are no scenarios"
+        files = "file that is not a scenario" if count == 1 else "files that are not scenarios"
         names = ", ".join(found.passed_over[:3]) + (", ..." if count > 3 else "")
-        click.echo(f"passed over {count} YAML {files}: {names}", err=True)
-
-
-def _check_writable(files: list[Path]) -> None:
-    """Before hours of work, not after."""
-    for path in files:
-        if path != Path("-") and not os.access(path if path.exists() else path.parent, os.W_OK):
-            raise UsageError(f"cannot write {path}: no such folder, or not permitted")
+        click.echo(f"skipped {count} YAML {files}: {names}", err=True)
 
 
 def _write(path: Path, text: str) -> None:
     if path == Path("-"):
         click.echo(text, nl=False)
         return
-    try:
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise UsageError(f"cannot write {path}: {error.strerror}") from error
+    from safenav.outfile import write_whole
+
+    write_whole(path, lambda part: part.write_text(text, encoding="utf-8"))
 
 
 def _as_interrupt(number: int, frame: object) -> None:

@@ -12,8 +12,8 @@ from safenav.errors import ExitCode
 EPILOG = """\b
 Examples:
   safenav catalogue
-  safenav catalogue scenario.yaml
-  safenav catalogue --json | jq '.robots | keys'
+  safenav catalogue --json
+  safenav new team.yaml --template team && safenav catalogue team.yaml
 \b
 Exit codes:
   0  done   2  FILE is neither a scenario nor a catalogue

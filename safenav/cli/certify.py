@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from safenav.cli.output import BUNDLE
 from safenav.errors import ExitCode, NotCertifiedError, UsageError
 
 if TYPE_CHECKING:
@@ -14,10 +15,11 @@ if TYPE_CHECKING:
 
 EPILOG = """\b
 Examples:
-  safenav certify scenarios/case_study_3.yaml -o chain
-  safenav certify scenarios/case_study_3.yaml -o chain.zip
-  safenav certify --trace chain.jsonl --motion chain.motion.jsonl -o chain
-  python3 -I -S chain/check.py chain
+  safenav new lab.yaml && safenav certify lab.yaml -o bundle
+  python3 -I -S bundle/check.py bundle
+  safenav certify lab.yaml -o lab.zip
+  safenav run lab.yaml --trace lab.jsonl --motion lab.motion.jsonl
+  safenav certify --trace lab.jsonl --motion lab.motion.jsonl -o moved
 \b
 Exit codes:
   0  the bundle is written, and its checker accepts it
@@ -29,15 +31,13 @@ Exit codes:
 @click.command(epilog=EPILOG)
 @click.argument("scenario", type=click.Path(path_type=Path), required=False)
 @click.option("--trace", type=click.Path(path_type=Path), help="The trace of an earlier run.")
-@click.option(
-    "-o", "--output", type=click.Path(path_type=Path), required=True, help="A folder, or a .zip."
-)
+@click.option("-o", "--output", type=BUNDLE, required=True, help="A folder, or a .zip.")
 @click.option(
     "--motion",
     type=click.Path(path_type=Path),
     help="With --trace: the motion of that run (safenav motion); it goes into the bundle.",
 )
-@click.option("--with-motion", is_flag=True, help="Make the motion of SCENARIO's run, too.")
+@click.option("--with-motion", is_flag=True, help="Also compute the motion of SCENARIO's run.")
 @click.option("--seed", type=click.IntRange(min=0), help="Use this seed, not the scenario's.")
 def command(
     scenario: Path | None,
@@ -47,8 +47,8 @@ def command(
     with_motion: bool,
     seed: int | None,
 ) -> int:
-    """Run SCENARIO and write a bundle: the run, every strategy with the reason why it keeps what
-    it promises, and a small program that checks all that with nothing but Python.
+    """Run SCENARIO and write a bundle: the run, each strategy with its proof, and a checker that
+    needs only Python.
 
     Any outcome can be certified, also that the mission is impossible."""
     from safenav.certify.record import bundle_of_run, bundle_of_trace

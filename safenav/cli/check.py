@@ -1,4 +1,4 @@
-"""``safenav check``: validate a scenario and say whether each robot is realizable."""
+"""``safenav check``: validate a scenario and check whether each robot is realizable."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from safenav.errors import ExitCode
 
 EPILOG = """\b
 Examples:
-  safenav check scenarios/case_study_1.yaml
-  safenav check scenarios/hello.yaml --strict --json
+  safenav new lab.yaml && safenav check lab.yaml
+  safenav check lab.yaml --strict --json
 \b
 Exit codes:
   0  valid, and every robot is realizable   1  some robot is unrealizable (--strict: or warned)
@@ -27,10 +27,10 @@ Exit codes:
 @click.option("--strict", is_flag=True, help="Warnings count as unrealizable.")
 @click.option("--json", "as_json", is_flag=True, help="Print the verdicts as JSON.")
 def command(scenario: Path, strict: bool, as_json: bool) -> int:
-    """Validate SCENARIO, compile each robot's specification and ask whether it is realizable.
-    Runs nothing. Warns of what is valid but probably not intended: an obstacle with an action that
-    no robot has, a capability that no obstacle needs, a seed without effect, a robot that can win
-    by breaking its assumptions about the others."""
+    """Validate SCENARIO, compile each robot's specification and check whether it is realizable.
+    Runs nothing. Warns of items that are valid but probably not intended: an obstacle with an
+    action that no robot has, a capability that no obstacle needs, a seed without effect, a robot
+    that can win by breaking its assumptions about the other robots."""
     from safenav.explain.vacuity import vacuous_wins
     from safenav.report.terminal.synthesis_progress import WaitingLine
     from safenav.report.terminal.vacuity_warning import vacuity_data, vacuity_lines
@@ -82,12 +82,12 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
             words = answers[str(verdict["robot"])].words(plan.map.word)
             click.echo(f"{verdict['robot']}: {word}, {words}")
             if verdict["on_demand"]:
-                click.echo("    nothing is listed: its moves are given and checked on demand")
+                click.echo("    no explicit strategy: each move is computed and checked on demand")
             for assumption in verdict["assumptions"] or ():
                 click.echo(f"    assumes: {assumption}")
             if not good:
                 click.echo(f"    {verdict['explanation']}")
-                click.echo(f"    safenav explain {shlex.quote(str(scenario))} says what would help")
+                click.echo(f"    safenav explain {shlex.quote(str(scenario))} proposes repairs")
         for line in warnings:
             word = "" if line.startswith(" ") else click.style("warning: ", fg="yellow", bold=True)
             click.echo(f"{word}{line}", err=True)

@@ -11,12 +11,13 @@ from safenav.errors import ExitCode
 
 EPILOG = """\b
 Examples:
-  safenav certify scenario.yaml -o bundle && safenav check-bundle bundle
-  safenav check-bundle bundle.zip --json
+  safenav new lab.yaml && safenav certify lab.yaml -o bundle
+  safenav check-bundle bundle
+  safenav check-bundle bundle --json
 \b
 Exit codes:
-  0  accepted   1  refused: the first reason is printed   2  this is no bundle
-  3  larger than the checker takes on
+  0  accepted   1  refused: the first reason is printed   2  not a bundle
+  3  too large for the checker
 """
 
 

@@ -1,4 +1,4 @@
-"""``safenav check-motion``: check a motion against its trace, apart from what made it."""
+"""``safenav check-motion``: check a motion against its trace."""
 
 from __future__ import annotations
 
@@ -12,11 +12,12 @@ from safenav.errors import ExitCode
 
 EPILOG = """\b
 Examples:
-  safenav check-motion run.motion.jsonl run.jsonl
-  safenav check-motion --all run.motion.jsonl run.jsonl
+  safenav new lab.yaml && safenav run lab.yaml --trace lab.jsonl --motion lab.motion.jsonl
+  safenav check-motion lab.motion.jsonl lab.jsonl
+  safenav check-motion --all lab.motion.jsonl lab.jsonl
 \b
 Exit codes:
-  0  no rule is broken   1  a rule is broken   2  no motion, or no trace
+  0  no rule is broken   1  a rule is broken   2  invalid motion or trace
 """
 
 
@@ -27,7 +28,7 @@ Exit codes:
 @click.option("--json", "as_json", is_flag=True, help="Print the whole result as JSON.")
 def command(motion: Path, trace: Path, show_all: bool, as_json: bool) -> int:
     """Check a MOTION file against the TRACE that it carries out: continuity, dynamics, feet,
-    room, reservations, order, actions and distances are worked out again."""
+    room, reservations, order, actions and distances are recomputed."""
     from safenav.motion.check.verdict import check_motion
     from safenav.motion.file.reading import read_motion
     from safenav.motion.source import read_source

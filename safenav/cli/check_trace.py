@@ -1,4 +1,4 @@
-"""``safenav check-trace``: check a trace against the rules, apart from the program that ran."""
+"""``safenav check-trace``: check a trace against the rules, independently of the run."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import asdict
 import click
 
 from safenav.audit.check import Audit, audit
-from safenav.errors import ExitCode, InputError
+from safenav.errors import ExitCode
 from safenav.trace.reading import read_bytes, read_trace
 from safenav.trace.wording import counted
 
@@ -23,28 +23,25 @@ def command(trace: str, show_all: bool, partial: bool, as_json: bool) -> None:
     """Check a trace (`-`: standard input) against the rules of the design.
 
     Walls, mobility, obstacles, collisions, requests, the objective stack, goals and the outcome
-    are worked out again from the trace alone.
+    are recomputed from the trace alone.
 
     \b
     Examples:
-      safenav run door.yaml --trace door.jsonl && safenav check-trace door.jsonl
-      safenav check-trace --json door.jsonl
-      safenav check-trace --partial running.jsonl
+      safenav new lab.yaml && safenav run lab.yaml --trace lab.jsonl
+      safenav check-trace lab.jsonl
+      safenav check-trace --json lab.jsonl
+      head -5 lab.jsonl > part.jsonl && safenav check-trace --partial part.jsonl
 
     \b
     Exit codes:
       0  no rule is broken
       1  a rule is broken, or the trace ends before its outcome and --partial is not given
-      2  this is no trace, or it cannot be read
+      2  not a trace, or it cannot be read
     """
-    try:
-        if trace == "-":
-            found = audit(read_bytes(sys.stdin.buffer.read(), "<stdin>"))
-        else:
-            found = audit(read_trace(trace))
-    except InputError as error:
-        click.echo(str(error), err=True)
-        sys.exit(ExitCode.BAD_INPUT)
+    if trace == "-":
+        found = audit(read_bytes(sys.stdin.buffer.read(), "<stdin>"))
+    else:
+        found = audit(read_trace(trace))
     if as_json:
         click.echo(json.dumps(_data(found), indent=2))
     else:
@@ -67,7 +64,7 @@ def _tell(found: Audit, show_all: bool, partial: bool) -> None:
     if not found.complete:
         click.echo("The trace ends before its outcome; checked as far as it goes.")
         if not partial:
-            click.echo("Nothing says how the run ended. Accept that with --partial.")
+            click.echo("The outcome is missing. Pass --partial to accept that.")
     if found.ok:
         numbers = found.statistics
         click.echo(

@@ -8,13 +8,13 @@ from typing import Any
 import click
 
 _OPTIONS = (
-    click.option("--rows", type=click.IntRange(min=1), help="Divide a map file into so many rows."),
-    click.option("--cols", type=click.IntRange(min=1), help="... and so many columns."),
+    click.option("--rows", type=click.IntRange(min=1), help="Number of rows of a map file."),
+    click.option("--cols", type=click.IntRange(min=1), help="Number of columns of a map file."),
     click.option(
         "--side",
         type=click.FloatRange(min=0, min_open=True),
         metavar="M",
-        help="... or into squares.",
+        help="Side of a square region, in metres.",
     ),
     click.option(
         "--share",

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from safenav.errors import ExitCode
+from safenav.extras import install_command
 
 if TYPE_CHECKING:
     from safenav.installation import Installation
@@ -15,7 +16,8 @@ if TYPE_CHECKING:
 EPILOG = """\b
 Examples:
   safenav doctor
-  SAFENAV_SLUGS=/opt/slugs/src/slugs safenav doctor
+  safenav doctor --json
+  SAFENAV_CACHE=off safenav doctor
 \b
 Exit codes:
   0  scenarios can be run
@@ -26,8 +28,7 @@ Exit codes:
 @click.command(epilog=EPILOG)
 @click.option("--json", "as_json", is_flag=True, help="Print it as JSON.")
 def command(as_json: bool) -> int:
-    """Say which versions are installed, which slugs binary is used and whether it answers, and
-    where the cache is."""
+    """List versions, extras and cache, and test the synthesizer."""
     from safenav.installation import examine
 
     found = examine()
@@ -45,10 +46,10 @@ def _tell(found: Installation) -> None:
         if package.version is not None:
             _line(True, package.name, package.version)
         elif package.extra is None:
-            _line(False, package.name, "missing: pip install safenav")
+            _line(False, package.name, f"missing: {install_command()}")
         else:
-            advice = f"pip install 'safenav[{package.extra}]'"
-            _line(None, package.name, f"not installed; for {package.purpose}: {advice}")
+            advice = f"for {package.purpose}: {install_command(package.extra)}"
+            _line(None, package.name, f"not installed; {advice}")
     slugs, cache = found.slugs, found.cache
     if slugs.path is not None:
         version = slugs.version or "not safenav's own"

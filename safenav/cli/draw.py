@@ -1,4 +1,4 @@
-"""``safenav draw``: a scenario before any run."""
+"""``safenav draw``: a scenario before its run."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from safenav.cli.division import division_options
+from safenav.cli.output import FILE
 from safenav.errors import ExitCode, UsageError
 
 if TYPE_CHECKING:
@@ -17,11 +18,13 @@ if TYPE_CHECKING:
 
 EPILOG = """\b
 Examples:
-  safenav draw scenarios/case_study_1.yaml
-  safenav draw scenarios/case_study_1.yaml -o map.svg
-  safenav draw scenarios/case_study_1.yaml -o map.png --width 1600
-  safenav draw scenarios/case_study_3_beliefs.yaml --sight digit -o sight.svg
-  safenav draw floor.png --rows 20 --cols 30     # a map alone: image, ROS, MovingAI
+  safenav new lab.yaml && safenav draw lab.yaml
+  safenav draw lab.yaml -o lab.svg
+  safenav draw lab.yaml --sight walker -o sight.svg
+\b
+With the extra 'pictures', or with a map of yours (image, ROS, MovingAI):
+  safenav draw lab.yaml -o lab.png --width 1600
+  safenav draw floor.png --rows 20 --cols 30
   safenav draw office.yaml --side 0.5
 \b
 Exit codes:
@@ -31,7 +34,7 @@ Exit codes:
 
 @click.command(epilog=EPILOG)
 @click.argument("scenario", type=click.Path(path_type=Path))
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="Picture: .svg or .png.")
+@click.option("-o", "--output", type=FILE, help="Picture: .svg or .png.")
 @click.option("--width", type=click.IntRange(100, 8000), help="Width of the PNG in pixels.")
 @click.option("--sight", metavar="ROBOT", help="Shade what this robot sees from its start.")
 @division_options

@@ -1,4 +1,4 @@
-"""``safenav explain``: why robots have no strategy, and what would give them one."""
+"""``safenav explain``: why robots are unrealizable, and repairs."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from safenav.errors import ExitCode, UsageError
 
 EPILOG = """\b
 Examples:
-  safenav explain scenarios/unrealizable/separate_rooms.yaml
-  safenav explain scenarios/unrealizable/parked_robot.yaml --robot carrier --json
+  safenav new lab.yaml && safenav explain lab.yaml
+  safenav explain lab.yaml --robot walker --json
 \b
 Exit codes:
   0  every robot is realizable: nothing to explain   1  some robot is unrealizable
@@ -25,10 +25,9 @@ Exit codes:
 @click.option("--robot", help="Only this robot.")
 @click.option("--json", "as_json", is_flag=True, help="Print the explanations as JSON.")
 def command(scenario: Path, robot: str | None, as_json: bool) -> int:
-    """Explain why robots of SCENARIO are unrealizable: a minimal set of its items that cannot
-    go together, how the robot fails although it does its best, and repairs that were checked to
-    work. A scenario whose targets cannot be reached, which no other command takes, is explained
-    as well."""
+    """Explain why robots are unrealizable: a minimal unrealizable core, a losing play and
+    verified repairs. A SCENARIO whose targets cannot be reached, which every other command refuses,
+    is explained as well."""
     from safenav.report.terminal.explanation_text import explanation_data, explanation_lines
     from safenav.report.terminal.synthesis_progress import WaitingLine
     from safenav.runtime.explanation import explain_team

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from safenav.cli.output import FILE
 from safenav.errors import ExitCode, UsageError
 from safenav.trace.trace import Trace
 
@@ -18,16 +19,19 @@ if TYPE_CHECKING:
 
 EPILOG = """\b
 Examples:
-  safenav export run.jsonl -o run.csv
-  safenav export run.jsonl --motion run.motion.jsonl --waypoints run.csv
-  safenav export run.jsonl --motion run.motion.jsonl --columns run.npz --rate 1000
-  safenav export run.jsonl --mcap run.mcap --resolution 0.5
-  safenav export run.jsonl --csv run          # run-moves.csv, run-events.csv, run-syntheses.csv
-  safenav export run.jsonl --waypoints - --format json
-  safenav export run.jsonl --waypoints run.csv --resolution 0.5 --origin -2.5 -1.5
+  safenav new lab.yaml && safenav run lab.yaml --trace lab.jsonl
+  safenav export lab.jsonl -o lab.csv --resolution 0.5
+  safenav export lab.jsonl --csv lab          # lab-moves.csv, lab-events.csv, lab-syntheses.csv
+  safenav export lab.jsonl --waypoints - --format json --resolution 1
+  safenav export lab.jsonl --waypoints lab.csv --resolution 0.5 --origin -2.5 -1.5
+\b
+With the extras 'motion' and 'mcap':
+  safenav motion lab.jsonl -o lab.motion.jsonl
+  safenav export lab.jsonl --motion lab.motion.jsonl --columns lab.npz --rate 1000
+  safenav export lab.jsonl --mcap lab.mcap --resolution 0.5
 \b
 Exit codes:
-  0  done   2  no trace, bad usage, or nobody says how large a region is
+  0  done   2  invalid trace or usage, or region size unknown
 """
 
 
@@ -36,12 +40,12 @@ Exit codes:
 @click.option(
     "-o",
     "--output",
-    type=click.Path(path_type=Path),
+    type=FILE,
     help="File to write, by its ending: .csv or .json are waypoints, .mcap a bag, .npz columns.",
 )
 @click.option(
     "--waypoints",
-    type=click.Path(path_type=Path),
+    type=FILE,
     help="Write where each robot is, in metres; - is standard output.",
 )
 @click.option(
@@ -50,13 +54,11 @@ Exit codes:
     type=click.Choice(["csv", "json"]),
     help="Default: json if the file ends in .json, else csv.",
 )
-@click.option(
-    "--mcap", type=click.Path(path_type=Path), help="A ROS 2 bag, for Foxglove (extra 'mcap')."
-)
+@click.option("--mcap", type=FILE, help="A ROS 2 bag, for Foxglove (extra 'mcap').")
 @click.option(
     "--csv",
     "stem",
-    type=click.Path(path_type=Path),
+    type=FILE,
     metavar="STEM",
     help="Tables: STEM-moves.csv, ...",
 )
@@ -67,7 +69,7 @@ Exit codes:
 )
 @click.option(
     "--columns",
-    type=click.Path(path_type=Path),
+    type=FILE,
     help="The motion sampled at a rate: FILE.npz, or FILE.csv of one robot.",
 )
 @click.option(
@@ -82,14 +84,14 @@ Exit codes:
     "--resolution",
     type=click.FloatRange(min=0, min_open=True, max=1e6),
     metavar="M",
-    help="Side of a region in metres, if the trace does not say it.",
+    help="Side of a region in metres, if the trace does not give it.",
 )
 @click.option(
     "--origin",
     type=click.FloatRange(-1e9, 1e9),
     nargs=2,
     metavar="X Y",
-    help="South-western corner of the map in metres, if the trace does not say it.",
+    help="South-western corner of the map in metres, if the trace does not give it.",
 )
 def command(
     trace: Path,
@@ -117,14 +119,14 @@ def command(
             case ".npz" if columns is None:
                 columns = output
             case ".csv" | ".json" | ".mcap" | ".npz":
-                raise UsageError(f"--output {output} says a second time where that goes")
+                raise UsageError(f"--output {output} repeats another output option; give one")
             case _:
                 raise UsageError(
-                    f"--output {output}: its ending says what to write: .csv, .json, .mcap or .npz"
+                    f"--output {output}: its ending must be .csv, .json, .mcap or .npz"
                 )
     if waypoints is None and mcap is None and stem is None and columns is None:
         raise UsageError(
-            "say what to write: -o FILE (.csv, .json, .mcap or .npz), --waypoints FILE, "
+            "no output: give -o FILE (.csv, .json, .mcap or .npz), --waypoints FILE, "
             "--mcap FILE, --csv STEM or --columns FILE"
         )
     from safenav.motion.waypoints import as_csv, as_json, frame_of

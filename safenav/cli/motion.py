@@ -6,25 +6,25 @@ from pathlib import Path
 
 import click
 
+from safenav.cli.output import FILE
 from safenav.errors import ExitCode
 
 EPILOG = """\b
 Examples:
-  safenav motion run.jsonl -o run.motion.jsonl
-  safenav motion run.jsonl --report
-  safenav motion run.jsonl -o windy.jsonl --gust 2 --push 0.1 --seed 7 --report
-  safenav check-motion run.motion.jsonl run.jsonl
+  safenav new lab.yaml && safenav run lab.yaml --trace lab.jsonl
+  safenav motion lab.jsonl -o lab.motion.jsonl
+  safenav motion lab.jsonl --report
+  safenav motion lab.jsonl -o windy.jsonl --gust 1 --push 0.1 --seed 7 --report
+  safenav check-motion lab.motion.jsonl lab.jsonl
 \b
 Exit codes:
-  0  done   2  no trace, bad usage, or a robot that cannot move so
+  0  done   2  invalid trace or usage, or infeasible motion
 """
 
 
 @click.command(epilog=EPILOG)
 @click.argument("trace", type=click.Path(path_type=Path))
-@click.option(
-    "-o", "--output", type=click.Path(path_type=Path), help="File to write; - is standard output."
-)
+@click.option("-o", "--output", type=FILE, help="File to write; - is standard output.")
 @click.option(
     "--side",
     type=click.FloatRange(min=0, min_open=True, max=1e6),
@@ -44,7 +44,7 @@ Exit codes:
     type=click.FloatRange(min=0),
     default=0.0,
     metavar="M/S",
-    help="Blows to walkers, once a move, by up to this change of velocity.",
+    help="Pushes on walkers, once per move, by up to this change of velocity.",
 )
 @click.option("--report", is_flag=True, help="Print times, waiting, distances, errors, margins.")
 def command(
@@ -56,8 +56,8 @@ def command(
     push: float,
     report: bool,
 ) -> int:
-    """Make the motion of TRACE: how each robot moves in metres and seconds, so that whatever
-    the run guarantees holds at every instant."""
+    """Compute the motion of TRACE: how each robot moves in metres and seconds, so that every
+    guarantee of the run holds at every instant."""
     from safenav.motion.file.writing import text_of
     from safenav.motion.making import SIDE, Disturbances, motion_of
     from safenav.motion.report import report_of
@@ -65,12 +65,11 @@ def command(
     from safenav.outfile import write_bytes
 
     if output is None and not report:
-        raise click.UsageError("say what to do: -o FILE, --report, or both")
+        raise click.UsageError("nothing to do: give -o FILE, --report, or both")
     source = read_source(trace)
     if side is None and source.trace.header.scenario.map.resolution is None:
         click.echo(
-            f"{trace}: the trace does not say how large a region is; {SIDE:g} m it is "
-            "(--side M for another)",
+            f"{trace}: no region size given; using {SIDE:g} m (change with --side M)",
             err=True,
         )
     motion = motion_of(source.trace, source.digest, side, Disturbances(seed, gust, push))

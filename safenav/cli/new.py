@@ -1,4 +1,4 @@
-"""``safenav new``: a scenario to begin with."""
+"""``safenav new``: write an example scenario."""
 
 from __future__ import annotations
 
@@ -22,9 +22,11 @@ EPILOG = "\n".join(
         *(f"  {name:8} {text}" for name, text in TEMPLATES.items()),
         "\b",
         "Examples:",
-        "  safenav new floor.yaml && safenav run floor.yaml",
+        "  safenav new lab.yaml && safenav run lab.yaml",
         "  safenav new team.yaml --template team",
         "  safenav new - --template minimal",
+        "\b",
+        "With a map of yours (image, ROS, MovingAI; extra 'maps'):",
         "  safenav new office.yaml --map office_map.yaml --side 0.5",
         "  safenav new floor.yaml --map floor.png --rows 20 --cols 30",
         "\b",
@@ -41,13 +43,13 @@ EPILOG = "\n".join(
     type=click.Choice(list(TEMPLATES)),
     default=DEFAULT,
     show_default=True,
-    help="The template to begin with.",
+    help="The template to write.",
 )
 @click.option(
     "--map",
     "map_file",
     type=click.Path(path_type=Path),
-    help="Begin with this map (image, ROS, MovingAI) instead.",
+    help="Use this map (image, ROS, MovingAI) instead.",
 )
 @division_options
 @click.option("--force", is_flag=True, help="Replace FILE if it exists.")
@@ -77,8 +79,8 @@ def command(
         return ExitCode.OK
     write_text(text, file, force)
     click.echo(f"{file}: {about}", err=True)
-    click.echo(f"    look at it: safenav draw {quote(str(file))}", err=True)
-    click.echo(f"    try it:     safenav run {quote(str(file))}", err=True)
+    click.echo(f"    draw it:    safenav draw {quote(str(file))}", err=True)
+    click.echo(f"    run it:     safenav run {quote(str(file))}", err=True)
     schema = file.with_name("safenav.schema.json")
     if not schema.exists():
         click.echo(f"    in editors: safenav schema -o {quote(str(schema))}", err=True)

@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING
 
 import click
 
+from safenav.cli.output import FILE
 from safenav.errors import ExitCode, UsageError
+from safenav.extras import missing
 
 if TYPE_CHECKING:
     from safenav.report.replay.timeline import Replay
@@ -20,25 +22,24 @@ TICK is a number, 'last', or the kind of an event (violation, request, push,
 yield, resolved, blocked, pop, goal): the first tick in which there is one.
 \b
 Examples:
-  safenav replay door.jsonl                      # writes door.html
-  safenav replay door.jsonl --svg request -o figure.svg
-  safenav replay door.jsonl --png last --width 1600
-  safenav replay door.jsonl --gif --ticks 5-20
-  safenav replay door.jsonl --svg 8 --sight digit
-  safenav replay door.jsonl --3d                 # writes door.3d.html
-  safenav replay door.jsonl --3d --motion door.motion.jsonl
-  safenav replay door.jsonl --terminal --speed 8
+  safenav new lab.yaml && safenav run lab.yaml --trace lab.jsonl
+  safenav replay lab.jsonl                      # writes lab.html
+  safenav replay lab.jsonl --svg request -o figure.svg
+  safenav replay lab.jsonl --terminal --speed 8
+\b
+With the extras 'motion' and 'pictures':
+  safenav replay lab.jsonl --3d                 # writes lab.3d.html
+  safenav replay lab.jsonl --png last --width 1600
+  safenav replay lab.jsonl --gif --ticks 2-8
 \b
 Exit codes:
-  0  done   2  no trace, or bad usage
+  0  done   2  invalid trace or usage
 """
 
 
 @click.command(epilog=EPILOG)
 @click.argument("trace", type=click.Path(path_type=Path))
-@click.option(
-    "-o", "--output", type=click.Path(path_type=Path), help="File to write; - is standard output."
-)
+@click.option("-o", "--output", type=FILE, help="File to write; - is standard output.")
 @click.option("--svg", metavar="TICK", help="Draw one moment as SVG.")
 @click.option("--png", metavar="TICK", help="Draw one moment as PNG.")
 @click.option("--gif", is_flag=True, help="Draw the run as an animated GIF.")
@@ -56,13 +57,13 @@ Exit codes:
     type=click.FloatRange(0.1, 100),
     default=4.0,
     show_default=True,
-    help="Ticks a second (GIF, terminal).",
+    help="Ticks per second (GIF, terminal).",
 )
 @click.option(
     "--sight", metavar="ROBOT", help="Shade what this robot sees and believes (SVG, PNG, GIF)."
 )
 @click.option("--legend/--no-legend", default=True, help="Explain the marks (SVG, PNG).")
-@click.option("--hidden/--no-hidden", default=True, help="Show what nobody knows yet (SVG, PNG).")
+@click.option("--hidden/--no-hidden", default=True, help="Show undiscovered obstacles (SVG, PNG).")
 def command(
     trace: Path,
     output: Path | None,
@@ -130,10 +131,8 @@ def _page3d(replay: Replay, trace: Path, file: Path | None) -> str:
         from safenav.motion.source import read_source
         from safenav.report.view3d.encode import encoded_motion
         from safenav.report.view3d.html import page3d_of
-    except ModuleNotFoundError as missing:
-        raise UsageError(
-            f"the 3D page needs {missing.name}\n    install it: pip install 'safenav[motion]'"
-        ) from missing
+    except ModuleNotFoundError as error:
+        raise missing("the 3D page", str(error.name), "motion") from error
     source = read_source(trace)
     if file is None:
         motion = motion_of(source.trace, source.digest)

@@ -1,4 +1,4 @@
-"""``safenav run``: run a scenario and tell its story."""
+"""``safenav run``: run a scenario and print what happens."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from safenav.cli.output import FILE, TRACE_PAGE_OR_FOLDER
 from safenav.errors import ExitCode, UsageError
 
 if TYPE_CHECKING:
@@ -26,13 +27,12 @@ LIMITS = ("tick_limit", "time_limit", "search_limit")
 
 EPILOG = """\b
 Examples:
-  safenav run scenarios/case_study_1.yaml
-  safenav run scenarios/case_study_1.yaml -o out
-  safenav run scenarios/case_study_3.yaml --trace chain.jsonl
-  safenav run scenarios/case_study_3.yaml --html chain.html
-  safenav run scenarios/case_study_1.yaml --trace door.jsonl --motion door.motion.jsonl
-  safenav run scenarios/hello.yaml --json
-  safenav run scenarios/case_study_1.yaml --live
+  safenav new lab.yaml && safenav run lab.yaml
+  safenav run lab.yaml -o out                    # out/lab.jsonl and out/lab.html
+  safenav run lab.yaml --html lab.html --trace lab.jsonl
+  safenav run lab.yaml --json --seed 7
+  safenav run lab.yaml --motion lab.motion.jsonl # extra 'motion'
+  safenav run lab.yaml --live                    # extra 'studio'
 \b
 Exit codes:
   0  the run ended as the scenario expects (without 'expect': completed)
@@ -47,15 +47,13 @@ Exit codes:
 @click.option(
     "-o",
     "--output",
-    type=click.Path(path_type=Path),
-    help="Write what happens: FILE.jsonl is the trace, FILE.html the page; else a folder for both.",
+    type=TRACE_PAGE_OR_FOLDER,
+    help="Output: FILE.jsonl (trace), FILE.html (replay) or a folder for both.",
 )
-@click.option("--trace", type=click.Path(path_type=Path), help="Write what happens (JSON Lines).")
-@click.option("--html", type=click.Path(path_type=Path), help="Write the replay as one HTML page.")
-@click.option(
-    "--motion", type=click.Path(path_type=Path), help="Write the run in metres and seconds."
-)
-@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON, no story.")
+@click.option("--trace", type=FILE, help="Write the trace (JSON Lines).")
+@click.option("--html", type=FILE, help="Write the replay as one HTML page.")
+@click.option("--motion", type=FILE, help="Write the run in metres and seconds.")
+@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON, not the events.")
 @click.option("--seed", type=click.IntRange(min=0), help="Use this seed, not the scenario's.")
 @click.option("--max-ticks", type=click.IntRange(min=1), help="Stop after this many ticks.")
 @click.option(
@@ -155,9 +153,8 @@ def _watch(scenario: Path, seed: int | None, trace: Path | None) -> int:
 
 
 def _interrupt(mission: Mission, number: int) -> None:
-    """The first signal ends the run at the next opportunity, a second one at once: one of the
-    user's, or, if that opportunity does not come, the clock's. The clock's alone is about the time
-    limit of the run."""
+    """Stop at the next safe point; at once on a second signal or after PATIENCE. The clock's own
+    first signal is about the time limit of the run."""
     if number == signal.SIGALRM and mission.ending:
         return
     if mission.stopping:
@@ -172,11 +169,13 @@ def _interrupt(mission: Mission, number: int) -> None:
 def _by_its_ending(
     output: Path, stem: str, trace: Path | None, html: Path | None
 ) -> tuple[Path | None, Path | None]:
-    """Where trace and page go if ``--output`` says it. Raises UsageError if that is said twice."""
+    """Trace and page of ``--output``. Raises UsageError if another option names one of them."""
     writes_trace, writes_page = output.suffix != ".html", output.suffix != ".jsonl"
     for option, given in (("--trace", writes_trace and trace), ("--html", writes_page and html)):
         if given:
-            raise UsageError(f"--output {output} and {option} {given} are the same; give one")
+            raise UsageError(
+                f"--output {output} and {option} {given} name the same output; give one"
+            )
     if not writes_page:
         return output, html
     if not writes_trace:
@@ -224,17 +223,17 @@ def _next_steps(outcome: str, scenario: Path, trace: Path | None, html: Path | N
     name = quote(str(scenario))
     steps = []
     if html is not None:
-        steps.append(f"see it:      open {quote(str(html))}, it begins at the last moment")
+        steps.append(f"view: open {quote(str(html))} (starts at the last tick)")
     elif trace is not None:
-        steps.append(f"see it:      safenav replay {quote(str(trace))}")
+        steps.append(f"view: safenav replay {quote(str(trace))}")
     else:
-        steps.append(f"see it:      safenav run {name} --html {quote(scenario.stem)}.html")
+        steps.append(f"view: safenav run {name} --html {quote(scenario.stem)}.html")
     if outcome == "unrealizable":
-        steps.append(f"understand:  safenav explain {name}")
+        steps.append(f"explain: safenav explain {name}")
     elif outcome == "operator_needed":
-        steps.append(f"who can do what:  safenav catalogue {name}")
+        steps.append(f"capabilities: safenav catalogue {name}")
     elif outcome == "tick_limit":
-        steps.append(f"run longer:  safenav run {name} --max-ticks N")
+        steps.append(f"run longer: safenav run {name} --max-ticks N")
     return steps
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from safenav.cli.output import FILE
 from safenav.errors import ExitCode
 
 EPILOG = """\b
@@ -24,7 +25,7 @@ Exit codes:
 
 
 @click.command(epilog=EPILOG)
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="Write it to this file.")
+@click.option("-o", "--output", type=FILE, help="Write it to this file.")
 @click.option("--trace", "of_trace", is_flag=True, help="The schema of a line of a trace.")
 def command(output: Path | None, of_trace: bool) -> int:
     """Print the JSON Schema (draft 2020-12) of scenario files, or of a trace's lines."""

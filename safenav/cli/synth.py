@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from safenav.cli.output import FOLDER
 from safenav.errors import ExitCode, UsageError
 
 if TYPE_CHECKING:
@@ -18,9 +19,9 @@ if TYPE_CHECKING:
 
 EPILOG = """\b
 Examples:
-  safenav synth scenarios/case_study_1.yaml
-  safenav synth scenarios/case_study_1.yaml --robot digit -o out
-  safenav synth scenarios/case_study_1.yaml -o out --plot
+  safenav new lab.yaml && safenav synth lab.yaml
+  safenav synth lab.yaml --robot walker -o out
+  safenav synth lab.yaml -o out --plot
 \b
 Files written for each robot R into DIR:
   R.structuredslugs  the specification, with the origin of each constraint
@@ -28,7 +29,7 @@ Files written for each robot R into DIR:
   R.dot              the automaton for Graphviz
   R.graphml          the automaton for networkx, Gephi, yEd
   R.svg              with --plot: the automaton, or a summary on the map if it is large
-With 'controllers: on_demand' there is no strategy to write, only the specification.
+With 'controllers: on_demand' only the specification is written.
 \b
 Exit codes:
   0  all realizable   1  some robot is unrealizable (--strict: or warned)   2  bad input
@@ -39,9 +40,7 @@ Exit codes:
 @click.command(epilog=EPILOG)
 @click.argument("scenario", type=click.Path(path_type=Path))
 @click.option("--robot", help="Only this robot.")
-@click.option(
-    "-o", "--output", type=click.Path(path_type=Path), help="Directory to write files into."
-)
+@click.option("-o", "--output", type=FOLDER, help="Directory to write files into.")
 @click.option("--plot", is_flag=True, help="Also draw each strategy into DIR (R.svg).")
 @click.option("--verify/--no-verify", default=True, help="Check each strategy independently.")
 @click.option("--strict", is_flag=True, help="Warnings count as unrealizable.")
@@ -108,13 +107,13 @@ def _print_statistics(answers: dict[str, Answer], plan: Scenario) -> None:
         if answer.allows(plan.map.word):
             click.echo(f"{name}: {answer.words(plan.map.word)}")
         if answer.result.served is not None:
-            click.echo(f"{name}: nothing is listed, its moves are given on demand")
+            click.echo(f"{name}: no explicit strategy: each move is computed and checked on demand")
         for assumption in assumption_names(answer.task, plan.map):
             click.echo(f"{name} assumes: {assumption}")
 
 
 def _warn(answers: dict[str, Answer], synthesizer: Synthesizer) -> bool:
-    """Tell who wins by breaking its own assumptions; whether there was anything to tell."""
+    """Warn of robots that win by breaking their own assumptions; whether there are any."""
     from safenav.explain.vacuity import vacuous_wins
     from safenav.report.terminal.vacuity_warning import vacuity_lines
 

@@ -1,4 +1,4 @@
-"""``safenav verify``: check a strategy against its specification, apart from what made it."""
+"""``safenav verify``: check a strategy against its specification, by itself."""
 
 from __future__ import annotations
 
@@ -11,14 +11,13 @@ from safenav.errors import Diagnostic, ExitCode, InputError, SynthesizerError
 
 EPILOG = """\b
 Examples:
-  safenav synth scenarios/case_study_1.yaml -o out
-  safenav verify out/digit.structuredslugs out/digit.json
-  slugs --counterStrategy --jsonOutput spec.structuredslugs |
-      safenav verify spec.structuredslugs - --counterstrategy
+  safenav new lab.yaml && safenav synth lab.yaml -o out
+  safenav verify out/walker.structuredslugs out/walker.json
+  safenav verify out/walker.structuredslugs - --json < out/walker.json
 \b
 Exit codes:
-  0  the strategy keeps what the specification asks   1  it does not
-  2  bad input: no specification, no strategy, or not one for the other
+  0  the strategy satisfies the specification   1  it does not
+  2  bad input: invalid specification or strategy, or they do not belong together
 """
 
 
@@ -30,7 +29,7 @@ Exit codes:
     is_flag=True,
     help="STRATEGY is the environment's: the proof that SPECIFICATION is unrealizable.",
 )
-@click.option("--json", "as_json", is_flag=True, help="Print all that is wrong as JSON.")
+@click.option("--json", "as_json", is_flag=True, help="Print all failures as JSON.")
 def command(specification: str, strategy: str, counterstrategy: bool, as_json: bool) -> int:
     """Check that the explicit STRATEGY (JSON, as slugs prints it) keeps all guarantees of the
     SPECIFICATION (structured slugs), whatever the environment does within the assumptions.
@@ -86,4 +85,4 @@ def _text(name: str) -> str:
     try:
         return _bytes(name).decode("utf-8")
     except UnicodeDecodeError as error:
-        raise InputError([Diagnostic(name, 0, 0, "this is no text in UTF-8")]) from error
+        raise InputError([Diagnostic(name, 0, 0, "not valid UTF-8 text")]) from error

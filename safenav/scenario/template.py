@@ -46,4 +46,4 @@ def write_text(text: str, path: Path, force: bool = False) -> None:
             f"{path} exists already\n    choose another name, or replace it with --force"
         ) from None
     except OSError as error:
-        raise UsageError(f"{path} cannot be written: {error.strerror or error}") from error
+        raise UsageError(f"cannot write {path}: {error.strerror or error}") from error

@@ -10,6 +10,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from safenav.errors import UsageError
+from safenav.extras import missing
 
 MOST_FRAMES = 1000
 
@@ -27,10 +28,8 @@ def page_3d(trace: bytes, name: str) -> bytes:
     """The run so far in 3D as one HTML page. Raises UsageError without the extra ``motion``."""
     try:
         from safenav.motion.making import motion_of
-    except ModuleNotFoundError as missing:
-        raise UsageError(
-            f"the 3D page needs {missing.name}\n    install it: pip install 'safenav[motion]'"
-        ) from missing
+    except ModuleNotFoundError as error:
+        raise missing("the 3D page", str(error.name), "motion") from error
     from safenav.report.replay.reading import replay_of
     from safenav.report.view3d.encode import encoded_motion
     from safenav.report.view3d.html import page3d_of

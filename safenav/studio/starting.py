@@ -10,7 +10,7 @@ from pathlib import Path
 
 import click
 
-from safenav.errors import UsageError
+from safenav.extras import missing
 
 NEEDED = ("aiohttp", "ruamel.yaml")
 
@@ -49,10 +49,7 @@ def require_extra() -> None:
         except (ImportError, ValueError):
             found = None
         if found is None:
-            raise UsageError(
-                f"the studio needs {name}, which is not installed\n"
-                "    install it with: pip install 'safenav[studio]'"
-            )
+            raise missing("the studio", name, "studio")
 
 
 def _serve(make: object, port: int | None, browser: bool, keep: bool) -> None:

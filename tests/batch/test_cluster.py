@@ -143,7 +143,7 @@ def test_without_the_extra_it_says_what_to_install(write: Write, slugs: SlugsLog
         check=False,
     )
     assert done.returncode == 2
-    assert "pip install 'safenav[dask]'" in done.stderr
+    assert "pip install 'distributed>=2024.8'" in done.stderr
 
 
 def test_a_cluster_that_goes_away_ends_the_batch_with_its_results_kept(

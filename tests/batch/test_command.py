@@ -156,8 +156,8 @@ def test_a_broken_scenario_a_crash_and_a_hang_do_not_take_the_batch_down(
         (["a.yaml", "--dask", "tcp://127.0.0.1:1", "--jobs", "2"], "--jobs is for this machine"),
         (["a.yaml", "--baseline", "none.json"], "cannot read the baseline"),
         (["a.yaml", "--results", "none/out.json"], "cannot write none/out.json"),
-        (["a.yaml", "--jobs", "0"], "Invalid value"),
-        ([], "Missing argument"),
+        (["a.yaml", "--jobs", "0"], "invalid value"),
+        ([], "missing argument"),
         (["m.yaml"], "m.yaml:3:10: 'sed' is not a path"),
     ],
 )

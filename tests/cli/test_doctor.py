@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import json
+import re
+import shlex
+import subprocess
+import tomllib
 from importlib import metadata
 from pathlib import Path
 
@@ -10,7 +14,8 @@ import pytest
 
 import safenav as package
 from cli.conftest import Command
-from safenav.installation import OPTIONAL, REQUIRED
+from safenav.extras import install_command, missing, project, requirements
+from safenav.installation import PURPOSES
 
 
 def script(path: Path, body: str) -> str:
@@ -28,7 +33,8 @@ def test_a_working_installation(safenav: Command, tmp_path: Path) -> None:
     assert data["safenav"] == package.__version__
     versions = {entry["name"]: entry["version"] for entry in data["packages"]}
     assert versions["click"] == metadata.version("click")
-    assert set(versions) == {*REQUIRED, *OPTIONAL}
+    known = [requirement for extra in ("", *PURPOSES) for requirement in requirements(extra)]
+    assert set(versions) == set(map(project, known))
     assert data["slugs"]["problem"] is None
     assert data["slugs"]["seconds"] > 0
     assert Path(data["slugs"]["path"]).exists()
@@ -54,19 +60,34 @@ def test_answers_that_are_kept_are_counted(safenav: Command) -> None:
     assert cache["bytes"] > 100
 
 
-def test_required_and_optional_packages_are_those_of_the_project() -> None:
-    import tomllib
-
+def test_requirements_are_those_of_the_project() -> None:
     file = Path(__file__).parents[2] / "pyproject.toml"
-    project = tomllib.loads(file.read_text(encoding="utf-8"))["project"]
+    listed = tomllib.loads(file.read_text(encoding="utf-8"))["project"]
+    extras = {"": listed["dependencies"], **listed["optional-dependencies"]}
+    assert {"", *PURPOSES} == set(extras) - {"dev", "docs"}
+    for name in ("", *PURPOSES):
+        own = [project(entry) for entry in extras[name] if not entry.startswith("safenav[")]
+        assert set(own) <= set(map(project, requirements(name)))
+    assert set(requirements("maps")) < set(requirements("pictures"))
 
-    def names(wanted: list[str]) -> set[str]:
-        return {entry.split(">")[0].split("[")[0].lower() for entry in wanted}
 
-    assert names(project["dependencies"]) == {name.lower() for name in REQUIRED}
-    extras = project["optional-dependencies"]
-    for name, (extra, _) in OPTIONAL.items():
-        assert name in names(extras[extra])
+def test_hints_install_what_is_missing_and_nothing_of_another_name() -> None:
+    """safenav is on no index: a command that names it would install somebody else's package."""
+    assert str(missing("this", "aiohttp", "studio")).endswith(
+        " install 'aiohttp>=3.10,<4' 'ruamel.yaml>=0.18'"
+    )
+    for extra in PURPOSES:
+        words = shlex.split(install_command(extra))
+        done = subprocess.run([*words, "--dry-run", "--quiet"], capture_output=True, check=False)
+        assert done.returncode == 0, done.stderr
+        assert "safenav" not in " ".join(words[words.index("install") :])
+    root = Path(__file__).parents[2]
+    known = {install_command(extra).split(" install ")[1] for extra in PURPOSES}
+    pages = [*(root / "docs").glob("*.md"), root / "README.md"]
+    written = "".join(page.read_text(encoding="utf-8") for page in pages)
+    told = re.findall(r"pip install ((?:'[^']+' ?)+)", written)
+    assert {command.strip() for command in told} <= known | {"'.[motion,studio,pictures]'"}
+    assert len(told) > 5
 
 
 LIAR = 'case "$*" in *version*) exit 1;; esac\ncat >/dev/null\n'

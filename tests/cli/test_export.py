@@ -155,4 +155,4 @@ def test_the_ending_of_the_output_says_what_is_written(safenav: Command, tmp_pat
     assert safenav("export", "s.jsonl", "-o", "same.csv").returncode == 0
     assert (tmp_path / "same.csv").read_text() == (tmp_path / "way.csv").read_text()
     done = safenav("export", "s.jsonl", "-o", "way.txt")
-    assert (done.returncode, "its ending says what to write" in done.stderr) == (2, True)
+    assert (done.returncode, "its ending must be" in done.stderr) == (2, True)

@@ -51,7 +51,7 @@ def test_run_with_motion_is_what_the_motion_command_makes(safenav: Command, move
     again = safenav("motion", "run.jsonl", "-o", "again.jsonl")
     assert again.returncode == 0
     assert (moved / "again.jsonl").read_text() == (moved / "run.motion.jsonl").read_text()
-    assert "2.7 m it is (--side M for another)" in again.stderr
+    assert "using 2.7 m (change with --side M)" in again.stderr
 
 
 def test_motion_is_accepted_by_its_checker(safenav: Command, moved: Path) -> None:

@@ -77,7 +77,7 @@ def test_a_file_that_exists_is_replaced_only_by_force(safenav: Command, tmp_path
 
 @pytest.mark.parametrize(
     ("name", "words"),
-    [("nowhere/mine.yaml", "No such file or directory"), (".", "cannot be written|exists already")],
+    [("nowhere/mine.yaml", "No such file or directory"), (".", "cannot write|exists already")],
 )
 def test_a_place_that_cannot_be_written(name: str, words: str, safenav: Command) -> None:
     import re

@@ -133,10 +133,66 @@ def test_reader_that_goes_away_is_no_error(environment: dict[str, str], tmp_path
     assert done.stdout.startswith("Case study 1")
 
 
-def test_trace_that_cannot_be_written_stops_the_run(safenav: Command) -> None:
-    done = safenav("run", SCENARIOS / "hello.yaml", "--trace", "missing/t.jsonl")
+OUTPUTS = [
+    "run s.yaml --trace {}",
+    "run s.yaml --html {}",
+    "run s.yaml --motion {} --trace t.jsonl",
+    "run s.yaml -o {}.html",
+    "run s.yaml --live --trace {}",
+    "batch s.yaml --junit {}",
+    "batch s.yaml --results {}",
+    "batch s.yaml --csv {}",
+    "draw s.yaml -o {}.svg",
+    "new {}.yaml",
+    "schema -o {}",
+    "motion t.jsonl -o {}",
+    "replay t.jsonl -o {}",
+    "export t.jsonl --waypoints {}",
+]
+
+
+@pytest.mark.parametrize("line", OUTPUTS)
+def test_outputs_are_tried_before_any_work(line: str, safenav: Command, tmp_path: Path) -> None:
+    (tmp_path / "s.yaml").write_text((SCENARIOS / "hello.yaml").read_text())
+    done = safenav(*line.format("missing/out").split())
     assert done.returncode == 2
-    assert "cannot write the trace missing/t.jsonl" in done.stderr
+    assert done.stderr.startswith("error: cannot write missing/out")
+    assert "No such file or directory" in done.stderr
+    assert done.stdout == ""
+    assert {path.name for path in tmp_path.iterdir()} == {"s.yaml"}, "nothing half written"
+
+
+@pytest.mark.parametrize(
+    "line", ["run s.yaml -o s.yaml/out", "synth s.yaml -o s.yaml", "certify s.yaml -o s.yaml/out"]
+)
+def test_folders_are_tried_too(line: str, safenav: Command, tmp_path: Path) -> None:
+    (tmp_path / "s.yaml").write_text((SCENARIOS / "hello.yaml").read_text())
+    done = safenav(*line.split())
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "error: cannot write s.yaml" in done.stderr
+    assert {path.name for path in tmp_path.iterdir()} == {"s.yaml"}
+
+
+def test_a_device_stays_one(safenav: Command, tmp_path: Path) -> None:
+    (tmp_path / "s.yaml").write_text((SCENARIOS / "hello.yaml").read_text())
+    assert safenav("run", "s.yaml", "--html", "/dev/null").returncode == 0
+    assert not Path("/dev/null").is_file()
+
+
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        ("run", "error: missing argument 'SCENARIO'\n    safenav run --help lists the options"),
+        ("run s.yaml --foo", "error: no such option '--foo'"),
+        ("run s.yaml --seed x", "error: invalid value for '--seed'"),
+        ("check s.yaml", "error: s.yaml: no such file"),
+        ("check-trace s.jsonl", "error: s.jsonl: cannot be read"),
+    ],
+)
+def test_every_error_begins_alike(line: str, told: str, safenav: Command) -> None:
+    done = safenav(*line.split())
+    assert done.returncode == 2
+    assert done.stderr.startswith(told), done.stderr
 
 
 def test_full_disk_stops_the_run_with_a_message(safenav: Command) -> None:
@@ -157,7 +213,10 @@ def test_output_goes_where_its_ending_says(safenav: Command, tmp_path: Path) -> 
     assert check_trace(tmp_path / "here.jsonl").findings == ()
     assert "<html" in (tmp_path / "there.html").read_text()
     done = safenav("run", file, "-o", "a.html", "--html", "b.html")
-    assert (done.returncode, "--output a.html and --html b.html are the same" in done.stderr) == (
+    assert (
+        done.returncode,
+        "--output a.html and --html b.html name the same output" in done.stderr,
+    ) == (
         2,
         True,
     )

@@ -48,7 +48,7 @@ def test_a_moment_is_named_by_number_or_event(
         (["--svg", "1", "--gif"], "choose one of"),
         (["--terminal", "--ticks", "9-3"], "in order"),
         (["--terminal", "--ticks", "0-50"], "two ticks such as 0-49"),
-        (["--svg", "1", "-o", "/nowhere/at/all.svg"], "cannot be written"),
+        (["--svg", "1", "-o", "/nowhere/at/all.svg"], "cannot write"),
     ],
 )
 def test_usage_is_checked(traces: dict[str, Path], words: list[str], message: str) -> None:

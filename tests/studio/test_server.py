@@ -171,5 +171,5 @@ def test_without_the_extra_it_says_how_to_get_it() -> None:
         [sys.executable, "-c", program], capture_output=True, text=True, cwd=ROOT, check=False
     )
     assert done.returncode == 2
-    assert "pip install 'safenav[studio]'" in done.stderr
+    assert "pip install 'aiohttp>=3.10,<4' 'ruamel.yaml>=0.18'" in done.stderr
     assert "Traceback" not in done.stderr

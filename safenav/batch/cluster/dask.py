@@ -21,6 +21,7 @@ from safenav.batch.cluster import remote
 from safenav.batch.workers.backend import Arrival
 from safenav.dataclass import dataclass
 from safenav.errors import SafenavError, UsageError
+from safenav.extras import missing
 
 _CONNECT_SECONDS = 10
 
@@ -151,7 +152,4 @@ def _distributed() -> Any:
     try:
         return importlib.import_module("distributed")
     except ImportError as error:
-        raise UsageError(
-            "a Dask cluster needs the package 'distributed'\n"
-            "    install it with: pip install 'safenav[dask]'"
-        ) from error
+        raise missing("a Dask cluster", "distributed", "dask") from error

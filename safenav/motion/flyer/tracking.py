@@ -15,7 +15,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from safenav.errors import UsageError
+from safenav.extras import missing
 
 Array = NDArray[np.float64]
 
@@ -146,8 +146,6 @@ def _solved(
     try:
         import daqp
     except ImportError as error:
-        raise UsageError(
-            "flight in gusts needs the solver daqp\n    pip install 'safenav[motion]'"
-        ) from error
+        raise missing("flight in gusts", "daqp", "motion") from error
     found, _, flag, _ = daqp.solve(cost.copy(), slope, rows.copy(), upper, lower)
     return np.asarray(found), int(flag)

@@ -13,7 +13,7 @@ from math import cos, pi, sin
 import numpy as np
 from numpy.typing import NDArray
 
-from safenav.errors import UsageError
+from safenav.extras import missing
 from safenav.motion.file.records import Foothold
 from safenav.motion.pendulum import Array, influence
 from safenav.motion.walker.courses import WalkPlan
@@ -158,8 +158,6 @@ def _solved(
     try:
         import daqp
     except ImportError as error:
-        raise UsageError(
-            "recovery from pushes needs the solver daqp\n    pip install 'safenav[motion]'"
-        ) from error
+        raise missing("recovery from pushes", "daqp", "motion") from error
     found, _, flag, _ = daqp.solve(cost, slope, rows, upper, lower, sense)
     return np.asarray(found), int(flag)

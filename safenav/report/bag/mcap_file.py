@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from safenav.errors import UsageError
+from safenav.extras import missing
 from safenav.report.bag.definitions import definition
 from safenav.report.bag.messages import Stamped
 
@@ -18,9 +18,7 @@ def write_mcap(path: Path, messages: Iterable[Stamped]) -> int:
     try:
         from mcap_ros2.writer import Writer
     except ImportError:
-        raise UsageError(
-            "MCAP files need two packages that are not installed\n    pip install 'safenav[mcap]'"
-        ) from None
+        raise missing("an MCAP file", "mcap-ros2-support", "mcap") from None
     count = 0
     with path.open("wb") as file:
         writer = Writer(file)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from safenav.errors import UsageError
+from safenav.extras import missing
 from safenav.report.picture.scene import Options, svg_of
 from safenav.report.picture.text import FONTS
 from safenav.report.replay.perception import Shading, shading_of
@@ -41,7 +41,7 @@ def png_of(svg: str, width: int | None = None, zoom: float = 2.0) -> bytes:
     try:
         import resvg_py
     except ImportError as error:
-        raise _missing("resvg-py", "PNG") from error
+        raise missing("PNG (not SVG)", "resvg-py", "pictures") from error
     pixels = resvg_py.svg_to_bytes(
         svg_string=svg,
         width=width,
@@ -89,7 +89,7 @@ def write_gif(
     try:
         import PIL.Image  # noqa: F401
     except ImportError as error:
-        raise _missing("pillow", "GIF") from error
+        raise missing("GIF (not SVG)", "pillow", "pictures") from error
     images = []
     durations = []
     palette = _palette(replay, film)
@@ -146,10 +146,3 @@ def _image(svg: str, width: int) -> Image.Image:
     from PIL import Image
 
     return Image.open(io.BytesIO(png_of(svg, width=width))).convert("RGB")
-
-
-def _missing(package: str, form: str) -> UsageError:
-    return UsageError(
-        f"{form} needs the package {package}, which is not installed: "
-        "pip install 'safenav[pictures]' (SVG needs nothing)"
-    )

@@ -7,6 +7,7 @@ from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 
+from safenav.extras import install_command
 from safenav.scenario.reading.grid import read_grid
 from safenav.scenario.reading.naming import NAME
 from safenav.scenario.reading.origin import read_origin
@@ -78,7 +79,7 @@ def _read_form(
     node = fields.get(form)
     assert node is not None
     if form != "grid" and not _has_numpy():
-        hint = "pip install 'safenav[maps]', or draw the map with 'grid'"
+        hint = f"{install_command('maps')}\n    or draw the map with 'grid'"
         findings.add(node, "a map file needs numpy, which is not installed", hint)
         return None
     # Map files are read by modules of their own: numpy takes longer than a whole scenario.

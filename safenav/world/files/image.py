@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from safenav.dataclass import dataclass
+from safenav.extras import install_command
 from safenav.world.files.flaws import Flaw, MapFileError
 from safenav.world.files.pixels import Blocked
 
@@ -162,7 +163,7 @@ def _read_png(data: bytes) -> Image:
     try:
         from PIL import Image as Pillow
     except ImportError:
-        hint = "pip install 'safenav[maps]', or save the image as PGM"
+        hint = f"{install_command('maps')}\n    or save the image as PGM"
         raise MapFileError(Flaw("reading PNG needs Pillow, which is not installed", hint)) from None
     try:
         with Pillow.open(BytesIO(data), formats=["PNG"]) as picture:
