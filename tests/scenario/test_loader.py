@@ -138,6 +138,17 @@ def test_objectives_with_regions(written: str, expected: object) -> None:
         assert objective(written) == expected
 
 
+@pytest.mark.parametrize("written", ["visit: [3, 5]", "cover: [8, 3]", "visit: [1, 2]"])
+def test_a_position_without_brackets_of_its_own(written: str) -> None:
+    """Both are walls, or one is and the position is free; told once, and only where it helps."""
+    with pytest.raises(InputError) as raised:
+        objective(f"{{{written}}}")
+    told = str(raised.value)
+    assert told.count("rooms.yaml:") == 1
+    pair = written.split(": ")[1]
+    assert (f"did you mean [{pair}]?" in told) == (pair != "[8, 3]"), told
+
+
 def test_raw_guarantees_are_kept_in_canonical_form() -> None:
     found = objective(
         """{ltl: {memory: {done: bool, laps: [0, 3]},

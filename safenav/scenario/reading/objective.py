@@ -83,7 +83,7 @@ class ObjectiveReader:
         return objective
 
     def _patrol(self, node: Node, what: str) -> Patrol | None:
-        targets = self._regions.targets(node, what)
+        targets = self._regions.targets(node, what, least=2)
         if targets is None:
             return None
         if len(targets) != 2:

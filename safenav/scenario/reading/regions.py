@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping as Names
+from collections.abc import Sequence as Nodes
 
 from safenav.scenario.objective import Target
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence, clipped
@@ -74,14 +75,34 @@ class RegionReader:
         sets = [regions for regions in found if regions is not None]
         return frozenset().union(*sets) if len(sets) == len(found) else None
 
-    def targets(self, node: Node | None, what: str) -> tuple[Target | None, ...] | None:
-        """A list of targets, None in place of those that were reported."""
+    def targets(
+        self, node: Node | None, what: str, least: int = 1
+    ) -> tuple[Target | None, ...] | None:
+        """A list of ``least`` targets or more, None in place of those that were reported."""
         if isinstance(node, Scalar | Mapping):
             found = f"{what}: a list of targets is expected"
             self._findings.add(node, found, "put brackets around it: [47, [3, 8], dock]")
             return None
         items = sequence(node, what, self._findings)
+        if node is not None and least == 1 and self._is_position(items or ()):
+            first, second = (str(item.value) for item in items or () if isinstance(item, Scalar))
+            found = f"{what}: [{first}, {second}] is two regions, and not both are free"
+            self._findings.add(node, found, f"did you mean [[{first}, {second}]]?")
+            return None
         return None if items is None else tuple(self.target(item, what) for item in items)
+
+    def _is_position(self, items: Nodes[Node]) -> bool:
+        """Whether two numbers must be a row and a column: as regions not both are free, and as a
+        position they are, or both regions are walls."""
+        match items:
+            case [Scalar(value=int(row)), Scalar(value=int(col))] if (
+                (world := self.world) and not isinstance(row, bool) and not isinstance(col, bool)
+            ):
+                free = [world.is_free(row), world.is_free(col)]
+                inside = 0 <= row < world.rows and 0 <= col < world.cols
+                clear = inside and (not any(free) or world.is_free(world.region(row, col)))
+                return clear and not all(free)
+        return False
 
     def written(self, text: str) -> Region | None:
         """The region in a name such as ``door@dock``: what stands behind the ``@``."""
