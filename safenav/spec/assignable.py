@@ -2,8 +2,8 @@
 
 Three inputs let the coordination layer steer a robot whose strategy is never changed: ``wait``
 keeps it where it is; ``request`` sends it to the region ``assigned``, and excuses its own goals
-meanwhile. What it can be sent to is limited to regions from which it can go on with its own
-objective, and obstacles that turn out to be there for good still need a new strategy.
+meanwhile. What it can be sent to is limited to regions from which it can resume its own
+objective, and obstacles that turn out to be permanent still need a new strategy.
 
 Told to wait while a request is open, a robot is not told its place: that would be a bit beside
 every pair of a place and a request, and so twice the nodes.
@@ -30,7 +30,7 @@ NEXT = "'"
 
 @dataclass(frozen=True)
 class Signal:
-    """What the coordination layer tells a robot: go to ``place``, and ``wait`` there or not."""
+    """A command of the coordination layer: go to ``place``, and ``wait`` there or not."""
 
     place: Region
     wait: bool
@@ -66,7 +66,7 @@ class Switch:
         return self._values(self._sent is not None, self._neutral, True)
 
     def forget(self) -> None:
-        """No request is open in the strategy's memory any more."""
+        """No request is open in the strategy's memory."""
         self._sent = None
 
     @staticmethod
@@ -84,7 +84,7 @@ def inputs(task: Task, world: RegionMap) -> tuple[Variable, ...]:
 
 
 def neutral(sending: Sending) -> Region:
-    """What is assigned while nothing is asked."""
+    """The command inputs without a request."""
     return min(sending.places)
 
 
@@ -180,7 +180,7 @@ def unless_elsewhere(constraint: Constraint) -> Constraint:
 
 
 def elsewhere(task: Task, world: RegionMap) -> Iterator[Constraint]:
-    """Told to wait at first, it is anywhere that it can ever come to."""
+    """Told to wait at first, it is anywhere that it can ever reach."""
     anywhere = one_of("region", whereabouts(task, world))
     origin = Origin("coordination", "told to wait at first, it is where others have put it", SOURCE)
     yield Constraint(Section.SYS_INIT, f"wait -> {anywhere}", origin)

@@ -63,7 +63,7 @@ def compile_task(task: Task, world: RegionMap) -> Specification:
 def _steering(
     task: Task, world: RegionMap
 ) -> tuple[OthersEncoding, Callable[[Constraint], Constraint]]:
-    """What lets goals be assigned at runtime, and what that does to the robot's own goals."""
+    """The constraints for goals assigned at runtime, and their effect on the robot's own goals."""
     if not task.assignable:
         return OthersEncoding(), _unchanged
     encoding = OthersEncoding(

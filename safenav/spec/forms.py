@@ -41,7 +41,7 @@ class Weakening(StrEnum):
     OBSTACLES = "obstacles"
     """Known obstacles leave no other way."""
     KEPT = "kept"
-    """Some poses on the way are kept out of, because the team could not go on from there."""
+    """Some poses on the way are kept out of, because the team could not continue from there."""
     SHARED = "shared"
     """Other robots are on its floor."""
     ASSIGNED = "assigned"

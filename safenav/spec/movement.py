@@ -1,6 +1,6 @@
 """Where a robot may go next: the map and a mobility as guarantees or assumptions.
 
-One constraint a move direction or a run of walls, not a pair of positions, so that the text
+One constraint per move direction or run of walls, not a pair of positions, so that the text
 stays short and the synthesizer sees adders and comparisons that it shares.
 """
 
@@ -75,7 +75,7 @@ def stepping(variable: str, section: Section, world: RegionMap, item: str) -> It
 
 
 def on_side(variable: str, heading: Heading, world: RegionMap) -> str:
-    """``variable`` comes to be the region next to the robot's on that side, as a formula that
+    """``variable`` becomes the region next to the robot's on that side, as a formula that
     binds like an atom. Values beyond the map stand for no region."""
     vertical = heading in (Heading.NORTH, Heading.SOUTH)
     offset = world.cols if vertical else 1

@@ -25,7 +25,7 @@ SOURCE_OBJECTIVE = "design, objectives"
 
 @dataclass(frozen=True)
 class Memory:
-    """What a robot remembers of its objective when it is synthesized anew.
+    """A robot's progress in its objective when it is resynthesized.
 
     ``index``: the target whose turn it is (patrol, visit). ``values``: the memory variables
     of an ``ltl`` objective, empty at the start of a run.

@@ -1,7 +1,7 @@
 """Where a robot can be sent from where, without giving up its own objective.
 
 Ways may be one-way (headings in a corridor, formulas about steps or with a memory), and a joint
-plan or an errand leads a robot through them. So what it can be sent to depends on where it is, and
+plan or a duty leads a robot through them. So what it can be sent to depends on where it is, and
 on what it remembers.
 """
 
@@ -19,7 +19,7 @@ from safenav.world.map import Region, RegionMap
 from safenav.world.moves import Mobility, Pose, moves
 
 Remembered = tuple[tuple[str, int], ...]
-"""What formulas remember, by name; empty without any."""
+"""The memory of formulas, by name; empty if there is none."""
 
 State = tuple[Pose, Remembered]
 
@@ -42,8 +42,8 @@ class Part:
 @dataclass(frozen=True)
 class Sending:
     """``places``: where the robot can be sent from somewhere. ``parts``: regions to which it can be
-    sent from some poses only, and those. ``homes``: where it can go round and meet its objective
-    for ever, if there are several such regions: for each of them the poses that are there or on the
+    sent from some poses only, and those. ``homes``: where it can circulate and meet its objective
+    forever, if there are several such regions: for each of them the poses that are there or on the
     way to it. A robot stays among them unless it is sent elsewhere."""
 
     places: frozenset[Region]
@@ -71,13 +71,13 @@ def sending(task: Task, world: RegionMap) -> Sending:
 
 
 def whereabouts(task: Task, world: RegionMap) -> frozenset[Region]:
-    """The regions that the robot of a task can ever come to."""
+    """The regions that the robot of a task can ever reach."""
     return frozenset(pose.region for pose, _ in _ways(_Ground.of(task, world)))
 
 
 @dataclass(frozen=True)
 class _Ground:
-    """What ways depend on."""
+    """The state that paths depend on."""
 
     mobility: Mobility
     start: Pose
@@ -125,7 +125,7 @@ class _Ground:
         ]
 
     def meets(self, members: Collection[State], ways: Mapping[State, Collection[State]]) -> bool:
-        """Whether a robot that goes round among these states can meet its objective for ever."""
+        """Whether a robot that circulates among these states can meet its objective forever."""
         guarantees = self.guarantees
         if guarantees is None:
             regions = {pose.region for pose, _ in members}
@@ -156,7 +156,7 @@ def _sending(ground: _Ground) -> Sending:
         # With some memory it could; with what it remembers it may not, once it has left.
         there = rounds[next(at for k in begins if (at := home[k]) is not None)]
         return Sending(frozenset(pose.region for pose, _ in there))
-    reach: list[frozenset[Region]] = []  # the regions that it can reach and still go on
+    reach: list[frozenset[Region]] = []  # the regions that it can reach and still continue
     for k, members in enumerate(rounds):
         after = {of_state[to] for state in members for to in ways[state] if to in of_state} - {k}
         found = () if home[k] is None else (pose.region for pose, _ in members)
@@ -171,7 +171,7 @@ def _sending(ground: _Ground) -> Sending:
 
 
 def _ways(ground: _Ground) -> dict[State, list[State]]:
-    """The states that the robot can come to, each with those that may follow."""
+    """The states that the robot can reach, each with those that may follow."""
     found: dict[State, list[State]] = {}
     queue = ground.begins()
     while queue:
@@ -185,9 +185,9 @@ def _ways(ground: _Ground) -> dict[State, list[State]]:
 def _homes(
     ground: _Ground, ways: dict[State, list[State]]
 ) -> tuple[list[list[State]], list[int | None]]:
-    """The states in rounds (what one leads to comes before it), and for each the round in which the
-    robot goes on for ever from there; None where its objective is lost, or where it cannot stay
-    although it may be told to wait."""
+    """The states in rounds (what one leads to comes before it), and for each the round in which
+    the robot continues forever from there; None where its objective is lost, or where it cannot
+    stay although it may be told to wait."""
     while True:
         states = list(ways)
         number = {state: index for index, state in enumerate(states)}

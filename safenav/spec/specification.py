@@ -1,6 +1,6 @@
 """One robot's GR(1) specification: variables, constraints with their origin, and its text.
 
-The text is structured slugs, one constraint a line, and reads like documentation: sections
+The text is structured slugs, one constraint per line, and reads like documentation: sections
 in a fixed order, constraints under a comment that says where they come from.
 """
 

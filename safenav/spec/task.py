@@ -14,7 +14,7 @@ from safenav.world.partition import Partition
 
 
 class Fairness(StrEnum):
-    """What a robot assumes of those that it must not run into, so that it gets anywhere."""
+    """A robot's assumption about the robots that it must avoid, without which it may be stuck."""
 
     NONE = "none"
     OFF_MY_TARGETS = "off_my_targets"

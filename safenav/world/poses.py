@@ -137,7 +137,7 @@ class PoseGraph:
         return found
 
     def closure(self, start: Mask, allowed: Mask) -> Mask:
-        """What can be reached from ``start`` through ``allowed`` poses; ``start`` itself always."""
+        """The poses reachable from ``start`` through ``allowed`` poses; ``start`` itself always."""
         return _grown(self._closures, self.forward, start, allowed)
 
     def back(self, goal: Mask, allowed: Mask) -> Mask:
@@ -161,8 +161,8 @@ class PoseGraph:
         return False
 
     def live(self, targets: tuple[Mask, ...], allowed: Mask) -> Mask:
-        """The greatest set of ``allowed`` poses from which every target can be reached inside
-        the set, for ever."""
+        """The greatest set of ``allowed`` poses from which every target can be reached inside the
+        set, forever."""
         key = (targets, allowed)
         found = self._lives.get(key)
         if found is None:
@@ -177,7 +177,7 @@ class PoseGraph:
         return found
 
     def where_met(self, meets: Callable[[int, int], bool]) -> Mask:
-        """The poses in which a goal is met that speaks of steps: by staying there, or by a step
+        """The poses in which a goal about steps is met: by staying there, or by a step
         into the pose where staying at neither end would do."""
         poses = list(bits(self.everywhere))
         staying = {pose for pose in poses if meets(pose, pose)}
@@ -191,7 +191,7 @@ class PoseGraph:
         return sum(1 << pose for pose in staying | entered)
 
     def steps_between(self, start: Mask, goal: Mask, allowed: Mask) -> int | None:
-        """Steps of a shortest way from some pose of ``start`` to some of ``goal``."""
+        """Steps of a shortest path from some pose of ``start`` to some of ``goal``."""
         found = frontier = start
         count = 0
         while frontier:

@@ -44,7 +44,7 @@ MOST_BELIEFS = 4000
 
 @dataclass(frozen=True)
 class Model:
-    """What can be known of one other robot, and how the input says it."""
+    """The possible knowledge of one other robot, and its encoding as an input."""
 
     other: Observed
     watch: Tracker
@@ -72,12 +72,12 @@ def watch_for(task: Task, world: RegionMap) -> Tracker:
 
 
 def known_of(other: Observed) -> Knowledge:
-    """What is known of another robot when a specification is written."""
+    """The knowledge of another robot when a specification is written."""
     return other.region if other.belief is None else other.belief
 
 
 def models(task: Task, world: RegionMap) -> tuple[Model, ...]:
-    """For each observed robot what can come to be known of it.
+    """For each observed robot the possible knowledge of it.
 
     Raises UsageError if the partition makes too many beliefs.
     """
@@ -254,7 +254,7 @@ def _vanishing(model: Model, item: str) -> Iterator[Constraint]:
 
 
 def _believing(model: Model, item: str) -> Iterator[Constraint]:
-    """From a believed cell it may appear where it can have come to, or stay out of sight; cells
+    """From a believed cell it may appear where it can have moved, or stay out of sight; cells
     that are in sight are believed no longer."""
     name, size = model.other.variable, model.size
     wall = as_mask(tuple(model.watch.world.walls))

@@ -72,7 +72,7 @@ def fairness(task: Task, world: RegionMap) -> Iterator[Constraint]:
 
 
 def out_of_my_way(task: Task, world: RegionMap) -> Iterator[Constraint]:
-    """Nobody is beside the robot infinitely often: all others at once, for they could take
+    """No robot is beside this one infinitely often: all others together, for they could take
     turns."""
     dangers = [other for other in task.observed if other.danger]
     if not dangers or not headings(world):

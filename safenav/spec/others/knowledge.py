@@ -1,4 +1,4 @@
-"""What a robot knows of another one: the region where it sees it, or the cells that may hold it.
+"""A robot's knowledge of another one: the region where it sees it, or the cells that may hold it.
 
 Belief abstraction (Bharadwaj, Dimitrova, Topcu: Synthesis of surveillance strategies via belief
 abstraction, CDC 2018), which the paper keeps from its predecessor. From a known region, and from
@@ -29,12 +29,12 @@ Belief = frozenset[int]
 """The cells that may hold a robot that is out of sight; never empty."""
 
 Knowledge = Region | Belief
-"""Where another robot is, or what is believed of it."""
+"""Where another robot is, or may be."""
 
 
 @dataclass(frozen=True)
 class Prospect:
-    """What may be known after the next look: one of the regions that are in sight (``seen``),
+    """The possible knowledge after the next look: one of the regions that are in sight (``seen``),
     or the ``belief`` if the other is out of sight; None if it cannot be."""
 
     seen: frozenset[Region]
@@ -43,7 +43,7 @@ class Prospect:
 
 @dataclass(frozen=True)
 class Outlook:
-    """The prospects of one knowledge from all regions at once: the other may come to be in
+    """The prospects of one knowledge from all regions in parallel: the other may get to
     ``reach``, and for each belief (or None) ``beliefs`` holds the own regions that lead to it."""
 
     reach: Regions
@@ -70,7 +70,7 @@ class Tracker:
         return frozenset({knowledge})
 
     def update(self, own: Region, knowledge: Knowledge) -> Prospect:
-        """What may be known after the other's next move, looking from region ``own``."""
+        """The possible knowledge after the other's next move, looking from region ``own``."""
         outlook = self.outlook(knowledge)
         seen = frozenset(members(outlook.reach & self.visibility.mask(own)))
         belief = next((b for b, owns in outlook.beliefs if owns >> own & 1), None)
@@ -134,7 +134,7 @@ class TooManyBeliefsError(ValueError):
 def occurring(
     watch: Tracker, own: Region, blocked: frozenset[Region], knowledge: Knowledge, most: int
 ) -> Mapping[Knowledge, Regions]:
-    """All that can come to be known, each with the own regions where it may be the latest.
+    """All possible knowledge, each with the own regions where it may be the latest.
 
     From ``knowledge`` in region ``own``; the robot itself steps freely, but not onto
     ``blocked`` regions. Raises TooManyBeliefsError beyond ``most`` beliefs.
@@ -166,7 +166,7 @@ def occurring(
 def _following(
     watch: Tracker, knowledge: Knowledge, owns: Regions
 ) -> Iterator[tuple[Knowledge, Regions]]:
-    """What may be known next, with those of the own regions from which it is."""
+    """The possible next knowledge, with those of the own regions from which it is."""
     outlook = watch.outlook(knowledge)
     for region in members(outlook.reach):
         seers = owns & watch.visibility.mask(region)

@@ -56,7 +56,7 @@ def guarantees(task: Task, world: RegionMap) -> Iterator[Constraint]:
 
 
 def assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
-    """There are only so many others, none is in a wall, and none is in the way for ever."""
+    """There are only so many others, none is in a wall, and none is in the way forever."""
     begin = Origin(task.item, "nothing is observed before the first move", SOURCE)
     for heading in headings(world):
         yield Constraint(Section.ENV_INIT, f"!{busy(heading)}", begin)
