@@ -27,7 +27,8 @@ Exit codes:
 @click.option(
     "--folder",
     type=click.Path(path_type=Path, file_okay=False, exists=True),
-    help="Folder for scenarios and the maps and catalogues that they read.",
+    help="Folder for scenarios and the maps and catalogues that they read; else that of FILE, "
+    "or the current one.",
 )
 @click.option("--port", type=click.IntRange(1, 65535), help="Listen on this port.")
 @click.option("--browser/--no-browser", default=True, help="Open the page in a browser.")
@@ -36,7 +37,8 @@ def command(
     file: Path | None, folder: Path | None, port: int | None, browser: bool, keep: bool
 ) -> int:
     """Draw a scenario in a browser, run it, and close a door in front of a robot: the run continues
-    as it would in the world. FILE is opened, or created when it is saved."""
+    as it would in the world. FILE is opened, or created when it is saved; for a folder, its
+    scenarios can be opened."""
     from safenav.studio.starting import start_studio
 
     start_studio(file, folder=folder, port=port, browser=browser, keep=keep)

@@ -12,38 +12,34 @@ from pathlib import Path
 from typing import Any
 
 from safenav.errors import Diagnostic, InputError, UsageError
-from safenav.outfile import write_whole
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.bare_map import Division
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import Draft, load_draft
 from safenav.scenario.template import TEMPLATES
 from safenav.scenario.yaml.findings import ReadableFolder
-from safenav.scenario.yaml.source import MAX_BYTES, is_trace
+from safenav.scenario.yaml.source import MAX_BYTES
 from safenav.studio.editing import beginnings
-from safenav.studio.editing.document import OpenDocument
+from safenav.studio.editing.document import OpenDocument, Origin
 from safenav.studio.editing.drawing import drawing_of, palette
 from safenav.studio.editing.judging import Judging
 from safenav.studio.editing.operations import edited
 from safenav.studio.editing.played import played
 from safenav.studio.run.orders import RunOrder
 from safenav.studio.session import Made, Message, Studio
-
-_ENDINGS = (".yaml", ".yml")
+from safenav.studio.shelf import Shelf, read_text, save_text
 
 
 class Editor(Studio):
-    """Owner of the text. ``path``: the file that was opened, the only one that is written to
-    outside ``folder``. ``foreign``: the text came by link or upload and reads no file."""
+    """Owner of the text. Scenarios are opened from ``shelf`` and saved to it; ``named``: the folder
+    that the user named, which alone a text of a foreign origin may read."""
 
-    def __init__(self, text: str, path: Path | None, folder: Path | None) -> None:
-        super().__init__(RunOrder(text, str(path or "scenario.yaml")), built_in())
-        self.path = path
-        self.folder = folder
-        self.foreign = path is None
-        self.document = OpenDocument(
-            text, saved=text if path is not None and path.exists() else None
-        )
+    def __init__(self, text: str, origin: Origin, shelf: Shelf, named: Path | None) -> None:
+        super().__init__(RunOrder(text, str(origin.file or "scenario.yaml")), built_in())
+        self.shelf = shelf
+        self.named = named
+        self.document = OpenDocument(text, origin)
+        self._drawn: Origin | None = None
         self._judging = Judging(self.tell)
         self._companions: dict[str, bytes] = {}
         self._drawing: dict[str, Any] | None = None
@@ -57,31 +53,26 @@ class Editor(Studio):
             "undo": self._undo,
             "redo": self._redo,
             "open": self._open,
+            "files": self._files,
             "save": self._save,
             "keep": self._keep,
         }
 
     @classmethod
     def of_file(cls, file: Path | None, folder: Path | None) -> Editor:
-        """An editor of a file, or of a blank scenario. Raises UsageError for an unreadable one."""
-        if file is None:
-            return cls(beginnings.blank(), None, folder)
-        if not file.exists():
-            if not file.parent.is_dir():
-                raise UsageError(f"{file}: there is no folder {file.parent}")
-            return cls(beginnings.blank(), file, folder)
-        try:
-            if file.stat().st_size > MAX_BYTES:
-                raise UsageError(f"{file} is larger than {MAX_BYTES // 1_000_000} MB")
-            text = file.read_text(encoding="utf-8-sig")
-        except (OSError, UnicodeDecodeError) as error:
-            raise UsageError(f"{file} cannot be read as text: {error}") from error
-        if is_trace(text):  # saving would overwrite it
-            raise UsageError(
-                f"{file}: this is a trace, not a scenario\n"
-                f"    look at it with: safenav replay {file}"
-            )
-        return cls(text, file, folder)
+        """An editor of a file, or of a blank scenario in a folder. ``folder``: where scenarios are opened and
+        saved, else that of the file, else the current one. Raises UsageError for an unreadable
+        file."""
+        if file is not None and file.is_dir():
+            file, folder = None, folder or file
+        shelf = Shelf((folder or (Path.cwd() if file is None else file.parent)).resolve())
+        if file is not None and not file.parent.is_dir():
+            raise UsageError(f"{file}: there is no folder {file.parent}")
+        if file is None or not file.exists():
+            text = beginnings.blank()
+            return cls(text, Origin(file, saved=text if file is None else None), shelf, folder)
+        text = read_text(file)
+        return cls(text, Origin(file, saved=text), shelf, folder)
 
     @property
     def title(self) -> str:
@@ -100,7 +91,8 @@ class Editor(Studio):
 
     async def made(self, name: str) -> Made | None:
         """A download: the scenario, the one that was played, a picture, or what a run gives."""
-        stem = "scenario" if self.path is None else self.path.stem
+        file = self.document.origin.file
+        stem = "scenario" if file is None else file.stem
         if name == "scenario":
             return f"{stem}.yaml", self.document.text.encode(), "application/yaml"
         if name == "played" and self.run is not None:
@@ -118,8 +110,8 @@ class Editor(Studio):
             try:
                 text = content.decode("utf-8-sig")
             except UnicodeDecodeError as error:
-                raise UsageError(f"{name} is no text") from error
-            self._begin_with(text)
+                raise UsageError(f"{name} is not a text file") from error
+            self._begin_with(text, foreign=True)
             return
         rows, cols = _number(about, "rows"), _number(about, "cols")
         division = Division(rows, cols) if rows and cols else Division()
@@ -133,37 +125,37 @@ class Editor(Studio):
         return [*told, self._told(), {"is": "verdicts", "verdicts": self._judging.verdicts}]
 
     def _hello(self) -> dict[str, Any]:
-        more = {"editor": True, "templates": TEMPLATES, "folder": self.folder is not None}
+        more = {"editor": True, "templates": TEMPLATES, "folder": str(self.shelf.folder)}
         return {**super()._hello(), **more}
 
     def _told(self) -> dict[str, Any]:
         """The text with all that follows from it."""
-        document = self.document
+        document, file = self.document, self.document.origin.file
         return {
             "is": "document",
             "text": document.text,
             "revision": document.revision,
             "undoable": document.undoable,
             "redoable": document.redoable,
-            "dirty": document.text != document.saved,
-            "file": None if self.path is None else self.path.name,
+            "origin": document.origin.number,
+            "dirty": document.dirty,
+            "file": None if file is None else self.shelf.name(file),
             "drawing": self._drawing,
             "palette": palette(self._draft.catalogue),
             "problems": [_problem(found) for found in self._draft.diagnostics],
         }
 
     def _reach(self) -> ReadableFolder:
-        """The files that the text may name: those beside it, or in the folder."""
-        if self.foreign or self.path is None:
-            return ReadableFolder(self.folder)
-        return ReadableFolder(self.folder or self.path.parent)
+        """The files that the text may name: those in the folder that was named, else in that of
+        its file; a foreign text without either reads none."""
+        origin = self.document.origin
+        home = origin.file.parent if origin.file is not None else self.shelf.folder
+        return ReadableFolder(self.named or (None if origin.foreign else home))
 
     @property
     def _name(self) -> str:
         """Where the text counts as lying: files that it names are looked for beside that."""
-        if self.folder is not None and (self.path is None or self.foreign):
-            return str(self.folder / "scenario.yaml")
-        return str(self.path or "scenario.yaml")
+        return str(self.document.origin.file or self.shelf.folder / "scenario.yaml")
 
     def _drafted(self, *, reachable: bool = True) -> Draft:
         return load_draft(self.document.text, self._name, self._reach(), reachable=reachable)
@@ -180,12 +172,14 @@ class Editor(Studio):
         return self._order_of(self.document.text)
 
     def _draw(self) -> None:
-        """Bring the drawing up to date; without a map the former one stays."""
+        """Bring the drawing up to date. While the map cannot be read, the former drawing of the
+        same origin stays."""
         world = self._draft.world
         drawn = None
         if world is not None:
             drawn = drawing_of(self.document.text, world, self._draft.catalogue)
-        self._drawing = drawn or self._drawing
+        kept = self._drawing if self._drawn is self.document.origin else None
+        self._drawing, self._drawn = drawn or kept, self.document.origin
         self._catalogue = self._draft.catalogue
 
     def _changed(self) -> None:
@@ -217,7 +211,7 @@ class Editor(Studio):
     async def _type(self, data: Message) -> None:
         text = data.get("text")
         if not isinstance(text, str) or len(text) > MAX_BYTES:
-            raise UsageError("that is no text of a scenario")
+            raise UsageError("a text is expected, of at most 5 MB")
         if self.document.change(text, typed=True):
             self._changed()
 
@@ -236,7 +230,7 @@ class Editor(Studio):
         self._changed()
 
     async def _open(self, data: Message) -> None:
-        """Begin anew: ``kind`` blank, template or link."""
+        """Begin with another text: ``kind`` blank, template, file or link."""
         kind = data.get("kind")
         if kind == "blank":
             rows, cols = data.get("rows") or 9, data.get("cols") or 15
@@ -245,47 +239,53 @@ class Editor(Studio):
             self._begin_with(beginnings.blank(rows, cols))
         elif kind == "template":
             self._begin_with(beginnings.template(str(data.get("name"))))
+        elif kind == "file":
+            path = self.shelf.path(str(data.get("name")))
+            text = await asyncio.to_thread(read_text, path)
+            self.document.change(text, origin=Origin(path, saved=text))
+            self._changed()
         elif kind == "link":
-            self._begin_with(unpacked(str(data.get("packed"))))
+            self._begin_with(unpacked(str(data.get("packed"))), foreign=True)
         else:
-            raise UsageError("begin with what? known: blank, template, link")
+            raise UsageError("unknown beginning; known: blank, template, file, link")
 
-    def _begin_with(self, text: str) -> None:
+    def _begin_with(self, text: str, *, foreign: bool = False) -> None:
+        """A text without a file, but for a file that does not exist yet."""
         if len(text) > MAX_BYTES:
-            raise UsageError(f"that is larger than {MAX_BYTES // 1_000_000} MB")
-        self.foreign = True
-        self.document.change(text)
+            raise UsageError(f"a scenario has at most {MAX_BYTES // 1_000_000} MB")
+        file = self.document.origin.file
+        new = file if file is not None and not file.exists() else None
+        self.document.change(text, origin=Origin(new, foreign, None if new else text))
         self._changed()
 
-    async def _save(self, data: Message) -> None:
-        """Into the file that was opened, or under a name in the folder."""
-        name = data.get("name")
-        path = self._inside(name) if isinstance(name, str) and name else self.path
-        if path is None:
-            raise UsageError(
-                "no file was opened: download the scenario, or start the studio with a file"
-            )
-        text = self.document.text
-        write_whole(path, lambda part: part.write_text(text, encoding="utf-8"))
-        self.document.saved = text
-        self.tell({"is": "saved", "file": path.name})
-        self.tell(self._told())
+    async def _files(self, data: Message) -> None:
+        """The scenarios that can be opened."""
+        del data
+        self.tell({"is": "files", "names": await asyncio.to_thread(self.shelf.names)})
 
-    def _inside(self, name: str) -> Path:
-        if self.folder is None:
-            raise UsageError("no folder was named: start the studio with --folder DIR")
-        if Path(name).name != name or name.startswith(".") or Path(name).suffix not in _ENDINGS:
-            raise UsageError("a name in the folder, such as lab.yaml")
-        path = self.folder / name
-        if path.is_symlink():
-            raise UsageError(f"{name} is a link to somewhere else")
-        return path
+    async def _save(self, data: Message) -> None:
+        """To the file that was opened, or under a ``name`` in the folder. A file with an unknown
+        content is replaced only if ``replace`` is set."""
+        name, document = data.get("name"), self.document
+        origin = document.origin
+        path = self.shelf.path(name) if isinstance(name, str) and name else origin.file
+        if path is None:
+            raise UsageError("the scenario has no name yet: Save as gives it one")
+        known = origin.saved if path == origin.file else None
+        save_text(path, document.text, known, replace=data.get("replace") is True)
+        moved = path != origin.file
+        origin.file, origin.foreign, origin.saved = path, False, document.text
+        self.tell({"is": "saved", "file": self.shelf.name(path)})
+        if moved:  # other files are beside it
+            self._changed()
+        else:
+            self.tell(self._told())
 
     async def _keep(self, data: Message) -> None:
         """Edit the scenario that was played."""
         del data
         if self.run is None:
-            raise UsageError("nothing was played")
+            raise UsageError("no run to edit yet")
         if self.document.change(self._played()):
             self._changed()
 

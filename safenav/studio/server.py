@@ -23,6 +23,7 @@ from safenav.errors import SafenavError, UsageError
 from safenav.studio.guard import APART, HEADERS, UPLOAD, Guard
 from safenav.studio.page import FILES, asset, page
 from safenav.studio.session import Studio
+from safenav.studio.shelf import ReplaceError
 
 PORT = 7246
 PORTS = 20
@@ -172,6 +173,8 @@ class Server:
             if not isinstance(data, dict):
                 raise UsageError("a message is an object")
             await self.studio.take(data)
+        except ReplaceError as error:
+            _put(queue, {"is": "exists", "name": data.get("name"), "message": str(error)})
         except (SafenavError, ValueError, RecursionError) as error:
             _put(queue, {"is": "refused", "message": str(error)})
 

@@ -6,7 +6,6 @@ import json
 import tempfile
 import time
 import urllib.error
-import urllib.request
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -15,77 +14,17 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from report.browser import Browser, Keys, Select
+from report.browser import Browser, Keys
 from safenav.audit.check import audit
-from safenav.scenario.reading.loader import load_scenario, load_scenario_text
+from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.reading import read_bytes
 from safenav.trace.records import Appeared, Move, Resolved
+from studio.board import SHIPPED, Board
 from studio.serving import MINUTES, SCENARIOS, Served
 
-SHIPPED = load_scenario(SCENARIOS / "case_study_1.yaml")
 pytestmark = pytest.mark.slow
 BLANK_WALLS = [21, 34, 43, 60, 73]
 """What the map of case study 1 has beyond its border."""
-
-
-class Board:
-    """The drawing board as somebody with a mouse sees it."""
-
-    def __init__(self, browser: Browser, address: str) -> None:
-        self.browser = browser
-        self.address = address
-        browser.visit(address, width=1400, height=900)
-
-    def at(self, region: int) -> tuple[int, int]:
-        """The middle of a region, in pixels of the window."""
-        x, y = self.browser.run(
-            """
-            const map = document.querySelector("svg.floor"), box = map.getBoundingClientRect();
-            const view = map.viewBox.baseVal, scale = box.width / view.width;
-            const [region, cols] = arguments;
-            const [col, row] = [region % cols, Math.floor(region / cols)];
-            return [box.left + ((col + 0.5) * 40 - view.x) * scale,
-                    box.top + ((row + 0.5) * 40 - view.y) * scale];
-            """,
-            region,
-            SHIPPED.map.cols,
-        )
-        return int(x), int(y)
-
-    def click(self, region: int) -> None:
-        self.drag(region)
-
-    def drag(self, *regions: int) -> None:
-        """Press at the first region, release at the last."""
-        for kind, region in (
-            ("mousePressed", regions[0]),
-            *(("mouseMoved", region) for region in regions[1:]),
-            ("mouseReleased", regions[-1]),
-        ):
-            x, y = self.at(region)
-            event = {"type": kind, "x": x, "y": y, "button": "left", "buttons": 1, "clickCount": 1}
-            self.browser.driver.execute_cdp_cmd("Input.dispatchMouseEvent", event)
-
-    def choose(self, label: str) -> None:
-        """Press a button with this text."""
-        found = [b for b in self.browser.all("button") if b.text.strip() == label]
-        assert found, f"no button {label!r}"
-        found[0].click()
-
-    def fast(self) -> None:
-        """Let the run go on as fast as the page offers."""
-        Select(self.browser.one(".speed select")).select_by_value("64")
-
-    @property
-    def text(self) -> str:
-        return str(self.browser.run("return document.querySelector('.text textarea')?.value"))
-
-    def until(self, words: str) -> None:
-        self.browser.wait(lambda: words in self.text, MINUTES)
-
-    def saved(self, name: str) -> bytes:
-        with urllib.request.urlopen(self.address + "save/" + name, timeout=MINUTES) as response:
-            return bytes(response.read())
 
 
 @pytest.fixture
@@ -97,7 +36,7 @@ def board(browser: Browser, tmp_path: Path) -> Iterator[Board]:
 def test_case_study_1_is_drawn_run_and_undone(board: Board, tmp_path: Path) -> None:
     browser = board.browser
     blank = board.text
-    browser.one(".menu.left summary").click()
+    browser.one('[data-menu="New"] summary').click()
     board.choose("Blank map of that size")
     board.until("    #############\n")
     browser.wait(lambda: browser.one("svg.floor .numbers"), MINUTES)
@@ -120,7 +59,7 @@ def test_case_study_1_is_drawn_run_and_undone(board: Board, tmp_path: Path) -> N
     for robot, start, targets in (("quad", 14, (54, 49)), ("digit", 71, (58, 28))):
         board.click(start)
         browser.wait(lambda: browser.all(".chosen"), MINUTES)
-        board.choose("Patrol: to and fro")
+        board.choose("Patrol")
         before = board.text
         board.click(targets[0])
         browser.wait(lambda: browser.all("text.order"), MINUTES)
@@ -151,7 +90,7 @@ def test_case_study_1_is_drawn_run_and_undone(board: Board, tmp_path: Path) -> N
 
     board.choose("✎ Draw")
     browser.wait(lambda: browser.all(".board"), MINUTES)
-    while browser.button("Undo").is_enabled():
+    while not browser.button("Undo").get_attribute("aria-disabled"):
         before = board.text
         browser.button("Undo").click()
         browser.wait(lambda before=before: board.text != before, MINUTES)  # type: ignore[misc]
@@ -163,19 +102,19 @@ def test_a_broken_scenario_shows_its_mistakes_at_their_place(board: Board) -> No
     browser = board.browser
     text = (SCENARIOS / "case_study_1.yaml").read_text()
     line = next(i for i, told in enumerate(text.splitlines(), 1) if "digit: {model" in told)
-    _type(browser, text.replace("model: digit", "modle: digit"))
+    board.write(text.replace("model: digit", "modle: digit"))
     browser.wait(lambda: any("modle" in p.text for p in browser.all(".problem")), MINUTES)
     assert browser.one(".gutter .wrong").text.strip() == str(line)
-    assert not browser.one("button.run").is_enabled()
-    _type(browser, text)
+    assert browser.one("button.run").get_attribute("aria-disabled")
+    board.write(text)
     browser.wait(lambda: not browser.all(".problem"), MINUTES)
-    _type(browser, text.replace("start: 71", "start: 0"))
+    board.write(text.replace("start: 71", "start: 0"))
     browser.wait(lambda: browser.all("g.wrong"), MINUTES)
 
 
 def test_a_robot_that_cannot_gets_the_reason_and_a_repair_at_a_click(board: Board) -> None:
     browser = board.browser
-    _type(browser, (SCENARIOS / "unrealizable" / "separate_rooms.yaml").read_text())
+    board.write((SCENARIOS / "unrealizable" / "separate_rooms.yaml").read_text())
     browser.wait(lambda: browser.all('[data-verdict="unrealizable"] .repair'), MINUTES)
     before = board.text
     browser.one(".repair").click()
@@ -190,9 +129,9 @@ def test_a_door_is_closed_by_a_click_and_the_saved_scenario_plays_the_same(board
     from safenav.runtime.mission import Mission
 
     browser = board.browser
-    _type(browser, (SCENARIOS / "case_study_1.yaml").read_text().split("expect:")[0])
+    board.write((SCENARIOS / "case_study_1.yaml").read_text().split("expect:")[0])
     board.until("door")
-    browser.wait(lambda: browser.one("button.run").is_enabled(), MINUTES)
+    browser.wait(lambda: not browser.one("button.run").get_attribute("aria-disabled"), MINUTES)
     board.choose("▶ Run")
     browser.wait(lambda: browser.all('button[aria-label="Pause the run"]'), MINUTES)
     browser.button("Pause the run").click()
@@ -266,29 +205,31 @@ def test_maps_are_sent_through_the_page(board: Board, tmp_path: Path) -> None:
 
     def send(*names: str) -> None:
         files = "\n".join(str(tmp_path / name) for name in names)
-        browser.one('.menu.left input[type="file"][multiple]').send_keys(files)
+        browser.one('[data-menu="New"] input[type="file"]').send_keys(files)
+        browser.wait(lambda: browser.all("dialog[open]"), MINUTES)
 
-    def divide(rows: str, cols: str) -> None:
-        browser.one(".menu.left summary").click()
-        for label, number in (("Rows", rows), ("Columns", cols)):
+    def create(rows: str = "", cols: str = "") -> None:
+        for label, number in (("Rows of the map", rows), ("Columns of the map", cols)):
             field = browser.one(f'input[aria-label="{label}"]')
-            field.send_keys(Keys.CONTROL, "a")
-            field.send_keys(Keys.NULL, Keys.BACKSPACE, number)
-        browser.one(".menu.left summary").click()
+            field.clear()
+            field.send_keys(number)
+        board.choose("Create")
 
     grid = "    #########\n    #.......#\n    #.......#\n    #...#...#\n"
-    divide("", "")
     send("lab.yaml", "lab.pgm")
+    create()
     browser.wait(lambda: browser.all(".toast"), MINUTES)
     assert "Rows x Columns" in browser.one(".toast").text
     assert "--" not in browser.one(".toast").text
     assert str(tempfile.gettempdir()) not in browser.one(".toast").text
-    divide("6", "9")
+    browser.press(Keys.ESCAPE)
     for name, files in (("lab", ("lab.yaml", "lab.pgm")), ("floor", ("floor.png",))):
         send(*files)
+        create("6", "9")
         board.until(f"name: {name}\n")
         assert grid in board.text
     send("arena.map")
+    create()
     board.until("name: arena\n")
     assert "    #...#\n    #.#.#\n" in board.text
     refused = [told for told in browser.errors() if "400" not in told]
@@ -302,15 +243,3 @@ def json_tick(board: Board) -> int:
     except urllib.error.HTTPError:  # nothing has happened yet
         return -1
     return int(json.loads(lines[-1]).get("tick", 0))
-
-
-def _type(browser: Browser, text: str) -> None:
-    """Put a text into the editor as if it were pasted."""
-    browser.run(
-        """
-        const area = document.querySelector(".text textarea");
-        area.value = arguments[0];
-        area.dispatchEvent(new Event("input", {bubbles: true}));
-        """,
-        text,
-    )

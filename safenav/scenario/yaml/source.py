@@ -58,8 +58,9 @@ def _refuse_outside(path: Path, findings: Findings, named_at: Node | None) -> No
     if reach.holds(path):
         return
     if reach.folder is None:
-        raise _UnusableError("not read: this scenario names files, and may read none", "draw it")
-    where = f"put it into {reach.folder}"
+        found = "not read: scenarios from a link or upload cannot open files"
+        raise _UnusableError(found, "save both in one folder and open the scenario from there")
+    where = f"put it into {reach.folder}, or start the studio with --folder and a folder above both"
     raise _UnusableError("not read: it is outside the folder of the scenario", where)
 
 

@@ -4,21 +4,36 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, field
+from itertools import count
+from pathlib import Path
 
 MOST = 500
 TYPING = 1.2
 """Seconds within which typed changes are undone together."""
 
 
+@dataclass(eq=False)
+class Origin:
+    """Where a text began. ``file``: the file that it is saved to, if it has one; ``foreign``: it
+    came by link or upload and reads no file; ``saved``: the content of the file, or the text that
+    nothing would be lost of; ``number``: tells origins apart."""
+
+    file: Path | None = None
+    foreign: bool = False
+    saved: str | None = None
+    number: int = field(default_factory=count().__next__)
+
+
 @dataclass
 class OpenDocument:
-    """Owner of the text. ``revision`` grows with every change; ``saved``: what the file holds."""
+    """Owner of the text. ``revision`` grows with every change. Undo restores the origin as well:
+    a text is never saved to the file of another."""
 
     text: str
-    saved: str | None = None
+    origin: Origin = field(default_factory=Origin)
     revision: int = 0
-    _before: list[str] = field(default_factory=list)
-    _after: list[str] = field(default_factory=list)
+    _before: list[tuple[str, Origin]] = field(default_factory=list)
+    _after: list[tuple[str, Origin]] = field(default_factory=list)
     _typed: float = 0.0
 
     @property
@@ -29,31 +44,37 @@ class OpenDocument:
     def redoable(self) -> bool:
         return bool(self._after)
 
-    def change(self, text: str, *, typed: bool = False) -> bool:
-        """Another text; whether it is another one."""
-        if text == self.text:
+    @property
+    def dirty(self) -> bool:
+        return self.text != self.origin.saved
+
+    def change(self, text: str, *, typed: bool = False, origin: Origin | None = None) -> bool:
+        """Another text, of another ``origin`` if one is given; return whether anything changed."""
+        if text == self.text and origin is None:
             return False
         now = time.monotonic()
         if not (typed and self._before and now - self._typed < TYPING):
-            self._before.append(self.text)
+            self._before.append((self.text, self.origin))
             del self._before[:-MOST]
         self._typed = now if typed else 0.0
         self._after.clear()
-        self.text = text
+        self.text, self.origin = text, origin or self.origin
         self.revision += 1
         return True
 
     def undo(self) -> None:
-        """Back to the text before, if there is one."""
-        if self._before:
-            self._after.append(self.text)
-            self.text = self._before.pop()
-            self.revision += 1
-            self._typed = 0.0
+        """Return to the text before, if there is one."""
+        self._exchange(self._before, self._after)
 
     def redo(self) -> None:
-        """What was undone last, again."""
-        if self._after:
-            self._before.append(self.text)
-            self.text = self._after.pop()
+        """Restore the text that was undone last."""
+        self._exchange(self._after, self._before)
+
+    def _exchange(
+        self, source: list[tuple[str, Origin]], target: list[tuple[str, Origin]]
+    ) -> None:
+        if source:
+            target.append((self.text, self.origin))
+            self.text, self.origin = source.pop()
             self.revision += 1
+            self._typed = 0.0

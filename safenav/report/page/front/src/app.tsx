@@ -4,6 +4,7 @@ import type { ComponentChildren } from "preact";
 import { useCallback, useLayoutEffect, useMemo, useReducer, useRef, useState } from "preact/hooks";
 import { Button, Controls } from "./panels/controls";
 import { Events } from "./panels/events";
+import { Help, withKeys, type Keys } from "./panels/help";
 import { KEYS, listen } from "./keyboard";
 import { Legend, Obstacles, Robots, Stack } from "./panels/sidebar";
 import type { Player } from "./run/player";
@@ -44,7 +45,10 @@ export interface Extras {
   beside?: ComponentChildren;
   controls?: (tick: number) => ComponentChildren;
   hand?: Hand | undefined;
-  keys?: [keys: string, meaning: string][];
+  /** Keys that mean something else than in a replay, and further ones. */
+  keys?: Keys;
+  /** What the help says of the run. */
+  about?: ComponentChildren;
 }
 
 export function App({ run, player, stage, extras = {} }: AppProps) {
@@ -127,7 +131,12 @@ export function App({ run, player, stage, extras = {} }: AppProps) {
           <Events run={run} player={player} tick={tick} point={point} />
         </aside>
       </main>
-      <Help dialog={help} run={run} keys={[...(extras.keys ?? []), ...KEYS]} />
+      <Help dialog={help} keys={withKeys(KEYS, extras.keys ?? [])}>
+        {extras.about ?? <About run={run} />}
+        <p class="quiet">
+          {run.source} · safenav {run.version}
+        </p>
+      </Help>
     </>
   );
 }
@@ -209,54 +218,24 @@ function Choices({ run, shown, choices, onChange }: ChoicesProps) {
   );
 }
 
-interface HelpProps {
-  dialog: { current: HTMLDialogElement | null };
-  run: Run;
-  keys: [keys: string, meaning: string][];
-}
-
-function Help({ dialog, run, keys }: HelpProps) {
+/** How the run ended and where it comes from; `extras.about` says it of one that goes on. */
+function About({ run }: { run: Run }) {
   const { ending } = run;
   return (
-    <dialog
-      ref={dialog}
-      aria-labelledby="help-title"
-      onClick={(event) => event.target === event.currentTarget && dialog.current!.close()}
-    >
-      <div>
-        <h2 id="help-title">Keys</h2>
-        <dl>
-          {keys.map(([names, meaning]) => (
-            <div key={names}>
-              <dt>
-                {names.split(" ").map((key) => (
-                  <kbd key={key}>{key}</kbd>
-                ))}
-              </dt>
-              <dd>{meaning}</dd>
-            </div>
-          ))}
-        </dl>
-        <p>
-          Click a robot to follow it, an event or a mark on the timeline to go there; the address
-          names the tick.
-        </p>
-        <h2>This run</h2>
-        <p>
-          {ending
-            ? `${ending.outcome.replace(/_/g, " ")}: ${ending.explanation} (${count(run.last, "tick")}, ` +
-              `${count(ending.syntheses, "synthesis", "syntheses")} in ${ending.synthesisSeconds}, ` +
-              `${ending.seconds} in all)`
-            : `cut off after tick ${run.last}`}
-        </p>
-        <p class="quiet">
-          {run.source} · safenav {run.version}
-        </p>
-        <form method="dialog">
-          <button>Close</button>
-        </form>
-      </div>
-    </dialog>
+    <>
+      <p>
+        Click a robot to follow it, an event or a mark on the timeline to go there; the address
+        names the tick.
+      </p>
+      <h2>This run</h2>
+      <p>
+        {ending
+          ? `${ending.outcome.replace(/_/g, " ")}: ${ending.explanation} (${count(run.last, "tick")}, ` +
+            `${count(ending.syntheses, "synthesis", "syntheses")} in ${ending.synthesisSeconds}, ` +
+            `${ending.seconds} in all)`
+          : `cut off after tick ${run.last}`}
+      </p>
+    </>
   );
 }
 

@@ -8,11 +8,11 @@ const PAN = 80;
 
 export const KEYS: [keys: string, meaning: string][] = [
   ["Space", "play or pause"],
-  ["← →", "one tick back or on"],
-  ["Shift ← →", "the event before or after"],
+  ["← →", "previous or next tick"],
+  ["Shift ← →", "previous or next event"],
   ["Home End", "first or last tick"],
   ["+ −", "faster or slower"],
-  ["I O", "zoom in or out; the wheel and two fingers do, too"],
+  ["I O", "zoom in or out; also the wheel and two fingers"],
   ["W A S D", "move the map; so does dragging it"],
   ["F", "the whole map"],
   ["R", "follow the next robot"],

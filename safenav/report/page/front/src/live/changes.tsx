@@ -1,8 +1,9 @@
-/** Changing the world of a run: what a click on the map does, and the panel that says so. */
+/** Changing the world of a run: the tools, what a click on the map does, and the line about it. */
 
 import { useState } from "preact/hooks";
 import { CELL } from "../map/camera";
 import { isWall } from "../map/floor";
+import { notice, unless } from "../panels/notice";
 import { at, label, type Obstacle, type Robot, type Run } from "../run/run";
 import type { Hand } from "../map/stage";
 import type { Say } from "./player";
@@ -31,6 +32,8 @@ interface WorldProps {
   over: boolean;
 }
 
+export const OVER = "The run has ended: Restart runs the scenario again";
+
 /** The obstacles that stand there after a tick. */
 export function standing(run: Run, tick: number): Obstacle[] {
   return run.obstacles.filter((o) => tick >= o.since && at(o.status, tick)[1] !== "resolved");
@@ -39,12 +42,12 @@ export function standing(run: Run, tick: number): Obstacle[] {
 export function World({ run, tick, types, out, tool, choose, say, over }: WorldProps) {
   const there = standing(run, tick);
   const truths = there.filter((o) => types.find((type) => type.name === o.type)?.truth);
+  const off = over && OVER;
   const chosen = (does: Tool["does"], name?: string): boolean =>
     tool.does === does && (tool.does !== "close" || tool.type === name) && (tool.does !== "send" || tool.robot === name);
   return (
     <section class="panel world" aria-labelledby="world-title">
       <h2 id="world-title">Change the world</h2>
-      <p class="quiet">{over ? "The run has ended: restart it to change its world." : hintOf(tool, run)}</p>
       <div class="tools-of-world" role="group" aria-label="What a click on the map does">
         <button type="button" aria-pressed={tool.does === "look"} onClick={() => choose({ does: "look" })}>
           Look
@@ -54,28 +57,33 @@ export function World({ run, tick, types, out, tool, choose, say, over }: WorldP
             <button
               type="button"
               key={`${type.name}${truth}`}
-              disabled={over}
-              title={`Close a free region with ${type.name}; '${type.action}' resolves it`}
               aria-pressed={chosen("close", type.name) && (tool as { truth: boolean }).truth === truth}
-              onClick={() => choose({ does: "close", type: type.name, truth })}
+              {...unless(
+                off,
+                () => choose({ does: "close", type: type.name, truth }),
+                `Close a free region with ${type.name}; '${type.action}' resolves it`,
+              )}
             >
               {type.truth ? `${type.name}, ${truth ? "passable" : "impassable"}` : `Close: ${type.name}`}
             </button>
           )),
         )}
-        <button type="button" disabled={over} aria-pressed={tool.does === "open"} onClick={() => choose({ does: "open" })}>
-          Take away
+        <button type="button" aria-pressed={tool.does === "open"} {...unless(off, () => choose({ does: "open" }))}>
+          Remove
         </button>
       </div>
       {truths.map((o) => (
         <p class="truth" key={o.name}>
           <b>{o.label}</b> turns out{" "}
-          <button type="button" disabled={over} onClick={() => say("change", { kind: "truth", obstacle: o.name, traversable: true })}>
-            passable
-          </button>
-          <button type="button" disabled={over} onClick={() => say("change", { kind: "truth", obstacle: o.name, traversable: false })}>
-            impassable
-          </button>
+          {[true, false].map((traversable) => (
+            <button
+              type="button"
+              key={String(traversable)}
+              {...unless(off, () => say("change", { kind: "truth", obstacle: o.name, traversable }))}
+            >
+              {traversable ? "passable" : "impassable"}
+            </button>
+          ))}
         </p>
       ))}
       <ul class="crew">
@@ -84,59 +92,73 @@ export function World({ run, tick, types, out, tool, choose, say, over }: WorldP
             <b style={{ "--colour": robot.look.colour }}>{robot.name}</b>
             <button
               type="button"
-              disabled={over}
               aria-pressed={chosen("send", robot.name)}
-              onClick={() => choose({ does: "send", robot: robot.name, regions: [] })}
+              {...unless(off, () => choose({ does: "send", robot: robot.name, regions: [] }))}
             >
-              Send
+              Assign
             </button>
             <button
               type="button"
-              disabled={over}
-              onClick={() => say("change", { kind: "service", robot: robot.name, active: out.has(robot.name) })}
+              class="service"
+              {...unless(off, () => say("change", { kind: "service", robot: robot.name, active: out.has(robot.name) }))}
             >
               {out.has(robot.name) ? "Back in service" : "Out of service"}
             </button>
           </li>
         ))}
       </ul>
-      {tool.does === "send" && <Sending run={run} tool={tool} choose={choose} say={say} />}
     </section>
+  );
+}
+
+/** One line above the map: what a click does; the regions of an objective, and its kind. */
+export function ToolLine({ run, tool, choose, say, over }: Pick<WorldProps, "run" | "tool" | "choose" | "say" | "over">) {
+  return (
+    <div class="tool-line" aria-live="polite">
+      {tool.does === "send" && !over ? (
+        <Sending run={run} tool={tool} choose={choose} say={say} />
+      ) : (
+        <p class="quiet">{over ? `${OVER}.` : hintOf(tool)}</p>
+      )}
+      {tool.does !== "look" && !over && (
+        <button type="button" title="Back to looking (Esc)" onClick={() => choose({ does: "look" })}>
+          Done
+        </button>
+      )}
+    </div>
   );
 }
 
 /** The regions clicked so far, and what to make of them. */
 function Sending({ run, tool, choose, say }: Pick<WorldProps, "run" | "choose" | "say"> & { tool: Tool & { does: "send" } }) {
   const { robot, regions } = tool;
+  const several = regions.length < 2 && "click two regions or more";
   const send = (objective: object): void => {
     say("change", { kind: "objective", robot, objective });
     choose({ does: "look" });
   };
   return (
-    <div class="sending">
+    <>
       <p>
-        {robot}: {regions.length === 0 ? "click regions on the map" : regions.map((r) => label(run, r)).join(", then ")}
+        <b>{robot}</b>: {regions.length === 0 ? "click its targets on the map" : regions.map((r) => label(run, r)).join(", ")}
       </p>
-      <div class="group">
-        <button type="button" disabled={regions.length !== 1} onClick={() => send({ hold: regions[0] })}>
-          Go there and stay
-        </button>
-        <button type="button" disabled={regions.length < 2} onClick={() => send({ visit: regions })}>
-          Visit in order
-        </button>
-        <button type="button" disabled={regions.length < 2} onClick={() => send({ cover: regions })}>
-          Cover
-        </button>
-      </div>
-    </div>
+      <button type="button" {...unless(regions.length !== 1 && "click exactly one region to hold", () => send({ hold: regions[0] }))}>
+        Hold
+      </button>
+      <button type="button" {...unless(several, () => send({ visit: regions }), "all of them, in this order")}>
+        Visit
+      </button>
+      <button type="button" {...unless(several, () => send({ cover: regions }), "all of them, in any order")}>
+        Cover
+      </button>
+    </>
   );
 }
 
-function hintOf(tool: Tool, run: Run): string {
-  if (tool.does === "close") return `Click a free region: ${tool.type} is there from the next tick on.`;
-  if (tool.does === "open") return "Click an obstacle: it is gone with the next tick.";
-  if (tool.does === "send") return `Click regions of the map: ${tool.robot} gets them as its objective.`;
-  return run.robots.length > 0 ? "Nobody is told: the team finds out as it would in the world." : "";
+function hintOf(tool: Tool): string {
+  if (tool.does === "close") return `Click a free region: ${tool.type} closes it at the next tick.`;
+  if (tool.does === "open") return "Click an obstacle: it disappears at the next tick.";
+  return "The robots discover changes as they would in reality.";
 }
 
 /** The robots that are out of service after a tick. */
@@ -174,17 +196,19 @@ export function useWorldHand(run: Run | null, tool: Tool, choose: (tool: Tool) =
     cursor: "crosshair",
     down(x, y) {
       const region = regionAt(x, y);
-      if (region < 0 || isWall(run, region)) return false;
-      if (tool.does === "close") say("change", { kind: "close", type: tool.type, truth: tool.truth, region });
+      if (region < 0) return false;
+      if (isWall(run, region)) notice(`Region ${label(run, region)} is a wall: click a free region.`);
+      else if (tool.does === "close") say("change", { kind: "close", type: tool.type, truth: tool.truth, region });
       else if (tool.does === "open") {
         const found = standing(run, run.last).find((o) => o.region === region);
-        if (!found) return false;
-        say("change", { kind: "open", obstacle: found.name });
+        if (found) say("change", { kind: "open", obstacle: found.name });
+        else notice(`Region ${label(run, region)} has no obstacle: click one to remove it.`);
       } else choose({ ...tool, regions: [...tool.regions, region] });
       return true;
     },
     move: (x, y) => hover(regionAt(x, y)),
     up: () => undefined,
+    leave: () => hover(-1),
     over: (
       <>
         {marks.map((region, i) => square(region, "chosen", `${i}`))}

@@ -1,8 +1,10 @@
-/** Run, pause, step, speed and seed of a run that goes on; its timeline is that of a replay. */
+/** Run, pause, step, speed and seed of a live run; its timeline is that of a replay. */
 
 import { useState } from "preact/hooks";
 import { BackButtons, Button, SpeedButtons, Timeline } from "../panels/controls";
+import { unless } from "../panels/notice";
 import type { Run } from "../run/run";
+import { OVER } from "./changes";
 import type { LivePlayer, Say } from "./player";
 
 interface LiveControlsProps {
@@ -26,16 +28,14 @@ export function LiveControls({ run, player, tick, say }: LiveControlsProps) {
             icon={running ? "pause" : "play"}
             label={running ? "Pause the run" : "Run"}
             primary
-            disabled={ended}
+            off={ended && OVER}
             onClick={() => player.toggle()}
           />
-          <Button icon="on" label="One tick on" disabled={ended && tick >= run.last} onClick={() => player.step(1)} />
+          <Button icon="on" label="One tick on" off={ended && tick >= run.last && OVER} onClick={() => player.step(1)} />
           <button
             type="button"
             class={`now ${player.following ? "following" : ""}`}
-            title="Follow the run"
-            disabled={player.following}
-            onClick={() => player.follow()}
+            {...unless(player.following && "this is the newest tick", () => player.follow(), "Follow the run")}
           >
             <span class="dot" /> Live
           </button>
@@ -72,7 +72,7 @@ function Again({ player, say }: { player: LivePlayer; say: Say }) {
       <button type="button" title="Run from the beginning" onClick={again}>
         Restart
       </button>
-      <button type="button" title="End the run" disabled={player.state.phase === "ended"} onClick={() => say("end")}>
+      <button type="button" {...unless(player.state.phase === "ended" && OVER, () => say("end"), "End the run")}>
         End
       </button>
     </div>

@@ -7,6 +7,7 @@
 
 import { useLayoutEffect, useReducer, useRef } from "preact/hooks";
 import { CELL, listenToPointers, type Camera } from "./camera";
+import { useCursor } from "./cursor";
 import { Floor, isWall } from "./floor";
 import { Knowledge } from "./knowledge";
 import { growth, Robots, Trails } from "./motion";
@@ -30,10 +31,13 @@ interface MapProps {
 export function MapView({ run, player, camera, tick, shown, pointed, hand }: MapProps) {
   const [, redraw] = useReducer((count: number) => count + 1, 0);
   const room = useRef<HTMLDivElement>(null);
-  const readout = useRef<HTMLParagraphElement>(null);
   const shades = viewersOf(run).length > 0;
   const now = useRef({ run, hand });
   now.current = { run, hand };
+  const { cols, rows } = run;
+  const first = run.robots[0]?.path[0] ?? cols + 1;
+  const cursor = useCursor({ room, camera, cols, rows, first, hand }); // hears before the hand does
+  useLayoutEffect(cursor.read, [tick, cursor.read]); // a followed robot moves the map
   useLayoutEffect(() => {
     const element = room.current!;
     const attach = (): void =>
@@ -54,14 +58,6 @@ export function MapView({ run, player, camera, tick, shown, pointed, hand }: Map
       stops.forEach((stop) => stop());
     };
   }, [player, camera, shades, hand !== undefined]);
-  const point = (event: PointerEvent): void => {
-    const frame = room.current!.getBoundingClientRect();
-    const [x, y] = camera.at(event.clientX - frame.left, event.clientY - frame.top);
-    const [col, row] = [Math.floor(x), Math.floor(y)];
-    const inside = row >= 0 && col >= 0 && row < run.rows && col < run.cols;
-    const region = row * run.cols + col;
-    readout.current!.textContent = inside ? describeRegion(run, region, player.tick, shown) : "";
-  };
   return (
     <div class="map-room">
       <div
@@ -70,8 +66,7 @@ export function MapView({ run, player, camera, tick, shown, pointed, hand }: Map
         role="img"
         aria-label={describeMap(run, tick)}
         style={{ "--ratio": run.cols / run.rows, ...(hand && { cursor: hand.cursor }) }}
-        onPointerMove={point}
-        onPointerLeave={() => (readout.current!.textContent = "")}
+        {...cursor.keys}
       >
         <svg class="floor">
           <Floor run={run} numbers={shown.numbers} names={shown.names} scale={camera.scale} />
@@ -89,9 +84,16 @@ export function MapView({ run, player, camera, tick, shown, pointed, hand }: Map
         <svg class="motion">
           <Robots run={run} player={player} camera={camera} />
         </svg>
-        {hand && <svg class="over">{hand.over}</svg>}
+        {hand && (
+          <svg class="over">
+            {hand.over}
+            {cursor.mark}
+          </svg>
+        )}
       </div>
-      <p class="readout" ref={readout} aria-hidden="true" />
+      <p class="readout" aria-live={cursor.mark ? "polite" : "off"}>
+        {cursor.pointed >= 0 && describeRegion(run, cursor.pointed, tick, shown)}
+      </p>
     </div>
   );
 }
@@ -104,7 +106,7 @@ function listenToHand(room: HTMLElement, camera: Camera, hand: () => Hand | unde
     return camera.at(event.clientX - box.left, event.clientY - box.top);
   };
   const down = (event: PointerEvent): void => {
-    if (event.button !== 0 || held !== null || !hand()?.down(...place(event), event)) return;
+    if (event.button !== 0 || held !== null || !hand()?.down(...place(event))) return;
     held = event.pointerId;
     room.setPointerCapture(event.pointerId);
     event.preventDefault();
@@ -120,11 +122,16 @@ function listenToHand(room: HTMLElement, camera: Camera, hand: () => Hand | unde
     hand()?.up(...place(event));
     event.stopImmediatePropagation();
   };
+  const leave = (): void => {
+    if (held === null) hand()?.leave();
+  };
   room.addEventListener("pointerdown", down);
   room.addEventListener("pointermove", move);
   room.addEventListener("pointerup", up);
   room.addEventListener("pointercancel", up);
+  room.addEventListener("pointerleave", leave);
   return () => {
+    room.removeEventListener("pointerleave", leave);
     room.removeEventListener("pointerdown", down);
     room.removeEventListener("pointermove", move);
     room.removeEventListener("pointerup", up);

@@ -23,9 +23,11 @@ export interface StageProps {
 /** Takes what a pointer does on the map; places are in columns and rows, with fractions. */
 export interface Hand {
   /** A press; false leaves it to the map. */
-  down(x: number, y: number, event: PointerEvent): boolean;
+  down(x: number, y: number): boolean;
   move(x: number, y: number): void;
   up(x: number, y: number): void;
+  /** The pointer is no longer over the map. */
+  leave(): void;
   cursor: string;
   over: ComponentChildren;
 }

@@ -6,6 +6,19 @@ import { Button } from "../panels/controls";
 import { savePng, saveSvg } from "./picture";
 import type { Run } from "../run/run";
 
+export function Zoom({ camera }: { camera: Camera }) {
+  const [, redraw] = useReducer((count: number) => count + 1, 0);
+  useLayoutEffect(() => camera.onChange(() => redraw(0)), [camera]);
+  const off = camera.isWhole && "the whole map is shown";
+  return (
+    <>
+      <Button icon="slower" label="Zoom out" off={off} onClick={() => camera.zoom(1 / 1.5)} />
+      <Button icon="faster" label="Zoom in" onClick={() => camera.zoom(1.5)} />
+      <Button icon="fit" label="Whole map" off={off} onClick={() => camera.fit()} />
+    </>
+  );
+}
+
 export function Tools({ run, camera, tick }: { run: Run; camera: Camera; tick: number }) {
   const [, redraw] = useReducer((count: number) => count + 1, 0);
   useLayoutEffect(() => camera.onChange(() => redraw(0)), [camera]);
@@ -13,9 +26,7 @@ export function Tools({ run, camera, tick }: { run: Run; camera: Camera; tick: n
   const name = `${run.source.replace(/\.jsonl$/, "")}-${tick}`;
   return (
     <div class="tools" role="group" aria-label="View of the map">
-      <Button icon="slower" label="Zoom out" disabled={camera.isWhole} onClick={() => camera.zoom(1 / 1.5)} />
-      <Button icon="faster" label="Zoom in" onClick={() => camera.zoom(1.5)} />
-      <Button icon="fit" label="Whole map" disabled={camera.isWhole} onClick={() => camera.fit()} />
+      <Zoom camera={camera} />
       <label>
         <span class="unseen">Follow a robot</span>
         <select

@@ -3,6 +3,7 @@
 import { useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
 import { EventSign, Icon, type ButtonIcon } from "./icons";
 import { Axis, Lanes } from "./lanes";
+import { unless } from "./notice";
 import { SPEEDS, type Player } from "../run/player";
 import type { EventKind, Run, RunEvent } from "../run/run";
 
@@ -57,7 +58,7 @@ export function SpeedButtons({ player }: { player: Player }) {
       <Button
         icon="slower"
         label="Slower"
-        disabled={player.speed === SPEEDS[0]}
+        off={player.speed === SPEEDS[0] && "this is the slowest pace"}
         onClick={() => player.faster(-1)}
       />
       <label>
@@ -74,7 +75,7 @@ export function SpeedButtons({ player }: { player: Player }) {
       <Button
         icon="faster"
         label="Faster"
-        disabled={player.speed === SPEEDS[SPEEDS.length - 1]}
+        off={player.speed === SPEEDS[SPEEDS.length - 1] && "this is the fastest pace"}
         onClick={() => player.faster(1)}
       />
     </div>
@@ -85,20 +86,14 @@ interface ButtonProps {
   icon: ButtonIcon;
   label: string;
   primary?: boolean;
-  disabled?: boolean;
+  /** Why it does nothing now. */
+  off?: string | false;
   onClick(): void;
 }
 
-export function Button({ icon, label, primary, disabled, onClick }: ButtonProps) {
+export function Button({ icon, label, primary, off, onClick }: ButtonProps) {
   return (
-    <button
-      type="button"
-      class={primary ? "primary" : ""}
-      title={label}
-      aria-label={label}
-      disabled={disabled}
-      onClick={onClick}
-    >
+    <button type="button" class={primary ? "primary" : ""} aria-label={label} {...unless(off, onClick, label)}>
       <Icon name={icon} />
     </button>
   );

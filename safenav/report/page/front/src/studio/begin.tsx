@@ -1,119 +1,246 @@
-/** Opening and saving: what to begin with, and what to take away. */
+/** New, Open and Save: scenarios that begin, come and go. */
 
-import { useState } from "preact/hooks";
+import { useEffect, useRef, useState } from "preact/hooks";
 import type { Say } from "../live/player";
+import { notice } from "../panels/notice";
+import { Import, uploaded } from "./import";
 import { linkOf, packedIn } from "./links";
 import { RunDownloads } from "./live";
+import { Dialog, Menu } from "./menus";
 import type { Doc } from "./model";
 
-export function OpenMenu({ templates, say, complain }: { templates: Record<string, string>; say: Say; complain(words: string): void }) {
+/** What is asked for in a dialog. */
+export type Asking =
+  | { what: "open" }
+  | { what: "save" }
+  | { what: "import"; files: File[] }
+  | { what: "replace"; name: string | undefined; message: string };
+
+export type Ask = (asking: Asking | null) => void;
+
+export function NewMenu({ templates, say, ask }: { templates: Record<string, string>; say: Say; ask: Ask }) {
   const [rows, setRows] = useState(7);
   const [cols, setCols] = useState(13);
-  const send = async (files: FileList | null, kind: string): Promise<void> => {
-    const all = [...(files ?? [])];
-    const yaml = all.find((file) => /\.ya?ml$/i.test(file.name));
-    const main = kind === "map" && yaml ? yaml : all[0];
-    if (!main) return;
-    const upload = async (file: File, what: string): Promise<void> => {
-      const address = `upload?name=${encodeURIComponent(file.name)}&kind=${what}&rows=${rows}&cols=${cols}`;
-      const plain = what === "map" && /\.map$/i.test(file.name);
-      const response = await fetch(plain ? address.replace(/&rows.*$/, "") : address, { method: "POST", body: file });
-      if (!response.ok) complain(await response.text());
-    };
-    for (const other of all) if (other !== main) await upload(other, "companion");
-    await upload(main, kind);
-  };
-  const chosen = (input: HTMLInputElement, kind: string): void => {
-    void send(input.files, kind);
-    input.value = ""; // so that the same files can be chosen again, divided in another way
-  };
-  const link = (): void => {
-    const given = prompt("A link, or what stands after its #");
-    const found = given === null ? null : packedIn(given.includes("#") ? given : `#${given}`);
-    if (found !== null) say("open", { kind: "link", packed: found });
-    else if (given) complain("this link holds no scenario");
-  };
   return (
-    <details class="menu left">
-      <summary>New</summary>
-      <div onClick={(event) => (event.target as HTMLElement).tagName === "BUTTON" && (event.currentTarget.parentElement as HTMLDetailsElement).removeAttribute("open")}>
-        <p>
-          <input aria-label="Rows" type="number" min={3} max={512} value={rows} onInput={(e) => setRows(Number(e.currentTarget.value))} /> x{" "}
-          <input aria-label="Columns" type="number" min={3} max={512} value={cols} onInput={(e) => setCols(Number(e.currentTarget.value))} />
-        </p>
-        <button type="button" onClick={() => say("open", { kind: "blank", rows, cols })}>
-          Blank map of that size
+    <Menu title="New">
+      <p>
+        <input aria-label="Rows" type="number" min={3} max={512} value={rows} onInput={(e) => setRows(Number(e.currentTarget.value))} /> x{" "}
+        <input aria-label="Columns" type="number" min={3} max={512} value={cols} onInput={(e) => setCols(Number(e.currentTarget.value))} />
+      </p>
+      <button type="button" onClick={() => say("open", { kind: "blank", rows, cols })}>
+        Blank map of that size
+      </button>
+      {Object.entries(templates).map(([name, about]) => (
+        <button type="button" key={name} title={about} onClick={() => say("open", { kind: "template", name })}>
+          Template: {name}
         </button>
-        {Object.entries(templates).map(([name, about]) => (
-          <button type="button" key={name} title={about} onClick={() => say("open", { kind: "template", name })}>
-            Template: {name}
-          </button>
-        ))}
-        <label>
-          Scenario file …
-          <input type="file" hidden accept=".yaml,.yml" onChange={(e) => chosen(e.currentTarget, "scenario")} />
-        </label>
-        <label title="An image or a ROS map is divided into that many rows and columns; of a ROS map choose both files">
-          Map: image, ROS, MovingAI …
-          <input type="file" hidden multiple accept=".png,.pgm,.map,.yaml,.yml" onChange={(e) => chosen(e.currentTarget, "map")} />
-        </label>
-        <button type="button" onClick={link}>
-          From a link …
-        </button>
-      </div>
-    </details>
+      ))}
+      <Files
+        words="Map: image, ROS, MovingAI …"
+        title="PNG, PGM or .map; for ROS, select the YAML file and its image together"
+        accept=".png,.pgm,.map,.yaml,.yml"
+        chosen={(files) => ask({ what: "import", files })}
+      />
+    </Menu>
   );
 }
 
-export function SaveMenu({ doc, folder, ran, say, tell }: { doc: Doc; folder: boolean; ran: boolean; say: Say; tell(words: string): void }) {
+interface FilesProps {
+  words: string;
+  title?: string;
+  accept: string;
+  chosen(files: File[]): void;
+}
+
+/** A button that asks the reader for files of this computer. */
+function Files({ words, title, accept, chosen }: FilesProps) {
+  const input = useRef<HTMLInputElement>(null);
+  return (
+    <>
+      <button type="button" title={title} onClick={() => input.current!.click()}>
+        {words}
+      </button>
+      <input
+        ref={input}
+        type="file"
+        hidden
+        multiple
+        accept={accept}
+        onChange={(event) => {
+          const files = [...(event.currentTarget.files ?? [])];
+          event.currentTarget.value = ""; // the same files can be chosen again
+          if (files.length > 0) chosen(files);
+        }}
+      />
+    </>
+  );
+}
+
+interface SaveMenuProps {
+  doc: Doc;
+  ran: boolean;
+  say: Say;
+  ask: Ask;
+}
+
+export function SaveMenu({ doc, ran, say, ask }: SaveMenuProps) {
   const share = async (): Promise<void> => {
     const fragment = await linkOf(doc.text);
     history.replaceState(null, "", fragment);
     try {
       await navigator.clipboard.writeText(location.href);
-      tell("The link is copied. Its end, from # on, opens the scenario in any studio.");
+      notice("The link is copied. Its end, from # on, opens the scenario in any studio.");
     } catch {
-      tell("The address now ends with the scenario: copy it from there.");
+      notice("The address now ends with the scenario: copy it from there.");
     }
   };
-  const saveAs = (): void => {
-    const name = prompt("A name in the folder", doc.file ?? "scenario.yaml");
-    if (name) say("save", { name });
+  return (
+    <Menu title="Save" mark={doc.dirty && <span class="dirty" title="Unsaved changes" />}>
+      <button type="button" onClick={() => save(doc, say, ask)}>
+        {doc.file === null ? "Save …" : `Save ${doc.file}`}
+      </button>
+      {doc.file !== null && (
+        <button type="button" onClick={() => ask({ what: "save" })}>
+          Save as …
+        </button>
+      )}
+      <a href="save/scenario" download>
+        Download the scenario
+      </a>
+      <button type="button" onClick={() => void share()}>
+        Copy a link
+      </button>
+      <a href="save/picture" download>
+        Picture (SVG)
+      </a>
+      {ran && (
+        <>
+          <hr />
+          <RunDownloads />
+          <a href="save/played" download>
+            Scenario as run
+          </a>
+          <button type="button" onClick={() => say("keep")}>
+            Edit the scenario as run
+          </button>
+        </>
+      )}
+    </Menu>
+  );
+}
+
+/** Saves to the file of the scenario; one without a file gets a name first. */
+export function save(doc: Doc, say: Say, ask: Ask): void {
+  if (doc.file === null) ask({ what: "save" });
+  else say("save");
+}
+
+interface AskedProps {
+  asking: Asking;
+  doc: Doc;
+  folder: string;
+  files: string[] | null;
+  say: Say;
+  ask: Ask;
+}
+
+export function Asked({ asking, ...props }: AskedProps) {
+  const { say, ask } = props;
+  if (asking.what === "open") return <Open {...props} />;
+  if (asking.what === "save") return <SaveAs {...props} />;
+  if (asking.what === "import") return <Import files={asking.files} close={() => ask(null)} />;
+  return (
+    <Dialog title="Replace the file" close={() => ask(null)}>
+      <p>{asking.message}. Its content would be lost.</p>
+      <form method="dialog" class="group">
+        <button class="primary" onClick={() => say("save", { name: asking.name, replace: true })}>
+          Replace
+        </button>
+        <button>Cancel</button>
+      </form>
+    </Dialog>
+  );
+}
+
+function Open({ folder, files, say, ask }: Omit<AskedProps, "asking">) {
+  useEffect(() => say("files"), []);
+  const [wanted, want] = useState("");
+  const [link, setLink] = useState("");
+  const found = (files ?? []).filter((name) => name.toLowerCase().includes(wanted.toLowerCase()));
+  const open = (data: object): void => {
+    say("open", data);
+    ask(null);
   };
   return (
-    <details class="menu">
-      <summary>Save{doc.dirty && <span class="dirty" title="There are changes that no file holds" />}</summary>
-      <div>
-        <button type="button" disabled={doc.file === null} onClick={() => say("save")}>
-          Save {doc.file ?? "(no file was opened)"}
-        </button>
-        {folder && (
-          <button type="button" onClick={saveAs}>
-            Save as …
-          </button>
-        )}
-        <a href="save/scenario" download>
-          Download the scenario
-        </a>
-        <button type="button" onClick={() => void share()}>
-          Copy a link
-        </button>
-        <a href="save/picture" download>
-          Picture (SVG)
-        </a>
-        {ran && (
-          <>
-            <hr />
-            <RunDownloads />
-            <a href="save/played" download>
-              Scenario as it was played
-            </a>
-            <button type="button" onClick={() => say("keep")}>
-              Edit it as it was played
+    <Dialog title="Open a scenario" close={() => ask(null)}>
+      <p class="quiet">{folder}</p>
+      {files !== null && files.length > 8 && (
+        <input aria-label="Find" placeholder="Find" value={wanted} onInput={(event) => want(event.currentTarget.value)} />
+      )}
+      <ul class="files">
+        {found.map((name) => (
+          <li key={name}>
+            <button type="button" onClick={() => open({ kind: "file", name })}>
+              {name}
             </button>
-          </>
-        )}
+          </li>
+        ))}
+      </ul>
+      {files !== null && found.length === 0 && (
+        <p>
+          No scenario{wanted && " of that name"} in this folder. Another folder: <code>safenav studio FOLDER</code>
+        </p>
+      )}
+      <div class="group">
+        <Files
+          words="From this computer …"
+          accept=".yaml,.yml"
+          chosen={([file]) => {
+            void uploaded(file!, { kind: "scenario" });
+            ask(null);
+          }}
+        />
       </div>
-    </details>
+      <form
+        class="group"
+        onSubmit={(event) => {
+          event.preventDefault();
+          const packed = packedIn(link.includes("#") ? link : `#${link}`);
+          if (packed === null) notice("This link holds no scenario: copy it whole, from # on.");
+          else open({ kind: "link", packed });
+        }}
+      >
+        <input aria-label="Link" placeholder="A link, or its end from # on" value={link} onInput={(event) => setLink(event.currentTarget.value)} />
+        <button>Open the link</button>
+      </form>
+      <form method="dialog">
+        <button>Cancel</button>
+      </form>
+    </Dialog>
+  );
+}
+
+function SaveAs({ doc, folder, say, ask }: Omit<AskedProps, "asking">) {
+  const title = doc.drawing?.settings.name ?? "";
+  const stem = title.toLowerCase().replace(/[^a-z0-9]+/g, "_").replace(/^_+|_+$/g, "");
+  const [name, setName] = useState(doc.file ?? `${stem || "scenario"}.yaml`);
+  return (
+    <Dialog title="Save as" close={() => ask(null)}>
+      <form
+        class="group"
+        onSubmit={(event) => {
+          event.preventDefault();
+          say("save", { name: /\.ya?ml$/.test(name) ? name : `${name}.yaml` });
+          ask(null);
+        }}
+      >
+        <input aria-label="File name" autofocus value={name} onInput={(event) => setName(event.currentTarget.value)} onFocus={(event) => event.currentTarget.select()} />
+        <button class="primary">Save</button>
+      </form>
+      <p class="quiet">In {folder}</p>
+      <form method="dialog">
+        <button>Cancel</button>
+      </form>
+    </Dialog>
   );
 }

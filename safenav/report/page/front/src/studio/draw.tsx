@@ -1,11 +1,14 @@
 /** The drawing board: map and text of a scenario, side by side. */
 
 import type { ComponentChildren } from "preact";
-import { useLayoutEffect, useMemo, useState } from "preact/hooks";
+import { useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
 import { Button } from "../panels/controls";
+import { Help, type Keys } from "../panels/help";
+import { unless } from "../panels/notice";
 import type { Say } from "../live/player";
 import { MapView } from "../map/map";
 import { Camera } from "../map/camera";
+import { Zoom } from "../map/tools";
 import { Player } from "../run/player";
 import { applyTheme, nextTheme, storedTheme } from "../settings";
 import { useDrawingHand } from "./hand";
@@ -14,42 +17,45 @@ import { Problems, Selection, Tools } from "./panels";
 import { Text } from "./text";
 
 interface DrawProps {
-  doc: Doc & { drawing: Drawing };
+  doc: Doc;
   verdicts: Record<string, Verdict>;
   say: Say;
+  save(): void;
   menus: ComponentChildren;
   run(): void;
 }
 
 const SHOWN = { numbers: true, names: true, trails: false, targets: true, hidden: true, sight: false, beliefs: false, viewer: -1 };
 
-export function Draw({ doc, verdicts, say, menus, run }: DrawProps) {
+const KEYS: Keys = [
+  ["V", "select and drag"],
+  ["1 2", "paint walls, or floor"],
+  ["3", "name regions"],
+  ["Esc", "close a menu; put the tool down"],
+  ["Delete", "remove what is selected"],
+  ["Tab", "to the map, and on"],
+  ["↑ ↓ ← →", "on the map: move the cursor; with Shift: drag what is there, or paint"],
+  ["Enter", "on the map: click at the cursor"],
+  ["Ctrl+S", "save"],
+  ["Ctrl+Z", "undo"],
+  ["Ctrl+Y", "redo"],
+  ["?", "this help"],
+];
+
+export function Draw({ doc, verdicts, say, save, menus, run }: DrawProps) {
   const { drawing, problems } = doc;
-  const { rows, cols } = drawing.run;
   const [pen, setPen] = useState<Pen>({ does: "select" });
   const [chosen, choose] = useState<Chosen>(null);
   const [line, go] = useState<{ number: number } | null>(null);
   const [theme, setTheme] = useState(storedTheme);
+  const help = useRef<HTMLDialogElement>(null);
   useLayoutEffect(() => applyTheme(theme), [theme]);
-  const camera = useMemo(() => new Camera(cols, rows), [cols, rows]);
-  const player = useMemo(() => new Player(0), []);
-  const robot = chosen && "robot" in chosen ? chosen.robot : null;
-  const verdict = (robot !== null && verdicts[robot]) || null;
-  const hand = useDrawingHand({
-    drawing,
-    pen,
-    setPen,
-    chosen,
-    choose,
-    say,
-    problems,
-    verdict: verdict?.verdict === "unrealizable" ? verdict : null,
-  });
   useLayoutEffect(() => {
     const pressed = (event: KeyboardEvent): void => {
+      if (document.querySelector("dialog[open]")) return;
       const control = event.ctrlKey || event.metaKey;
       const typing = event.target instanceof HTMLElement && event.target.matches("input, textarea, select");
-      if (control && event.key.toLowerCase() === "s") say("save");
+      if (control && event.key.toLowerCase() === "s") save();
       else if (control && !typing && event.key.toLowerCase() === "z") say(event.shiftKey ? "redo" : "undo");
       else if (control && !typing && event.key.toLowerCase() === "y") say("redo");
       else if (typing || control || event.altKey) return;
@@ -57,6 +63,7 @@ export function Draw({ doc, verdicts, say, menus, run }: DrawProps) {
       else if (event.key === "1") setPen({ does: "wall" });
       else if (event.key === "2") setPen({ does: "floor" });
       else if (event.key === "3") setPen({ does: "name" });
+      else if (event.key === "?") help.current!.showModal();
       else if (event.key === "Delete" || event.key === "Backspace") {
         if (chosen && "robot" in chosen) say("edit", { op: "remove_robot", robot: chosen.robot });
         else if (chosen && "obstacle" in chosen) say("edit", { op: "remove_obstacle", index: chosen.obstacle });
@@ -66,61 +73,123 @@ export function Draw({ doc, verdicts, say, menus, run }: DrawProps) {
     };
     addEventListener("keydown", pressed);
     return () => removeEventListener("keydown", pressed);
-  }, [say, chosen]);
-  const shared = { doc, drawing, pen, setPen, chosen, choose, say };
-  const wrong = problems.length > 0;
+  }, [say, save, chosen]);
+  const robot = chosen && "robot" in chosen ? chosen.robot : null;
+  const verdict = (robot !== null && verdicts[robot]) || null;
+  const shared = { doc, pen, setPen, chosen, choose, say };
+  const first = problems[0];
   return (
     <>
       <header>
         <div>
-          <h1>{drawing.settings.name}</h1>
-          {doc.file && <span class="quiet">{doc.file}</span>}
+          <h1>{drawing?.settings.name ?? doc.file ?? "scenario"}</h1>
+          <span class="quiet">{doc.file ?? "not saved yet"}</span>
         </div>
         <div class="group">
           {menus}
-          <button type="button" aria-label="Undo" title="Undo (Ctrl Z)" disabled={!doc.undoable} onClick={() => say("undo")}>
+          <button type="button" aria-label="Undo" {...unless(!doc.undoable && "nothing to undo yet", () => say("undo"), "Undo (Ctrl Z)")}>
             ↶
           </button>
-          <button type="button" aria-label="Redo" title="Redo (Ctrl Shift Z)" disabled={!doc.redoable} onClick={() => say("redo")}>
+          <button type="button" aria-label="Redo" {...unless(!doc.redoable && "nothing to redo: Undo comes first", () => say("redo"), "Redo (Ctrl Y)")}>
             ↷
           </button>
-          <button type="button" class="primary run" disabled={wrong} title={wrong ? "Mend the scenario first" : "Run it"} onClick={run}>
+          <button
+            type="button"
+            class="primary run"
+            {...unless(first && `Fix the scenario first${first.line ? `, line ${first.line}` : ""}: ${first.found}`, run, "Run it")}
+          >
             ▶ Run
           </button>
           <Button icon={theme} label={`Theme: ${theme}`} onClick={() => setTheme(nextTheme)} />
+          <button type="button" title="Help" aria-label="Help" onClick={() => help.current!.showModal()}>
+            ?
+          </button>
         </div>
       </header>
       <main class="board">
-        <aside class="palette" aria-label="Palette">
-          <Tools {...shared} />
-          <Selection {...shared} verdict={verdict} />
-        </aside>
-        <section class="stage" aria-label="Drawing">
-          <MapView
-            key={`${cols}x${rows}`}
-            run={drawing.run}
-            player={player}
-            camera={camera}
-            tick={0}
-            shown={SHOWN}
-            pointed={null}
-            hand={hand}
-          />
-          <p class="hint quiet">{hintOf(pen, drawing)}</p>
-        </section>
+        {drawing ? (
+          <>
+            <aside class="palette" aria-label="Palette">
+              <Tools {...shared} drawing={drawing} />
+              <Selection {...shared} drawing={drawing} verdict={verdict} />
+            </aside>
+            <Stage {...shared} drawing={drawing} verdict={verdict} />
+          </>
+        ) : (
+          <section class="stage" aria-label="Drawing">
+            <div class="no-map">
+              <h2>This map cannot be drawn yet</h2>
+              {problems.slice(0, 4).map(({ found, hint }) => (
+                <p key={found}>
+                  {found}
+                  {hint && <small class="quiet">{hint}</small>}
+                </p>
+              ))}
+            </div>
+          </section>
+        )}
         <aside class="writing" aria-label="Text">
           <Text text={doc.text} revision={doc.revision} problems={problems} say={say} line={line} />
           <Problems
             problems={problems}
             verdicts={verdicts}
-            drawing={drawing}
+            robots={drawing?.robots ?? []}
             go={(number) => go({ number })}
             choose={choose}
             say={say}
           />
         </aside>
       </main>
+      <Help dialog={help} keys={KEYS}>
+        <p>Drag a robot's handle to turn it, and its targets to move them. The text and the map change together.</p>
+      </Help>
     </>
+  );
+}
+
+interface StageProps {
+  doc: Doc;
+  drawing: Drawing;
+  pen: Pen;
+  setPen(pen: Pen): void;
+  chosen: Chosen;
+  choose(chosen: Chosen): void;
+  say: Say;
+  verdict: Verdict | null;
+}
+
+function Stage({ doc, drawing, pen, setPen, chosen, choose, say, verdict }: StageProps) {
+  const { rows, cols } = drawing.run;
+  const camera = useMemo(() => new Camera(cols, rows), [cols, rows]);
+  const player = useMemo(() => new Player(0), []);
+  const hand = useDrawingHand({
+    drawing,
+    pen,
+    setPen,
+    chosen,
+    choose,
+    say,
+    problems: doc.problems,
+    verdict: verdict?.verdict === "unrealizable" ? verdict : null,
+  });
+  return (
+    <section class="stage" aria-label="Drawing">
+      <MapView key={`${cols}x${rows}`} run={drawing.run} player={player} camera={camera} tick={0} shown={SHOWN} pointed={null} hand={hand} />
+      <div class="tool-line" aria-live="polite">
+        <p class="hint quiet">{hintOf(pen, drawing)}</p>
+        <button
+          type="button"
+          class={pen.does === "select" ? "unused" : ""}
+          title="Back to Select (Esc)"
+          onClick={() => setPen({ does: "select" })}
+        >
+          Done
+        </button>
+        <div class="tools" role="group" aria-label="View of the map">
+          <Zoom camera={camera} />
+        </div>
+      </div>
+    </section>
   );
 }
 
@@ -131,16 +200,20 @@ function hintOf(pen: Pen, drawing: Drawing): string {
     case "floor":
       return "Drag over the map to paint floor.";
     case "name":
-      return "Click a region, then write its name at the left.";
+      return "Click a region, then type its name.";
     case "robot":
-      return `Click where a ${pen.model} starts; click a robot that is there to say where it goes.`;
+      return `Click where a ${pen.model} starts; click a robot to select it.`;
     case "obstacle":
-      return `Click a free region that a ${pen.type} closes; no robot knows of it.`;
-    case "objective":
-      return `Click the regions that ${pen.robot} is to reach, in order.`;
+      return `Click a free region: a hidden ${pen.type} closes it.`;
+    case "objective": {
+      const { robot, kind, regions } = pen;
+      if (kind === "hold") return `${robot} holds one region: click it.`;
+      if (kind === "patrol") return `${robot} patrols between two regions: click the ${regions.length === 0 ? "first" : "second"}.`;
+      return `${robot} ${kind === "visit" ? "visits regions in order" : "covers regions in any order"}: click them${regions.length > 0 ? `, ${regions.length} so far` : ""}.`;
+    }
     default:
       return drawing.robots.length === 0
-        ? "Choose a robot at the left, and click where it starts."
-        : "Click a robot to give it an objective; drag robots, obstacles and targets; ▶ runs it.";
+        ? "Choose a robot in the palette and click where it starts."
+        : "Click a robot to give it an objective; drag robots, obstacles and targets.";
   }
 }

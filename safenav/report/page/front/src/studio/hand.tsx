@@ -3,7 +3,10 @@
 import { useRef, useState } from "preact/hooks";
 import { CELL } from "../map/camera";
 import type { Say } from "../live/player";
+import { isWall } from "../map/floor";
 import type { Hand } from "../map/stage";
+import { notice } from "../panels/notice";
+import { label } from "../run/run";
 import type { Chosen, Drawing, Pen, Problem, Verdict } from "./model";
 
 interface HandArgs {
@@ -73,7 +76,14 @@ export function useDrawingHand(args: HandArgs): Hand {
       return true;
     }
     choose(region >= 0 ? { region } : null);
-    return region >= 0;
+    return false; // a drag moves a map that is not shown whole
+  };
+
+  /** Whether something can be put down there; the reader is told why not. */
+  const free = (region: number, what: string): boolean => {
+    const wall = isWall(drawing.run, region);
+    if (wall) notice(`Region ${label(drawing.run, region)} is a wall: ${what} needs floor.`);
+    return !wall;
   };
 
   const down = (x: number, y: number): boolean => {
@@ -88,10 +98,13 @@ export function useDrawingHand(args: HandArgs): Hand {
       if (there) {
         setPen({ does: "select" });
         choose({ robot: there.name });
-      } else edit("add_robot", { model: pen.model, region, ...(pen.turns && { heading: "east" }) });
-    } else if (pen.does === "obstacle") edit("add_obstacle", { type: pen.type, region });
-    else if (pen.does === "name") choose({ region });
-    else {
+      } else if (free(region, "a robot")) {
+        edit("add_robot", { model: pen.model, region, ...(pen.turns && { heading: "east" }) });
+      }
+    } else if (pen.does === "obstacle") {
+      if (free(region, "an obstacle")) edit("add_obstacle", { type: pen.type, region });
+    } else if (pen.does === "name") choose({ region, naming: true });
+    else if (free(region, "a target")) {
       const regions = [...pen.regions, region];
       const most = pen.kind === "hold" ? 1 : pen.kind === "patrol" ? 2 : Infinity;
       const whole = pen.kind !== "patrol" || regions.length >= 2;
@@ -152,6 +165,7 @@ export function useDrawingHand(args: HandArgs): Hand {
     down,
     move,
     up,
+    leave: () => hover(-1),
     over: (
       <>
         {verdict?.confined?.map((region) => square(region, "confined", `c${region}`))}

@@ -1,14 +1,15 @@
-/** A run as it happens: the replay page, with controls of the run and of its world. */
+/** A live run: the replay page, with controls of the run and of its world. */
 
 import type { ComponentChildren } from "preact";
-import { useMemo, useState } from "preact/hooks";
+import { useLayoutEffect, useMemo, useState } from "preact/hooks";
 import { App } from "../app";
-import { outOfService, useWorldHand, World, type ObstacleKind, type Tool } from "../live/changes";
+import { outOfService, ToolLine, useWorldHand, World, type ObstacleKind, type Tool } from "../live/changes";
 import { LiveControls } from "../live/controls";
 import type { LivePlayer } from "../live/player";
 import type { Wire } from "../live/wire";
 import type { Run } from "../run/run";
 import { flatStage } from "../map/stage";
+import type { Keys } from "../panels/help";
 
 interface LiveViewProps {
   run: Run | null;
@@ -19,7 +20,13 @@ interface LiveViewProps {
   saving?: ComponentChildren;
 }
 
-const KEYS: [string, string][] = [["Space", "run or pause; → at the newest tick makes one more"]];
+const KEYS: Keys = [
+  ["Space", "run or pause"],
+  ["← →", "previous or next tick; at the newest, → runs one more"],
+  ["Home End", "first tick, or the newest, and follow the run"],
+  ["Tab", "to the map, where the arrows move and Enter clicks, once a change is chosen"],
+  ["Esc", "put a change down; close a menu"],
+];
 
 export function LiveView({ run, player, wire, types, bar, saving }: LiveViewProps) {
   const [tool, choose] = useState<Tool>({ does: "look" });
@@ -27,6 +34,15 @@ export function LiveView({ run, player, wire, types, bar, saving }: LiveViewProp
   const stage = useMemo(() => flatStage({ cols, rows }), [cols, rows]);
   const over = player.state.phase === "ended";
   const hand = useWorldHand(run, over ? { does: "look" } : tool, choose, wire.say);
+  useLayoutEffect(() => {
+    const pressed = (event: KeyboardEvent): void => {
+      if (event.key !== "Escape" || event.defaultPrevented) return;
+      choose({ does: "look" });
+      (document.activeElement as HTMLElement | null)?.blur(); // Space runs again
+    };
+    addEventListener("keydown", pressed);
+    return () => removeEventListener("keydown", pressed);
+  }, []);
   if (run === null) return <Begin player={player} wire={wire} bar={bar} />;
   const tick = player.tick;
   return (
@@ -43,6 +59,7 @@ export function LiveView({ run, player, wire, types, bar, saving }: LiveViewProp
             {saving || <Saving />}
           </>
         ),
+        above: <ToolLine run={run} tool={tool} choose={choose} say={wire.say} over={over} />,
         beside: (
           <World
             run={run}
@@ -58,6 +75,7 @@ export function LiveView({ run, player, wire, types, bar, saving }: LiveViewProp
         controls: (now) => <LiveControls run={run} player={player} tick={now} say={wire.say} />,
         hand,
         keys: KEYS,
+        about: <p>Click a robot to follow it, an event or a mark on the timeline to see that tick while the run continues.</p>,
       }}
     />
   );
@@ -88,7 +106,7 @@ export function RunDownloads() {
         Replay (HTML page)
       </a>
       <a href="save/3d" target="_blank" rel="noopener">
-        Look at it in 3D
+        Show in 3D
       </a>
       <a href="save/frames" download>
         Pictures of all ticks (for a video)
@@ -118,7 +136,7 @@ function Begin({ player, wire, bar }: Pick<LiveViewProps, "player" | "wire" | "b
     <div class="begin">
       <div class="group">{bar}</div>
       {failure !== null && <pre class="failure">{failure}</pre>}
-      <p>{starting ? "Synthesizing the first controllers …" : "Nothing runs yet."}</p>
+      <p>{starting ? "Synthesizing the first controllers …" : "No run yet."}</p>
       <button type="button" class="primary" disabled={starting} onClick={() => wire.say("restart", { play: true })}>
         {failure !== null ? "Try again" : "Run"}
       </button>

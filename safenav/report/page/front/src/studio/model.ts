@@ -63,6 +63,8 @@ export interface Verdict {
 export interface Doc {
   text: string;
   revision: number;
+  /** Another number for every scenario that is begun or opened. */
+  origin: number;
   undoable: boolean;
   redoable: boolean;
   dirty: boolean;
@@ -82,4 +84,4 @@ export type Pen =
   | { does: "name" }
   | { does: "objective"; robot: string; kind: string; regions: number[] };
 
-export type Chosen = { robot: string } | { obstacle: number } | { region: number } | null;
+export type Chosen = { robot: string } | { obstacle: number } | { region: number; naming?: boolean } | null;

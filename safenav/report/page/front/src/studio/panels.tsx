@@ -1,9 +1,9 @@
-/** The sides of the drawing board: what to draw with, what was chosen, what is wrong. */
+/** The sides of the drawing board: tools, the selection, problems. */
 
-import { useEffect, useState } from "preact/hooks";
+import { useEffect, useRef, useState } from "preact/hooks";
 import type { Say } from "../live/player";
 import { label } from "../run/run";
-import type { Chosen, Doc, Drawing, Pen, Problem, Verdict } from "./model";
+import type { Chosen, Doc, DrawnRobot, Drawing, Pen, Problem, Verdict } from "./model";
 
 interface Drawn {
   doc: Doc;
@@ -22,7 +22,7 @@ export function Tools({ doc, drawing, pen, setPen, say }: Drawn) {
     </button>
   );
   return (
-    <>
+    <div class="tools-of-map">
       <section class="panel" aria-label="Tools">
         <h2>Draw</h2>
         <div class="pens">
@@ -51,13 +51,13 @@ export function Tools({ doc, drawing, pen, setPen, say }: Drawn) {
               pen.does === "obstacle" && pen.type === name,
               name,
               { does: "obstacle", type: name },
-              `nobody knows of it; '${action}' resolves it`,
+              `no robot knows of it; '${action}' resolves it`,
             ),
           )}
         </div>
       </section>
       <Size drawing={drawing} say={say} />
-    </>
+    </div>
   );
 }
 
@@ -90,17 +90,17 @@ function Size({ drawing, say }: { drawing: Drawing; say: Say }) {
           ))}
         </ul>
       ) : (
-        <p class="quiet">It comes from a file, and is not painted on.</p>
+        <p class="quiet">This map comes from a file; edit the file.</p>
       )}
     </section>
   );
 }
 
-const KINDS: [kind: string, words: string][] = [
-  ["patrol", "Patrol: to and fro"],
-  ["visit", "Visit in order"],
-  ["cover", "Cover, any order"],
-  ["hold", "Go there and stay"],
+const KINDS: [kind: string, words: string, meaning: string][] = [
+  ["patrol", "Patrol", "back and forth between two regions"],
+  ["visit", "Visit", "all of its targets, in order"],
+  ["cover", "Cover", "all of its targets, in any order"],
+  ["hold", "Hold", "go to a region and stay there"],
 ];
 
 export function Selection({ doc, drawing, pen, setPen, chosen, choose, say, verdict }: Drawn & { verdict: Verdict | null }) {
@@ -108,10 +108,22 @@ export function Selection({ doc, drawing, pen, setPen, chosen, choose, say, verd
   if (chosen && "robot" in chosen) {
     const robot = drawing.robots.find((r) => r.name === chosen.robot);
     if (!robot) return null;
+    const called = (region: number): string => drawing.run.names[region] ?? String(region);
     const drawingObjective = pen.does === "objective" && pen.robot === robot.name;
     return (
       <section class="panel chosen" aria-label="The chosen robot">
-        <h2>Robot</h2>
+        <h2>
+          Robot
+          <button
+            type="button"
+            onClick={() => {
+              edit("remove_robot", { robot: robot.name });
+              choose(null);
+            }}
+          >
+            Remove
+          </button>
+        </h2>
         <Field
           name="name"
           value={robot.name}
@@ -146,14 +158,15 @@ export function Selection({ doc, drawing, pen, setPen, chosen, choose, say, verd
           </label>
         )}
         <h3>Objective</h3>
-        <p>
-          {robot.kind ?? "none"} {robot.targets.map((target) => target.join(" or ")).join(", ")}
+        <p class="pursued">
+          {robot.kind ?? "none"} {robot.targets.map((target) => target.map(called).join(" or ")).join(", ")}
         </p>
         <div class="pens">
-          {KINDS.map(([kind, words]) => (
+          {KINDS.map(([kind, words, meaning]) => (
             <button
               type="button"
               key={kind}
+              title={meaning}
               aria-pressed={drawingObjective && pen.kind === kind}
               onClick={() => setPen({ does: "objective", robot: robot.name, kind, regions: [] })}
             >
@@ -161,16 +174,6 @@ export function Selection({ doc, drawing, pen, setPen, chosen, choose, say, verd
             </button>
           ))}
         </div>
-        {drawingObjective && (
-          <p class="hint">
-            Click {pen.kind === "hold" ? "the region" : pen.kind === "patrol" ? "two regions" : "regions, one after the other"}.{" "}
-            {pen.regions.length > 0 && (
-              <button type="button" onClick={() => setPen({ does: "select" })}>
-                Done
-              </button>
-            )}
-          </p>
-        )}
         {robot.kind === "patrol" && (
           <label title="The paper's formula: no target is crossed out of turn. Otherwise a weaker form will do.">
             <input
@@ -182,15 +185,6 @@ export function Selection({ doc, drawing, pen, setPen, chosen, choose, say, verd
           </label>
         )}
         {verdict && <Judged verdict={verdict} say={say} />}
-        <button
-          type="button"
-          onClick={() => {
-            edit("remove_robot", { robot: robot.name });
-            choose(null);
-          }}
-        >
-          Remove {robot.name}
-        </button>
       </section>
     );
   }
@@ -210,7 +204,18 @@ export function Selection({ doc, drawing, pen, setPen, chosen, choose, say, verd
     return (
       <section class="panel chosen" aria-label="The chosen obstacle">
         <h2>
-          Hidden {obstacle.type} <span class="quiet">{label(drawing.run, obstacle.region)}</span>
+          <span>
+            Hidden {obstacle.type} <span class="quiet">{label(drawing.run, obstacle.region)}</span>
+          </span>
+          <button
+            type="button"
+            onClick={() => {
+              edit("remove_obstacle", { index: obstacle.index });
+              choose(null);
+            }}
+          >
+            Remove
+          </button>
         </h2>
         <p class="quiet">{kind ? `'${kind.action}' resolves it` : "unknown type"}</p>
         {kind?.truth && (
@@ -226,16 +231,7 @@ export function Selection({ doc, drawing, pen, setPen, chosen, choose, say, verd
           </label>
         )}
         {tick("from", "appears at tick")}
-        {tick("until", "goes at tick")}
-        <button
-          type="button"
-          onClick={() => {
-            edit("remove_obstacle", { index: obstacle.index });
-            choose(null);
-          }}
-        >
-          Remove it
-        </button>
+        {tick("until", "disappears at tick")}
       </section>
     );
   }
@@ -246,17 +242,36 @@ export function Selection({ doc, drawing, pen, setPen, chosen, choose, say, verd
         <h2>
           Region <span class="quiet">{label(drawing.run, chosen.region)}</span>
         </h2>
-        <Field name="name" value={name} onChange={(value) => edit("name_region", { region: chosen.region, name: value })} />
+        <Field
+          key={chosen.region}
+          name="name"
+          value={name}
+          focused={chosen.naming}
+          onChange={(value) => edit("name_region", { region: chosen.region, name: value })}
+        />
       </section>
     );
   }
   return null;
 }
 
-/** A field that tells its value when it is left, or with Enter. */
-function Field({ name, value, number, onChange }: { name: string; value: string; number?: boolean; onChange(value: string): void }) {
+interface FieldProps {
+  name: string;
+  value: string;
+  number?: boolean;
+  /** Whether the reader types here next. */
+  focused?: boolean | undefined;
+  onChange(value: string): void;
+}
+
+/** A field that reports its value when it is left, or with Enter. */
+function Field({ name, value, number, focused, onChange }: FieldProps) {
   const [own, setOwn] = useState(value);
+  const input = useRef<HTMLInputElement>(null);
   useEffect(() => setOwn(value), [value]);
+  useEffect(() => {
+    if (focused) input.current!.select();
+  }, []);
   const tell = (): void => {
     if (own !== value) onChange(own);
   };
@@ -264,6 +279,7 @@ function Field({ name, value, number, onChange }: { name: string; value: string;
     <label>
       {name}
       <input
+        ref={input}
         inputMode={number ? "numeric" : "text"}
         aria-label={name}
         value={own}
@@ -275,13 +291,13 @@ function Field({ name, value, number, onChange }: { name: string; value: string;
   );
 }
 
-/** Why a robot has no strategy, and what would give it one. */
+/** Why a robot has no strategy, and repairs. */
 export function Judged({ verdict, say }: { verdict: Verdict; say: Say }) {
-  if (verdict.verdict === "realizable") return <p class="judged good">It can do that, whatever happens{verdict.allows && ` (${verdict.allows})`}.</p>;
+  if (verdict.verdict === "realizable") return <p class="judged good">Realizable: it can meet this objective{verdict.allows && ` (${verdict.allows})`}.</p>;
   return (
     <div class="judged bad">
       <p>
-        <b>{verdict.verdict === "limit" ? "Not judged: " : "It cannot do that: "}</b>
+        <b>{verdict.verdict === "limit" ? "Not judged: " : "Unrealizable: "}</b>
         {verdict.because}
       </p>
       {(verdict.repairs ?? []).slice(0, 5).map((repair) => (
@@ -302,18 +318,18 @@ function wordsOf(item: string, value: string): string {
 interface ProblemsProps {
   problems: Problem[];
   verdicts: Record<string, Verdict>;
-  drawing: Drawing;
+  robots: DrawnRobot[];
   go(line: number): void;
   choose(chosen: Chosen): void;
   say: Say;
 }
 
-export function Problems({ problems, verdicts, drawing, go, choose, say }: ProblemsProps) {
-  const judged = drawing.robots.map((robot) => verdicts[robot.name]).filter((v): v is Verdict => v !== undefined);
+export function Problems({ problems, verdicts, robots, go, choose, say }: ProblemsProps) {
+  const judged = robots.map((robot) => verdicts[robot.name]).filter((v): v is Verdict => v !== undefined);
   return (
     <section class="panel problems" aria-labelledby="problems-title">
       <h2 id="problems-title">
-        {problems.length === 0 ? "No mistakes" : "To mend"} {problems.length > 0 && <span class="count">{problems.length}</span>}
+        {problems.length === 0 ? "No problems" : "Problems"} {problems.length > 0 && <span class="count">{problems.length}</span>}
       </h2>
       <ul>
         {problems.map((problem) => (
@@ -331,7 +347,7 @@ export function Problems({ problems, verdicts, drawing, go, choose, say }: Probl
           <li class={`verdict ${verdict.verdict}`} data-robot={verdict.robot} data-verdict={verdict.verdict}>
             <button type="button" class="event" onClick={() => choose({ robot: verdict.robot })}>
               <b>{verdict.robot}</b>
-              <span>{verdict.verdict === "realizable" ? "can do its objective" : verdict.because}</span>
+              <span>{verdict.verdict === "realizable" ? "realizable" : verdict.because}</span>
             </button>
             {verdict.verdict === "unrealizable" &&
               (verdict.repairs ?? []).slice(0, 3).map((repair) => (

@@ -1,22 +1,24 @@
-/** Everything that the page shows, as the studio tells it; the page holds nothing of its own. */
+/** The whole page, as the server reports it; the page holds nothing of its own. */
 
 import { useEffect, useMemo, useReducer, useRef, useState } from "preact/hooks";
 import { merged, type News } from "../live/merge";
 import { LivePlayer, type RunState } from "../live/player";
 import { Wire, type Message } from "../live/wire";
 import type { Run } from "../run/run";
-import { OpenMenu, SaveMenu } from "./begin";
+import { Asked, NewMenu, save, SaveMenu, type Asking } from "./begin";
 import { Draw } from "./draw";
 import { packedIn } from "./links";
 import { LiveView } from "./live";
-import type { Doc, Drawing, Verdict } from "./model";
+import { useClosingMenus } from "./menus";
+import type { Doc, Verdict } from "./model";
 import type { ObstacleKind } from "../live/changes";
+import { onNotice } from "../panels/notice";
 
 interface Hello {
   editor: boolean;
   types: ObstacleKind[];
   templates: Record<string, string>;
-  folder: boolean;
+  folder: string;
 }
 
 export function Studio() {
@@ -28,6 +30,8 @@ export function Studio() {
   const [doc, setDoc] = useState<Doc | null>(null);
   const [verdicts, setVerdicts] = useState<Record<string, Verdict>>({});
   const [running, watch] = useState(false);
+  const [files, setFiles] = useState<string[] | null>(null);
+  const [asking, ask] = useState<Asking | null>(null);
   const current = useRef<Run | null>(null);
   const wire = useMemo(() => new Wire((message) => hear.current(message), setConnected), []);
   const player = useMemo(() => new LivePlayer(0, wire.say), [wire]);
@@ -40,6 +44,10 @@ export function Studio() {
     } else if (message.is === "verdicts") setVerdicts(message.verdicts as Record<string, Verdict>);
     else if (message.is === "saved") refuse(`Saved: ${message.file}`);
     else if (message.is === "refused") refuse(message.message as string);
+    else if (message.is === "files") setFiles(message.names as string[]);
+    else if (message.is === "exists") {
+      ask({ what: "replace", name: (message.name as string | null) ?? undefined, message: message.message as string });
+    }
     else if (message.is === "state") {
       player.stand(message.state as RunState);
       redraw(0);
@@ -63,15 +71,8 @@ export function Studio() {
     history.replaceState(null, "", location.pathname);
     wire.say("open", { kind: "link", packed: linked });
   }, [wire]);
-  useEffect(() => {
-    const close = (event: Event): void => {
-      for (const menu of document.querySelectorAll("details.menu[open]")) {
-        if (!menu.contains(event.target as Node)) menu.removeAttribute("open");
-      }
-    };
-    addEventListener("pointerdown", close);
-    return () => removeEventListener("pointerdown", close);
-  }, []);
+  useClosingMenus();
+  useEffect(() => onNotice(refuse), []);
   useEffect(() => {
     if (refused === null) return;
     const timer = setTimeout(() => refuse(null), 6000);
@@ -81,13 +82,13 @@ export function Studio() {
     <>
       {hello === null || (hello.editor && doc === null) ? (
         <p class="waiting">Connecting to the studio …</p>
-      ) : doc === null || running || doc.drawing === null ? (
+      ) : doc === null || running ? (
         <LiveView
           run={run}
           player={player}
           wire={wire}
           types={hello.types}
-          saving={doc && <SaveMenu doc={doc} folder={hello.folder} ran={run !== null} say={wire.say} tell={refuse} />}
+          saving={doc && <SaveMenu doc={doc} ran={run !== null} say={wire.say} ask={ask} />}
           bar={
             doc && (
               <button type="button" onClick={() => watch(false)}>
@@ -98,9 +99,11 @@ export function Studio() {
         />
       ) : (
         <Draw
-          doc={doc as Doc & { drawing: Drawing }}
+          key={doc.origin}
+          doc={doc}
           verdicts={verdicts}
           say={wire.say}
+          save={() => save(doc, wire.say, ask)}
           menus={
             <>
               {run !== null && (
@@ -108,8 +111,11 @@ export function Studio() {
                   To the run
                 </button>
               )}
-              <OpenMenu templates={hello.templates} say={wire.say} complain={refuse} />
-              <SaveMenu doc={doc} folder={hello.folder} ran={run !== null} say={wire.say} tell={refuse} />
+              <NewMenu templates={hello.templates} say={wire.say} ask={ask} />
+              <button type="button" onClick={() => ask({ what: "open" })}>
+                Open
+              </button>
+              <SaveMenu doc={doc} ran={run !== null} say={wire.say} ask={ask} />
             </>
           }
           run={() => {
@@ -119,7 +125,10 @@ export function Studio() {
           }}
         />
       )}
-      {!connected && <p class="toast lost">The studio is gone. Start it again, or close this page.</p>}
+      {asking !== null && doc !== null && hello !== null && (
+        <Asked key={asking.what} asking={asking} doc={doc} folder={hello.folder} files={files} say={wire.say} ask={ask} />
+      )}
+      {!connected && <p class="toast lost">The studio has ended. Start it again, or close this page.</p>}
       {refused !== null && (
         <p class="toast" role="alert" onClick={() => refuse(null)}>
           {refused}

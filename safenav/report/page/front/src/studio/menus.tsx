@@ -1,0 +1,65 @@
+/** Menus and dialogs of the studio: one that is open closes with Esc, and with what it offers. */
+
+import type { ComponentChildren } from "preact";
+import { useEffect, useLayoutEffect, useRef } from "preact/hooks";
+
+export function Menu({ title, children, mark }: { title: string; children: ComponentChildren; mark?: ComponentChildren }) {
+  const menu = useRef<HTMLDetailsElement>(null);
+  const chosen = (event: Event): void => {
+    if ((event.target as HTMLElement).closest("button, a")) menu.current!.open = false;
+  };
+  return (
+    <details class="menu" ref={menu} data-menu={title}>
+      <summary>
+        {title}
+        {mark}
+      </summary>
+      <div onClick={chosen}>{children}</div>
+    </details>
+  );
+}
+
+/** Open menus close with Esc, which then does nothing else, and with a press elsewhere. */
+export function useClosingMenus(): void {
+  useLayoutEffect(() => {
+    const open = (): HTMLDetailsElement[] => [...document.querySelectorAll<HTMLDetailsElement>("details.menu[open]")];
+    const pressed = (event: Event): void => {
+      for (const menu of open()) if (!menu.contains(event.target as Node)) menu.open = false;
+    };
+    const keyed = (event: KeyboardEvent): void => {
+      const menus = open();
+      if (event.key !== "Escape" || menus.length === 0) return;
+      for (const menu of menus) menu.open = false;
+      menus[0]!.querySelector("summary")!.focus();
+      event.preventDefault();
+      event.stopImmediatePropagation();
+    };
+    addEventListener("pointerdown", pressed, true);
+    addEventListener("keydown", keyed, true);
+    return () => {
+      removeEventListener("pointerdown", pressed, true);
+      removeEventListener("keydown", keyed, true);
+    };
+  }, []);
+}
+
+interface DialogProps {
+  title: string;
+  wide?: boolean;
+  close(): void;
+  children: ComponentChildren;
+}
+
+/** A dialog as long as it is rendered; `close` is called when the reader closes it. */
+export function Dialog({ title, wide, close, children }: DialogProps) {
+  const dialog = useRef<HTMLDialogElement>(null);
+  useEffect(() => dialog.current!.showModal(), []);
+  return (
+    <dialog ref={dialog} class={wide ? "wide" : ""} aria-label={title} onClose={close}>
+      <div>
+        <h2>{title}</h2>
+        {children}
+      </div>
+    </dialog>
+  );
+}

@@ -1,0 +1,83 @@
+"""The drawing board as a user with mouse and keyboard sees it."""
+
+from __future__ import annotations
+
+import urllib.request
+
+from report.browser import Browser, Select
+from safenav.scenario.reading.loader import load_scenario
+from studio.serving import MINUTES, SCENARIOS
+
+SHIPPED = load_scenario(SCENARIOS / "case_study_1.yaml")
+
+
+class Board:
+    """The drawing board as somebody with a mouse sees it."""
+
+    def __init__(self, browser: Browser, address: str, cols: int = SHIPPED.map.cols) -> None:
+        self.browser = browser
+        self.cols = cols
+        self.address = address
+        browser.visit(address, width=1400, height=900)
+
+    def at(self, region: int) -> tuple[int, int]:
+        """The middle of a region, in pixels of the window."""
+        x, y = self.browser.run(
+            """
+            const map = document.querySelector("svg.floor"), box = map.getBoundingClientRect();
+            const view = map.viewBox.baseVal, scale = box.width / view.width;
+            const [region, cols] = arguments;
+            const [col, row] = [region % cols, Math.floor(region / cols)];
+            return [box.left + ((col + 0.5) * 40 - view.x) * scale,
+                    box.top + ((row + 0.5) * 40 - view.y) * scale];
+            """,
+            region,
+            self.cols,
+        )
+        return int(x), int(y)
+
+    def click(self, region: int) -> None:
+        self.drag(region)
+
+    def drag(self, *regions: int) -> None:
+        """Press at the first region, release at the last."""
+        for kind, region in (
+            ("mousePressed", regions[0]),
+            *(("mouseMoved", region) for region in regions[1:]),
+            ("mouseReleased", regions[-1]),
+        ):
+            x, y = self.at(region)
+            event = {"type": kind, "x": x, "y": y, "button": "left", "buttons": 1, "clickCount": 1}
+            self.browser.driver.execute_cdp_cmd("Input.dispatchMouseEvent", event)
+
+    def choose(self, label: str) -> None:
+        """Press a button with this text."""
+        found = [b for b in self.browser.all("button") if b.text.strip() == label]
+        assert found, f"no button {label!r}"
+        found[0].click()
+
+    def fast(self) -> None:
+        """Let the run go on as fast as the page offers."""
+        Select(self.browser.one(".speed select")).select_by_value("64")
+
+    @property
+    def text(self) -> str:
+        return str(self.browser.run("return document.querySelector('.text textarea')?.value"))
+
+    def until(self, words: str) -> None:
+        self.browser.wait(lambda: words in self.text, MINUTES)
+
+    def saved(self, name: str) -> bytes:
+        with urllib.request.urlopen(self.address + "save/" + name, timeout=MINUTES) as response:
+            return bytes(response.read())
+
+    def write(self, text: str) -> None:
+        """Put a text into the editor as if it were pasted."""
+        self.browser.run(
+            """
+            const area = document.querySelector(".text textarea");
+            area.value = arguments[0];
+            area.dispatchEvent(new Event("input", {bubbles: true}));
+            """,
+            text,
+        )

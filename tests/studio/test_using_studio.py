@@ -1,0 +1,422 @@
+"""In a real browser: what a new user tries first, at the desk, with the keyboard, on a phone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from report.browser import Browser, Keys
+from studio.board import Board
+from studio.serving import MINUTES, Served
+
+pytestmark = pytest.mark.slow
+
+HOUSE = """\
+safenav: 1
+name: house
+map:
+  grid: |
+    #########
+    #...#...#
+    #.......#
+    #...#...#
+    #########
+  names: {den: [1, 1], hall: [2, 4]}
+catalogue:
+  robots:
+    tug: {mobility: heading, layer: ground, capabilities: []}
+    humanoid: {mobility: heading, layer: ground, capabilities: [open_door]}
+    drone: {mobility: free, layer: air, capabilities: [look]}
+  obstacles:
+    fire_door: {action: open_door, resolve_at: neighbours, blocks: [ground]}
+    spill: {action: look, resolve_at: neighbours, has_truth: true, blocks: [ground]}
+robots:
+  hugo: {model: humanoid, start: den, heading: east, objective: {patrol: [den, [1, 7]]}}
+  eye: {model: drone, start: [3, 7], objective: {hold: [3, 7]}}
+obstacles:
+  - {type: spill, region: hall, traversable: true}
+until: {rounds: 3}
+"""
+DEN, HALL, WALL = 10, 22, 13
+SIZES = [(1440, 900), (1024, 768), (380, 800)]
+
+
+@pytest.fixture
+def house(browser: Browser, tmp_path: Path) -> Iterator[Board]:
+    (tmp_path / "house.yaml").write_text(HOUSE)
+    with Served("studio", tmp_path / "house.yaml", "--no-browser") as served:
+        yield Board(browser, served.address, cols=9)
+
+
+def rectangles(browser: Browser, selector: str) -> dict[str, list[float]]:
+    """Where each button is, by its words."""
+    found: dict[str, list[float]] = browser.run(
+        """
+        const found = {};
+        for (const button of document.querySelectorAll(arguments[0])) {
+            const box = button.getBoundingClientRect();
+            found[button.textContent + (button.ariaLabel ?? "")] =
+                [box.left, box.top, box.right, box.bottom];
+        }
+        return found;
+        """,
+        selector,
+    )
+    return found
+
+
+def words(browser: Browser, selector: str) -> str:
+    """The text of an element, empty if there is none."""
+    return str(
+        browser.run("return document.querySelector(arguments[0])?.innerText ?? ''", selector)
+    )
+
+
+def toast(browser: Browser) -> str:
+    browser.wait(lambda: browser.all(".toast"), MINUTES)
+    return browser.one(".toast").text
+
+
+def start(board: Board) -> None:
+    """Run the scenario, and hold it at once."""
+    browser = board.browser
+    board.choose("▶ Run")
+    browser.wait(lambda: browser.all('button[aria-label="Pause the run"]'), MINUTES)
+    browser.button("Pause the run").click()
+    browser.wait(lambda: browser.one(".badge").text == "paused", MINUTES)
+
+
+def hover(board: Board, region: int) -> None:
+    x, y = board.at(region)
+    event = {"type": "mouseMoved", "x": x, "y": y}
+    board.browser.driver.execute_cdp_cmd("Input.dispatchMouseEvent", event)
+
+
+def readout(browser: Browser) -> str:
+    return str(browser.run("return document.querySelector('.readout').textContent"))
+
+
+def focused(browser: Browser) -> Any:
+    return browser.driver.switch_to.active_element
+
+
+def test_a_studio_without_a_file_saves_as_and_opens(browser: Browser, tmp_path: Path) -> None:
+    (tmp_path / "wing").mkdir()
+    (tmp_path / "wing" / "house.yaml").write_text(HOUSE)
+    (tmp_path / "compose.yml").write_text("services: {}\n")
+    with Served("studio", "--no-browser", cwd=tmp_path) as served:
+        board = Board(browser, served.address)
+        browser.press(Keys.CONTROL, "s")
+        name = browser.one('dialog input[aria-label="File name"]')
+        assert focused(browser) == name
+        name.send_keys("mine", Keys.ENTER)
+        browser.wait(lambda: (tmp_path / "mine.yaml").exists(), MINUTES)
+        browser.wait(lambda: "mine.yaml" in browser.one("header").text, MINUTES)
+        mine = board.text
+        assert (tmp_path / "mine.yaml").read_text() == mine
+
+        board.choose("Open")
+        browser.wait(lambda: browser.all(".files button"), MINUTES)
+        listed = [button.text for button in browser.all(".files button")]
+        assert listed == ["mine.yaml", "wing/house.yaml"]
+        board.choose("wing/house.yaml")
+        board.until("name: house")
+        assert board.text == HOUSE
+
+        for name_, answer, content in (("mine", "Cancel", mine), ("mine", "Replace", HOUSE)):
+            browser.one('[data-menu="Save"] summary').click()
+            board.choose("Save as …")
+            field = browser.one('dialog input[aria-label="File name"]')
+            field.clear()
+            field.send_keys(name_, Keys.ENTER)
+            browser.wait(lambda: "already exists" in words(browser, "dialog[open]"), MINUTES)
+            board.choose(answer)
+            browser.wait(lambda: not browser.all("dialog[open]"), MINUTES)
+            browser.wait(
+                lambda content=content: (tmp_path / "mine.yaml").read_text() == content,  # type: ignore[misc]
+                MINUTES,
+            )
+        (tmp_path / "mine.yaml").write_text("somebody else wrote this\n")
+        browser.press(Keys.CONTROL, "s")
+        browser.wait(lambda: browser.all("dialog[open]"), MINUTES)
+        assert "has changed since it was opened" in words(browser, "dialog[open]")
+        board.choose("Cancel")
+        assert (tmp_path / "mine.yaml").read_text() == "somebody else wrote this\n"
+        assert browser.errors() == []
+
+
+def test_nothing_is_greyed_out_without_a_reason(house: Board) -> None:
+    browser = house.browser
+    off = "button[aria-disabled], :disabled"
+
+    def reasons() -> list[str]:
+        return [str(b.get_attribute("title")) for b in browser.all(off)]
+
+    assert reasons() and all(len(why) > 10 for why in reasons())
+    house.write(HOUSE.replace("model: drone", "model: dragon"))
+    browser.wait(lambda: browser.one("button.run").get_attribute("aria-disabled"), MINUTES)
+    house.choose("▶ Run")
+    assert "Fix the scenario first, line 21: " in toast(browser)
+    house.write(HOUSE)
+    browser.wait(lambda: not browser.one("button.run").get_attribute("aria-disabled"), MINUTES)
+    start(house)
+    assert all(len(why) > 10 for why in reasons())
+    house.choose("End")
+    browser.wait(lambda: browser.all(".world button[aria-disabled]"), MINUTES)
+    assert all(len(why) > 10 for why in reasons())
+    house.choose("Close: door")
+    assert "Restart" in toast(browser)
+
+
+def test_the_palette_stays_when_a_robot_is_selected(house: Board) -> None:
+    browser = house.browser
+    browser.resize(1440, 900)
+    before = rectangles(browser, ".tools-of-map .pen")
+    assert len(before) == 4 + 5 + 4
+    assert len({box[0] for box in before.values()}) == 2, "two columns"
+    house.click(DEN)
+    browser.wait(lambda: browser.all(".palette .chosen"), MINUTES)
+    assert rectangles(browser, ".tools-of-map .pen") == before
+    objectives = rectangles(browser, ".chosen .pens button")
+    assert list(objectives) == ["Cover", "Hold", "Patrol", "Visit"]
+    top = browser.run("return document.querySelector('.chosen').getBoundingClientRect().top")
+    for box in before.values():
+        assert box[1] >= 0 and box[3] <= top, "no tool is below the selection"
+    assert all(box[3] <= 900 for box in objectives.values())
+
+
+def test_the_label_under_the_pointer_is_never_stale(house: Board) -> None:
+    browser = house.browser
+    hover(house, DEN)
+    browser.wait(lambda: "hugo" in readout(browser), MINUTES)
+    house.write(HOUSE.replace("start: den", "start: [1, 2]"))
+    browser.wait(lambda: "hugo" not in readout(browser).replace("target of hugo", ""), MINUTES)
+    house.write(HOUSE)
+    browser.wait(lambda: "· hugo" in readout(browser), MINUTES)
+    start(house)
+    browser.wait(lambda: browser.tick >= 0, MINUTES)
+    browser.press(Keys.HOME)
+    browser.wait(lambda: browser.tick == 0, MINUTES)
+    hover(house, DEN)
+    browser.wait(lambda: "· hugo" in readout(browser), MINUTES)
+    house.fast()
+    browser.button("Run").click()
+    browser.wait(lambda: "· hugo" not in readout(browser), MINUTES)
+    browser.button("Pause the run").click()
+    house.choose("Close: door")
+    hover(house, DEN)
+    browser.wait(lambda: browser.all(".mark-hover"), MINUTES)
+    event = {"type": "mouseMoved", "x": 4, "y": 4}
+    browser.driver.execute_cdp_cmd("Input.dispatchMouseEvent", event)
+    browser.wait(lambda: not browser.all(".mark-hover") and readout(browser) == "", MINUTES)
+
+
+@pytest.mark.parametrize(("width", "height"), SIZES)
+def test_buttons_stay_where_they_are_when_they_are_pressed(
+    house: Board, width: int, height: int
+) -> None:
+    browser = house.browser
+    browser.resize(width, height)
+    house.click(DEN)
+    browser.wait(lambda: len(browser.all(".chosen .pens button")) == 4, MINUTES)
+    browser.wait(lambda: len(browser.all('[data-verdict="realizable"]')) == 2, MINUTES)
+    _press_all(browser, ".pens button")
+    start(house)
+    _press_all(browser, ".tools-of-world button")
+    _press_all(browser, ".crew button")
+
+
+def _press_all(browser: Browser, selector: str) -> None:
+    browser.run("scrollTo(0, 0)")
+    count = len(browser.all(selector))
+    before = rectangles(browser, f"{selector}, header button")
+    for index in range(count):
+        browser.run(
+            "document.querySelectorAll(arguments[0])[arguments[1]].click()", selector, index
+        )
+        now = rectangles(browser, f"{selector}, header button")
+        moved = {words for words in before if words in now and now[words] != before[words]}
+        assert moved == set(), f"moved by button {index} of {selector}"
+
+
+def test_a_wall_says_why_it_cannot_be_closed(house: Board) -> None:
+    browser = house.browser
+    house.choose("fire_door")
+    house.click(WALL)
+    assert "13 [1, 4] is a wall" in toast(browser)
+    assert house.text == HOUSE
+    start(house)
+    browser.run("document.querySelector('.toast')?.click()")
+    house.choose("Close: door")
+    house.click(WALL)
+    assert "13 [1, 4] is a wall: click a free region" in toast(browser)
+
+
+def test_escape_closes_menus_and_naming_focuses_its_field(house: Board) -> None:
+    browser = house.browser
+    house.choose("Wall")
+    for menu in ("New", "Save"):
+        browser.one(f'[data-menu="{menu}"] summary').click()
+        assert browser.all("details[open]")
+        browser.press(Keys.ESCAPE)
+        assert not browser.all("details[open]")
+        assert focused(browser).text == menu
+    assert browser.one('.pen[aria-pressed="true"]').text == "Wall", "the menu alone was closed"
+    house.choose("Open")
+    browser.wait(lambda: browser.all("dialog[open]"), MINUTES)
+    browser.press(Keys.ESCAPE)
+    browser.wait(lambda: not browser.all("dialog[open]"), MINUTES)
+    house.choose("Name")
+    house.click(16)
+    browser.wait(lambda: focused(browser).get_attribute("aria-label") == "name", MINUTES)
+    browser.press("attic")
+    browser.press(Keys.ENTER)
+    house.until("attic: [1, 7]")
+
+
+def test_the_map_is_drawn_with_the_keyboard_alone(house: Board) -> None:
+    browser = house.browser
+    house.choose("humanoid")
+    browser.run("document.querySelector('.map').focus({focusVisible: true})")
+    browser.press(Keys.ARROW_RIGHT)
+    browser.press(Keys.ARROW_RIGHT)
+    browser.wait(lambda: "region 12 [1, 3]" in readout(browser), MINUTES)
+    browser.press(Keys.ENTER)
+    house.until("humanoid: {model: humanoid, start: [1, 3], heading: east")
+    browser.press("v")
+    browser.press(Keys.SHIFT, Keys.ARROW_DOWN)
+    house.until("humanoid: {model: humanoid, start: [2, 3], heading: east")
+    browser.press("1")
+    browser.press(Keys.ARROW_DOWN)
+    browser.press(Keys.SHIFT, Keys.ARROW_LEFT)
+    house.until("    #.###...#\n    #########\n  names")
+    start(house)
+    house.choose("Close: door")
+    browser.run("document.querySelector('.map').focus({focusVisible: true})")
+    tick = browser.tick
+    for _ in range(6):
+        browser.press(Keys.ARROW_RIGHT)
+    assert browser.tick == tick, "the arrows move the cursor"
+    region = int(readout(browser).split()[1])
+    browser.press(Keys.ENTER)
+    browser.button("One tick on").click()
+    browser.wait(lambda: browser.all(f'[data-obstacle="door@{region}"]'), MINUTES)
+
+
+def test_a_map_file_is_drawn_or_the_page_says_how_to_allow_it(
+    browser: Browser, tmp_path: Path
+) -> None:
+    flat = "P2 4 4 255\n0 0 0 0\n0 255 255 0\n0 255 255 0\n0 0 0 0\n"
+    text = HOUSE[: HOUSE.index("  grid")] + "  {image: IMAGE, rows: 4, cols: 4}\n"
+    text += "robots:\n  eye: {model: quadcopter, start: [1, 1], objective: {hold: [1, 1]}}\n"
+    (tmp_path / "flat").mkdir()
+    (tmp_path / "flat" / "floor.pgm").write_text(flat)
+    (tmp_path / "flat" / "flat.yaml").write_text(text.replace("IMAGE", "floor.pgm"))
+    (tmp_path / "flat" / "out.yaml").write_text(text.replace("IMAGE", "../../floor.pgm"))
+    with Served("studio", tmp_path / "flat", "--no-browser") as served:
+        board = Board(browser, served.address, cols=4)
+        for name, words in (
+            ("flat.yaml", None),
+            ("out.yaml", ("floor.pgm", "outside the folder", "--folder")),
+        ):
+            board.choose("Open")
+            browser.wait(lambda: browser.all(".files button"), MINUTES)
+            board.choose(name)
+            browser.wait(lambda name=name: name in browser.one("header").text, MINUTES)  # type: ignore[misc]
+            if words is None:
+                browser.wait(lambda: "Map of 4 by 4" in _map(browser), MINUTES)
+            else:
+                browser.wait(lambda: browser.all(".no-map"), MINUTES)
+                assert all(word in browser.one(".no-map").text for word in words)
+                assert not browser.all("svg.floor"), "the map before is not that of this one"
+        sent = tmp_path / "sent.yaml"
+        sent.write_text((tmp_path / "flat" / "flat.yaml").read_text())
+    with Served("studio", "--no-browser", cwd=tmp_path / "flat") as served:
+        board = Board(browser, served.address, cols=4)
+        board.choose("Open")
+        browser.wait(lambda: browser.all(".files button"), MINUTES)
+        browser.one('dialog input[type="file"]').send_keys(str(sent))
+        browser.wait(lambda: browser.all(".no-map"), MINUTES)
+        told = browser.one(".no-map").text
+        assert "floor.pgm" in told and "link or upload" in told and "open the scenario" in told
+
+
+def _map(browser: Browser) -> str:
+    return str(browser.run("return document.querySelector('.map')?.ariaLabel ?? ''"))
+
+
+def test_on_a_phone_the_map_comes_first_and_nothing_is_cut(house: Board) -> None:
+    browser = house.browser
+    browser.resize(380, 800)
+
+    def width() -> int:
+        return int(browser.run("return document.documentElement.scrollWidth"))
+
+    def top(selector: str) -> float:
+        script = "return document.querySelector(arguments[0]).getBoundingClientRect().top"
+        return float(browser.run(script, selector))
+
+    assert width() <= 380
+    assert top(".map") < 160, "the header leaves room"
+    assert top(".map") < top(".palette") < top(".writing")
+    house.click(DEN)
+    browser.wait(lambda: browser.all(".chosen .pens button"), MINUTES)
+    for words, box in rectangles(browser, ".chosen .pens button").items():
+        assert box[3] <= 800, words
+        assert box[3] - box[1] >= 40, "a finger hits it"
+    browser.run("document.querySelector('.text').scrollIntoView()")
+    assert top(".map") >= 0, "the map stays in sight"
+    browser.run("scrollTo(0, 0)")
+    for menu in ("New", "Save"):
+        browser.one(f'[data-menu="{menu}"] summary').click()
+        (box,) = rectangles(browser, f'[data-menu="{menu}"] > div').values()
+        assert box[0] >= 0 and box[2] <= 380
+    browser.press(Keys.ESCAPE)
+    start(house)
+    assert width() <= 380
+    assert top(".map") < top(".world") < top(".events")
+
+
+def test_the_help_lists_each_key_once_and_is_true_of_a_live_run(house: Board) -> None:
+    browser = house.browser
+
+    def keys() -> list[str]:
+        browser.button("Help").click()
+        found = [row.text.replace("\n", " ") for row in browser.all("dialog dt")]
+        browser.press(Keys.ESCAPE)
+        return found
+
+    assert len(keys()) == len(set(keys())) >= 10
+    start(house)
+    listed = keys()
+    assert len(listed) == len(set(listed))
+    assert {"Space", "← →", "Home End", "Esc"} <= set(listed)
+    said = browser.run("return document.querySelector('dialog').textContent")
+    assert "cut off" not in said and "address" not in said
+    browser.press(Keys.HOME)
+    browser.wait(lambda: browser.tick == 0, MINUTES)
+    browser.press(Keys.END)
+    last = int(browser.one(".clock").text.split()[-1])
+    browser.wait(lambda: browser.tick == last, MINUTES)
+    browser.press(Keys.ARROW_RIGHT)
+    browser.wait(lambda: browser.tick == last + 1, MINUTES)
+    browser.press(Keys.ARROW_LEFT)
+    browser.wait(lambda: browser.tick == last, MINUTES)
+    house.choose("Close: door")
+    browser.press(Keys.ESCAPE)
+    assert browser.one('.tools-of-world [aria-pressed="true"]').text == "Look"
+    browser.press(" ")
+    browser.wait(lambda: browser.all('button[aria-label="Pause the run"]'), MINUTES)
+    browser.press(" ")
+    browser.wait(lambda: browser.all('button[aria-label="Run"]'), MINUTES)
+    before = browser.one(".speed select").get_attribute("value")
+    browser.press("+")
+    browser.wait(lambda: browser.one(".speed select").get_attribute("value") != before, MINUTES)
+    theme = browser.run("return document.documentElement.dataset.theme")
+    browser.press("t")
+    browser.wait(
+        lambda: browser.run("return document.documentElement.dataset.theme") != theme, MINUTES
+    )
