@@ -158,7 +158,7 @@ def test_help_opens_with_a_key_and_closes_with_escape(
     browser.open(pages["door"])
     assert not browser.all("dialog[open]")
     browser.press("?")
-    assert "one tick back or on" in browser.one("dialog[open]").text
+    assert "previous or next tick" in browser.one("dialog[open]").text
     browser.press(Keys.ARROW_RIGHT)  # the page behind does not move
     browser.press(Keys.ESCAPE)
     assert not browser.all("dialog[open]")
