@@ -1,4 +1,4 @@
-/* sources ef56954dff8c01889ee90375a27b14d01bd369bd35c8f6d3e03c1055c01bc375 */
+/* sources 70f563eda28a9450a4957013ca2880c8067d8292a488dc9f4992829c8398bfee */
 /* Contains Preact:
 The MIT License (MIT)
 
