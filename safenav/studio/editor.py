@@ -60,9 +60,9 @@ class Editor(Studio):
 
     @classmethod
     def of_file(cls, file: Path | None, folder: Path | None) -> Editor:
-        """An editor of a file, or of a blank scenario in a folder. ``folder``: where scenarios are opened and
-        saved, else that of the file, else the current one. Raises UsageError for an unreadable
-        file."""
+        """An editor of a file, or of a blank scenario in a folder. ``folder``: where scenarios are
+        opened and saved, else that of the file, else the current one. Raises UsageError for an
+        unreadable file."""
         if file is not None and file.is_dir():
             file, folder = None, folder or file
         shelf = Shelf((folder or (Path.cwd() if file is None else file.parent)).resolve())

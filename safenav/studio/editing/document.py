@@ -70,9 +70,7 @@ class OpenDocument:
         """Restore the text that was undone last."""
         self._exchange(self._after, self._before)
 
-    def _exchange(
-        self, source: list[tuple[str, Origin]], target: list[tuple[str, Origin]]
-    ) -> None:
+    def _exchange(self, source: list[tuple[str, Origin]], target: list[tuple[str, Origin]]) -> None:
         if source:
             target.append((self.text, self.origin))
             self.text, self.origin = source.pop()
