@@ -187,17 +187,14 @@ class Situation:
 
     def blocked_by(self, obstacle: str) -> set[str]:
         """The robots that must not enter the obstacle's region: those whom its type blocks,
-        save those who have all actions that are left (DESIGN section 5, step 2)."""
+        save those that resolve it by entering, unless it stays for good (DESIGN section 5, step
+        2)."""
         listed = self.obstacles[obstacle].blocks & self.header.robots.keys()
-        rest = self.obstacles[obstacle].all_needs[self.stage[obstacle] :]
-        return {
-            name
-            for name in listed
-            if any(
-                need.action not in self.header.robots[name].capabilities
-                for need in rest or (self.need(obstacle),)
-            )
-        }
+        if self.status[obstacle] in (Status.UNTRAVERSABLE, Status.GIVEN_UP):
+            return set(listed)
+        robots, known = self.header.robots, self.obstacles[obstacle]
+        stage = min(self.stage[obstacle], len(known.all_needs) - 1)
+        return {name for name in listed if not known.resolved_by_entering(robots[name], stage)}
 
     def is_last_need(self, record: Resolved) -> bool:
         """Whether the line says that the whole obstacle is resolved, not only one of its needs."""

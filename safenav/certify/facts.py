@@ -143,6 +143,8 @@ def _event(line: Mapping[str, Any]) -> str:
             return f"{line['robot']} finds {line['obstacle']} in its way and steps back"
         case "request":
             helper = line.get("helper") or "nobody"
+            if helper == line["requester"]:
+                return f"{helper} goes to resolve {line['obstacle']} itself"
             return f"{line['requester']} asks for help with {line['obstacle']}: {helper}"
         case "met":
             who = ", ".join(line.get("robots") or [line["robot"]])

@@ -74,10 +74,12 @@ def _resolvable(
     for kind in types.values():
         obstacle = Obstacle(kind, wall, True if kind.has_truth else None)
         helpers = []
+        if len(kind.needs) > 1 or kind.needs[0].robots > 1:
+            continue  # one helper is not enough
         for other in scenario.robots:
             if kind.action not in other.capabilities:
                 continue
-            closed = {wall} if obstacle.blocks(other) else set()
+            closed = {wall} if obstacle.closed_to(other) else set()
             reach = distances(other.model.mobility, other.start, open_map, closed)
             if any(region in reach for region in obstacle.resolution_regions(open_map)):
                 helpers.append(other.name)

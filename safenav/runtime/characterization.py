@@ -31,10 +31,13 @@ class Characterization:
     knowledge: Knowledge
 
     def check(self, robot: Robot, pose: Pose, target: Region) -> Violation | None:
-        """Whether moving from ``pose`` to ``target`` violates what is observed."""
+        """Whether moving from ``pose`` to ``target`` violates what is known or observed. What is
+        known stays closed until an event opens it, whatever a sensor finds now."""
         if target == pose.region:
             return None
-        obstacle = self.world.sense(robot, target)
-        if obstacle is None or not self.knowledge.blocks(obstacle, robot):
-            return None
+        obstacle = self.knowledge.closing(target, robot)
+        if obstacle is None:
+            obstacle = self.world.sense(robot, target)
+            if obstacle is None or not self.knowledge.closed_to(obstacle, robot):
+                return None
         return Violation(robot, pose.region, target, obstacle)

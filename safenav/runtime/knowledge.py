@@ -41,16 +41,34 @@ class Knowledge:
         self.stuck_at: dict[str, int] = {}
         self._unmet = Works(scenario)
         self._known = Works(scenario)
+        self._finished: dict[str, Work] = {}
         for obstacle in scenario.obstacles:
-            if obstacle.appears is None and len(obstacle.needs) > 1:
+            if obstacle.appears is None and _takes_more(obstacle):
                 self._unmet.open[obstacle.region] = Work(obstacle)
 
-    def blocks(self, obstacle: Obstacle, robot: Robot) -> bool:
-        """Whether a robot must not enter an obstacle's region, as far as it is resolved."""
+    def closed_to(self, obstacle: Obstacle, robot: Robot) -> bool:
+        """Whether a robot must not enter an obstacle's region, as far as it is resolved. One that
+        is in O is closed to every robot that it blocks."""
+        if obstacle.name in self.joined:
+            return obstacle.blocks(robot)
+        return obstacle.closed_to(robot, self.need_of(obstacle))
+
+    def need_of(self, obstacle: Obstacle) -> int:
+        """The number of the need that is next; the last one while the world does not say that
+        the obstacle is resolved."""
         work = self.pending.get(obstacle.name) or self._unmet.open.get(obstacle.region)
-        if work is None or work.finished:
-            return obstacle.blocks(robot, self.stuck_at.get(obstacle.name, 0))
-        return obstacle.blocks(robot, work.need)
+        if work is None or work.obstacle.name != obstacle.name:
+            return 0
+        return min(work.need, len(obstacle.needs) - 1)
+
+    def closing(self, region: Region, robot: Robot) -> Obstacle | None:
+        """The obstacle in a region that is known, and closed to a robot."""
+        known = (obstacle for obstacle, _ in self.joined.values())
+        pending = (work.obstacle for work in self.pending.values())
+        for obstacle in (*pending, *known):
+            if obstacle.region == region and self.closed_to(obstacle, robot):
+                return obstacle
+        return None
 
     def meet(self, obstacle: Obstacle) -> bool:
         """Remember an obstacle that somebody has run into; whether it is new."""
@@ -73,7 +91,7 @@ class Knowledge:
         kept = dict(self._known.open)
         self._known.perform(robot, regions)
         self._known.open = kept  # whether it is resolved, the world says
-        self._unmet.perform(robot, regions)
+        self._finished = {work.obstacle.name: work for work in self._unmet.perform(robot, regions)}
         left = [(work.need, work.done) for work in self.pending.values() if not work.finished]
         met = tuple(
             Met(work.obstacle, need, work.groups[need])
@@ -86,7 +104,7 @@ class Knowledge:
     def appear(self, obstacle: Obstacle) -> None:
         """An obstacle has come; nobody has met it."""
         self.forget(obstacle)
-        if len(obstacle.needs) > 1:
+        if _takes_more(obstacle):
             self._unmet.open[obstacle.region] = Work(obstacle)
 
     def knows(self, obstacle: Obstacle) -> bool:
@@ -104,8 +122,8 @@ class Knowledge:
         return known
 
     def helped(self, obstacle: Obstacle) -> tuple[str, ...]:
-        """Who had a part in resolving a pending obstacle."""
-        work = self.pending.get(obstacle.name)
+        """Who had a part in resolving an obstacle that was just resolved."""
+        work = self.pending.get(obstacle.name) or self._finished.get(obstacle.name)
         return work.helped if work is not None else ()
 
     def join(self, obstacle: Obstacle, reason: str) -> None:
@@ -136,11 +154,16 @@ class Knowledge:
         found = [
             Known(obstacle.region, f"obstacles.{obstacle.name}", reason)
             for obstacle, reason in self.joined.values()
-            if obstacle.blocks(robot, self.stuck_at[obstacle.name])
+            if obstacle.blocks(robot)
         ]
         found += [
             Known(work.obstacle.region, f"obstacles.{name}", "found, and not resolved yet")
             for name, work in self.pending.items()
-            if name in avoid and self.blocks(work.obstacle, robot)
+            if name in avoid and self.closed_to(work.obstacle, robot)
         ]
         return tuple(sorted(found, key=lambda known: known.region))
+
+
+def _takes_more(obstacle: Obstacle) -> bool:
+    """Whether an obstacle may be resolved in part before any robot has met it."""
+    return len(obstacle.needs) > 1 or obstacle.needs[0].robots > 1

@@ -60,13 +60,10 @@ class MovesTold:
         return told
 
     def violation(self, robot: RobotState, violation: Violation) -> None:
-        """What the robot cannot get through, and the capability that it lacks for it."""
+        """What the robot must not enter, and the action of the need that is next."""
         obstacle = violation.obstacle
         self._state.introduce(obstacle)
-        work = self._state.knowledge.pending.get(obstacle.name)
-        left = obstacle.needs[work.need if work is not None else 0 :]
-        lacking = [n.action for n in left if n.action not in robot.robot.capabilities]
-        action = lacking[0] if lacking else obstacle.type.action
+        action = obstacle.needs[self._state.knowledge.need_of(obstacle)].action
         self._state.emit(
             records.Violation(
                 self._state.tick,

@@ -98,7 +98,8 @@ class Need:
 class ObstacleType:
     """A kind of resolvable obstacle: its action c_r, where that works, and whom it blocks.
 
-    ``blocks`` lists layers or robot models; None means every robot without the action.
+    ``blocks`` lists the layers, robot models and robots that it physically stops, whatever they
+    can do; None means every robot.
     ``has_truth``: resolving it may also reveal that the region is not traversable. ``listed``:
     its needs, in order, if it has more than the one of ``action`` at ``resolve_at`` (which are
     those of the first need then).
@@ -140,13 +141,27 @@ class Obstacle:
         """What must be done to resolve it, in this order."""
         return self.type.needs
 
-    def blocks(self, robot: Robot, need: int = 0) -> bool:
-        """Whether this robot must not enter the obstacle's region (paper, eq. for phi_a) while
-        the needs from number ``need`` on are left: not if it has all their actions."""
-        if robot.capabilities.issuperset(left.action for left in self.needs[need:]):
-            return False
+    def blocks(self, robot: Robot) -> bool:
+        """Whether it physically stops this robot, whatever the robot can do."""
         listed = self.type.blocks
-        return listed is None or robot.model.layer in listed or robot.model.name in listed
+        names = (robot.model.layer, robot.model.name, robot.name)
+        return listed is None or any(name in listed for name in names)
+
+    def resolved_by_entering(self, robot: Robot, need: int = 0) -> bool:
+        """Whether this robot alone resolves the obstacle by entering its region while the needs
+        from number ``need`` on are left: only one is, and the region is in its S_r."""
+        last = self.needs[-1]
+        inside = last.at is ResolveAt.SELF or (
+            isinstance(last.at, frozenset) and self.region in last.at
+        )
+        only = need == len(self.needs) - 1 and last.robots == 1
+        return only and inside and last.action in robot.capabilities
+
+    def closed_to(self, robot: Robot, need: int = 0) -> bool:
+        """Whether this robot must not enter the obstacle's region while the needs from number
+        ``need`` on are left. Stricter than the paper's phi_a, which lets any robot with the action
+        pass wherever that works (docs/paper.md)."""
+        return self.blocks(robot) and not self.resolved_by_entering(robot, need)
 
     def resolution_regions(self, world: RegionMap, need: int = 0) -> tuple[Region, ...]:
         """S_r of one need without walls, ascending."""

@@ -37,8 +37,8 @@ from safenav.trace.vocabulary import (
     Verified,
 )
 
-VERSION = 2
-"""The version that is written; version 1 is read as well."""
+VERSION = 3
+"""The version that is written."""
 
 
 @dataclass(frozen=True)
@@ -224,7 +224,7 @@ class Service(Record):
 
 @dataclass(frozen=True)
 class Violation(Record):
-    """The robot would have entered ``proposed``; ``action`` is the capability that it lacks."""
+    """The robot would have entered ``proposed``; ``action`` is that of the obstacle's next need."""
 
     type: ClassVar[str] = "violation"
     robot: str

@@ -46,7 +46,7 @@ def trace_schema() -> Schema:
         lines.append({"if": {"properties": {"type": {"const": name}}}, "then": line})
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
-        "title": f"A line of a safenav trace, version {VERSION} (or an older one)",
+        "title": f"A line of a safenav trace, version {VERSION}",
         "type": "object",
         "required": ["type"],
         "properties": {"type": {"type": "string"}},

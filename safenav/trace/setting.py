@@ -52,7 +52,8 @@ class NeedHeader:
 
 @dataclass(frozen=True)
 class ObstacleHeader:
-    """A hidden obstacle. ``blocks``: names of robots. ``traversable``: the truth of this run.
+    """A hidden obstacle. ``blocks``: the names of the robots that it physically stops, whatever
+    they can do. ``traversable``: the truth of this run.
     ``needs``: all its needs if there are several (``action`` and ``resolution_regions`` are
     those of the first). ``from_`` and ``until``: when it appears and goes by itself."""
 
@@ -72,9 +73,12 @@ class ObstacleHeader:
         """Its needs in order, also where the trace tells only one."""
         return self.needs or (NeedHeader(self.action, self.resolution_regions),)
 
-    def admits(self, robot: RobotHeader, stage: int) -> bool:
-        """Whether a robot has all actions that are left once ``stage`` needs are met."""
-        return all(need.action in robot.capabilities for need in self.all_needs[stage:])
+    def resolved_by_entering(self, robot: RobotHeader, stage: int) -> bool:
+        """Whether a robot alone resolves it by entering its region once ``stage`` needs are met:
+        only one is left, and the region is one of that need's."""
+        last = self.all_needs[-1]
+        only = stage == len(self.all_needs) - 1 and last.robots == 1
+        return only and self.region in last.regions and last.action in robot.capabilities
 
 
 @dataclass(frozen=True)

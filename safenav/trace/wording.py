@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import field
 
 from safenav.dataclass import dataclass
 from safenav.scenario.objective import (
@@ -119,13 +120,16 @@ class Wording:
     """How a run is told. ``word``: what a region is called in the names of obstacles and in
     objectives; ``place``: how it is shown where something happens (default: the same);
     ``robot`` and ``strong`` dress up names of robots and what matters most; ``team``: how many
-    robots there are, where that is known."""
+    robots there are, ``actions``: the action of each need of an obstacle, ``skills``: the
+    capabilities of each robot, where that is known."""
 
     word: Word = number_word
     place: Callable[[Region], str] | None = None
     robot: Callable[[str], str] = str
     strong: Callable[[str], str] = str
     team: int | None = None
+    actions: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    skills: Mapping[str, Collection[str]] = field(default_factory=dict)
 
     def sentence(self, line: records.Record) -> str:
         """A line without its full stop. Raises TypeError for one that tells no event."""
@@ -137,6 +141,8 @@ class Wording:
                 kind = self.strong(with_article(line.obstacle.partition("@")[0]))
                 found = f"finds {kind} at {self._at(line.proposed)} and keeps out"
                 who = f"{self.robot(line.robot)} at {self._at(line.at)}"
+                if line.action in self.skills.get(line.robot, ()):
+                    return f"{who} {found} until '{line.action}' is done"
                 return f"{who} {found}: it cannot {line.action}"
             case records.Request():
                 return self._request(line)
@@ -225,18 +231,22 @@ class Wording:
         return f"{self.robot(line.robot)} holds {self._at(line.region)}"
 
     def _request(self, line: records.Request) -> str:
-        asks = f"{self.robot(line.requester)} asks for help with {self.obstacle(line.obstacle)}"
+        helpers = line.helpers or ((line.helper,) if line.helper else ())
+        about = self.obstacle(line.obstacle)
         if line.need is not None:
-            asks += f" (need {line.need + 1})"
+            about += f" (need {line.need + 1})"
         bids = ", ".join(
             f"{name} cannot get there" if bid is None else f"{name} needs {counted(bid, 'tick')}"
             for name, bid in line.bids.items()
         )
-        helpers = line.helpers or ((line.helper,) if line.helper else ())
+        bids = bids or "nobody has the capability"
+        if helpers == (line.requester,):
+            actions = self.actions.get(line.obstacle, ())
+            act = actions[line.need or 0] if actions else "resolve"
+            return f"{self.robot(line.requester)} goes to {act} it itself: {about}; {bids}"
         help_ = f"{self._all(helpers)} {'helps' if len(helpers) == 1 else 'help'}"
-        return (
-            f"{asks}: {bids or 'nobody has the capability'}; {help_ if helpers else 'nobody helps'}"
-        )
+        asks = f"{self.robot(line.requester)} asks for help with {about}"
+        return f"{asks}: {bids}; {help_ if helpers else 'nobody helps'}"
 
     def _met(self, line: records.Met) -> str:
         who = self._all(line.robots or (line.robot,))

@@ -147,7 +147,7 @@ def test_a_second_header_is_refused() -> None:
 
 def test_another_version_is_refused() -> None:
     lines = GOOD["door"]()
-    lines[0]["trace"] = 3
+    lines[0]["trace"] = 4
     (problem,) = refused(text(lines))
     assert "versions 1" in problem.found
 

@@ -94,7 +94,7 @@ NOT_NEEDED = (
     '["#######", "#..#..#", "#.....#", "#.#...#", "#######"]',
     """
   a: {model: cart, start: 22, objective: {visit: [18, 24, {any: [25, 19]}]}}
-  b: {model: guard, start: 24, heading: south, objective: {hold: 15}}
+  b: {model: guard, start: 24, heading: north, objective: {hold: 15}}
 obstacles: [{type: post, region: 25}]
 until: {rounds: 1}
 """,

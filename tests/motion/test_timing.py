@@ -86,7 +86,8 @@ def overlaps(trace: Trace, plan: Timetable) -> int:
 
 
 def entered_early(trace: Trace, plan: Timetable) -> int:
-    """Reservations of a region whose obstacle blocks the robot and is not resolved yet."""
+    """Reservations of a region whose obstacle blocks the robot and is not resolved yet, but by
+    those that resolve it by entering."""
     done = {line.obstacle: line.t1 for line in plan.lines if isinstance(line, Action)}
     blocked = [
         line
@@ -95,6 +96,9 @@ def entered_early(trace: Trace, plan: Timetable) -> int:
         for obstacle in trace.obstacles.values()
         if obstacle.region == line.region
         and line.robot in obstacle.blocks
+        and not obstacle.resolved_by_entering(
+            trace.header.scenario.robots[line.robot], len(obstacle.all_needs) - 1
+        )
         and line.t < done.get(obstacle.name, float("inf")) - 1e-9
     ]
     return len(blocked)

@@ -158,7 +158,7 @@ def test_a_scenario_as_text_shows_numbers_starts_targets_and_obstacles() -> None
     text = "\n".join(scenario_text(scenario, width=100))
     for mark in ("Q14", "D71", "q54", "q49", "d58", "d28", "?47"):
         assert re.search(rf"{re.escape(mark)}\b", text), mark
-    assert "door@47: hidden at 47 [3, 8], needs push at 47, blocks quad" in text
+    assert "door@47: hidden at 47 [3, 8], needs push at 47, blocks everybody; " in text
 
 
 def test_a_narrow_terminal_gets_a_narrow_map() -> None:

@@ -107,7 +107,7 @@ def test_an_obstacle_that_no_scenario_lists_is_told_of_before_it_is_named(play: 
         "region": DOOR,
         "action": "push",
         "resolution_regions": [DOOR],
-        "blocks": ["drone"],
+        "blocks": ["drone", "walker"],
         "traversable": None,
     }
     first = next(record for record in records if record.get("obstacle") == "door@27")

@@ -93,6 +93,6 @@ def test_the_built_in_catalogue() -> None:
     )
     assert catalogue.obstacles["door"] == ObstacleType("door", "push", ResolveAt.SELF)
     assert catalogue.obstacles["uncertainty"] == ObstacleType(
-        "uncertainty", "sense", ResolveAt.NEIGHBOURS, None, True
+        "uncertainty", "sense", ResolveAt.NEIGHBOURS, frozenset({"ground"}), True
     )
     assert set(catalogue.sources.values()) == {BUILT_IN}

@@ -13,6 +13,7 @@ safenav: 1
 map: {grid: ["#######", "#.....#", "#.....#", "#######"]}
 robots:
   a: {model: digit, start: [1, 1], heading: east, objective: {hold: [1, 1]}}
+  b: {model: digit, start: [1, 3], heading: east, objective: {hold: [1, 3]}}
   q: {model: quadcopter, start: [2, 1], objective: {hold: [2, 1]}}
 catalogue:
   obstacles:
@@ -34,11 +35,34 @@ def test_needs_are_read_in_their_order() -> None:
     )
 
 
-def test_an_obstacle_blocks_those_that_lack_an_action_of_what_is_left() -> None:
-    scenario = load("[{action: sense, at: neighbours}, {action: push}]")
-    vault, digit, quad = scenario.obstacles[0], scenario.robot("a"), scenario.robot("q")
-    assert [vault.blocks(digit, need) for need in (0, 1)] == [True, False]
-    assert [vault.blocks(quad, need) for need in (0, 1)] == [True, True]
+@pytest.mark.parametrize(
+    ("needs", "blocks", "closed"),
+    [
+        ("[{action: push}]", "", ({"q"}, None)),
+        ("[{action: push, at: neighbours}]", "", ({"a", "b", "q"}, None)),
+        ("[{action: push, at: [[1, 1]]}]", "", ({"a", "b", "q"}, None)),
+        ("[{action: push, at: [[1, 4], [1, 1]]}]", "", ({"q"}, None)),
+        ("[{action: push, robots: 2}]", "", ({"a", "b", "q"}, None)),
+        ("[{action: sense, at: neighbours}, {action: push}]", "", ({"a", "b", "q"}, {"q"})),
+        ("[{action: push}, {action: push}]", "", ({"a", "b", "q"}, {"q"})),
+        ("[{action: push}, {action: sense}]", "", ({"a", "b", "q"}, {"a", "b"})),
+        ("[{action: push, at: neighbours}]", "blocks: [ground]", ({"a", "b"}, None)),
+        ("[{action: push, at: neighbours}]", "blocks: [quadcopter]", ({"q"}, None)),
+        ("[{action: push, at: neighbours}]", "blocks: [b, q]", ({"b", "q"}, None)),
+        ("[{action: push, at: neighbours}]", "blocks: []", (set(), None)),
+        ("[{action: push}]", "blocks: [a]", (set(), None)),
+    ],
+)
+def test_robots_keep_out_unless_they_resolve_by_entering(
+    needs: str, blocks: str, closed: tuple[set[str], set[str] | None]
+) -> None:
+    """The robots to which the obstacle is closed while all needs are left, and while the last is:
+    those that it physically stops, unless entering meets the only need that is left."""
+    scenario = load(f"{needs}{', ' + blocks if blocks else ''}")
+    vault = scenario.obstacles[0]
+    for need, names in enumerate(closed):
+        if names is not None:
+            assert {r.name for r in scenario.robots if vault.closed_to(r, need)} == names
 
 
 @pytest.mark.parametrize(

@@ -33,8 +33,7 @@ class Need:
 @dataclass(frozen=True)
 class Gate:
     """An obstacle that is known and unresolved: the needs before ``stage`` are met, and ``done``
-    have had their part in the one at it. ``blocks``: robots that must not enter it as long as
-    they lack an action that is left."""
+    have had their part in the one at it. ``blocks``: robots that it physically stops."""
 
     name: str
     region: int
@@ -44,11 +43,12 @@ class Gate:
     done: frozenset[str] = frozenset()
 
     def closes(self, robot: Robot, stage: int | None = None) -> bool:
-        """Whether the robot may not enter: it is blocked, and lacks an action of those that are
-        left at that stage (default: the present one)."""
-        rest = self.needs[self.stage if stage is None else stage :]
-        able = all(need.action in robot.capabilities for need in rest)
-        return robot.name in self.blocks and not able
+        """Whether the robot may not enter: it is blocked, and does not resolve by entering what
+        is left at that stage (default: the present one)."""
+        last = self.needs[-1]
+        only = (self.stage if stage is None else stage) == len(self.needs) - 1 and last.robots == 1
+        enters = only and self.region in last.regions and last.action in robot.capabilities
+        return robot.name in self.blocks and not enters
 
     def missing(self, stage: int) -> int:
         """How many robots must still have a part in the need of that stage."""

@@ -251,7 +251,7 @@ class BlockedRule(Rule):
         name, turn = record.obstacle, now.turn
         if name in self._blocked:
             yield f"{name} joined the obstacles before"
-        blocked = now.blocked_by(name)
+        blocked = set(now.obstacles[name].blocks & now.header.robots.keys())
         if record.robots != blocked:
             told, truth = _names(record.robots), _names(blocked)
             yield f"{name} is said to block {told}, but it blocks {truth}"

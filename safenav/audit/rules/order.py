@@ -77,13 +77,16 @@ class HeaderRule(Rule):
             return
         if not header.robots:
             yield None, "there is no robot"
-        taken: dict[tuple[str, int], str] = {}
         for name, robot in header.robots.items():
             if not grid.is_free(robot.start):
                 yield name, f"{name} starts at {now.show(robot.start)}, which is not free"
-            other = taken.setdefault((robot.layer, robot.start), name)
-            if other != name:
-                yield name, f"{name} starts where {other} does, at {now.show(robot.start)}"
+            for other, before in header.robots.items():
+                if other == name:
+                    break
+                if before.start == robot.start and (
+                    now.conflict(name, other) or now.conflict(other, name)
+                ):
+                    yield name, f"{name} starts where {other} does, at {now.show(robot.start)}"
             if robot.mobility not in ("free", "heading"):
                 yield name, f"{name} has an unknown mobility, {robot.mobility!r}"
             if robot.mobility == "heading" and robot.heading is None:

@@ -22,9 +22,10 @@ from safenav.trace.vocabulary import OperatorCause, RecordedVerdict, Region
 
 class RequestRule(Rule):
     """Who meets an obstacle asks for help in the same turn, once and for that obstacle, unless
-    it has asked before; the regions are those where its next need can be met. In version 1 a
-    helper that is found gets its task, and if there is none the obstacle joins O, save where
-    requests are cyclic; since version 2 a request stays open (D 5.2, T Time)."""
+    it has asked before, or resolves it where it stands; the regions are those where its next
+    need can be met. In version 1 a helper that is found gets its task, and if there is none the
+    obstacle joins O, save where requests are cyclic; since version 2 a request stays open (D 5.2, T
+    Time)."""
 
     name = "request"
 
@@ -51,7 +52,8 @@ class RequestRule(Rule):
             and violation is not None
             and ((violation.obstacle, violation.robot) in self._open)
         )
-        if violation is not None and not (requests or asked or now.is_cut_short()):
+        at_once = violation is not None and now.is_over(violation.obstacle)
+        if violation is not None and not (requests or asked or at_once or now.is_cut_short()):
             problem = f"{turn.robot} meets {violation.obstacle} and does not ask for help"
             yield self.broken_by(violation, turn.robot, problem)
         for request in () if now.derived else requests:

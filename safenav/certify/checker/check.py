@@ -67,9 +67,11 @@ class Obstacle(NamedTuple):
     barred: frozenset[str] = frozenset()  # robots with no strategy to serve it
 
     def stands(self, name: str) -> bool:
-        """Whether it is in a robot's way: one that could meet all that is left passes."""
-        lacks = any(name not in need.able for need in self.left)
-        return (self.present and name in self.blocks and lacks) or name in (self.sealed or ())
+        """Whether it is in a robot's way, which resolves it by entering or keeps out."""
+        last = self.left[-1] if len(self.left) == 1 else None
+        enters = last and last.robots == 1 and self.region in last.regions and name in last.able
+        open_ = enters or not self.left
+        return (self.present and name in self.blocks and not open_) or name in (self.sealed or ())
 
     def advanced(self) -> Obstacle:
         return self._replace(left=self.left[1:], done=frozenset())
@@ -335,8 +337,7 @@ class Run:
                 truth = record["traversable"]
                 fits = self.external or (not obstacle.left and truth == obstacle.truth)
                 require(obstacle.present and fits, f"{obstacle.name} is not there, or not so")
-                whole = obstacle._replace(left=obstacle.needs)
-                sealed = tuple(filter(whole.stands, self.robots)) if truth is False else None
+                sealed = tuple(sorted(obstacle.blocks)) if truth is False else None
                 self.alter(obstacle, present=False, known=False, left=(), sealed=sealed)
                 for each in self.robots.values():
                     each.goals = each.held()
@@ -344,7 +345,7 @@ class Run:
                 if obstacle.sealed is None:  # else it was found untraversable
                     require(obstacle.name in Team(self).never(), f"{obstacle.name} can be resolved")
                     self.claim("never", f"{obstacle.name} can never be resolved, whatever they do.")
-                self.alter(obstacle, known=True, sealed=tuple(filter(obstacle.stands, self.robots)))
+                self.alter(obstacle, known=True, sealed=tuple(sorted(obstacle.blocks)))
             case "push" | "pop":
                 self.ask(record, obstacle)
             case "told":

@@ -40,8 +40,6 @@ class _Run:
     """When obstacles that stand no more were resolved; 0 for one that never stood, or went."""
     met: dict[str, tuple[int, float | None]] = field(default_factory=dict)
     """How many needs of an obstacle lines have told to be met, and when the last of them was."""
-    tells_needs: bool = False
-    """Whether the trace has such lines."""
 
 
 def conflicts_of(scenario: ScenarioHeader) -> dict[str, frozenset[str]]:
@@ -127,7 +125,6 @@ def check_order(
     and after what a robot's strategy answers; actions are where and when they must be."""
     robots = trace.header.scenario.robots
     run = _Run(robots, {name: robot.start for name, robot in robots.items()})
-    run.tells_needs = any(isinstance(record, Met) for record in trace.records)
     waiting = list(actions)
     conflicts = conflicts_of(trace.header.scenario)
     pending: dict[str, Passage] = {}
@@ -172,6 +169,7 @@ def check_order(
             closed.discard(record.obstacle)
         elif isinstance(record, Gone):
             run.opened[record.obstacle] = 0.0
+            closed.discard(record.obstacle)
         elif isinstance(record, Blocked):
             closed.add(record.obstacle)
         elif isinstance(record, Synthesis) and turn is not None:
@@ -204,20 +202,18 @@ def _entered(
         what = f"moves {early:.3f} s before what its strategy answers has happened"
         wrong("order", what)
     for name, obstacle in obstacles.items():
-        if obstacle.region != step.to or step.robot not in obstacle.blocks or name in closed:
+        if obstacle.region != step.to or step.robot not in obstacle.blocks:
+            continue
+        if name in closed:
+            wrong("obstacle", f"enters region {step.to}, where {name} stays for good")
             continue
         stage, since = run.met.get(name, (0, None))
-        if run.tells_needs:
-            if since is not None and obstacle.admits(run.robots[step.robot], stage):
-                if since - step.begin > NEAR:
-                    early = since - step.begin
-                    what = f"enters region {step.to} {early:.3f} s before {name} lets it in"
-                    wrong("obstacle", what)
-                continue
-        elif len(obstacle.all_needs) > 1 and obstacle.admits(
-            run.robots[step.robot], len(obstacle.all_needs) - 1
-        ):
-            continue  # it may enter once the other needs are met, to meet the last one
+        if obstacle.resolved_by_entering(run.robots[step.robot], stage):
+            early = (since or 0.0) - step.begin
+            if early > NEAR:
+                what = f"enters region {step.to} {early:.3f} s before {name} lets it in"
+                wrong("obstacle", what)
+            continue
         opened = run.opened.get(name)
         if opened is None:
             wrong("obstacle", f"enters region {step.to} with {name} unresolved")

@@ -205,8 +205,8 @@ class _Order:
         return found
 
     def _met(self, record: Met) -> None:
-        """The action that fulfils one of several needs. Robots that have all actions that are
-        left then are let in."""
+        """The action that fulfils one of several needs. Robots that resolve what is left by
+        entering are let in."""
         obstacle = self.obstacles[record.obstacle]
         deed = self._act(record, record.need)
         if record.need == len(obstacle.all_needs) - 1:
@@ -215,7 +215,7 @@ class _Order:
         let_in = frozenset(
             name
             for name in obstacle.blocks & self.robots.keys()
-            if obstacle.admits(self.robots[name], record.need + 1)
+            if obstacle.resolved_by_entering(self.robots[name], record.need + 1)
         )
         self.resolved[obstacle.region].append((let_in, deed))
 

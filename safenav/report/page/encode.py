@@ -94,7 +94,7 @@ def obstacle_data(hidden: Hidden, world: RegionMap) -> dict[str, Any]:
         "label": hidden.label(world),
         "type": hidden.type,
         "region": hidden.region,
-        "action": hidden.action,
+        "action": hidden.actions[0],
         "blocks": hidden.blocks,
         "since": hidden.since,
     }

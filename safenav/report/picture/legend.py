@@ -192,7 +192,9 @@ def _obstacles(scene: Scene, hidden: bool) -> Block:
         if status is ObstacleStatus.HIDDEN and not hidden:
             continue
         lines = lines_of(obstacle.label(scene.map), 13, bold=True)
-        lines += lines_of(f"{status.meaning}; needs: {obstacle.action}", 12, colour=MUTED)
+        lines += lines_of(
+            f"{status.meaning}; needs: {', '.join(obstacle.actions)}", 12, colour=MUTED
+        )
         rows.append(Row(_status(status), lines))
     return Block("Obstacles", tuple(rows))
 

@@ -6,9 +6,9 @@ from safenav.report.labels import labels
 from safenav.report.replay.perception import Shading
 from safenav.report.replay.timeline import Hidden, ObstacleStatus, Placed, Scene
 from safenav.report.terminal.map import MapPicture, Marker, draw
-from safenav.scenario.model import Scenario
+from safenav.scenario.model import Obstacle, Scenario
 from safenav.scenario.objective import Objective, describe, targets_of
-from safenav.trace.wording import obstacle_words, regions_words
+from safenav.trace.wording import listed, obstacle_words, regions_words
 from safenav.world.map import Region, RegionMap
 from safenav.world.sight import members, visible_from
 
@@ -30,7 +30,7 @@ def scene_of(scenario: Scenario) -> Scene:
                 obstacle.name,
                 obstacle.type.name,
                 obstacle.region,
-                obstacle.type.action,
+                tuple(need.action for need in obstacle.needs),
                 obstacle.resolution_regions(scenario.map),
                 tuple(robot.name for robot in scenario.robots if obstacle.blocks(robot)),
             ),
@@ -126,11 +126,31 @@ def _obstacles(scenario: Scenario) -> list[str]:
     lines = []
     for obstacle in scenario.obstacles:
         word = scenario.map.word
-        where = ", ".join(map(word, obstacle.resolution_regions(scenario.map))) or "nowhere"
-        blocked = [robot.name for robot in scenario.robots if obstacle.blocks(robot)]
+        needs = []
+        for number, need in enumerate(obstacle.needs):
+            where = ", ".join(map(word, obstacle.resolution_regions(scenario.map, number)))
+            group = f" by {need.robots} robots" if need.robots > 1 else ""
+            needs.append(f"{need.action}{group} at {where or 'nowhere'}")
         lines.append(
             f"  ?  {obstacle_words(obstacle.name, word)}: hidden at "
-            f"{scenario.map.label(obstacle.region)}, needs {obstacle.type.action} at {where}, "
-            f"blocks {', '.join(blocked) or 'nobody'}"
+            f"{scenario.map.label(obstacle.region)}, needs {', then '.join(needs)}, "
+            f"{_blocked(obstacle, scenario)}"
         )
     return lines
+
+
+def _blocked(obstacle: Obstacle, scenario: Scenario) -> str:
+    """The robots that an obstacle stops, and those that resolve it by entering."""
+    names = [robot.name for robot in scenario.robots]
+    stopped = [robot.name for robot in scenario.robots if obstacle.blocks(robot)]
+    others = [name for name in names if name not in stopped]
+    whom = listed(stopped)
+    if stopped and len(others) < len(stopped):
+        whom = f"everybody but {listed(others)}" if others else "everybody"
+    last = len(obstacle.needs) - 1
+    enter = [r.name for r in scenario.robots if obstacle.resolved_by_entering(r, last)]
+    entering = [name for name in enter if name in stopped]
+    if not entering:
+        return f"blocks {whom}"
+    verb = "resolves" if len(entering) == 1 else "resolve"
+    return f"blocks {whom}; {listed(entering)} {verb} it by entering"

@@ -119,7 +119,15 @@ class ReplayBuilder:
 
     @property
     def wording(self) -> Wording:
-        return Wording(self.map.word, self.map.place, team=len(self.header.robots))
+        actions = {name: found.actions for name, found in self.hidden.items()}
+        skills = {name: robot.capabilities for name, robot in self.header.robots.items()}
+        return Wording(
+            self.map.word,
+            self.map.place,
+            team=len(self.header.robots),
+            actions=actions,
+            skills=skills,
+        )
 
     def tell(self, line: records.Record) -> None:
         """The next line. Raises ContradictionError if it does not fit those before."""
@@ -368,7 +376,7 @@ def _hidden(
         obstacle.name,
         obstacle.type,
         _on_map(world, obstacle.region),
-        obstacle.action,
+        tuple(need.action for need in obstacle.all_needs),
         tuple(_on_map(world, region) for region in obstacle.resolution_regions),
         tuple(robot for robot in header.robots if robot in obstacle.blocks),
         obstacle.from_ or 0,

@@ -132,12 +132,13 @@ class RobotBelief:
 
 @dataclass(frozen=True)
 class Hidden:
-    """A hidden obstacle as the trace describes it; it stands there from tick ``since`` on."""
+    """A hidden obstacle as the trace describes it: the ``actions`` of its needs in order, the
+    regions of the first; it stands there from tick ``since`` on."""
 
     name: str
     type: str
     region: Region
-    action: str
+    actions: tuple[str, ...]
     resolution_regions: tuple[Region, ...]
     blocks: tuple[str, ...]
     since: int = 0
@@ -170,6 +171,8 @@ class StackRow:
         """``quad waits, digit helps``"""
         if self.obstacle is None:
             return f"{self.requester} goes first" if self.requester is not None else ""
+        if self.helper == self.requester:
+            return f"{self.helper} resolves it itself"
         told = [(self.requester, "waits"), (self.helper, "helps")]
         return ", ".join(f"{name} {what}" for name, what in told if name is not None)
 

@@ -94,7 +94,7 @@ def _obstacles(catalogue: Catalogue) -> list[str]:
             name,
             kind.action,
             _where(kind),
-            "all without it" if kind.blocks is None else _listed(sorted(kind.blocks)),
+            "everybody" if kind.blocks is None else _listed(sorted(kind.blocks)),
             "traversable or not" if kind.has_truth else None,
             catalogue.sources[f"obstacles.{name}"],
         )

@@ -37,12 +37,15 @@ class Story:
             r.name: (r.start.region, r.start.heading) for r in scenario.robots
         }
         self._obstacles = {o.name: o.region for o in scenario.obstacles}
+        self._actions = {o.name: [n.action for n in o.needs] for o in scenario.obstacles}
         self._wording = Wording(
             scenario.map.word,
             scenario.map.label,
             self._name,
             lambda word: click.style(word, bold=True),
             len(names),
+            self._actions,
+            {robot.name: robot.capabilities for robot in scenario.robots},
         )
         self._closed: dict[Region, str] = {}
         self._barred: dict[Region, str] = {}
@@ -67,6 +70,7 @@ class Story:
                 self._poses[event.robot] = (event.to, facing)
             case records.Discovered():
                 self._obstacles[event.obstacle.name] = event.obstacle.region
+                self._actions[event.obstacle.name] = [n.action for n in event.obstacle.all_needs]
             case records.Violation():
                 self._closed[event.proposed] = self._wording.obstacle(event.obstacle)
                 self._say(event)

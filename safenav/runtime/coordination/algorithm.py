@@ -44,8 +44,10 @@ class Coordinator:
         self.decide({})
 
     def met(self, violation: Violation) -> None:
-        """A robot keeps out of a hidden obstacle that it cannot resolve: the team knows of it
-        from now on, whatever the robot does where it stands. ``asked`` follows in its turn."""
+        """A robot keeps out of a hidden obstacle: the team knows of it from now on, whatever the
+        robot does where it stands. ``asked`` follows in its turn. An obstacle in O stays there."""
+        if violation.obstacle.name in self.state.knowledge.joined:
+            return
         self.state.knowledge.meet(violation.obstacle)
         self.tell.opened(violation.obstacle, violation.robot.name)
 
@@ -98,8 +100,7 @@ class Coordinator:
         self.telling.install(attempt, errands, reason)
 
     def seal_what_is_never_resolved(self) -> None:
-        """What nobody can ever bring any further joins O. Of what can be brought further, though
-        never away, some robots may have all actions that are left then, and pass."""
+        """What nobody can ever bring any further joins O."""
         floor, closure = closed(self.state, self.requests, self.stop)
         for gate in closure.stuck:
             self.tell.never_resolved(floor, gate, closure)

@@ -70,7 +70,7 @@ class Announcing:
                 obstacle.name,
                 robot.name,
                 state.robots[robot.name].pose.region,
-                request is not None,
+                request is not None and request.told is not None,
                 traversable,
                 robots=helped if len(helped) > 1 else None,
             )
@@ -107,9 +107,7 @@ class Announcing:
         }
         state.knowledge.join(obstacle, because.get(reason, "nobody can ever resolve it"))
         blocked = frozenset(
-            name
-            for name, robot in state.robots.items()
-            if state.knowledge.blocks(obstacle, robot.robot)
+            name for name, robot in state.robots.items() if obstacle.blocks(robot.robot)
         )
         state.emit(records.Blocked(state.tick, obstacle.name, blocked, reason, proof))
 

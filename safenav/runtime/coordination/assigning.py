@@ -139,7 +139,7 @@ class Assigning:
         return frozenset(
             problem.gates[gate].name
             for gate in problem.open(stages)
-            if index in problem.gates[gate].blocks[stages[gate].need]
+            if index in problem.gates[gate].closed_to[stages[gate].need]
         )
 
     def _forbidden(

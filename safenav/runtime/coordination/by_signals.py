@@ -82,7 +82,7 @@ class BySignals:
     def _meets_something(self, robot: RobotState) -> bool:
         """Whether an open obstacle blocks the robot, of which its strategy does not know."""
         knowledge = self.state.knowledge
-        return any(knowledge.blocks(w.obstacle, robot.robot) for w in knowledge.pending.values())
+        return any(knowledge.closed_to(w.obstacle, robot.robot) for w in knowledge.pending.values())
 
     def _next(self, robot: RobotState, goal: Mask) -> Region | None:
         """Where to send a robot that is to come to ``goal``: as far along a shortest way around

@@ -63,14 +63,14 @@ def floor_of(
             )
             for number, need in enumerate(obstacle.needs)
         )
-        blocks = tuple(
-            frozenset(i for i, r in enumerate(robots) if obstacle.blocks(r, number))
+        closed_to = tuple(
+            frozenset(i for i, r in enumerate(robots) if obstacle.closed_to(r, number))
             for number in range(len(needs))
         )
         barred = frozenset(i for i, name in enumerate(names) if (name, obstacle.name) in refused)
-        gates.append(Gate(obstacle.name, obstacle.region, blocks, needs, barred))
+        gates.append(Gate(obstacle.name, obstacle.region, closed_to, needs, barred))
         done = frozenset(names.index(name) for name in work.done)
-        stages.append(Stage(min(work.need, len(needs)), done))
+        stages.append(Stage(state.knowledge.need_of(obstacle), done))
     members = tuple(
         _member(robot, state) if hopeful or entry.active else _out_of_service(entry, state)
         for robot, entry in zip(robots, state.robots.values(), strict=True)

@@ -33,13 +33,13 @@ class GateNeed:
 
 @dataclass(frozen=True)
 class Gate:
-    """An obstacle that is known and not resolved. ``blocks``: the robots that cannot pass, for
-    each need as long as it is the next. ``barred``: robots that cannot serve it although they
-    have the action (nobody has found a strategy for it)."""
+    """An obstacle that is known and not resolved. ``closed_to``: the robots that must not enter
+    it, for each need as long as it is the next. ``barred``: robots that cannot serve it although
+    they have the action (nobody has found a strategy for it)."""
 
     name: str
     region: int
-    blocks: tuple[frozenset[int], ...]
+    closed_to: tuple[frozenset[int], ...]
     needs: tuple[GateNeed, ...]
     barred: frozenset[int] = frozenset()
 
@@ -97,12 +97,12 @@ class Problem:
         return self.gates[gate].needs[stages[gate].need]
 
     def allowed(self, robot: int, stages: Stages) -> Mask:
-        """The poses that a robot may be in while the open obstacles are walls for those whom
-        they block."""
+        """The poses that a robot may be in while the open obstacles are walls for those that
+        must not enter them."""
         closed = tuple(
             gate
             for gate in self.open(stages)
-            if robot in self.gates[gate].blocks[stages[gate].need]
+            if robot in self.gates[gate].closed_to[stages[gate].need]
         )
         return self._floors(robot, closed)
 

@@ -6,6 +6,7 @@ place or from a file. Nothing about a model or a type is written in code.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
@@ -58,19 +59,30 @@ def built_in() -> Catalogue:
 
 
 def extended(
-    base: Catalogue, text: str, regions: RegionReader, findings: Findings, source: str
+    base: Catalogue,
+    text: str,
+    regions: RegionReader,
+    findings: Findings,
+    source: str,
+    team: Collection[str] | None = None,
 ) -> Catalogue:
     """``base`` extended by the text of a catalogue file, whose ``findings`` these are."""
     document = parsed(text, findings)
     if document is None:
         return base.without_rest()
-    return read_catalogue(document.root, base, regions.for_file(findings), findings, source)
+    return read_catalogue(document.root, base, regions.for_file(findings), findings, source, team)
 
 
 def read_catalogue(
-    node: Node, base: Catalogue, regions: RegionReader, findings: Findings, source: str
+    node: Node,
+    base: Catalogue,
+    regions: RegionReader,
+    findings: Findings,
+    source: str,
+    team: Collection[str] | None = None,
 ) -> Catalogue:
-    """``base`` extended by a mapping of ``robots`` and ``obstacles``."""
+    """``base`` extended by a mapping of ``robots`` and ``obstacles``. ``team``: the names of the
+    scenario's robots, which ``blocks`` may list; None without a scenario: any name may be."""
     entries = read.mapping(node, "catalogue", findings, CATALOGUE_KEYS)
     if entries is None:
         return base.without_rest()
@@ -89,7 +101,7 @@ def read_catalogue(
     obstacles = dict(base.obstacles)
     listed = read.mapping(entries.get("obstacles"), "'obstacles' of catalogue", findings)
     for key, item in listed.entries if listed else ():
-        kind = _type(key, item, known, regions, findings)
+        kind = _type(key, item, known, regions, findings, team)
         if kind is None:
             broken.add(key.text)
         else:
@@ -156,7 +168,12 @@ def _timing(node: Node | None, what: str, findings: Findings) -> Timing:
 
 
 def _type(
-    key: Scalar, node: Node, known: Catalogue, regions: RegionReader, findings: Findings
+    key: Scalar,
+    node: Node,
+    known: Catalogue,
+    regions: RegionReader,
+    findings: Findings,
+    team: Collection[str] | None,
 ) -> ObstacleType | None:
     before = len(findings)
     name = _named(key, "an obstacle type", findings)
@@ -176,7 +193,7 @@ def _type(
     else:
         action = read.text(item.get("action"), f"'action' of {what}", findings)
         where = _places(item.get("resolve_at"), f"'resolve_at' of {what}", regions, findings)
-    blocks = _blocks(item.get("blocks"), what, known, findings)
+    blocks = _blocks(item.get("blocks"), what, known, findings, team)
     has_truth = read.boolean(item.get("has_truth"), f"'has_truth' of {what}", findings)
     if len(findings) > before or name is None or action is None:
         return None
@@ -220,15 +237,19 @@ def _places(
 
 
 def _blocks(
-    node: Node | None, what: str, known: Catalogue, findings: Findings
+    node: Node | None,
+    what: str,
+    known: Catalogue,
+    findings: Findings,
+    team: Collection[str] | None,
 ) -> frozenset[str] | None:
     label = f"'blocks' of {what}"
-    words = {*known.layers, *known.robots}
+    words = {*known.layers, *known.robots, *(team or ())}
     for item in node.items if isinstance(node, Sequence) else ():
         word = item.value if isinstance(item, Scalar) else None
-        if not isinstance(word, str) or not word.strip() or known.broken:
+        if not isinstance(word, str) or not word.strip() or known.broken or team is None:
             continue  # not a word at all, or perhaps the layer of a model that is broken
         if word not in words:
-            found = f"{label}: '{clipped(word)}' is no layer and no robot model"
+            found = f"{label}: '{clipped(word)}' is not a layer, a robot model or a robot"
             findings.add(item, found, suggestion(word, words))
     return read.words(node, label, findings)

@@ -167,7 +167,8 @@ class _Loader:
         regions = read_areas(item.get("areas"), regions, self._findings)
         self.world = regions.world
         before = len(self._findings)
-        catalogue = self.catalogue = self._catalogue(item.get("catalogue"), regions)
+        named = _names(item.get("robots"))
+        catalogue = self.catalogue = self._catalogue(item.get("catalogue"), regions, named)
         types_known = len(self._findings) == before
         robots = read_robots(
             item.get("robots"), regions, catalogue, self._findings, self._reachable
@@ -178,7 +179,6 @@ class _Loader:
         )
         obstacles_known = types_known and len(self._findings) == before
         all_known = obstacles_known and regions.world is not None
-        named = _names(item.get("robots"))
         changes = ChangeReader(
             regions, robots, frozenset(named), self._findings, self._reachable
         ).read(item.get("changes"))
@@ -226,17 +226,20 @@ class _Loader:
             found = f"version {version} of the scenario format is unknown"
             self._findings.add(node, found, f"this safenav reads 'safenav: {VERSION}'")
 
-    def _catalogue(self, node: Node | None, regions: RegionReader) -> Catalogue:
+    def _catalogue(
+        self, node: Node | None, regions: RegionReader, team: tuple[str, ...]
+    ) -> Catalogue:
         base = built_in()
         if node is None:
             return base
         if not isinstance(node, Scalar) or not isinstance(node.value, str):
-            return read_catalogue(node, base, regions, self._findings, self._file)
+            return read_catalogue(node, base, regions, self._findings, self._file, team)
         path = Path(self._file).parent / node.value
         text = read_source(path, self._findings, node)
         if text is None:
             return base.without_rest()
-        return extended(base, text, regions, self._findings.beside(str(path)), str(path))
+        beside = self._findings.beside(str(path))
+        return extended(base, text, regions, beside, str(path), team)
 
     def _assigned(
         self, node: Node | None, robots: Sequence[Robot], changes: Sequence[RobotChange]

@@ -44,10 +44,17 @@ def read_obstacles(
         for robot in robots:
             if obstacle.appears is not None:
                 break  # it waits until nobody stands there
-            if robot.start.region == obstacle.region and obstacle.blocks(robot):
+            if robot.start.region == obstacle.region and obstacle.closed_to(robot):
                 message = f"{obstacle.name} is where {robot.name} starts, and blocks it"
-                findings.add(_where(item), message, "move one of them")
+                findings.add(_where(item), message, _apart(obstacle, robot))
     return tuple(found)
+
+
+def _apart(obstacle: Obstacle, robot: Robot) -> str:
+    """What to do about a robot that starts inside an obstacle."""
+    if any(need.action in robot.capabilities for need in obstacle.needs):
+        return f"move one of them: {robot.name} alone does not resolve it from inside"
+    return "move one of them"
 
 
 def _meet(one: Obstacle, other: Obstacle) -> bool:

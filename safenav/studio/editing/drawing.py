@@ -186,10 +186,10 @@ def _still(
     hidden = []
     for obstacle in obstacles:
         kind = catalogue.obstacles.get(obstacle["type"])
-        action = kind.action if kind is not None else "?"
+        actions = ("?",) if kind is None else tuple(need.action for need in kind.needs)
         name = f"{obstacle['type']}@{obstacle['region']}"
         place = obstacle["region"]
-        hidden.append(Hidden(name, obstacle["type"], place, action, (place,), ()))
+        hidden.append(Hidden(name, obstacle["type"], place, actions, (place,), ()))
     objectives = {robot["name"]: _objective(robot["kind"], robot["targets"]) for robot in robots}
     return Replay(
         name=title,

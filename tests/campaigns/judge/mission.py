@@ -26,7 +26,12 @@ BUILT_IN_ROBOTS: dict[str, dict[str, Any]] = {
 }
 BUILT_IN_OBSTACLES: dict[str, dict[str, Any]] = {
     "door": {"action": "push", "resolve_at": "self"},
-    "uncertainty": {"action": "sense", "resolve_at": "neighbours", "has_truth": True},
+    "uncertainty": {
+        "action": "sense",
+        "resolve_at": "neighbours",
+        "has_truth": True,
+        "blocks": ["ground"],
+    },
 }
 
 GOAL = re.compile(r"^region = (\d+)$")
@@ -76,7 +81,7 @@ class Need:
 
 @dataclass(frozen=True)
 class Obstacle:
-    """``blocks``: names of robots of the layers and models that it blocks, capable or not.
+    """``blocks``: names of the robots that it physically stops, capable or not.
     ``since``, ``until``: ticks at which it appears and goes by itself."""
 
     name: str
@@ -125,10 +130,16 @@ class Mission:
         return found
 
     def blocked(self, robot: Robot, obstacle: Obstacle, need: int) -> bool:
-        """Whether the robot may not enter it: the obstacle blocks it, and it lacks an action of
-        those that are still needed."""
-        wanted = {one.action for one in obstacle.needs[need:]}
-        return robot.name in obstacle.blocks and not wanted <= robot.capabilities
+        """Whether the robot may not enter it: the obstacle blocks it, and to enter does not meet
+        the only need that is left."""
+        left = obstacle.needs[need:]
+        enters = (
+            len(left) == 1
+            and left[0].robots == 1
+            and obstacle.region in left[0].at
+            and left[0].action in robot.capabilities
+        )
+        return robot.name in obstacle.blocks and not enters
 
 
 def read_mission(data: Mapping[str, Any]) -> Mission:
@@ -254,7 +265,7 @@ def _obstacle(
     blocks = [
         name
         for name, robot in robots.items()
-        if listed is None or {robot["model"], models[robot["model"]]["layer"]} & set(listed)
+        if listed is None or {name, robot["model"], models[robot["model"]]["layer"]} & set(listed)
     ]
     return Obstacle(
         f"{entry['type']}@{region}",

@@ -1,4 +1,4 @@
-/* sources 70f563eda28a9450a4957013ca2880c8067d8292a488dc9f4992829c8398bfee */
+/* sources a81827f5817232ca523dff5525b6b8b08da7e8cbb08a8bf470683af92effbaa4 */
 /* Contains Preact:
 The MIT License (MIT)
 

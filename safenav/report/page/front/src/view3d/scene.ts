@@ -208,7 +208,9 @@ export class RunScene implements Lens {
     for (const [kind, about, , requester, helpers] of at(this.run.stack, tick)[1]) {
       this.run.robots.forEach((robot, i) => {
         if (kind === "request" && robot.name === requester) words[i] = `waits: ${about}`;
-        if (helpers.includes(robot.name)) words[i] = kind === "request" ? `helps: ${about}` : "gives way";
+        if (!helpers.includes(robot.name)) return;
+        const help = robot.name === requester ? "resolves" : "helps";
+        words[i] = kind === "request" ? `${help}: ${about}` : "gives way";
       });
     }
     for (const [robot, obstacle, action, from, to] of this.motion.actions) {
