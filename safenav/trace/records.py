@@ -249,7 +249,8 @@ class Backtrack(Record):
 class Request(Record):
     """``bids``: robots with the capability, and how far each has to go (None: it cannot get
     there). ``helpers``: all that are asked, where one is not enough. ``need``: which of the
-    obstacle's needs, where it has several."""
+    obstacle's needs, where it has several. ``because``: why nobody helps, in words, where the bids
+    do not say it."""
 
     type: ClassVar[str] = "request"
     obstacle: str
@@ -259,6 +260,7 @@ class Request(Record):
     regions: tuple[Region, ...]
     helpers: tuple[str, ...] | None = None
     need: Count | None = None
+    because: str | None = None
 
 
 @dataclass(frozen=True)
@@ -332,13 +334,14 @@ class Resolved(Record):
 
 @dataclass(frozen=True)
 class Blocked(Record):
-    """An obstacle joined the known ones for ``robots``."""
+    """An obstacle joined the known ones for ``robots``. ``because``: what it lacks, in words."""
 
     type: ClassVar[str] = "blocked"
     obstacle: str
     robots: frozenset[str]
     reason: BlockReason
     proof: Proof | None = None
+    because: str | None = None
 
 
 @dataclass(frozen=True)

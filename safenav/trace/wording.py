@@ -161,7 +161,8 @@ class Wording:
             case records.Blocked():
                 obstacle = self.strong(self.obstacle(line.obstacle))
                 whom = self._all(line.robots)
-                return f"{obstacle} stays blocked for {whom}: {_BLOCKED[line.reason]}"
+                why = line.because or _BLOCKED[line.reason]
+                return f"{obstacle} stays blocked for {whom}: {why}"
             case records.Appeared():
                 return f"{self.strong(self.obstacle(line.obstacle))} appears"
             case records.Gone():
@@ -246,7 +247,9 @@ class Wording:
             return f"{self.robot(line.requester)} goes to {act} it itself: {about}; {bids}"
         help_ = f"{self._all(helpers)} {'helps' if len(helpers) == 1 else 'help'}"
         asks = f"{self.robot(line.requester)} asks for help with {about}"
-        return f"{asks}: {bids}; {help_ if helpers else 'nobody helps'}"
+        if not helpers:
+            help_ = f"nobody helps: {line.because}" if line.because else "nobody helps"
+        return f"{asks}: {bids}; {help_}"
 
     def _met(self, line: records.Met) -> str:
         who = self._all(line.robots or (line.robot,))

@@ -70,7 +70,7 @@ def test_operator_needed(safenav: Command, tmp_path: Path, expect: str, code: in
     done = safenav("run", scenario)
     assert done.returncode == code
     assert "operator needed" in done.stdout
-    assert "no robot has the capability 'push'" in done.stdout
+    assert "needs a robot with 'push', and no robot of this team has it" in done.stdout
 
 
 def test_tick_limit_is_a_resource_limit(safenav: Command) -> None:

@@ -352,7 +352,7 @@ def test_operator_is_needed_where_there_is_no_detour(run: Runner) -> None:
         """
     )
     assert trace.outcome["outcome"] == "operator_needed"
-    assert trace.outcome["cause"] == "never_resolvable"
+    assert trace.outcome["cause"] == "no_capable_robot"
     assert "push" in trace.outcome["explanation"]
 
 
@@ -376,4 +376,4 @@ def test_robots_that_wait_for_each_other_need_an_operator(run: Runner) -> None:
         """
     )
     assert trace.outcome["outcome"] == "operator_needed"
-    assert trace.outcome["cause"] == "never_resolvable", trace.outcome
+    assert trace.outcome["cause"] == "cyclic_requests", trace.outcome

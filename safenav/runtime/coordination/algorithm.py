@@ -21,6 +21,7 @@ from safenav.runtime.coordination.assigning import Assigning
 from safenav.runtime.coordination.deciding import closed, decided
 from safenav.runtime.coordination.ladder import Errand
 from safenav.runtime.coordination.negatives import no_strategy, nobody_goes_on
+from safenav.runtime.coordination.reasons import Shortfall, shortfalls
 from safenav.runtime.coordination.requests import Requests
 from safenav.runtime.coordination.telling import Telling
 from safenav.runtime.over import Stop
@@ -32,12 +33,14 @@ from safenav.trace import vocabulary
 
 @dataclass
 class Coordinator:
-    """Reassigns robots when something was learnt. ``floor`` and ``found``: the last decision."""
+    """Reassigns robots when something was learnt. ``floor`` and ``found``: the last
+    decision; ``lacks``: what obstacles lack that could not be resolved at some time."""
 
     state: TeamState
     telling: Telling
     stop: Stop
     requests: Requests = field(default_factory=Requests)
+    lacks: dict[str, Shortfall] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.tell = Announcing(self.state, self.requests)
@@ -89,21 +92,23 @@ class Coordinator:
             self.seal_what_is_never_resolved()
             self.decide(refused)
             if self.found.proof is not None:
-                raise nobody_goes_on(self.state, self.floor, self.found.proof, refused)
+                raise nobody_goes_on(self.state, self.floor, self.found.proof, refused, self.lacks)
             errands = self.errands(idle)
             attempt = self.telling.attempt(errands)
             if not attempt.failed:
                 break
             for name in attempt.failed:
                 self.blame(name, errands[name], attempt, refused, idle)
-        self.tell.stack(self.floor, errands, refused, self.telling.announce)
+        self.tell.stack(self.floor, self.found, errands, refused, self.telling.announce)
         self.telling.install(attempt, errands, reason)
 
     def seal_what_is_never_resolved(self) -> None:
         """What nobody can ever bring any further joins O."""
         floor, closure = closed(self.state, self.requests, self.stop)
+        lacks = {each.obstacle: each for each in shortfalls(floor, closure)}
+        self.lacks |= lacks
         for gate in closure.stuck:
-            self.tell.never_resolved(floor, gate, closure)
+            self.tell.never_resolved(floor, gate, closure, lacks[floor.gates[gate]])
             self.requests.close(floor.gates[gate])
 
     def decide(self, refused: Mapping[tuple[str, str], Answer]) -> None:

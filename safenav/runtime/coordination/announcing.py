@@ -6,10 +6,12 @@ from collections.abc import Callable, Mapping
 
 from safenav.dataclass import dataclass
 from safenav.runtime.coordination.asking import Answer
+from safenav.runtime.coordination.duties import Settlement
 from safenav.runtime.coordination.floor import Floor
 from safenav.runtime.coordination.ladder import Errand
 from safenav.runtime.coordination.negatives import closure_told
 from safenav.runtime.coordination.proofs import Closure
+from safenav.runtime.coordination.reasons import Shortfall, shortfall_words, why_nobody
 from safenav.runtime.coordination.requests import Request, Requests
 from safenav.runtime.knowledge import UNTRAVERSABLE, Met
 from safenav.runtime.team import Role, TeamState
@@ -98,20 +100,21 @@ class Announcing:
         obstacle: Obstacle,
         reason: vocabulary.BlockReason,
         proof: Proof | None = None,
+        because: str | None = None,
     ) -> None:
         """An obstacle stays for good."""
         state = self.state
-        because = {
+        known = {
             vocabulary.BlockReason.UNTRAVERSABLE: UNTRAVERSABLE,
-            vocabulary.BlockReason.NO_CAPABLE_ROBOT: "no robot can remove it",
+            vocabulary.BlockReason.NO_CAPABLE_ROBOT: "too few robots can remove it",
         }
-        state.knowledge.join(obstacle, because.get(reason, "nobody can ever resolve it"))
+        state.knowledge.join(obstacle, known.get(reason, "nobody can ever resolve it"))
         blocked = frozenset(
             name for name, robot in state.robots.items() if obstacle.blocks(robot.robot)
         )
-        state.emit(records.Blocked(state.tick, obstacle.name, blocked, reason, proof))
+        state.emit(records.Blocked(state.tick, obstacle.name, blocked, reason, proof, because))
 
-    def never_resolved(self, floor: Floor, gate: int, closure: Closure) -> None:
+    def never_resolved(self, floor: Floor, gate: int, closure: Closure, lacks: Shortfall) -> None:
         """An obstacle joins O because the closure never brings it any further."""
         request = self.requests.of(floor.gates[gate])
         assert request is not None
@@ -121,17 +124,19 @@ class Announcing:
             >= need.robots
             for need in needs
         )
+        because = shortfall_words(lacks, self.state.scenario.map.word, "it")
         if request.told is None or not able:
-            self._request(request, floor, ())
+            self._request(request, floor, (), because)
         reason = vocabulary.BlockReason.UNRESOLVABLE
         if not able:
             reason = vocabulary.BlockReason.NO_CAPABLE_ROBOT
-        self.joined(request.obstacle, reason, closure_told(floor, closure))
+        self.joined(request.obstacle, reason, closure_told(floor, closure), because)
         self._over.append(request)
 
     def stack(
         self,
         floor: Floor,
+        found: Settlement,
         errands: Mapping[str, Errand],
         refused: Mapping[tuple[str, str], Answer],
         announce: Callable[[Answer, vocabulary.Reason], None],
@@ -158,7 +163,10 @@ class Announcing:
             )
             request.helpers = helpers
             if request.told is None or helpers not in ((), request.told):
-                self._request(request, floor, helpers)
+                gate = floor.gates.index(request.obstacle.name)
+                word = state.scenario.map.word
+                because = None if helpers else why_nobody(floor, found, gate, word)
+                self._request(request, floor, helpers, because)
                 request.told = helpers
                 for (_, obstacle), answer in refused.items():
                     if obstacle == request.obstacle.name:
@@ -194,7 +202,9 @@ class Announcing:
             helpers=helpers if len(helpers) > 1 else None,
         )
 
-    def _request(self, request: Request, floor: Floor, helpers: tuple[str, ...]) -> None:
+    def _request(
+        self, request: Request, floor: Floor, helpers: tuple[str, ...], because: str | None
+    ) -> None:
         """The request with its bids: ticks to the nearest region of the need that is next."""
         state = self.state
         gate = floor.gates.index(request.obstacle.name)
@@ -214,6 +224,7 @@ class Announcing:
                 regions,
                 helpers=helpers if len(helpers) > 1 else None,
                 need=need if len(request.obstacle.needs) > 1 else None,
+                because=because,
             )
         )
 

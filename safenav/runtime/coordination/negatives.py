@@ -8,12 +8,18 @@ from typing import TYPE_CHECKING
 from safenav.runtime.coordination.asking import Answer, Attempt
 from safenav.runtime.coordination.floor import Floor, poses_in
 from safenav.runtime.coordination.proofs import Closure, Proof, Tree
+from safenav.runtime.coordination.reasons import (
+    Shortfall,
+    cause_of,
+    shortfall_words,
+    shortfalls,
+)
 from safenav.runtime.over import Conclusion, RunOver
 from safenav.runtime.team import TeamState
 from safenav.scenario.model import Outcome
 from safenav.scenario.objective import Ltl
 from safenav.spec.task import Task
-from safenav.trace import proofs
+from safenav.trace import proofs, vocabulary
 from safenav.trace.wording import obstacle_words
 
 if TYPE_CHECKING:
@@ -58,8 +64,10 @@ def nobody_goes_on(
     floor: Floor,
     proof: Proof,
     refused: Mapping[tuple[str, str], Answer],
+    lacks: Mapping[str, Shortfall],
 ) -> RunOver:
-    """The end of a run in which the closure, or every choice, leaves somebody stuck."""
+    """The end of a run in which the closure, or every choice, leaves somebody stuck. ``lacks``: of
+    obstacles that are never resolved."""
     word = state.scenario.map.word
     said = []
     closure = proof
@@ -84,20 +92,14 @@ def nobody_goes_on(
             said.append(f"{name} cannot meet its formulas with what it can reach")
         else:
             said.append(_why_not(state, name, task))
-    sealed = {name: state.knowledge.joined[name][0] for name in state.knowledge.given_up()}
-    for obstacle, item in sealed.items():
-        actions = " and ".join(f"'{need.action}'" for need in item.needs)
-        what = obstacle_words(obstacle, word)
-        able = [n for n, r in state.robots.items() if item.needs[0].action in r.robot.capabilities]
-        if not able:
-            said.append(f"no robot has the capability {actions} that removes {what}")
-        else:
-            said.append(f"{' and '.join(able)} cannot get to where {what} can be resolved")
-    said += _out_of_service(state, floor, closure)
+    out = [name for name, robot in state.robots.items() if not robot.active]
+    open_ = shortfalls(floor, closure, out) if isinstance(closure, Closure) else ()
+    missed = [*(lacks[name] for name in state.knowledge.given_up()), *open_]
+    said += [shortfall_words(each, word) for each in missed]
     for name, obstacle in refused:
         said.append(f"{name} has no strategy for going to {obstacle_words(obstacle, word)}")
-    never = bool(sealed) or (isinstance(closure, Closure) and bool(closure.never))
-    cause = "never_resolvable" if never and isinstance(proof, Closure) else "unrealizable"
+    known = missed and isinstance(proof, Closure)
+    cause = cause_of(missed).value if known else vocabulary.OperatorCause.UNREALIZABLE.value
     return RunOver(
         Conclusion(
             Outcome.OPERATOR_NEEDED,
@@ -106,21 +108,6 @@ def nobody_goes_on(
             told(floor, proof),
         )
     )
-
-
-def _out_of_service(state: TeamState, floor: Floor, closure: Proof) -> list[str]:
-    """Who could help with what is never resolved as things stand, were it in service."""
-    said = []
-    for gate in closure.never if isinstance(closure, Closure) else ():
-        obstacle = state.knowledge.pending[floor.gates[gate]].obstacle
-        actions = {need.action for need in obstacle.needs}
-        what = obstacle_words(obstacle.name, state.scenario.map.word)
-        said += [
-            f"{name}, which could help with {what}, is out of service"
-            for name, robot in state.robots.items()
-            if not robot.active and actions & robot.robot.capabilities
-        ]
-    return said
 
 
 def no_strategy(state: TeamState, telling: Telling, attempt: Attempt) -> RunOver:

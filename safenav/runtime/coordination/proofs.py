@@ -25,12 +25,14 @@ class Reach:
 @dataclass(frozen=True)
 class Closure:
     """What can be resolved and what never can; where each robot gets with the former resolved.
-    ``stuck``: of what never is, that of which not even the next need can ever be met."""
+    ``stuck``: of what never is, that of which not even the next need can ever be met. ``left``: how
+    far each obstacle is brought."""
 
     resolved: tuple[int, ...]
     never: tuple[int, ...]
     robots: tuple[Reach, ...]
     stuck: tuple[int, ...] = ()
+    left: Stages = ()
 
 
 @dataclass(frozen=True)
@@ -78,7 +80,7 @@ def closure_of(solver: Solver, sets: Sets, stages: Stages) -> Closure:
         for i, poses in enumerate(sets)
     )
     stuck = tuple(gate for gate in never if stages[gate].need == given[gate].need)
-    return Closure(resolved, never, robots, stuck)
+    return Closure(resolved, never, robots, stuck, stages)
 
 
 def _enough(solver: Solver, gate: int, sets: Sets, stages: Stages) -> bool:

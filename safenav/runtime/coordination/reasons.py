@@ -1,0 +1,213 @@
+"""Why an obstacle is never resolved, or nobody helps with it now: as data, and in words."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping
+from enum import Enum
+
+from safenav.dataclass import dataclass
+from safenav.runtime.coordination.duties import Settlement
+from safenav.runtime.coordination.floor import Floor
+from safenav.runtime.coordination.proofs import Closure
+from safenav.scenario.objective import Word
+from safenav.trace.vocabulary import OperatorCause
+from safenav.trace.wording import listed, obstacle_words
+from safenav.world.poses import bits
+
+
+class Hindrance(Enum):
+    """What keeps a robot that has the action from a need."""
+
+    NOTHING = "gets there"
+    GATES = "obstacles are in its way"
+    WALLS = "no way leads there"
+    NO_STRATEGY = "no strategy takes it there"
+    OUT_OF_SERVICE = "it is out of service"
+
+
+@dataclass(frozen=True)
+class Helper:
+    """A robot that has the action of a need. ``waits_for``: the obstacles in its way."""
+
+    name: str
+    hindrance: Hindrance
+    waits_for: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Shortfall:
+    """What an obstacle lacks that is never resolved. ``met``: the actions of its needs that are
+    met, or will be; ``action``: of the one that never is, which takes ``robots``, ``together`` in
+    one tick; ``done``: who has met a part of it; ``helpers``: who else has the action."""
+
+    obstacle: str
+    action: str
+    robots: int
+    together: bool
+    helpers: tuple[Helper, ...]
+    met: tuple[str, ...] = ()
+    done: tuple[str, ...] = ()
+
+    @property
+    def too_few(self) -> bool:
+        """Whether fewer robots have the action than it takes."""
+        return len(self.helpers) + len(self.done) < self.robots
+
+
+def shortfalls(floor: Floor, closure: Closure, out: Collection[str] = ()) -> tuple[Shortfall, ...]:
+    """What each obstacle lacks that a closure never resolves; ``out``: robots out of service."""
+    return tuple(_shortfall(floor, closure, gate, out) for gate in closure.never)
+
+
+def _shortfall(floor: Floor, closure: Closure, number: int, out: Collection[str]) -> Shortfall:
+    problem = floor.problem
+    stage, gate = closure.left[number], problem.gates[number]
+    need = gate.needs[stage.need]
+    helpers = [
+        Helper(member.name, Hindrance.OUT_OF_SERVICE)
+        if member.name in out
+        else _helper(floor, closure, number, robot)
+        for robot, member in enumerate(problem.members)
+        if need.action in member.capabilities and robot not in stage.done
+    ]
+    return Shortfall(
+        gate.name,
+        need.action,
+        need.robots,
+        need.together,
+        tuple(helpers),
+        tuple(former.action for former in gate.needs[: stage.need]),
+        tuple(floor.names[robot] for robot in sorted(stage.done)),
+    )
+
+
+def _helper(floor: Floor, closure: Closure, number: int, robot: int) -> Helper:
+    problem, name = floor.problem, floor.names[robot]
+    member = problem.members[robot]
+    graph = member.graph
+    there = graph.poses_on(problem.next_need(number, closure.left).regions)
+    reach = closure.robots[robot].poses
+    if robot in problem.gates[number].barred:
+        return Helper(name, Hindrance.NO_STRATEGY)
+    if reach & there:
+        return Helper(name, Hindrance.NOTHING)
+    border = graph.regions_of(graph.forward(reach) & member.floor & ~reach)
+    waits_for = tuple(
+        problem.gates[other].name
+        for other in closure.never
+        if border >> problem.gates[other].region & 1
+        and graph.closure(graph.poses_on(1 << problem.gates[other].region), member.floor) & there
+    )
+    return Helper(name, Hindrance.GATES if waits_for else Hindrance.WALLS, waits_for)
+
+
+def cause_of(found: Collection[Shortfall]) -> OperatorCause:
+    """The cause of a negative: too few robots, or robots that wait for each other's help."""
+    if any(each.too_few for each in found):
+        return OperatorCause.NO_CAPABLE_ROBOT
+    waits = {
+        each.obstacle: {gate for helper in each.helpers for gate in helper.waits_for}
+        for each in found
+    }
+    if any(gate in _ahead(gate, waits) for gate in waits):
+        return OperatorCause.CYCLIC_REQUESTS
+    return OperatorCause.NEVER_RESOLVABLE
+
+
+def _ahead(gate: str, waits: Mapping[str, set[str]]) -> set[str]:
+    """The obstacles for which an obstacle waits, directly or not."""
+    found: set[str] = set()
+    queue = [gate]
+    for each in queue:
+        fresh = waits.get(each, set()) - found
+        found |= fresh
+        queue += fresh
+    return found
+
+
+def shortfall_words(found: Shortfall, word: Word, it: str | None = None) -> str:
+    """``crate@gate needs two robots with 'lift' at the same time; this team has one: ben``. ``it``:
+    what the obstacle is called."""
+    met = f" ('{found.met[-1]}' is met, '{found.action}' is left)" if found.met else ""
+    takes = need_words(found.action, found.robots, together=found.together)
+    said = [f"{it or obstacle_words(found.obstacle, word)} needs {takes}{met}"]
+    names = [*found.done, *(helper.name for helper in found.helpers)]
+    if not names:
+        return f"{said[0]}, and no robot of this team has it"
+    if found.too_few:
+        said.append(f"this team has {_NUMBERS.get(len(names), len(names))}: {listed(names)}")
+    if found.done:
+        said.append(f"{listed(found.done)} {'has' if len(found.done) == 1 else 'have'} done it")
+    hindered = [(each.name, _why(each, word)) for each in found.helpers]
+    said += [f"{name} has it, but {why}" for name, why in hindered if why]
+    if not found.too_few:
+        ready = [each.name for each in found.helpers if each.hindrance is Hindrance.NOTHING]
+        said += [f"{listed(ready)} can get there"] if ready else []
+    return "; ".join(said)
+
+
+def _why(helper: Helper, word: Word) -> str:
+    match helper.hindrance:
+        case Hindrance.GATES:
+            return f"{listed(obstacle_words(o, word) for o in helper.waits_for)} is in its way"
+        case Hindrance.NOTHING:
+            return ""
+        case other:
+            return str(other.value)
+
+
+_NUMBERS = {1: "one", 2: "two", 3: "three", 4: "four", 5: "five", 6: "six"}
+
+
+def need_words(action: str, robots: int, *, together: bool) -> str:
+    """``two robots with 'lift' at the same time``, ``a robot with 'push'``."""
+    if robots == 1:
+        return f"a robot with '{action}'"
+    when = " at the same time" if together else ""
+    return f"{_NUMBERS.get(robots, robots)} robots with '{action}'{when}"
+
+
+def why_nobody(floor: Floor, found: Settlement, gate: int, word: Word) -> str | None:
+    """Why no robot is told to help with an obstacle now, although some could get there; None where
+    the bids say it: nobody has the action, or nobody gets there."""
+    problem = floor.problem
+    need = problem.next_need(gate, floor.stages)
+    able = problem.able(gate, floor.stages)
+    if not able:
+        return None
+    if len(able) < problem.missing(gate, floor.stages):
+        takes = need_words(need.action, need.robots, together=need.together)
+        have = len(able) + len(floor.stages[gate].done)
+        return f"it needs {takes}, this team has {_NUMBERS.get(have, have)}"
+    busy = {robot: duty.gate for robot, duty in found.duties.items() if duty.gate != gate}
+    said = [_doing(floor, "is on its way to", r, busy[r], word) for r in able if r in busy]
+    for robot in able:
+        first = next((step for step in found.plan if robot in step.group), None)
+        if robot in found.reserved and first is not None and first.gate != gate:
+            said.append(_doing(floor, "is to help first with", robot, first.gate, word))
+    if said:
+        return "; ".join(said)
+    if gate not in found.served:
+        return None if _nobody_gets_there(floor, gate, able) else _UNSERVED
+    earlier: Iterable[int] = (step.gate for step in found.plan if step.gate != gate)
+    names = dict.fromkeys(obstacle_words(floor.gates[other], word) for other in earlier)
+    return f"first {listed(names)} must be resolved" if names else None
+
+
+_UNSERVED = "if anybody went there now, the team could not go on"
+
+
+def _doing(floor: Floor, what: str, robot: int, gate: int, word: Word) -> str:
+    return f"{floor.names[robot]} {what} {obstacle_words(floor.gates[gate], word)}"
+
+
+def _nobody_gets_there(floor: Floor, gate: int, able: Collection[int]) -> bool:
+    """Whether what stands now keeps all but too few from where the obstacle is resolved."""
+    problem, stages = floor.problem, floor.stages
+    regions = problem.next_need(gate, stages).regions
+    there = 0
+    for robot in able:
+        graph = problem.members[robot].graph
+        reach = graph.closure(1 << floor.poses[robot], problem.allowed(robot, stages))
+        there += any(regions >> region & 1 for region in bits(graph.regions_of(reach)))
+    return there < problem.missing(gate, stages)
