@@ -145,4 +145,3 @@ class OperatorCause(StrEnum):
     DEADLOCK = "deadlock"
     NEVER_RESOLVABLE = "never_resolvable"
     """The closure of all that the team can do leaves somebody stuck: see ``proof``."""
-    UNRESOLVABLE = "unresolvable"

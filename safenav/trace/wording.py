@@ -100,7 +100,7 @@ _WHY = {
 
 _BLOCKED = {
     vocabulary.BlockReason.UNTRAVERSABLE: "it is not traversable",
-    vocabulary.BlockReason.NO_CAPABLE_ROBOT: "no robot has the action it needs",
+    vocabulary.BlockReason.NO_CAPABLE_ROBOT: "too few robots have the action it needs",
     vocabulary.BlockReason.NO_HELPER: "no robot can help",
     vocabulary.BlockReason.UNRESOLVABLE: "whatever the team does, nobody ever gets to resolve it",
 }

@@ -91,14 +91,15 @@ def _helper(floor: Floor, closure: Closure, number: int, robot: int) -> Helper:
         return Helper(name, Hindrance.NO_STRATEGY)
     if reach & there:
         return Helper(name, Hindrance.NOTHING)
-    border = graph.regions_of(graph.forward(reach) & member.floor & ~reach)
-    waits_for = tuple(
-        problem.gates[other].name
-        for other in closure.never
-        if border >> problem.gates[other].region & 1
-        and graph.closure(graph.poses_on(1 << problem.gates[other].region), member.floor) & there
-    )
-    return Helper(name, Hindrance.GATES if waits_for else Hindrance.WALLS, waits_for)
+    beyond = member.floor & ~reach
+    border = graph.regions_of(graph.forward(reach) & beyond)
+    waits_for = []
+    for other in closure.never:
+        gate = problem.gates[other]
+        opened = graph.poses_on(1 << gate.region)
+        if border >> gate.region & 1 and graph.closure(opened, beyond) & there:
+            waits_for.append(gate.name)
+    return Helper(name, Hindrance.GATES if waits_for else Hindrance.WALLS, tuple(waits_for))
 
 
 def cause_of(found: Collection[Shortfall]) -> OperatorCause:
@@ -149,7 +150,8 @@ def shortfall_words(found: Shortfall, word: Word, it: str | None = None) -> str:
 def _why(helper: Helper, word: Word) -> str:
     match helper.hindrance:
         case Hindrance.GATES:
-            return f"{listed(obstacle_words(o, word) for o in helper.waits_for)} is in its way"
+            are = "is" if len(helper.waits_for) == 1 else "are"
+            return f"{listed(obstacle_words(o, word) for o in helper.waits_for)} {are} in its way"
         case Hindrance.NOTHING:
             return ""
         case other:
