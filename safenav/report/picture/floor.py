@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+from safenav.report.picture.names import Box, Name
 from safenav.report.picture.svg import SvgWriter, number
+from safenav.report.picture.text import text_width
 from safenav.world.map import RegionMap
 
 INK = "#1B1F24"
@@ -49,12 +53,20 @@ def number_size(cell: float) -> float | None:
     return max(_LEGIBLE, cell * 0.17) if cell >= _LEAST_CELL else None
 
 
-def draw_numbers(page: SvgWriter, world: RegionMap, cell: float, fill: str = "#8A919C") -> None:
-    """The number of each free region in its corner."""
+def draw_numbers(
+    page: SvgWriter,
+    world: RegionMap,
+    cell: float,
+    fill: str = "#8A919C",
+    names: Sequence[Name] = (),
+) -> None:
+    """The number of each free region in its corner, but for those below ``names``."""
     size = number_size(cell) or _LEGIBLE
     page.open_group(font_size=number(size), fill=fill)
     for region in world.free:
         row, col = world.position(region)
-        place = {"x": (col + 0.07) * cell, "y": row * cell + 0.03 * cell + size}
-        page.element("text", str(region), **place)
+        x, y = (col + 0.07) * cell, row * cell + 0.03 * cell + size
+        box = Box(x, y - size, x + text_width(str(region), size), y)
+        if not any(box.overlaps(name.box) for name in names):
+            page.element("text", str(region), x=x, y=y)
     page.close_group()

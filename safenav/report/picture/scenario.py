@@ -5,7 +5,7 @@ from __future__ import annotations
 from safenav.report.labels import labels
 from safenav.report.replay.perception import Shading
 from safenav.report.replay.timeline import Hidden, ObstacleStatus, Placed, Scene
-from safenav.report.terminal.map import MapPicture, Marker, draw
+from safenav.report.terminal.map import FREE, MapPicture, Marker, draw, with_names
 from safenav.scenario.model import Obstacle, Scenario
 from safenav.scenario.objective import Objective, describe, targets_of
 from safenav.trace.wording import listed, obstacle_words, regions_words
@@ -65,7 +65,7 @@ def scenario_text(scenario: Scenario, width: int) -> list[str]:
         lines.append("  a capital letter: a robot; a small one: its target; ?: a hidden obstacle")
     else:
         lines.append("  o: a target; ▒▒: a hidden obstacle; a wider terminal shows region numbers")
-    return lines + _areas(scenario.map)
+    return lines + _names(scenario.map)
 
 
 def _targets(objective: Objective) -> list[Region]:
@@ -90,10 +90,11 @@ def _numbered(scenario: Scenario, sign: dict[str, str], digits: int) -> list[str
         return f"{marks.get(region, ''):>{mark + 1}}{apart}{region:<{digits}}"
 
     world = scenario.map
-    return [
+    lines = [
         "".join(cell(world, world.region(row, col)) for col in range(world.cols))
         for row in range(world.rows)
     ]
+    return with_names(lines, world, digits + mark + 1 + len(apart), marks.__contains__)
 
 
 def _plain(scenario: Scenario, sign: dict[str, str]) -> list[str]:
@@ -103,7 +104,9 @@ def _plain(scenario: Scenario, sign: dict[str, str]) -> list[str]:
     ]
     targets = [region for robot in scenario.robots for region in _targets(robot.objective)]
     closed = {obstacle.region: obstacle.name for obstacle in scenario.obstacles}
-    return draw(scenario.map, MapPicture(robots, closed=closed, targets=targets))
+    lines = draw(scenario.map, MapPicture(robots, closed=closed, targets=targets))
+    taken = {*targets, *closed, *(robot.region for robot in robots)}
+    return with_names(lines, scenario.map, len(FREE), taken.__contains__)
 
 
 def _robots(scenario: Scenario, sign: dict[str, str]) -> list[str]:
@@ -117,9 +120,10 @@ def _robots(scenario: Scenario, sign: dict[str, str]) -> list[str]:
     ]
 
 
-def _areas(world: RegionMap) -> list[str]:
+def _names(world: RegionMap) -> list[str]:
+    places = ", ".join(world.label(region) for region in world.names.values())
     named = (f"  {name}: {regions_words(area)}" for name, area in world.areas.items())
-    return ["", "  areas:", *named] if world.areas else []
+    return [*([f"  names: {places}"] if places else []), *named]
 
 
 def _obstacles(scenario: Scenario) -> list[str]:

@@ -24,6 +24,7 @@ from safenav.report.picture.glyphs import (
     separated,
 )
 from safenav.report.picture.legend import Row, key_row, legend_of
+from safenav.report.picture.names import draw_areas, draw_names, outline, placed_names
 from safenav.report.picture.shading import draw_shading, draw_taken, shading_rows, taken_row
 from safenav.report.picture.svg import SvgWriter, number
 from safenav.report.picture.text import wrapped
@@ -127,9 +128,10 @@ class _Drawing:
         if self.options.shading is not None:
             by_name = dict(zip(names, style, strict=True))
             draw_shading(self.page, self.options.shading, self.scene.map, self.cell, by_name)
-        numbers = self.options.numbers
+        draw_areas(self.page, self.scene.map, self.cell)
+        numbers, placed = self.options.numbers, placed_names(self.scene.map, self.cell)
         if number_size(self.cell) is not None if numbers is None else numbers:
-            draw_numbers(self.page, self.scene.map, self.cell)
+            draw_numbers(self.page, self.scene.map, self.cell, names=placed)
         for i, robot in enumerate(self.scene.robots):
             self._trail(robot, style[i], i - (len(style) - 1) / 2)
         for obstacle, status in self.scene.obstacles:
@@ -141,6 +143,7 @@ class _Drawing:
         shifts = separated([(r.row, r.col) for r in self.scene.robots])
         for robot, look, (d_row, d_col) in zip(self.scene.robots, style, shifts, strict=True):
             self._robot(robot, look, robot.row + d_row, robot.col + d_col)
+        draw_names(self.page, placed, INK)
 
     def _corner(self, region: Region) -> tuple[float, float]:
         row, col = self.scene.map.position(region)
@@ -194,22 +197,30 @@ class _Drawing:
                 )
 
     def _targets(self, style: tuple[Look, ...]) -> None:
-        """A frame in the robot's colour around each region that it is to reach, and its shape in a
-        corner; frames of several robots lie within each other."""
+        """A frame in the robot's colour around each region, or area, that it is to reach, and its
+        shape in a corner; frames of several robots lie within each other."""
         corners = ((0.8, 0.8), (0.2, 0.8), (0.8, 0.2))
-        taken: dict[Region, int] = {}
+        taken: dict[frozenset[Region], int] = {}
+        areas = [area for area in self.scene.map.areas.values() if len(area) > 1]
         for robot, look in zip(self.scene.robots, style, strict=True):
             targets = targets_of(robot.objective) if robot.objective is not None else ()
-            for region in sorted(set().union(*targets)):
-                slot = taken.get(region, 0)
-                taken[region] = slot + 1
+            left = frozenset[Region]().union(*targets)
+            framed = [area for area in areas if area <= left]
+            left = left.difference(*framed)
+            for regions in [*framed, *(frozenset({region}) for region in sorted(left))]:
+                slot = taken.get(regions, 0)
+                taken[regions] = slot + 1
                 if slot < len(corners):
-                    x, y = self._corner(region)
+                    x, y = self._corner(min(regions))
                     wide = max(1.5, self.cell * 0.05)
                     inset = wide * (0.5 + 1.4 * slot) + 0.5
-                    side = self.cell - 2 * inset
-                    frame = {"stroke": look.colour, "stroke_width": wide}
-                    self.page.rect(x + inset, y + inset, side, side, fill="none", **frame)
+                    frame = {"fill": "none", "stroke": look.colour, "stroke_width": wide}
+                    if len(regions) == 1:
+                        side = self.cell - 2 * inset
+                        self.page.rect(x + inset, y + inset, side, side, **frame)
+                    else:
+                        border = outline(self.scene.map, regions, self.cell, inset)
+                        self.page.path(border, stroke_linecap="square", **frame)
                     right, down = corners[slot]
                     self.page.glyph(
                         look.path,

@@ -5,7 +5,7 @@ Two robots above each other (one flies) share a region's two characters.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field
 
 from safenav.dataclass import dataclass
@@ -67,3 +67,39 @@ def _cell(region: Region, world: RegionMap, picture: MapPicture, here: list[Mark
     if region in picture.closed:
         return "▒▒"
     return " o" if region in picture.targets else FREE
+
+
+def with_names(
+    lines: list[str], world: RegionMap, width: int, taken: Callable[[Region], bool]
+) -> list[str]:
+    """A drawing of ``width`` characters for each region, with the names of regions and areas in it.
+
+    A name stands in the row of its region, over regions that are not ``taken``: free ones if there
+    is room, else walls as well. One without room is left out.
+    """
+    middles = {
+        name: sorted(area)[(len(area) - 1) // 2] for name, area in world.areas.items() if area
+    }
+    rows = [list(line) for line in lines]
+    written: set[Region] = set()
+    for name, region in (*world.names.items(), *middles.items()):
+        row, col = world.position(region)
+        cells = -(-(len(name) + 1) // width)
+        firsts = (col, col + 1, *range(col - 1, col - cells - 1, -1))
+        for walls, first in [
+            (walls, first) for walls in (frozenset(), world.walls) for first in firsts
+        ]:
+            covered = [world.region(row, col) for col in range(first, first + cells)]
+            inside = first >= 0 and first + cells <= world.cols
+            free = all(
+                not taken(region)
+                and region not in written
+                and (region in walls or region not in world.walls)
+                for region in covered
+            )
+            if inside and free:
+                written.update(covered)
+                begin = first * width
+                rows[row][begin : begin + cells * width] = f" {name}".ljust(cells * width)
+                break
+    return ["".join(row) for row in rows]

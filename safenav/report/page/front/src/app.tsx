@@ -181,7 +181,7 @@ interface ChoicesProps {
 
 function Choices({ run, shown, choices, onChange }: ChoicesProps) {
   const viewers = viewersOf(run);
-  const named = Object.keys(run.names).length > 0;
+  const named = Object.keys({ ...run.names, ...run.areas }).length > 0;
   const offered = choices.filter(([key]) => key !== "names" || named).concat(
     viewers.some((robot) => robot.view!.sight.length > 0) ? [["sight", "sight"]] : [],
     viewers.some((robot) => robot.view!.beliefs.length > 0) ? [["beliefs", "beliefs"]] : [],

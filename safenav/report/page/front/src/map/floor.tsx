@@ -1,7 +1,8 @@
-/** The ground of the map: free regions, walls, numbers and names. */
+/** The ground of the map: free regions, walls, numbers and areas. */
 
 import { memo } from "preact/compat";
 import { CELL } from "./camera";
+import { Areas, overlap, type Box } from "./names";
 import type { Run } from "../run/run";
 
 /** Text below this many pixels is not shown. */
@@ -12,7 +13,8 @@ const LETTER = 0.6;
 interface FloorProps {
   run: Run;
   numbers: boolean;
-  names: boolean;
+  /** Names on the map, in pixels: numbers below them give way. */
+  names: Box[];
   /** Pixels of a cell. */
   scale: number;
 }
@@ -25,8 +27,8 @@ export function Floor({ run, numbers, names, scale }: FloorProps) {
   return (
     <>
       <Ground run={run} />
-      {numbers && fits && <Numbers run={run} size={size} />}
-      {names && <Names run={run} least={legible} />}
+      <Areas run={run} />
+      {numbers && fits && <Numbers run={run} size={size} hidden={covered(run, names, size, scale)} />}
     </>
   );
 }
@@ -62,10 +64,28 @@ const Ground = memo(({ run }: { run: Run }) => {
   );
 }, sameFloor);
 
-const Numbers = memo(({ run, size }: { run: Run; size: number }) => {
+/** The regions whose number would lie under a name. */
+function covered(run: Run, names: Box[], size: number, scale: number): number[] {
+  const [wide, high] = [(size * scale) / CELL, (2.8 * scale) / CELL];
+  const found = [];
+  for (const name of names) {
+    for (let row = Math.floor(name.top / scale); row * scale < name.bottom; row++) {
+      for (let col = Math.floor(name.left / scale); col * scale < name.right; col++) {
+        const region = row * run.cols + col;
+        const [left, top] = [col * scale + high, row * scale];
+        const width = LETTER * wide * String(region).length;
+        if (overlap(name, { left, top, right: left + width, bottom: top + high / 2 + wide })) found.push(region);
+      }
+    }
+  }
+  return found;
+}
+
+const Numbers = memo(({ run, size, hidden }: { run: Run; size: number; hidden: number[] }) => {
+  const under = new Set(hidden);
   const labels = [];
   for (let region = 0; region < run.rows * run.cols; region++) {
-    if (isWall(run, region)) continue;
+    if (isWall(run, region) || under.has(region)) continue;
     const x = (region % run.cols) * CELL;
     const y = Math.floor(region / run.cols) * CELL;
     labels.push(
@@ -80,24 +100,6 @@ const Numbers = memo(({ run, size }: { run: Run; size: number }) => {
     </g>
   );
 }, sameFloor);
-
-/** The names that the scenario gives regions, never wider than their region. */
-const Names = memo(({ run, least }: { run: Run; least: number }) => (
-  <g class="names">
-    {Object.entries(run.names).map(([number, name]) => {
-      const region = Number(number);
-      const size = Math.min(9, (0.94 * CELL) / (LETTER * name.length));
-      if (size < least) return null;
-      const x = ((region % run.cols) + 0.5) * CELL;
-      const y = (Math.floor(region / run.cols) + 1) * CELL - 4.6; // within the frame of a target
-      return (
-        <text key={name} x={x} y={y} font-size={size}>
-          {name}
-        </text>
-      );
-    })}
-  </g>
-));
 
 export function isWall(run: Run, region: number): boolean {
   return run.grid[Math.floor(region / run.cols)]![region % run.cols] === "#";

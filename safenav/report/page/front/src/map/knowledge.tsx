@@ -2,7 +2,8 @@
 
 import { memo } from "preact/compat";
 import { CELL } from "./camera";
-import { at, eventsAt, transitAt, type Run } from "../run/run";
+import { outline } from "./names";
+import { at, eventsAt, transitAt, type Robot, type Run } from "../run/run";
 import type { Shown } from "../settings";
 
 /** From the nose of a robot to the sign in the next region. */
@@ -81,26 +82,44 @@ function Targets({ run, tick, grown }: { run: Run; tick: number; grown: number }
     [0.21, 0.77],
   ];
   const taken = new Map<number, number>();
+  const slotOf = (key: number): number => {
+    const slot = taken.get(key) ?? 0;
+    taken.set(key, slot + 1);
+    return slot;
+  };
+  const mark = (robot: Robot, region: number, slot: number, key: string | number, frame: string) => {
+    const [column, line] = corners[slot]!;
+    const x = ((region % run.cols) + column!) * CELL;
+    const y = (Math.floor(region / run.cols) + line!) * CELL;
+    const place = `translate(${x} ${y}) scale(${3.9 * Math.min(grown, 2)})`;
+    return (
+      <g style={{ "--colour": robot.look.colour }} data-target={key} data-of={robot.name}>
+        <path class="aim" d={frame} />
+        <path class="target" d={robot.look.path} fill={robot.look.colour} transform={place} />
+      </g>
+    );
+  };
   return (
     <>
-      {run.robots.flatMap((robot) =>
-        at(robot.tasks, tick)[2].map((region) => {
-          const slot = taken.get(region) ?? 0;
-          taken.set(region, slot + 1);
-          const corner = corners[slot];
-          if (!corner) return null;
-          const x = (region % run.cols) * CELL;
-          const y = Math.floor(region / run.cols) * CELL;
+      {run.robots.flatMap((robot) => {
+        const regions = new Set(at(robot.tasks, tick)[2]);
+        const marks = [];
+        for (const [name, area] of Object.entries(run.areas)) {
+          if (area.length < 2 || !area.every((region) => regions.has(region))) continue;
+          area.forEach((region) => regions.delete(region));
+          const slot = slotOf(-1 - area[0]!);
+          if (slot < corners.length) marks.push(mark(robot, area[0]!, slot, name, outline(run, area, 2.6 + 3.2 * slot)));
+        }
+        for (const region of regions) {
+          const slot = slotOf(region);
+          if (slot >= corners.length) continue;
           const inset = 2.6 + 3.2 * slot;
-          const place = `translate(${x + corner[0]! * CELL} ${y + corner[1]! * CELL}) scale(${3.9 * Math.min(grown, 2)})`;
-          return (
-            <g style={{ "--colour": robot.look.colour }} data-target={region} data-of={robot.name}>
-              <path class="aim" d={bracketsOf(x + inset, y + inset, CELL - 2 * inset)} />
-              <path class="target" d={robot.look.path} fill={robot.look.colour} transform={place} />
-            </g>
-          );
-        }),
-      )}
+          const x = (region % run.cols) * CELL + inset;
+          const y = Math.floor(region / run.cols) * CELL + inset;
+          marks.push(mark(robot, region, slot, region, bracketsOf(x, y, CELL - 2 * inset)));
+        }
+        return marks;
+      })}
     </>
   );
 }

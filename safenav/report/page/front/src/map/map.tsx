@@ -10,6 +10,7 @@ import { CELL, listenToPointers, type Camera } from "./camera";
 import { useCursor } from "./cursor";
 import { Floor, isWall } from "./floor";
 import { Knowledge } from "./knowledge";
+import { Names, useNames } from "./names";
 import { growth, Robots, Trails } from "./motion";
 import type { Player } from "../run/player";
 import { at, label, poseAt, transitAt, type Run } from "../run/run";
@@ -32,6 +33,8 @@ export function MapView({ run, player, camera, tick, shown, pointed, hand }: Map
   const [, redraw] = useReducer((count: number) => count + 1, 0);
   const room = useRef<HTMLDivElement>(null);
   const shades = viewersOf(run).length > 0;
+  const placed = useNames(run, camera.scale);
+  const names = shown.names ? placed : [];
   const now = useRef({ run, hand });
   now.current = { run, hand };
   const { cols, rows } = run;
@@ -69,7 +72,7 @@ export function MapView({ run, player, camera, tick, shown, pointed, hand }: Map
         {...cursor.keys}
       >
         <svg class="floor">
-          <Floor run={run} numbers={shown.numbers} names={shown.names} scale={camera.scale} />
+          <Floor run={run} numbers={shown.numbers} names={names} scale={camera.scale} />
         </svg>
         {shades && (
           <svg class="shading">
@@ -83,6 +86,9 @@ export function MapView({ run, player, camera, tick, shown, pointed, hand }: Map
         </svg>
         <svg class="motion">
           <Robots run={run} player={player} camera={camera} />
+        </svg>
+        <svg class="words">
+          <Names names={names} scale={camera.scale} />
         </svg>
         {hand && (
           <svg class="over">

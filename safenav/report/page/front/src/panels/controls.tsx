@@ -138,47 +138,62 @@ function LinkButton({ tick }: { tick: number }) {
   );
 }
 
-/** Most telling first: what stands for a tick in which several things happened. */
-const WEIGHT: EventKind[] = [
-  "outcome",
-  "assumption",
-  "violation",
-  "blocked",
-  "resolved",
-  "request",
+/** The story, which always has marks of its own; everything else takes the room that is left. */
+const STORY: EventKind[] = ["outcome", "violation", "blocked", "resolved", "request", "assumption"];
+const REST: EventKind[] = [
+  "appeared",
+  "gone",
+  "truth",
+  "objective",
+  "service",
   "yield",
   "push",
   "pop",
   "synthesis",
-  "goal",
+  "plan",
+  "plan_end",
 ];
+const RANK = [...STORY, ...REST];
 const MARK = 18;
+/** Rows of marks: those of the story that are close together stand above each other. */
+const ROWS = 3;
 
 interface TimelineMark {
   /** Percent of the width. */
   place: number;
+  /** 0 is the lowest. */
+  row: number;
   event: RunEvent;
   title: string;
 }
 
-/** Events closer than a mark is wide share one, so that marks never overlap. */
-function marksOf(run: Run, player: Player, width: number): TimelineMark[] {
-  const marks: TimelineMark[] = [];
-  let edge = -Infinity;
-  for (const event of run.events) {
-    if (event[1] === "goal") continue;
+/**
+ * The marks of a timeline of so many pixels. The story comes first, by rank: a mark for which no row
+ * has room becomes part of the nearest one of its kind, else of the nearest one. Other events take a
+ * place in the lowest row where the story leaves one, else their words are added to a mark.
+ */
+export function marksOf(run: Run, player: Player, width: number): TimelineMark[] {
+  const marks: (TimelineMark & { x: number })[] = [];
+  const ranked = run.events.filter((event) => event[1] !== "goal");
+  ranked.sort((a, b) => RANK.indexOf(a[1]) - RANK.indexOf(b[1]) || a[0] - b[0]);
+  for (const event of ranked) {
     const place = player.end ? player.timeOf(event[0]) / player.end : 0;
-    const told = `tick ${event[0]}: ${event[2]}`;
-    const before = marks[marks.length - 1];
-    if (before && place * width < edge + MARK) {
-      if (WEIGHT.indexOf(event[1]) < WEIGHT.indexOf(before.event[1])) before.event = event;
-      if (before.title.length < 600) before.title += `\n${told}`;
-    } else {
-      edge = place * width;
-      marks.push({ place: 100 * place, event, title: told });
+    const x = place * width;
+    const rows = STORY.includes(event[1]) ? ROWS : 1;
+    const near = marks.filter((mark) => Math.abs(mark.x - x) < MARK);
+    const same = near.find((mark) => mark.event[0] === event[0] && mark.event[1] === event[1]);
+    const free = [...Array(rows).keys()].find((row) => near.every((mark) => mark.row !== row));
+    const title = `tick ${event[0]}: ${event[2]}`;
+    if (same === undefined && free !== undefined) {
+      marks.push({ place: 100 * place, x, row: free, event, title });
+      continue;
     }
+    const away = (mark: { x: number; event: RunEvent }): number =>
+      Math.abs(mark.x - x) + (mark.event[1] === event[1] ? 0 : MARK);
+    const host = same ?? near.sort((a, b) => away(a) - away(b))[0]!;
+    if (host.title.length < 600) host.title += `\n${title}`;
   }
-  return marks;
+  return marks.sort((a, b) => a.x - b.x || a.row - b.row);
 }
 
 export function Timeline({ run, player, tick }: ControlsProps) {
@@ -205,16 +220,18 @@ export function Timeline({ run, player, tick }: ControlsProps) {
   }, [run, player]);
   return (
     <div class="timeline" ref={track}>
-      <div class="marks">
-        {marks.map(({ place, event, title }) => (
+      <div class="marks" style={{ "--rows": 1 + Math.max(0, ...marks.map((mark) => mark.row)) }}>
+        {marks.map(({ place, row, event, title }) => (
           <button
+            key={`${event[0]} ${event[1]}`}
             type="button"
             tabIndex={-1}
             aria-hidden="true"
             class={event[0] <= tick ? "past" : ""}
-            style={{ left: `${place}%` }}
+            style={{ left: `${place}%`, "--row": row }}
             title={title}
             data-tick={event[0]}
+            data-kind={event[1]}
             onClick={() => {
               player.pause();
               player.seek(event[0]);

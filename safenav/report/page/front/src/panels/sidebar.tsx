@@ -6,7 +6,7 @@ import type { Eye } from "../map/camera";
 import { EventSign, RobotSign, StatusSign } from "./icons";
 import { ARROW } from "../map/knowledge";
 import { DOINGS } from "./lanes";
-import { at, label, transitAt, type EventKind, type Frame, type Run, type Status } from "../run/run";
+import { areaOf, at, label, transitAt, type EventKind, type Frame, type Run, type Status } from "../run/run";
 import { Hatch, knowledgeOf, viewersOf } from "../map/shading";
 
 interface PanelProps {
@@ -61,7 +61,7 @@ export function Robots({ run, tick, eye }: PanelProps & { eye: Eye }) {
                 <p class="objective">
                   {words}
                   <span class="quiet">
-                    {reached >= 0 && ` · reached ${run.names[reached] ?? reached}`}
+                    {reached >= 0 && ` · reached ${run.names[reached] ?? areaOf(run, reached) ?? reached}`}
                     {rounds > 0 && ` · ${rounds} ${rounds === 1 ? "round" : "rounds"}`}
                   </span>
                 </p>
@@ -146,21 +146,30 @@ export function Obstacles({ run, tick }: PanelProps) {
   );
 }
 
-const EVENTS: [kind: EventKind, meaning: string][] = [
-  ["synthesis", "synthesis"],
-  ["yield", "giving way"],
-  ["push", "objectives pushed"],
-  ["pop", "objectives restored"],
-  ["goal", "goal reached"],
-  ["outcome", "end of the run"],
-];
+/** What a status says already has the same sign. */
+const MEANINGS: Record<Exclude<EventKind, "violation" | "request" | "resolved" | "blocked">, string> = {
+  outcome: "end of the run",
+  assumption: "assumption broken",
+  appeared: "obstacle appears",
+  gone: "obstacle disappears",
+  truth: "truth set",
+  objective: "objective changed",
+  service: "in or out of service",
+  synthesis: "synthesis",
+  yield: "giving way",
+  push: "objectives pushed",
+  pop: "objectives restored",
+  plan: "joint plan begins",
+  plan_end: "joint plan ends",
+  goal: "goal reached",
+};
 
 const STATUSES: Status[] = ["hidden", "found", "requested", "resolved", "blocked"];
 
 export const Legend = memo(({ run }: { run: Run }) => {
   const first = run.robots[0];
   return (
-    <details class="legend" >
+    <details class="legend" onKeyDown={(event) => event.key === "Escape" && (event.currentTarget.open = false)}>
       <summary>Legend</summary>
       <ul>
         <li>
@@ -209,20 +218,36 @@ export const Legend = memo(({ run }: { run: Run }) => {
           </svg>
           step that was refused
         </li>
-        {EVENTS.map(([kind, meaning]) => (
-          <li key={kind}>
-            <EventSign run={run} kind={kind} />
-            {meaning}
-          </li>
-        ))}
+        {Object.entries(MEANINGS).map(([kind, meaning]) =>
+          run.events.some((event) => event[1] === kind) ? (
+            <li key={kind}>
+              <EventSign run={run} kind={kind as EventKind} />
+              {meaning}
+            </li>
+          ) : null,
+        )}
         {DOINGS.map(([kind, meaning]) => (
           <li key={kind}>
             <svg width="22" height="10" aria-hidden="true" style={{ "--colour": first?.look.colour }}>
               <path class={`doing ${kind}`} d="M1 2h20v6H1z" />
             </svg>
-            {meaning}, in the robot's lane
+            {meaning}, in its lane
           </li>
         ))}
+        <li>
+          <svg width="22" height="10" aria-hidden="true">
+            <path class="doing synthesis" d="M11 0v10" />
+          </svg>
+          synthesis, in its lane
+        </li>
+        {Object.keys(run.areas).length > 0 && (
+          <li>
+            <svg width="18" height="18" aria-hidden="true">
+              <path class="area-line" d="M2 2h14v14h-14z" />
+            </svg>
+            area
+          </li>
+        )}
         <li>
           <svg width="10" height="14" class="goals" aria-hidden="true">
             <path d="M5 4v6" />

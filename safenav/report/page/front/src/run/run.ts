@@ -112,6 +112,8 @@ export interface Run {
   grid: string[];
   /** The names that the scenario gives regions. */
   names: Record<number, string>;
+  /** The sets of regions to which it gives names. */
+  areas: Record<string, number[]>;
   last: number;
   /** The run ended within its last tick: not every robot took its turn. */
   within: boolean;
@@ -214,9 +216,15 @@ export function clamp(value: number, low: number, high: number): number {
   return Math.max(low, Math.min(high, value));
 }
 
-/** `47 [3, 8]`, before it the name if it has one: as safenav prints regions everywhere. */
+/** The smallest area that a region lies in. */
+export function areaOf(run: Run, region: number): string | undefined {
+  const around = Object.entries(run.areas).filter(([, regions]) => regions.includes(region));
+  return around.sort(([, a], [, b]) => a.length - b.length)[0]?.[0];
+}
+
+/** `47 [3, 8]`, before it the name of the region or its area: as safenav prints regions everywhere. */
 export function label(run: Run, region: number): string {
-  const name = run.names[region];
+  const name = run.names[region] ?? areaOf(run, region);
   return `${name ? `${name} ` : ""}${region} [${Math.floor(region / run.cols)}, ${region % run.cols}]`;
 }
 

@@ -1,0 +1,188 @@
+/** Names of regions and areas: placed so that none lies over another, and outlines of areas. */
+
+import { memo } from "preact/compat";
+import { useMemo } from "preact/hooks";
+import { CELL } from "./camera";
+import type { Run } from "../run/run";
+
+/** Heights of letters in pixels, the first that leaves room for a name is taken. */
+const SIZES = [13, 12, 11, 10, 9];
+const LINE = 1.2;
+const GAP = 2;
+/** Half of the middle of a named region, where robots stand, in cells. */
+const BODY = 0.3;
+
+/** A rectangle in pixels of the whole map. */
+export interface Box {
+  left: number;
+  top: number;
+  right: number;
+  bottom: number;
+}
+
+interface Name extends Box {
+  text: string;
+  size: number;
+  area: boolean;
+}
+
+/** What a name belongs to: the boxes that it may be placed in or beside, the best first. */
+interface Subject {
+  text: string;
+  area: boolean;
+  boxes: Box[];
+}
+
+const brush = document.createElement("canvas").getContext("2d")!;
+
+/** The width of a text of size 1. */
+function widthOf(text: string): number {
+  brush.font = `600 100px ${getComputedStyle(document.body).fontFamily}`;
+  return brush.measureText(text).width / 100;
+}
+
+function subjectsOf(run: Run, scale: number): Subject[] {
+  const cell = (region: number): Box => {
+    const [left, top] = [(region % run.cols) * scale, Math.floor(region / run.cols) * scale];
+    return { left, top, right: left + scale, bottom: top + scale };
+  };
+  const subjects = Object.entries(run.names).map(([number, text]) => ({
+    text,
+    area: false,
+    boxes: [cell(Number(number))],
+  }));
+  const areas = Object.entries(run.areas).map(([text, regions]) => {
+    const middle = (value: (region: number) => number): number =>
+      regions.reduce((sum, region) => sum + value(region), 0) / regions.length;
+    const [row, col] = [middle((r) => Math.floor(r / run.cols)), middle((r) => r % run.cols)];
+    const away = (r: number): number => Math.hypot(Math.floor(r / run.cols) - row, (r % run.cols) - col);
+    return { text, area: true, boxes: [...regions].sort((a, b) => away(a) - away(b)).slice(0, 24).map(cell) };
+  });
+  return [...subjects, ...areas];
+}
+
+/** Where a text can stand for a box: in it at the bottom, below, above, beside, and aslant. */
+function* places(box: Box, width: number, height: number, area: boolean): Generator<[x: number, y: number]> {
+  const x = (box.left + box.right) / 2;
+  const y = (box.top + box.bottom) / 2;
+  const [below, above] = [box.bottom + height / 2, box.top - height / 2];
+  if (area) yield [x, y];
+  yield [x, box.bottom - height / 2 - 1];
+  yield [x, below];
+  yield [x, above];
+  yield [box.right + width / 2 + GAP, y];
+  yield [box.left - width / 2 - GAP, y];
+  for (const across of [width / 3, -width / 3]) {
+    yield [x + across, below];
+    yield [x + across, above];
+  }
+}
+
+/** The names of a map that shows a cell in so many pixels; one without room is left to the hover. */
+export function placeNames(run: Run, scale: number): Name[] {
+  const placed: Name[] = [];
+  const [width, height] = [run.cols * scale, run.rows * scale];
+  const subjects = subjectsOf(run, scale);
+  const bodies = subjects
+    .filter((subject) => !subject.area)
+    .map(({ boxes: [box] }) => grown(box!, -(0.5 - BODY) * scale));
+  for (const { text, area, boxes } of subjects) {
+    const wide = widthOf(text);
+    let best: Name | null = null;
+    let least = Infinity;
+    for (const size of SIZES) {
+      const [w, h] = [wide * size + GAP, LINE * size];
+      if (w > width || h > height) continue;
+      let order = 0;
+      for (const box of boxes) {
+        for (const [x, y] of places(box, w, h, area)) {
+          const left = Math.min(Math.max(x - w / 2, 0), width - w);
+          const top = Math.min(Math.max(y - h / 2, 0), height - h);
+          const name = { text, area, size, left, top, right: left + w, bottom: top + h };
+          order += 0.1;
+          if (placed.some((other) => overlap(name, other))) continue;
+          const cost = order + bodies.filter((body) => overlap(name, body)).length;
+          if (cost < least) [best, least] = [name, cost];
+        }
+      }
+      if (best !== null) break;
+    }
+    if (best !== null) placed.push(best);
+  }
+  return placed;
+}
+
+function grown(box: Box, by: number): Box {
+  return { left: box.left - by, top: box.top - by, right: box.right + by, bottom: box.bottom + by };
+}
+
+export function overlap(a: Box, b: Box): boolean {
+  return a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
+}
+
+export function useNames(run: Run, scale: number): Name[] {
+  return useMemo(() => placeNames(run, scale), [run.cols, run.rows, key(run), scale]);
+}
+
+function key(run: Run): string {
+  return JSON.stringify([run.names, run.areas]);
+}
+
+export function Names({ names, scale }: { names: Name[]; scale: number }) {
+  const unit = CELL / scale;
+  return (
+    <g class="names">
+      {names.map(({ text, area, size, left, right, bottom }) => (
+        <text
+          key={text}
+          class={area ? "area-name" : ""}
+          x={((left + right) / 2) * unit}
+          y={(bottom - 0.3 * size) * unit}
+          font-size={size * unit}
+          stroke-width={0.28 * size * unit}
+        >
+          {text}
+        </text>
+      ))}
+    </g>
+  );
+}
+
+/** Lines around the areas, on the borders of their outer regions. */
+export const Areas = memo(
+  ({ run }: { run: Run }) => (
+    <>
+      {Object.entries(run.areas).map(([name, regions]) => (
+        <path class="area-line" key={name} data-area={name} d={outline(run, regions)} />
+      ))}
+    </>
+  ),
+  (a, b) => key(a.run) === key(b.run) && a.run.cols === b.run.cols,
+);
+
+/** The outer border of a set of regions, by so much inside. */
+export function outline(run: Run, regions: readonly number[], inset = 0): string {
+  const held = new Set(regions);
+  const has = (row: number, col: number): boolean =>
+    row >= 0 && col >= 0 && col < run.cols && held.has(row * run.cols + col);
+  let path = "";
+  for (const region of held) {
+    const [col, row] = [region % run.cols, Math.floor(region / run.cols)];
+    const end = (open: boolean, corner: boolean): number => (!open ? inset : corner ? -inset : 0);
+    for (const side of [-1, 1]) {
+      if (!has(row + side, col)) {
+        const y = (row + (side + 1) / 2) * CELL - side * inset;
+        const left = col * CELL + end(has(row, col - 1), has(row + side, col - 1));
+        const right = (col + 1) * CELL - end(has(row, col + 1), has(row + side, col + 1));
+        path += `M${left} ${y}H${right}`;
+      }
+      if (!has(row, col + side)) {
+        const x = (col + (side + 1) / 2) * CELL - side * inset;
+        const top = row * CELL + end(has(row - 1, col), has(row - 1, col + side));
+        const bottom = (row + 1) * CELL - end(has(row + 1, col), has(row + 1, col + side));
+        path += `M${x} ${top}V${bottom}`;
+      }
+    }
+  }
+  return path;
+}

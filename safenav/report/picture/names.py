@@ -1,0 +1,180 @@
+"""Names of regions and areas on a picture: placed so that none lies over another, and outlines.
+
+The same rules as on the page (front/src/map/names.tsx), which measures letters in a browser.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from safenav.report.picture.svg import SvgWriter, number
+from safenav.report.picture.text import text_width
+from safenav.world.map import Region, RegionMap
+
+AREA = "#0067A3"
+_SIZES = (13.0, 12.0, 11.0, 10.0, 9.0)
+"""Heights of letters, the first that leaves room for a name is taken."""
+_LINE = 1.2
+_GAP = 2.0
+_BODY = 0.3
+"""Half of the middle of a named region, where robots stand, in cells."""
+_MOST_BOXES = 24
+
+
+@dataclass(frozen=True)
+class Box:
+    """A rectangle; y grows to the south."""
+
+    left: float
+    top: float
+    right: float
+    bottom: float
+
+    def overlaps(self, other: Box) -> bool:
+        return (
+            self.left < other.right
+            and other.left < self.right
+            and self.top < other.bottom
+            and other.top < self.bottom
+        )
+
+
+@dataclass(frozen=True)
+class Name:
+    """A name at its place."""
+
+    text: str
+    size: float
+    box: Box
+    area: bool
+
+
+def placed_names(world: RegionMap, cell: float) -> list[Name]:
+    """The names of a map with regions of that side; one without room is left out."""
+    subjects = [(name, [_cell(world, region, cell)]) for name, region in world.names.items()]
+    bodies = []
+    for _, (box,) in subjects:
+        inset = (0.5 - _BODY) * cell
+        bodies.append(
+            Box(*(box.left + inset, box.top + inset, box.right - inset, box.bottom - inset))
+        )
+    for name, area in world.areas.items():
+        subjects.append((name, _middle_first(world, area, cell)))
+    names: list[Name] = []
+    for index, (text, boxes) in enumerate(subjects):
+        found = _best(text, boxes, index >= len(bodies), names, bodies, world, cell)
+        if found is not None:
+            names.append(found)
+    return names
+
+
+def _cell(world: RegionMap, region: Region, cell: float) -> Box:
+    row, col = world.position(region)
+    return Box(col * cell, row * cell, (col + 1) * cell, (row + 1) * cell)
+
+
+def _middle_first(world: RegionMap, area: frozenset[Region], cell: float) -> list[Box]:
+    places = [world.position(region) for region in area]
+    row, col = (sum(values) / len(places) for values in zip(*places, strict=True))
+
+    def away(region: Region) -> tuple[float, Region]:
+        r, c = world.position(region)
+        return (r - row) ** 2 + (c - col) ** 2, region
+
+    return [_cell(world, region, cell) for region in sorted(area, key=away)[:_MOST_BOXES]]
+
+
+def _best(
+    text: str,
+    boxes: list[Box],
+    area: bool,
+    names: list[Name],
+    bodies: list[Box],
+    world: RegionMap,
+    cell: float,
+) -> Name | None:
+    """The place with the fewest robots below, in the largest letters for which there is one."""
+    width, height = world.cols * cell, world.rows * cell
+    for size in _SIZES:
+        wide, high = text_width(text, size, bold=True) + _GAP, _LINE * size
+        options: list[tuple[float, Box]] = []
+        for box in boxes if wide <= width and high <= height else ():
+            for x, y in _places(box, wide, high, area):
+                left = min(max(x - wide / 2, 0.0), width - wide)
+                top = min(max(y - high / 2, 0.0), height - high)
+                place = Box(left, top, left + wide, top + high)
+                if not any(place.overlaps(name.box) for name in names):
+                    below = sum(place.overlaps(body) for body in bodies)
+                    options.append((below + 0.1 * len(options), place))
+        if options:
+            return Name(text, size, min(options, key=lambda option: option[0])[1], area)
+    return None
+
+
+def _places(box: Box, width: float, height: float, area: bool) -> Iterator[tuple[float, float]]:
+    """Middles of a text for a box: in it at the bottom, below, above, beside, and aslant."""
+    x, y = (box.left + box.right) / 2, (box.top + box.bottom) / 2
+    below, above = box.bottom + height / 2, box.top - height / 2
+    if area:
+        yield x, y
+    yield x, box.bottom - height / 2 - 1
+    yield x, below
+    yield x, above
+    yield box.right + width / 2 + _GAP, y
+    yield box.left - width / 2 - _GAP, y
+    for across in (width / 3, -width / 3):
+        yield x + across, below
+        yield x + across, above
+
+
+def draw_names(page: SvgWriter, names: list[Name], ink: str) -> None:
+    """Letters with a light rim, readable on walls as well."""
+    for name in names:
+        page.text(
+            (name.box.left + name.box.right) / 2,
+            name.box.bottom - 0.3 * name.size,
+            name.text,
+            name.size,
+            bold=True,
+            fill=AREA if name.area else ink,
+            stroke="#FFFFFF",
+            stroke_width=0.28 * name.size,
+            stroke_linejoin="round",
+            paint_order="stroke",
+            text_anchor="middle",
+        )
+
+
+def draw_areas(page: SvgWriter, world: RegionMap, cell: float) -> None:
+    """A dashed line around each area."""
+    for area in world.areas.values():
+        border = outline(world, area, cell)
+        page.path(border, fill="none", stroke=AREA, stroke_width=2, stroke_dasharray="6 3")
+
+
+def outline(world: RegionMap, regions: frozenset[Region], cell: float, inset: float = 0.0) -> str:
+    """The outer border of a set of regions, by so much inside."""
+
+    def has(row: int, col: int) -> bool:
+        inside = 0 <= row < world.rows and 0 <= col < world.cols
+        return inside and world.region(row, col) in regions
+
+    def end(beside: bool, corner: bool) -> float:
+        return inset if not beside else -inset if corner else 0.0
+
+    parts = []
+    for region in sorted(regions):
+        row, col = world.position(region)
+        for side in (-1, 1):
+            if not has(row + side, col):
+                y = (row + (side + 1) / 2) * cell - side * inset
+                left = col * cell + end(has(row, col - 1), has(row + side, col - 1))
+                right = (col + 1) * cell - end(has(row, col + 1), has(row + side, col + 1))
+                parts.append(f"M{number(left)},{number(y)}H{number(right)}")
+            if not has(row, col + side):
+                x = (col + (side + 1) / 2) * cell - side * inset
+                top = row * cell + end(has(row - 1, col), has(row - 1, col + side))
+                bottom = (row + 1) * cell - end(has(row + 1, col), has(row + 1, col + side))
+                parts.append(f"M{number(x)},{number(top)}V{number(bottom)}")
+    return "".join(parts)
