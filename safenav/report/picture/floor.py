@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from safenav.report.picture.names import Box, Name
+from safenav.report.picture.names import PlacedName, TextBox
 from safenav.report.picture.svg import SvgWriter, number
 from safenav.report.picture.text import text_width
 from safenav.world.map import RegionMap
@@ -58,7 +58,7 @@ def draw_numbers(
     world: RegionMap,
     cell: float,
     fill: str = "#8A919C",
-    names: Sequence[Name] = (),
+    names: Sequence[PlacedName] = (),
 ) -> None:
     """The number of each free region in its corner, but for those below ``names``."""
     size = number_size(cell) or _LEGIBLE
@@ -66,7 +66,7 @@ def draw_numbers(
     for region in world.free:
         row, col = world.position(region)
         x, y = (col + 0.07) * cell, row * cell + 0.03 * cell + size
-        box = Box(x, y - size, x + text_width(str(region), size), y)
+        box = TextBox(x, y - size, x + text_width(str(region), size), y)
         if not any(box.overlaps(name.box) for name in names):
             page.element("text", str(region), x=x, y=y)
     page.close_group()

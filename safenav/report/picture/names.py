@@ -23,7 +23,7 @@ _MOST_BOXES = 24
 
 
 @dataclass(frozen=True)
-class Box:
+class TextBox:
     """A rectangle; y grows to the south."""
 
     left: float
@@ -31,7 +31,7 @@ class Box:
     right: float
     bottom: float
 
-    def overlaps(self, other: Box) -> bool:
+    def overlaps(self, other: TextBox) -> bool:
         return (
             self.left < other.right
             and other.left < self.right
@@ -41,27 +41,27 @@ class Box:
 
 
 @dataclass(frozen=True)
-class Name:
+class PlacedName:
     """A name at its place."""
 
     text: str
     size: float
-    box: Box
+    box: TextBox
     area: bool
 
 
-def placed_names(world: RegionMap, cell: float) -> list[Name]:
+def placed_names(world: RegionMap, cell: float) -> list[PlacedName]:
     """The names of a map with regions of that side; one without room is left out."""
     subjects = [(name, [_cell(world, region, cell)]) for name, region in world.names.items()]
     bodies = []
     for _, (box,) in subjects:
         inset = (0.5 - _BODY) * cell
         bodies.append(
-            Box(*(box.left + inset, box.top + inset, box.right - inset, box.bottom - inset))
+            TextBox(*(box.left + inset, box.top + inset, box.right - inset, box.bottom - inset))
         )
     for name, area in world.areas.items():
         subjects.append((name, _middle_first(world, area, cell)))
-    names: list[Name] = []
+    names: list[PlacedName] = []
     for index, (text, boxes) in enumerate(subjects):
         found = _best(text, boxes, index >= len(bodies), names, bodies, world, cell)
         if found is not None:
@@ -69,12 +69,12 @@ def placed_names(world: RegionMap, cell: float) -> list[Name]:
     return names
 
 
-def _cell(world: RegionMap, region: Region, cell: float) -> Box:
+def _cell(world: RegionMap, region: Region, cell: float) -> TextBox:
     row, col = world.position(region)
-    return Box(col * cell, row * cell, (col + 1) * cell, (row + 1) * cell)
+    return TextBox(col * cell, row * cell, (col + 1) * cell, (row + 1) * cell)
 
 
-def _middle_first(world: RegionMap, area: frozenset[Region], cell: float) -> list[Box]:
+def _middle_first(world: RegionMap, area: frozenset[Region], cell: float) -> list[TextBox]:
     places = [world.position(region) for region in area]
     row, col = (sum(values) / len(places) for values in zip(*places, strict=True))
 
@@ -87,32 +87,32 @@ def _middle_first(world: RegionMap, area: frozenset[Region], cell: float) -> lis
 
 def _best(
     text: str,
-    boxes: list[Box],
+    boxes: list[TextBox],
     area: bool,
-    names: list[Name],
-    bodies: list[Box],
+    names: list[PlacedName],
+    bodies: list[TextBox],
     world: RegionMap,
     cell: float,
-) -> Name | None:
+) -> PlacedName | None:
     """The place with the fewest robots below, in the largest letters for which there is one."""
     width, height = world.cols * cell, world.rows * cell
     for size in _SIZES:
         wide, high = text_width(text, size, bold=True) + _GAP, _LINE * size
-        options: list[tuple[float, Box]] = []
+        options: list[tuple[float, TextBox]] = []
         for box in boxes if wide <= width and high <= height else ():
             for x, y in _places(box, wide, high, area):
                 left = min(max(x - wide / 2, 0.0), width - wide)
                 top = min(max(y - high / 2, 0.0), height - high)
-                place = Box(left, top, left + wide, top + high)
+                place = TextBox(left, top, left + wide, top + high)
                 if not any(place.overlaps(name.box) for name in names):
                     below = sum(place.overlaps(body) for body in bodies)
                     options.append((below + 0.1 * len(options), place))
         if options:
-            return Name(text, size, min(options, key=lambda option: option[0])[1], area)
+            return PlacedName(text, size, min(options, key=lambda option: option[0])[1], area)
     return None
 
 
-def _places(box: Box, width: float, height: float, area: bool) -> Iterator[tuple[float, float]]:
+def _places(box: TextBox, width: float, height: float, area: bool) -> Iterator[tuple[float, float]]:
     """Middles of a text for a box: in it at the bottom, below, above, beside, and aslant."""
     x, y = (box.left + box.right) / 2, (box.top + box.bottom) / 2
     below, above = box.bottom + height / 2, box.top - height / 2
@@ -128,7 +128,7 @@ def _places(box: Box, width: float, height: float, area: bool) -> Iterator[tuple
         yield x + across, above
 
 
-def draw_names(page: SvgWriter, names: list[Name], ink: str) -> None:
+def draw_names(page: SvgWriter, names: list[PlacedName], ink: str) -> None:
     """Letters with a light rim, readable on walls as well."""
     for name in names:
         page.text(
