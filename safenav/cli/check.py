@@ -34,6 +34,7 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
     from safenav.explain.vacuity import vacuous_wins
     from safenav.report.terminal.synthesis_progress import WaitingLine
     from safenav.report.terminal.vacuity_warning import vacuity_data, vacuity_lines
+    from safenav.runtime.coordination.foresight import foreseen
     from safenav.runtime.explanation import explain_unrealizable
     from safenav.runtime.mission import default_synthesizer, first_answers
     from safenav.scenario.doubts import doubts
@@ -45,7 +46,7 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
     synthesizer = default_synthesizer(plan)
     answers = first_answers(plan, synthesizer, WaitingLine())
     verdicts: list[dict[str, Any]] = []
-    doubtful = doubts(plan)
+    doubtful = [*doubts(plan), *foreseen(plan)]
     warnings: list[str] = [*doubtful]
     for name, answer in answers.items():
         why = (

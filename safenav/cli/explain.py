@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from safenav.errors import ExitCode, UsageError
+
+if TYPE_CHECKING:
+    from safenav.scenario.catalogue import Catalogue
+    from safenav.scenario.model import Scenario
 
 EPILOG = """\b
 Examples:
@@ -15,7 +20,7 @@ Examples:
   safenav explain lab.yaml --robot walker --json
 \b
 Exit codes:
-  0  every robot is realizable: nothing to explain   1  some robot is unrealizable
+  0  nothing to explain   1  a robot is unrealizable, or the run needs an operator
   2  bad input   3  time or memory limit   4  synthesizer failure
 """
 
@@ -27,25 +32,27 @@ Exit codes:
 def command(scenario: Path, robot: str | None, as_json: bool) -> int:
     """Explain why robots are unrealizable: a minimal unrealizable core, a losing play and
     verified repairs. A SCENARIO whose targets cannot be reached, which every other command refuses,
-    is explained as well."""
+    is explained as well. If all robots are realizable, the run is played; where it ends with an
+    operator, its proof is shown step by step, with repairs under which a run was completed."""
     from safenav.report.terminal.explanation_text import explanation_data, explanation_lines
     from safenav.report.terminal.synthesis_progress import WaitingLine
     from safenav.runtime.explanation import explain_team
     from safenav.runtime.mission import default_synthesizer
-    from safenav.scenario.reading.loader import load_scenario
+    from safenav.scenario.reading.loader import load_with_catalogue
 
-    plan = load_scenario(scenario, reachable=False)
+    plan, catalogue = load_with_catalogue(scenario, reachable=False)
     names = [r.name for r in plan.robots]
     if robot is not None and robot not in names:
         raise UsageError(f"{scenario}: there is no robot '{robot}'; it has {', '.join(names)}")
     wanted = names if robot is None else [robot]
     found = explain_team(plan, default_synthesizer(plan), wanted, WaitingLine())
+    if not found and robot is None:
+        return _of_the_run(plan, catalogue, as_json)
     if as_json:
         robots = [explanation_data(explanation, plan) for explanation in found]
         click.echo(json.dumps({"scenario": plan.name, "unrealizable": robots}, indent=2))
     elif not found:
-        whose = "every robot" if robot is None else robot
-        click.echo(f"{whose} is {click.style('realizable', fg='green')}: nothing to explain")
+        click.echo(f"{robot} is {click.style('realizable', fg='green')}: nothing to explain")
     else:
         for place, explanation in enumerate(found):
             for line in explanation_lines(explanation, plan):
@@ -53,3 +60,22 @@ def command(scenario: Path, robot: str | None, as_json: bool) -> int:
             if place + 1 < len(found):
                 click.echo()
     return ExitCode.NEGATIVE if found else ExitCode.OK
+
+
+def _of_the_run(plan: Scenario, catalogue: Catalogue, as_json: bool) -> int:
+    """Why the run of a team of realizable robots needs an operator, if it does."""
+    from safenav.report.terminal.postmortem_text import postmortem_data, postmortem_lines
+    from safenav.runtime.mission import default_synthesizer
+    from safenav.runtime.postmortem import explain_run
+    from safenav.scenario.model import Outcome
+
+    models = {robot.model.name: robot.model for robot in plan.robots} | dict(catalogue.robots)
+    found = explain_run(plan, models, lambda: default_synthesizer(plan))
+    if as_json:
+        click.echo(json.dumps(postmortem_data(found, plan), indent=2))
+    else:
+        for line in postmortem_lines(found):
+            click.echo(line)
+    return {Outcome.COMPLETED: ExitCode.OK, Outcome.OPERATOR_NEEDED: ExitCode.NEGATIVE}.get(
+        found.result.outcome, ExitCode.RESOURCE_LIMIT
+    )

@@ -19,6 +19,7 @@ from safenav.runtime.coordination.algorithm import Coordinator
 from safenav.runtime.coordination.asking import Answer, Asking, Attempt
 from safenav.runtime.coordination.by_resynthesis import ByResynthesis
 from safenav.runtime.coordination.by_signals import BySignals
+from safenav.runtime.coordination.reasons import Shortfall
 from safenav.runtime.coordination.strategies import Strategies
 from safenav.runtime.coordination.telling import Telling
 from safenav.runtime.interventions import Intervention, Interventions
@@ -40,7 +41,8 @@ from safenav.verify.verification import first_failure
 
 @dataclass(frozen=True)
 class RunResult:
-    """How a run ended. ``cause`` says more about ``operator_needed``."""
+    """How a run ended. ``cause`` says more about ``operator_needed``, ``links`` its reasons one by
+    one; ``stuck``: the robots that cannot go on."""
 
     outcome: Outcome
     explanation: str
@@ -50,6 +52,8 @@ class RunResult:
     seconds: float
     syntheses: int
     synthesis_seconds: float
+    links: tuple[str, ...] = ()
+    stuck: tuple[str, ...] = ()
 
 
 class Mission:
@@ -272,7 +276,14 @@ class Mission:
             ended.seconds,
             ended.syntheses,
             ended.synthesis_seconds,
+            conclusion.links or (conclusion.explanation,),
+            conclusion.stuck,
         )
+
+    @property
+    def lacks(self) -> tuple[Shortfall, ...]:
+        """What obstacles lack that could not be resolved at some time."""
+        return tuple(self._coordination.lacks.values())
 
     def _note(self, record: records.Record) -> None:
         if isinstance(record, records.Move):

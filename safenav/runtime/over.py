@@ -17,13 +17,16 @@ from safenav.trace.proofs import Proof
 
 @dataclass(frozen=True)
 class Conclusion:
-    """Why a run is over. ``cause`` and ``proof``: of ``operator_needed`` (docs/trace.md)."""
+    """Why a run is over. ``cause`` and ``proof``: of ``operator_needed`` (docs/trace.md), with the
+    ``links`` of its reasons, one sentence each, and the robots that are ``stuck``."""
 
     outcome: Outcome
     explanation: str
     cause: str | None = None
     proof: Proof | None = None
     unrealizable: Mapping[str, str] | None = None
+    links: tuple[str, ...] = ()
+    stuck: tuple[str, ...] = ()
 
 
 class RunOver(Exception):  # noqa: N818 - it is no error

@@ -1,7 +1,7 @@
 """What a valid scenario probably does not intend: warnings of ``safenav check``.
 
-An obstacle with an action that nobody has, or too few; a capability that nothing needs; a seed
-that nothing depends on.
+An obstacle with an action that nobody has, or too few; a capability that nothing needs; one region
+that several robots are to hold; a seed that nothing depends on.
 """
 
 from __future__ import annotations
@@ -9,13 +9,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from safenav.scenario.model import Obstacle, Scenario
+from safenav.scenario.objective import Hold
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.yaml.findings import closest
 
 
 def doubts(scenario: Scenario) -> tuple[str, ...]:
     """One sentence each, in the scenario's terms."""
-    found = [*scenario.map.notes, *_needless(scenario)]
+    found = [*scenario.map.notes, *_needless(scenario), *_crowded(scenario)]
     for obstacle in scenario.obstacles:
         found += _unable(obstacle, scenario)
     if scenario.seed and not _draws(scenario):
@@ -47,6 +48,22 @@ def _unable(obstacle: Obstacle, scenario: Scenario) -> Iterator[str]:
                 f"nobody can resolve {what}: '{need.action}' takes {need.robots} robots, "
                 f"and only {' and '.join(able)} can do it"
             )
+
+
+def _crowded(scenario: Scenario) -> Iterator[str]:
+    """Robots that are to hold one region, where only one of them can be."""
+    for number, robot in enumerate(scenario.robots):
+        for other in scenario.robots[:number]:
+            own, theirs = robot.objective, other.objective
+            if not (isinstance(own, Hold) and isinstance(theirs, Hold)):
+                continue
+            both = own.target | theirs.target
+            if len(both) == 1 and scenario.conflict(robot, other):
+                place = scenario.map.label(min(both))
+                yield (
+                    f"{other.name} and {robot.name} are to hold region {place}, and only one of "
+                    "them can be there at a time"
+                )
 
 
 def _needless(scenario: Scenario) -> Iterator[str]:

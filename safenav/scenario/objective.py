@@ -7,7 +7,7 @@ A target is a set of regions, any of which counts. How an objective becomes GR(1
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field
 
 from safenav.dataclass import dataclass
@@ -88,6 +88,21 @@ def targets_of(objective: Objective) -> tuple[Target, ...]:
             return (target,)
         case Ltl():
             return ()
+
+
+def with_targets(objective: Objective, targets: Sequence[Target]) -> Objective:
+    """The same objective with other targets, as many as it has."""
+    match objective:
+        case Patrol():
+            return Patrol(targets[0], targets[1], objective.literal)
+        case Visit():
+            return Visit(tuple(targets))
+        case Cover():
+            return Cover(tuple(targets))
+        case Hold():
+            return Hold(targets[0])
+        case Ltl():
+            return objective
 
 
 def to_data(objective: Objective) -> dict[str, object]:

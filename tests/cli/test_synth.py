@@ -154,4 +154,4 @@ def test_check_warns_of_what_is_hardly_meant(safenav: Command, tmp_path: Path) -
     assert "warning: seed 3 has no effect" in done.stderr
     assert safenav("check", scenario, "--strict").returncode == 1
     told = json.loads(safenav("check", scenario, "--json").stdout)
-    assert len(told["warnings"]) == 2
+    assert len(told["warnings"]) == 3

@@ -100,12 +100,15 @@ def nobody_goes_on(
         said.append(f"{name} has no strategy for going to {obstacle_words(obstacle, word)}")
     known = missed and isinstance(proof, Closure)
     cause = cause_of(missed).value if known else vocabulary.OperatorCause.UNREALIZABLE.value
+    links = tuple(dict.fromkeys(said))
     return RunOver(
         Conclusion(
             Outcome.OPERATOR_NEEDED,
-            "; ".join(dict.fromkeys(said)),
+            "; ".join(links),
             cause,
             told(floor, proof),
+            links=links,
+            stuck=tuple(stuck),
         )
     )
 
@@ -120,7 +123,14 @@ def no_strategy(state: TeamState, telling: Telling, attempt: Attempt) -> RunOver
         telling.announce(answer, Reason.BLOCKED)
         said.append(_why_not(state, name, answer.task))
         specs[name] = answer.result.spec_sha256
-    conclusion = Conclusion(Outcome.OPERATOR_NEEDED, "; ".join(said), "unrealizable", None, specs)
+    conclusion = Conclusion(
+        Outcome.OPERATOR_NEEDED,
+        "; ".join(said),
+        "unrealizable",
+        unrealizable=specs,
+        links=tuple(said),
+        stuck=tuple(specs),
+    )
     return RunOver(conclusion)
 
 

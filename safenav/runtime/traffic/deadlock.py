@@ -130,4 +130,4 @@ def deadlocked(state: TeamState, floor: Floor, course: Course, answer: Exhausted
         len(places),
         hashlib.sha256(text.encode()).hexdigest(),
     )
-    return RunOver(Conclusion(Outcome.OPERATOR_NEEDED, said, "deadlock", proof))
+    return RunOver(Conclusion(Outcome.OPERATOR_NEEDED, said, "deadlock", proof, stuck=floor.names))

@@ -1,0 +1,66 @@
+"""Why a run needed an operator, in words and as data for machines."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import click
+
+from safenav.runtime.postmortem import Postmortem
+from safenav.scenario.model import Outcome, Scenario
+
+_CAUSES = {
+    "no_capable_robot": "too few robots of the team have an action that is needed",
+    "cyclic_requests": "robots wait for each other's help, round in a circle",
+    "never_resolvable": "the robots that could help cannot get to where they are needed",
+    "unrealizable": "a robot has no strategy for what it is to do",
+    "deadlock": "the robots stand in each other's way",
+}
+
+
+def postmortem_lines(found: Postmortem) -> Iterator[str]:
+    """What a person reads."""
+    result = found.result
+    if result.outcome is Outcome.COMPLETED:
+        good = click.style("realizable", fg="green")
+        done = f"the run is completed after {result.ticks} ticks"
+        yield f"every robot is {good}, and {done}: nothing to explain"
+        return
+    ended = click.style(result.outcome.value.replace("_", " "), fg="red", bold=True)
+    if result.outcome is not Outcome.OPERATOR_NEEDED:
+        yield f"every robot is realizable; the run ended with {ended}: {result.explanation}"
+        return
+    yield f"every robot is realizable, but the run ends at tick {result.ticks}: {ended}"
+    yield f"  because {_CAUSES[result.cause or 'unrealizable']}:"
+    yield from (f"  {number}. {link}" for number, link in enumerate(found.chain, 1))
+    yield ""
+    if found.repairs:
+        yield "With any one of these changes a run was completed:"
+        for repair in found.repairs:
+            change = "; ".join(f"{item}: {value}" for item, value in repair.change)
+            yield f"  - {change} (after {repair.ticks} ticks)"
+    else:
+        yield f"None of the simple changes that were tried helps ({found.tried} runs)."
+
+
+def postmortem_data(found: Postmortem, scenario: Scenario) -> dict[str, Any]:
+    """The same for machines."""
+    return {
+        "scenario": scenario.name,
+        "unrealizable": [],
+        "outcome": found.result.outcome.value,
+        "cause": found.result.cause,
+        "ticks": found.result.ticks,
+        "chain": list(found.chain),
+        "repairs": [
+            {
+                "kind": repair.kind,
+                "change": [{"item": item, "value": value} for item, value in repair.change],
+                "ticks": repair.ticks,
+            }
+            for repair in found.repairs
+        ],
+        "runs": found.tried,
+        "seconds": round(found.seconds, 3),
+    }

@@ -1,0 +1,61 @@
+"""What can be told of a scenario before any run: who can never go on, and what that lacks.
+
+The closure with every hidden obstacle known, robots at their start. An obstacle blocks whether or
+not a robot has met it, so a robot that is stuck here is stuck in every run.
+"""
+
+from __future__ import annotations
+
+from safenav.dataclass import dataclass
+from safenav.runtime.coordination.deciding import closed
+from safenav.runtime.coordination.reasons import Shortfall, shortfall_words, shortfalls
+from safenav.runtime.coordination.requests import Requests
+from safenav.runtime.over import Stop
+from safenav.runtime.team import TeamState
+from safenav.scenario.model import Scenario
+from safenav.trace.wording import listed
+from safenav.world.poses import bits
+
+
+@dataclass(frozen=True)
+class Foresight:
+    """``reach``: where each robot can get with all resolved that can be, as regions. ``stuck``: the
+    robots that cannot meet their objective again and again; ``lacks``: what obstacles lack that are
+    never resolved."""
+
+    reach: dict[str, frozenset[int]]
+    stuck: tuple[str, ...]
+    lacks: tuple[Shortfall, ...]
+
+
+def foresee(scenario: Scenario) -> Foresight:
+    """What follows from the scenario alone. Obstacles that come or go by themselves, and what is
+    not traversable, are left out: they only take away what robots can do."""
+    state, requests = TeamState.initial(scenario), Requests()
+    for obstacle in scenario.obstacles:
+        if obstacle.appears is None and obstacle.goes is None:
+            state.knowledge.meet(obstacle)
+            robot = scenario.robots[0]
+            requests.open(obstacle, robot.name, robot.start.region, 0, {})
+    floor, closure = closed(state, requests, Stop())
+    reach = {
+        name: frozenset(bits(member.graph.regions_of(reach.poses)))
+        for name, member, reach in zip(
+            floor.names, floor.problem.members, closure.robots, strict=True
+        )
+    }
+    stuck = tuple(n for n, r in zip(floor.names, closure.robots, strict=True) if not r.live)
+    return Foresight(reach, stuck, shortfalls(floor, closure))
+
+
+def foreseen(scenario: Scenario) -> tuple[str, ...]:
+    """Warnings of what no run can bring about, one sentence each."""
+    found = foresee(scenario)
+    if not found.stuck or not found.lacks:
+        return ()
+    word = scenario.map.word
+    who = listed(found.stuck)
+    whose = "its objective" if len(found.stuck) == 1 else "their objectives"
+    said = [f"{who} cannot meet {whose} again and again: an operator will be needed"]
+    lacks = [each for each in found.lacks if not each.too_few]  # else another warning says it
+    return (*said, *(shortfall_words(each, word) for each in lacks))

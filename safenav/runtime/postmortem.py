@@ -1,0 +1,334 @@
+"""Why a team needs an operator: its run is played, its end explained, and repairs are tried.
+
+A repair is offered only if a run of the changed scenario was completed.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from itertools import islice
+
+from safenav.dataclass import dataclass
+from safenav.errors import SafenavError
+from safenav.runtime.coordination.foresight import Foresight, foresee
+from safenav.runtime.coordination.reasons import Hindrance, Shortfall
+from safenav.runtime.mission import Mission, RunResult
+from safenav.scenario.model import (
+    Need,
+    Obstacle,
+    ObstacleType,
+    Outcome,
+    ResolveAt,
+    Robot,
+    RobotModel,
+    Scenario,
+)
+from safenav.scenario.objective import Hold, Ltl, Target, targets_of, with_targets, written
+from safenav.synthesis.slugs import Synthesizer
+from safenav.world.map import Heading, Region
+from safenav.world.moves import Mobility, Pose
+
+SECONDS = 20.0
+"""Wall time for trying repairs."""
+RUN_SECONDS = 5.0
+"""Wall time of one of their runs."""
+OFFERED = 2
+"""Repairs of one kind that are enough."""
+TRIED = 6
+"""Candidates of one kind that are run at most."""
+
+Change = tuple[tuple[str, str], ...]
+
+
+@dataclass(frozen=True)
+class TeamRepair:
+    """A change under which a run was seen to complete: the scenario's items and their new values,
+    as they would be written. ``ticks``: what that run took."""
+
+    kind: str
+    change: Change
+    ticks: int
+
+
+@dataclass(frozen=True)
+class Postmortem:
+    """How a run ended, why as a chain of reasons, and what would have helped. ``tried``: the runs
+    that were made to find out."""
+
+    result: RunResult
+    chain: tuple[str, ...]
+    repairs: tuple[TeamRepair, ...]
+    tried: int
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Candidate:
+    kind: str
+    change: Change
+    scenario: Scenario
+
+
+def explain_run(
+    scenario: Scenario,
+    models: Mapping[str, RobotModel],
+    synthesizer: Callable[[], Synthesizer],
+    seconds: float = SECONDS,
+) -> Postmortem:
+    """Play a scenario; if that ends with an operator, say why and look for repairs. ``models``: of
+    robots that could be added."""
+    begun = time.monotonic()
+    mission = Mission(scenario, synthesizer())
+    result = mission.run()
+    if result.outcome is not Outcome.OPERATOR_NEEDED:
+        return Postmortem(result, (), (), 1, time.monotonic() - begun)
+    deadline = time.monotonic() + seconds
+    repairs, tried = [], 1
+    for kind in _KINDS:
+        good = 0
+        for candidate in islice(kind(_Failure(scenario, mission, models)), TRIED):
+            left = deadline - time.monotonic()
+            if good == OFFERED or left <= 0:
+                break
+            tried += 1
+            ticks = _completes(candidate.scenario, synthesizer(), min(left, RUN_SECONDS))
+            if ticks is not None:
+                repairs.append(TeamRepair(candidate.kind, candidate.change, ticks))
+                good += 1
+    return Postmortem(result, result.links, tuple(repairs), tried, time.monotonic() - begun)
+
+
+def _completes(scenario: Scenario, synthesizer: Synthesizer, seconds: float) -> int | None:
+    """The ticks of a run that completes; None for every other end."""
+    limited = replace(scenario, limits=replace(scenario.limits, seconds=seconds))
+    try:
+        result = Mission(limited, synthesizer).run()
+    except SafenavError:
+        return None
+    return result.ticks if result.outcome is Outcome.COMPLETED else None
+
+
+class _Failure:
+    """A run that ended with an operator, for those who look for repairs."""
+
+    def __init__(
+        self, scenario: Scenario, mission: Mission, models: Mapping[str, RobotModel]
+    ) -> None:
+        self.scenario = scenario
+        self.models = models
+        seen: Foresight = foresee(scenario)
+        self.reach = seen.reach
+        self.lacks = seen.lacks or mission.lacks
+        self.stuck = seen.stuck or tuple(mission.result.stuck if mission.result else ())
+        self.word = scenario.map.word
+
+    def obstacle(self, lacks: Shortfall) -> Obstacle:
+        return next(o for o in self.scenario.obstacles if o.name == lacks.obstacle)
+
+    def places(self, lacks: Shortfall) -> list[Region]:
+        """Where the need that is lacking can be met, then beside it, where no obstacle is."""
+        obstacle, world = self.obstacle(lacks), self.scenario.map
+        there = obstacle.resolution_regions(world, len(lacks.met))
+        beside = [r for region in there for r in world.neighbours(region)]
+        closed = {o.region for o in self.scenario.obstacles}
+        taken = {robot.start.region for robot in self.scenario.robots}
+        return [r for r in dict.fromkeys((*there, *beside)) if r not in closed | taken]
+
+    def with_robots(
+        self, kind: str, changed: Mapping[str, Robot], *change: tuple[str, str]
+    ) -> Candidate:
+        robots = tuple(changed.get(robot.name, robot) for robot in self.scenario.robots)
+        return Candidate(kind, change, replace(self.scenario, robots=robots))
+
+    def without(self, wall: Region) -> Candidate:
+        """The scenario with a wall taken away."""
+        world = self.scenario.map
+        opened = replace(self.scenario, map=replace(world, walls=world.walls - {wall}))
+        return Candidate("wall", (("map", f"no wall at {world.label(wall)}"),), opened)
+
+
+def _beside(failed: _Failure) -> list[Region]:
+    """The walls beside what the stuck robots reach, those between the robots first."""
+    world = failed.scenario.map
+    fields = [world.distances([failed.scenario.robot(name).start.region]) for name in failed.stuck]
+    ranked = []
+    for wall in world.walls:
+        beside = [r for r in world.neighbours(wall) if all(r in field for field in fields)]
+        if beside:
+            ranked.append((min(max(field[r] for field in fields) for r in beside), wall))
+    return [wall for _, wall in sorted(ranked)]
+
+
+def _start(model: RobotModel, region: Region, heading: Heading | None) -> Pose:
+    return Pose(region, heading if model.mobility is Mobility.HEADING else None)
+
+
+def _starts(failed: _Failure) -> Iterator[Candidate]:
+    """A robot that has the action starts where it is needed."""
+    for lacks in failed.lacks:
+        for helper in lacks.helpers:
+            if helper.hindrance not in (Hindrance.GATES, Hindrance.WALLS):
+                continue
+            robot = failed.scenario.robot(helper.name)
+            for region in failed.places(lacks)[:3]:
+                moved = replace(robot, start=_start(robot.model, region, robot.start.heading))
+                item = f"robots.{robot.name}.start"
+                yield failed.with_robots("start", {robot.name: moved}, (item, failed.word(region)))
+
+
+def _capabilities(failed: _Failure) -> Iterator[Candidate]:
+    """A model of the team has the action as well."""
+    for lacks in failed.lacks:
+        for name in dict.fromkeys(robot.model.name for robot in failed.scenario.robots):
+            team = [r for r in failed.scenario.robots if r.model.name == name]
+            if lacks.action in team[0].capabilities:
+                continue
+            more = sorted({*team[0].capabilities, lacks.action})
+            able = {
+                r.name: replace(r, model=replace(r.model, capabilities=frozenset(more)))
+                for r in team
+            }
+            item = f"catalogue.robots.{name}.capabilities"
+            yield failed.with_robots("capability", able, (item, f"[{', '.join(more)}]"))
+
+
+def _robots(failed: _Failure) -> Iterator[Candidate]:
+    """A robot more, which has the action and waits where it is needed."""
+    for lacks in failed.lacks:
+        for model in failed.models.values():
+            if lacks.action not in model.capabilities:
+                continue
+            for region in failed.places(lacks)[:3]:
+                names = {robot.name for robot in failed.scenario.robots}
+                number = next(k for k in range(1, 1000) if f"{model.name}_{k}" not in names)
+                name, pose = f"{model.name}_{number}", _start(model, region, Heading.EAST)
+                robot = Robot(name, model, pose, Hold(frozenset({region})))
+                place = failed.word(region)
+                turned = ", heading: east" if pose.heading is not None else ""
+                said = (
+                    f"{{model: {model.name}, start: {place}{turned}, objective: {{hold: {place}}}}}"
+                )
+                scenario = replace(failed.scenario, robots=(*failed.scenario.robots, robot))
+                yield Candidate("robot", ((f"robots.{name}", said),), scenario)
+
+
+def _needs(failed: _Failure) -> Iterator[Candidate]:
+    """The type of an obstacle takes fewer robots, or can be resolved from beside it."""
+    for lacks in failed.lacks:
+        kind = failed.obstacle(lacks).type
+        number = len(lacks.met)
+        need = kind.needs[number]
+        milder = []
+        able = len(lacks.helpers) + len(lacks.done)
+        if 0 < able < need.robots:
+            milder.append(replace(need, robots=able, together=need.together and able > 1))
+        if need.at is not ResolveAt.NEIGHBOURS:
+            milder.append(replace(need, at=ResolveAt.NEIGHBOURS))
+        for other in milder:
+            yield _with_need(failed, kind, number, other)
+
+
+def _with_need(failed: _Failure, kind: ObstacleType, number: int, need: Need) -> Candidate:
+    needs = (*kind.needs[:number], need, *kind.needs[number + 1 :])
+    changed = replace(kind, action=needs[0].action, resolve_at=needs[0].at, listed=needs)
+    obstacles = tuple(
+        replace(o, type=changed) if o.type == kind else o for o in failed.scenario.obstacles
+    )
+    said = ", ".join(_need_written(each, failed) for each in needs)
+    change = ((f"catalogue.obstacles.{kind.name}.needs", f"[{said}]"),)
+    return Candidate("need", change, replace(failed.scenario, obstacles=obstacles))
+
+
+def _need_written(need: Need, failed: _Failure) -> str:
+    at = (
+        need.at.value
+        if isinstance(need.at, ResolveAt)
+        else f"[{', '.join(map(failed.word, sorted(need.at)))}]"
+    )
+    robots = f", robots: {need.robots}" if need.robots > 1 else ""
+    together = ", together: true" if need.together else ""
+    return f"{{action: {need.action}{robots}, at: {at}{together}}}"
+
+
+def _walls(failed: _Failure) -> Iterator[Candidate]:
+    """A wall taken away between what a robot reaches and where it is to be; for robots in each
+    other's way beside where they are, as a place to give way."""
+    world, scenario = failed.scenario.map, failed.scenario
+    if not failed.lacks:
+        yield from map(failed.without, _beside(failed))
+        return
+    wanted: list[tuple[str, Target]] = [
+        (name, target)
+        for name in failed.stuck
+        for target in targets_of(scenario.robot(name).objective)
+    ]
+    for lacks in failed.lacks:
+        regions = failed.obstacle(lacks).resolution_regions(world, len(lacks.met))
+        wanted += [
+            (helper.name, frozenset(regions))
+            for helper in lacks.helpers
+            if helper.hindrance in (Hindrance.GATES, Hindrance.WALLS)
+        ]
+    closed = {obstacle.region for obstacle in scenario.obstacles}
+    tried: set[Region] = set()
+    for name, target in wanted:
+        reach = failed.reach[name]
+        if target & reach:
+            continue
+        beyond = {*world.distances(target)} if not closed else _around(failed, target, closed)
+        for wall in sorted(world.walls - tried):
+            beside = set(world.neighbours(wall))
+            if beside & reach and beside & beyond - reach:
+                tried.add(wall)
+                yield failed.without(wall)
+
+
+def _around(failed: _Failure, target: Target, closed: set[Region]) -> set[Region]:
+    """From where a target can be reached past no obstacle."""
+    world = failed.scenario.map
+    found, queue = set(target), list(target)
+    for region in queue:
+        fresh = [r for r in world.neighbours(region) if r not in found | closed]
+        found.update(fresh)
+        queue += fresh
+    return found
+
+
+def _targets(failed: _Failure) -> Iterator[Candidate]:
+    """A target moved to the nearest region that its robot can get to."""
+    world = failed.scenario.map
+    for name in failed.stuck:
+        robot, reach = failed.scenario.robot(name), failed.reach[name]
+        if isinstance(robot.objective, Ltl):
+            continue
+        targets = list(targets_of(robot.objective))
+        for number, target in enumerate(targets):
+            others = set().union(*(t for k, t in enumerate(targets) if k != number))
+            if target & reach and failed.lacks:
+                continue
+            goal = world.position(min(target))
+
+            def away(region: Region, goal: tuple[int, int] = goal) -> tuple[int, Region]:
+                row, col = world.position(region)
+                return abs(row - goal[0]) + abs(col - goal[1]), region
+
+            for region in sorted(reach - others - target, key=away)[:3]:
+                moved = [*targets[:number], frozenset({region}), *targets[number + 1 :]]
+                objective = with_targets(robot.objective, moved)
+                yield failed.with_robots(
+                    "target",
+                    {name: replace(robot, objective=objective)},
+                    (f"robots.{name}.objective", written(objective, failed.word)),
+                )
+
+
+_KINDS: tuple[Callable[[_Failure], Iterator[Candidate]], ...] = (
+    _starts,
+    _capabilities,
+    _robots,
+    _needs,
+    _walls,
+    _targets,
+)

@@ -1,0 +1,136 @@
+"""What explain tells of a team whose robots are all realizable, and what check warns of."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from explain.conftest import Invoke
+from safenav.cli import check, explain
+from safenav.runtime.mission import default_synthesizer
+from safenav.runtime.postmortem import Postmortem, explain_run
+from safenav.scenario.reading.catalogue import built_in
+from safenav.scenario.reading.loader import load_scenario_text
+
+TEAM = """
+safenav: 1
+map:
+  grid: |
+    ###############
+    #...#.....#...#
+    #.............#
+    #...#.....#...#
+    ###############
+  names: {west: [2, 4], east: [2, 10], a_button: [2, 1], b_button: [2, 13]}
+catalogue:
+  robots:
+    walker: {mobility: free, layer: ground}
+    lifter: {mobility: free, layer: ground, capabilities: [lift]}
+    red: {mobility: free, layer: ground, capabilities: [red_key]}
+    blue: {mobility: free, layer: ground, capabilities: [blue_key]}
+  obstacles:
+    red_door: {action: red_key, resolve_at: [a_button]}
+    blue_door: {action: blue_key, resolve_at: [b_button]}
+    crate: {needs: [{action: lift, robots: 2, at: neighbours}]}
+until: {rounds: 1}
+limits: {ticks: 200}
+"""
+KEYS = f"""{TEAM}
+robots:
+  r: {{model: red, start: [1, 5], objective: {{visit: [[1, 5], [2, 3]]}}}}
+  b: {{model: blue, start: [1, 9], objective: {{visit: [[1, 9], [2, 11]]}}}}
+obstacles: [{{type: red_door, region: east}}, {{type: blue_door, region: west}}]
+"""
+LIFTER = f"""{TEAM}
+robots:
+  w: {{model: walker, start: [1, 5], objective: {{visit: [[1, 5], [2, 3]]}}}}
+  ben: {{model: lifter, start: [3, 5], objective: {{hold: [3, 5]}}}}
+obstacles: [{{type: crate, region: west}}]
+"""
+NARROW = """
+safenav: 1
+map: {grid: ["######", "#....#", "######"]}
+robots:
+  a: {model: quadcopter, start: 7, objective: {visit: [7, 10]}}
+  b: {model: quadcopter, start: 10, objective: {visit: [10, 7]}}
+until: {rounds: 1}
+limits: {ticks: 60}
+"""
+
+
+def explained(text: str, seconds: float = 20.0) -> Postmortem:
+    plan = load_scenario_text(text)
+    models = dict(built_in().robots) | {robot.model.name: robot.model for robot in plan.robots}
+    return explain_run(plan, models, lambda: default_synthesizer(plan), seconds)
+
+
+def test_a_circle_of_keys_is_shown_link_by_link_with_repairs_that_were_run() -> None:
+    found = explained(KEYS)
+    assert found.result.cause == "cyclic_requests"
+    assert [link.split(";")[0] for link in found.chain[-2:]] == [
+        "blue_door@west needs a robot with 'blue_key'",
+        "red_door@east needs a robot with 'red_key'",
+    ]
+    assert {repair.kind for repair in found.repairs} >= {"start", "robot", "need", "wall"}
+    starts = [repair.change for repair in found.repairs if repair.kind == "start"]
+    assert (("robots.r.start", "a_button"),) in starts
+    begun = KEYS.replace("model: red, start: [1, 5]", "model: red, start: a_button")
+    assert explained(begun).result.outcome.value == "completed"
+
+
+def test_a_lonely_lifter_gets_a_colleague_or_a_lighter_crate() -> None:
+    found = explained(LIFTER)
+    assert found.result.cause == "no_capable_robot"
+    kinds = {repair.kind: repair.change for repair in found.repairs}
+    lighter = "[{action: lift, at: neighbours}]"
+    assert kinds["need"] == (("catalogue.obstacles.crate.needs", lighter),)
+    assert "model: lifter" in kinds["robot"][0][1]
+    assert found.tried > len(found.repairs)
+
+
+def test_who_stands_in_each_other_s_way_gets_a_place_to_give_way() -> None:
+    found = explained(NARROW)
+    assert found.result.cause == "deadlock"
+    assert "no order of moves" in found.chain[0]
+    assert {repair.kind for repair in found.repairs} == {"wall"}
+
+
+def test_without_time_no_repair_is_run() -> None:
+    found = explained(KEYS, seconds=0)
+    assert (found.repairs, found.tried) == ((), 1)
+
+
+def test_the_command_tells_people_and_machines(tmp_path: Path, invoke: Invoke) -> None:
+    scenario = tmp_path / "s.yaml"
+    scenario.write_text(LIFTER)
+    answer = invoke(explain.command, scenario)
+    assert answer.status == 1
+    assert "2. crate@west needs two robots with 'lift'; this team has one: ben" in answer.output
+    assert "With any one of these changes a run was completed:" in answer.output
+    told = json.loads(invoke(explain.command, scenario, "--json").output)
+    assert told["cause"] == "no_capable_robot"
+    assert told["repairs"] and told["chain"]
+
+
+@pytest.mark.parametrize(
+    ("text", "warnings"),
+    [
+        (LIFTER, ["w cannot meet its objective again and again", "only ben can do it"]),
+        (KEYS, ["r and b cannot meet their objectives", "r has it, but blue_door@west is in"]),
+        (
+            NARROW.replace("visit: [7, 10]", "hold: 8").replace("visit: [10, 7]", "hold: 8"),
+            ["a and b are to hold region 8 [1, 2], and only one of them can be there at a time"],
+        ),
+    ],
+    ids=["lifter", "keys", "hold"],
+)
+def test_check_warns_of_what_needs_no_run(
+    text: str, warnings: list[str], tmp_path: Path, invoke: Invoke
+) -> None:
+    scenario = tmp_path / "s.yaml"
+    scenario.write_text(text)
+    answer = invoke(check.command, scenario)
+    for warning in warnings:
+        assert warning in answer.error
