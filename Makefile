@@ -14,10 +14,10 @@ SLUGS_TESTED := slugs/build-sanitized
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
 
-run: install ## install everything, build slugs/, run case study 1
+run: $(or $(wildcard $(VENV)/.installed),$(VENV)/.runs) ## install what a run takes, build slugs/, run case study 1
 	@mkdir -p build
 	$(BIN)/safenav run scenarios/case_study_1.yaml --trace build/case_study_1.jsonl
-	@echo "See it in 3D: $(BIN)/safenav replay build/case_study_1.jsonl --3d"
+	@echo "View it in 3D: $(BIN)/safenav replay build/case_study_1.jsonl --3d"
 
 # Lint beside the C++ build. One worker more than jobs: some tests wait (for a cluster, a browser,
 # a time limit).
@@ -32,11 +32,20 @@ quick: install lint ## lint, types and unit tests, in under a minute
 
 install: $(VENV)/.installed
 
-# Editable: Python files are used from the tree; the C++ side is rebuilt when it changes.
-$(VENV)/.installed: pyproject.toml safenav/__init__.py slugs/CMakeLists.txt $(wildcard slugs/src/*/* slugs/src/*/*/*) $(wildcard slugs/include/*) | toolchain
+# Editable: Python files are used from the tree; the C++ side is rebuilt when it changes. A first run
+# needs no tools of developers; in a full environment there is nothing to add.
+INSTALLS := pyproject.toml safenav/__init__.py slugs/CMakeLists.txt $(wildcard slugs/src/*/* slugs/src/*/*/*) $(wildcard slugs/include/*)
+$(VENV)/.runs: EXTRAS := motion,studio
+$(VENV)/.installed: EXTRAS := dev
+$(VENV)/.runs $(VENV)/.installed: $(INSTALLS) | toolchain
+	@echo "Installing safenav with the extras '$(EXTRAS)' into $(VENV), and compiling slugs/ ..."
 	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	@{ $(BIN)/python -m pip install --verbose --no-compile --disable-pip-version-check --editable '.[$(EXTRAS)]' 2>&1; echo "exit $$?"; } | awk '$(PROGRESS)'
 	@touch $@
+
+# What pip downloads, compiles and installs as it does it; all that it printed if it fails.
+PROGRESS := /^ *(\[[0-9]+\/|Collecting|Processing|Installing c|Successfully i)/ { print substr($$0, 1, 100); fflush() } \
+  { log_ = log_ $$0 "\n" } /^exit [0-9]+$$/ { code = $$2 } END { if (code) printf "%s", log_; exit code }
 
 .PHONY: toolchain
 toolchain:

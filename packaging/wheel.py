@@ -48,10 +48,8 @@ def build(folder: Path, kept: Path | None = None) -> Path:
 
 
 def _settings(compiled: Path) -> list[str]:
-    """A build of its own: nothing of a developer's build folder gets into the wheel. It compiles
-    many sources at once, which takes a third of the time."""
-    defined = ("SLUGS_PORTABLE=ON", "CMAKE_UNITY_BUILD=ON", "CMAKE_UNITY_BUILD_BATCH_SIZE=33")
-    settings = [f"cmake.define.{one}" for one in defined] + [f"build-dir={compiled.resolve()}"]
+    """A build of its own: nothing of a developer's build folder gets into the wheel."""
+    settings = ["cmake.define.SLUGS_PORTABLE=ON", f"build-dir={compiled.resolve()}"]
     return [word for setting in settings for word in ("--config-settings", setting)]
 
 
