@@ -16,8 +16,12 @@ if TYPE_CHECKING:
     from safenav.report.notebook import ProgressBar as ProgressBar
     from safenav.report.replay.reading import read_replay as read_replay
     from safenav.runtime.mission import Mission as Mission
+    from safenav.runtime.mission import RunResult as RunResult
     from safenav.runtime.world import World as World
+    from safenav.scenario.model import Need as Need
     from safenav.scenario.model import Obstacle as Obstacle
+    from safenav.scenario.model import ObstacleType as ObstacleType
+    from safenav.scenario.model import ResolveAt as ResolveAt
     from safenav.scenario.model import Robot as Robot
     from safenav.scenario.model import Scenario as Scenario
     from safenav.scenario.reading.catalogue import built_in as built_in
@@ -35,10 +39,14 @@ __version__ = "0.1.0"
 _HOMES = {
     "Heading": "safenav.world.map",
     "Mission": "safenav.runtime.mission",
+    "Need": "safenav.scenario.model",
     "Obstacle": "safenav.scenario.model",
+    "ObstacleType": "safenav.scenario.model",
     "Pose": "safenav.world.moves",
     "ProgressBar": "safenav.report.notebook",
+    "ResolveAt": "safenav.scenario.model",
     "Robot": "safenav.scenario.model",
+    "RunResult": "safenav.runtime.mission",
     "Scenario": "safenav.scenario.model",
     "Synthesizer": "safenav.synthesis.slugs",
     "Task": "safenav.spec.task",
@@ -55,10 +63,14 @@ _HOMES = {
 __all__ = [
     "Heading",
     "Mission",
+    "Need",
     "Obstacle",
+    "ObstacleType",
     "Pose",
     "ProgressBar",
+    "ResolveAt",
     "Robot",
+    "RunResult",
     "Scenario",
     "Synthesizer",
     "Task",

@@ -20,6 +20,7 @@ from safenav.trace.records import (
     Backtrack,
     Belief,
     Blocked,
+    Discovered,
     Goal,
     Gone,
     Met,
@@ -148,6 +149,8 @@ class Situation:
         self.tells_met = any(isinstance(record, Met) for record in trace.records)
         """Whether the trace has lines of its own for needs that are met."""
         self.done: dict[str, set[str]] = {name: set() for name in self.obstacles}
+        self.introduced = {obstacle.name for obstacle in self.header.obstacles}
+        """Those that the scenario lists, or that a line has described."""
         self.discovered: set[str] = set()
         self.out: set[str] = set()
         """The robots that are out of service."""
@@ -275,6 +278,8 @@ class Situation:
                 if self.external and self.status[record.obstacle] is Status.RESOLVED:
                     # A door has fallen shut again.
                     self.status[record.obstacle] = Status.UNRESOLVED
+            case Discovered():
+                self.introduced.add(record.obstacle.name)
             case Resolved() if self.is_last_need(record):
                 self.stage[record.obstacle] = len(self.obstacles[record.obstacle].all_needs)
                 gone = record.traversable is not False
@@ -360,8 +365,10 @@ class Situation:
     def _perform(self, robot: str) -> None:
         """Note what the robot does where it stands: its part in the needs that are next. Where
         the trace has no lines of single needs, one that is met makes way for the next."""
-        for name in self.obstacles:
-            if self.status[name] in (Status.UNRESOLVED, Status.GIVEN_UP):
+        for name, obstacle in self.obstacles.items():
+            # Needs of an obstacle that no scenario lists count from its discovery on.
+            counted = name in self.introduced or len(obstacle.all_needs) == 1
+            if counted and self.status[name] in (Status.UNRESOLVED, Status.GIVEN_UP):
                 self._perform_at(robot, name)
 
     def _perform_at(self, robot: str, name: str) -> None:

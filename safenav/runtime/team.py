@@ -141,6 +141,11 @@ class TeamState:
             )
         return cls(scenario, robots, Knowledge(scenario), tuple(listeners))
 
+    @property
+    def poses(self) -> dict[str, Pose]:
+        """Where each robot is; at its start pose of a step until it arrives."""
+        return {name: state.pose for name, state in self.robots.items()}
+
     def emit(self, record: records.Record) -> None:
         for listener in self.listeners:
             listener(record)

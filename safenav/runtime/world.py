@@ -33,8 +33,10 @@ class World(Protocol):
         ...
 
     def act(self, robot: Robot) -> Iterable[tuple[Obstacle, bool | None]]:
-        """Let the robot perform its actions where it stands: the obstacles that are resolved by
-        it, each with whether its region is traversable (None: no such question)."""
+        """Let the robot perform its actions where it stands; return the obstacles whose last need
+        that fulfils, each with whether its region is traversable (None: its type has no truth).
+
+        Earlier needs are not returned: the mission derives them from where robots are."""
         ...
 
 

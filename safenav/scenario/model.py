@@ -7,7 +7,7 @@ need not check it again.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field
+from dataclasses import field, replace
 from enum import StrEnum
 
 from safenav.dataclass import dataclass
@@ -116,6 +116,33 @@ class ObstacleType:
     def needs(self) -> tuple[Need, ...]:
         """What must be done, in this order."""
         return self.listed or (Need(self.action, at=self.resolve_at),)
+
+
+@dataclass(frozen=True)
+class Catalogue:
+    """Robot models and obstacle types by name.
+
+    ``sources`` says where an entry comes from: ``robots.digit`` -> "built in" or a file.
+    ``broken`` holds the names (and ``*`` for any) of entries that were reported as unusable:
+    to call them unknown as well would only hide what is wrong.
+    """
+
+    robots: Mapping[str, RobotModel] = field(default_factory=dict)
+    obstacles: Mapping[str, ObstacleType] = field(default_factory=dict)
+    sources: Mapping[str, str] = field(default_factory=dict)
+    broken: frozenset[str] = frozenset()
+
+    @property
+    def layers(self) -> frozenset[str]:
+        return frozenset(model.layer for model in self.robots.values())
+
+    def may_hold(self, name: str) -> bool:
+        """Whether an entry that is not there may be one that could not be read."""
+        return not self.broken.isdisjoint((name, "*"))
+
+    def without_rest(self) -> Catalogue:
+        """The same after more of it could not be read at all."""
+        return replace(self, broken=self.broken | {"*"})
 
 
 @dataclass(frozen=True)
@@ -261,7 +288,8 @@ class Scenario:
 
     ``deadlock``: whether robots that wait for each other are told to give way.
     ``partition``: the cells of beliefs, None for the rooms of the map. ``changes``: what robots
-    are told while the run goes on, by tick.
+    are told while the run goes on, by tick. ``catalogue``: the models and types that its text could
+    name, those of its own among them.
     """
 
     name: str
@@ -278,6 +306,7 @@ class Scenario:
     partition: tuple[frozenset[Region], ...] | None = None
     controllers: Controllers = Controllers.AUTO
     changes: tuple[RobotChange, ...] = ()
+    catalogue: Catalogue = field(default=Catalogue(), repr=False, compare=False)
 
     def robot(self, name: str) -> Robot:
         """The robot of that name. Raises KeyError."""

@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any
 
 from safenav.errors import UsageError
-from safenav.scenario.catalogue import Catalogue
-from safenav.scenario.reading.loader import load_with_catalogue
+from safenav.scenario.model import Catalogue
+from safenav.scenario.reading.loader import load_scenario
 from safenav.scenario.yaml.source import STDIN
 from safenav.studio.run.live import StudioRun
 from safenav.studio.run.orders import RunOrder
@@ -54,7 +54,7 @@ class Studio:
         for standard input: a run can be begun again, what was read there cannot."""
         if str(scenario) == STDIN:
             raise UsageError("a live run needs a file: standard input can be read only once")
-        _, catalogue = load_with_catalogue(scenario)
+        catalogue = load_scenario(scenario).catalogue
         text = scenario.read_text(encoding="utf-8-sig")
         order = RunOrder(text, str(scenario), trusted=True, seed=seed)
         return cls(order, catalogue, trace=trace)

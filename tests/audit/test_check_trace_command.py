@@ -6,15 +6,14 @@ import json
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner, Result
 
+import warm
 from audit.good_traces import GOOD
 from audit.trace_script import edit, text
-from safenav.cli.check_trace import command
 
 
-def run(*arguments: str, stdin: str | None = None) -> Result:
-    return CliRunner().invoke(command, list(arguments), input=stdin)
+def run(*arguments: str, stdin: str = "") -> warm.Done:
+    return warm.safenav("check-trace", *arguments, text=stdin)
 
 
 @pytest.fixture
@@ -36,13 +35,13 @@ def bad(tmp_path: Path) -> Path:
 
 def test_a_good_trace_exits_0_and_says_what_was_checked(good: Path) -> None:
     result = run(str(good))
-    assert result.exit_code == 0
+    assert result.returncode == 0
     assert "no rule broken in 8 ticks of 2 robots" in result.stdout
 
 
 def test_a_broken_trace_exits_1_and_tells_the_first_rule(bad: Path) -> None:
     result = run(str(bad))
-    assert result.exit_code == 1
+    assert result.returncode == 1
     first, rest = result.stdout.splitlines()
     assert "line 33: map (tick 8, digit): digit enters 17 (2, 5), which is a wall" in first
     assert rest == "and 3 more (--all shows them)"
@@ -61,7 +60,7 @@ def test_all_tells_every_broken_rule(bad: Path) -> None:
 def test_json_holds_the_findings(bad: Path) -> None:
     result = run("--json", str(bad))
     data = json.loads(result.stdout)
-    assert result.exit_code == 1
+    assert result.returncode == 1
     assert data["ok"] is False
     assert data["outcome"] == "completed"
     assert data["statistics"]["moves"] == 16
@@ -73,18 +72,18 @@ def test_what_is_no_trace_exits_2(tmp_path: Path) -> None:
     file = tmp_path / "x.jsonl"
     file.write_text("hello\n")
     result = run(str(file))
-    assert result.exit_code == 2
+    assert result.returncode == 2
     assert f"{file}:1:1: this line is not JSON" in result.stderr
     assert result.stdout == ""
 
 
 def test_a_missing_file_exits_2() -> None:
-    assert run("nowhere.jsonl").exit_code == 2
+    assert run("nowhere.jsonl").returncode == 2
 
 
 def test_standard_input_is_read() -> None:
     result = run("-", stdin="\n".join(text(GOOD["nested"]())) + "\n")
-    assert result.exit_code == 0
+    assert result.returncode == 0
     assert "<stdin>" in result.stdout
 
 
@@ -93,11 +92,11 @@ def test_a_trace_without_outcome_takes_partial(good: Path, cut: int) -> None:
     whole = good.read_text()
     good.write_text(whole[:cut] if cut < -1 else whole[: whole.index('{"type": "outcome"')])
     result = run(str(good))
-    assert result.exit_code == 1
+    assert result.returncode == 1
     assert "ends before its outcome" in result.stdout
     assert "--partial" in result.stdout
-    assert run("--partial", str(good)).exit_code == 0
+    assert run("--partial", str(good)).returncode == 0
 
 
 def test_partial_excuses_no_broken_rule(bad: Path) -> None:
-    assert run("--partial", str(bad)).exit_code == 1
+    assert run("--partial", str(bad)).returncode == 1

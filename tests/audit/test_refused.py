@@ -11,9 +11,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from click.testing import CliRunner
 
-from safenav.cli.check_trace import command
+import warm
 
 TRACES = Path(__file__).parents[1] / "traces" / "version_1"
 Line = dict[str, Any]
@@ -24,8 +23,8 @@ def refused(name: str, change: Callable[[list[Line]], None], folder: Path) -> tu
     change(lines)
     file = folder / "changed.jsonl"
     file.write_text("".join(json.dumps(line) + "\n" for line in lines))
-    result = CliRunner().invoke(command, [str(file)])
-    return result.exit_code, result.output + result.stderr
+    result = warm.safenav("check-trace", file)
+    return result.returncode, result.stdout + result.stderr
 
 
 def first(lines: list[Line], kind: str) -> Line:

@@ -7,8 +7,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from safenav.report.terminal.table import table
-from safenav.scenario.catalogue import Catalogue
-from safenav.scenario.model import ObstacleType, ResolveAt, RobotModel, Timing
+from safenav.scenario.model import Catalogue, ObstacleType, ResolveAt, RobotModel, Timing
 from safenav.scenario.reading.catalogue import UNLIMITED
 
 

@@ -11,8 +11,7 @@ from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 
-from safenav.scenario.catalogue import Catalogue
-from safenav.scenario.model import Need, ObstacleType, ResolveAt, RobotModel, Timing
+from safenav.scenario.model import Catalogue, Need, ObstacleType, ResolveAt, RobotModel, Timing
 from safenav.scenario.reading.motion import read_motion
 from safenav.scenario.reading.naming import NAME
 from safenav.scenario.reading.regions import RegionReader

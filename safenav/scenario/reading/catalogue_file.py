@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from safenav.scenario.catalogue import Catalogue
+from safenav.scenario.model import Catalogue
 from safenav.scenario.reading.catalogue import CATALOGUE_KEYS, built_in, extended
-from safenav.scenario.reading.loader import load_text_with_catalogue
+from safenav.scenario.reading.loader import load_scenario_text
 from safenav.scenario.reading.regions import RegionReader
 from safenav.scenario.yaml.document import Mapping
 from safenav.scenario.yaml.findings import Findings
@@ -26,7 +26,7 @@ def catalogue_of(path: Path) -> Catalogue:
     root = document.root
     keys = {key.text for key, _ in root.entries} if isinstance(root, Mapping) else set()
     if not keys or not keys.issubset(CATALOGUE_KEYS):
-        return load_text_with_catalogue(text, str(path))[1]
+        return load_scenario_text(text, str(path)).catalogue
     found = extended(built_in(), text, RegionReader(None, {}, findings), findings, str(path))
     findings.raise_if_any()
     return found

@@ -11,8 +11,8 @@ from pathlib import Path
 
 from safenav.dataclass import dataclass
 from safenav.errors import Diagnostic, InputError
-from safenav.scenario.catalogue import Catalogue
 from safenav.scenario.model import (
+    Catalogue,
     Controllers,
     Coordination,
     Limits,
@@ -74,32 +74,36 @@ def load_scenario(path: str | Path, *, reachable: bool = True) -> Scenario:
     Raises InputError with every diagnostic, in file order, if the file cannot be read or is
     no valid scenario.
     """
-    return load_with_catalogue(Path(path), reachable=reachable)[0]
-
-
-def load_with_catalogue(path: Path, *, reachable: bool = True) -> tuple[Scenario, Catalogue]:
-    """The scenario in a file and the catalogue that its names refer to. Raises InputError."""
     findings = Findings(str(path))
-    text = read_source(path, findings)
+    text = read_source(Path(path), findings)
     findings.raise_if_any()
     assert text is not None
-    return _load(text, str(path), None, reachable)
+    return load_scenario_text(text, str(path), reachable=reachable)
 
 
 def load_scenario_text(
-    text: str, file: str = "<text>", change: Change | None = None, *, reachable: bool = True
+    text: str,
+    file: str = "<text>",
+    change: Change | None = None,
+    *,
+    reachable: bool = True,
+    reach: ReadableFolder | None = None,
 ) -> Scenario:
     """The scenario in a text. ``file`` is named in messages and as the scenario's source; a
-    catalogue file is looked for beside it. Raises InputError."""
-    return _load(text, file, change, reachable)[0]
+    catalogue file is searched beside it. ``reach``: which files it may name.
 
-
-def load_text_with_catalogue(
-    text: str, file: str, reach: ReadableFolder | None = None, *, reachable: bool = True
-) -> tuple[Scenario, Catalogue]:
-    """The scenario in a text and the catalogue that its names refer to. ``reach``: which files
-    it may name. Raises InputError."""
-    return _load(text, file, None, reachable, reach)
+    Raises InputError.
+    """
+    findings = Findings(file, reach)
+    document = parsed(text, findings)
+    if document is None:
+        findings.raise_if_any()
+        raise AssertionError("a document that cannot be read is reported")
+    root = document.root if change is None else change(document.root, findings)
+    scenario = _Loader(text, file, findings, reachable).read(root)
+    findings.raise_if_any()
+    assert scenario is not None
+    return scenario
 
 
 @dataclass(frozen=True)
@@ -126,26 +130,6 @@ def load_draft(
     except InputError as error:
         return Draft(None, loader.catalogue, loader.world, error.diagnostics)
     return Draft(scenario, loader.catalogue, loader.world, ())
-
-
-def _load(
-    text: str,
-    file: str,
-    change: Change | None,
-    reachable: bool = True,
-    reach: ReadableFolder | None = None,
-) -> tuple[Scenario, Catalogue]:
-    findings = Findings(file, reach)
-    document = parsed(text, findings)
-    if document is None:
-        findings.raise_if_any()
-        raise AssertionError("a document that cannot be read is reported")
-    root = document.root if change is None else change(document.root, findings)
-    loader = _Loader(text, file, findings, reachable)
-    scenario = loader.read(root)
-    findings.raise_if_any()
-    assert scenario is not None
-    return scenario, loader.catalogue
 
 
 class _Loader:
@@ -216,6 +200,7 @@ class _Loader:
             partition,
             controllers or Controllers.AUTO,
             changes,
+            catalogue=catalogue,
         )
 
     def _version(self, node: Node | None) -> None:

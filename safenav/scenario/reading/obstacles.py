@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from safenav.scenario.catalogue import Catalogue
-from safenav.scenario.model import Obstacle, ObstacleType, Robot
+from safenav.scenario.model import Catalogue, Obstacle, ObstacleType, Robot
 from safenav.scenario.reading.regions import RegionReader
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, clipped

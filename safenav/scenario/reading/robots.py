@@ -7,8 +7,7 @@ from dataclasses import replace
 from itertools import combinations
 
 from safenav.formula.syntax import RESERVED_WORDS
-from safenav.scenario.catalogue import Catalogue
-from safenav.scenario.model import Robot, RobotModel, Tracking, conflict
+from safenav.scenario.model import Catalogue, Robot, RobotModel, Tracking, conflict
 from safenav.scenario.objective import Hold, Objective, targets_of
 from safenav.scenario.reachability import Reachability
 from safenav.scenario.reading.catalogue import read_vision

@@ -19,7 +19,7 @@ from safenav.report.replay.timeline import (
     RobotProgress,
     RobotTrack,
 )
-from safenav.scenario.catalogue import Catalogue
+from safenav.scenario.model import Catalogue
 from safenav.scenario.objective import Cover, Hold, Objective, Patrol, Visit
 from safenav.scenario.yaml.document import (
     DocumentError,

@@ -15,7 +15,7 @@ from typing import Any
 
 from safenav.errors import UsageError
 from safenav.runtime.interventions import Close, Give, Intervention, Serve, SetTruth, TakeAway
-from safenav.scenario.catalogue import Catalogue
+from safenav.scenario.model import Catalogue
 from safenav.scenario.objective import Cover, Hold, Objective, Patrol, Visit
 from safenav.scenario.yaml.findings import ReadableFolder
 from safenav.world.map import RegionMap

@@ -16,7 +16,7 @@ from typing import IO, Any
 
 from safenav.errors import SafenavError, UsageError
 from safenav.runtime.mission import Mission
-from safenav.scenario.reading.loader import load_text_with_catalogue
+from safenav.scenario.reading.loader import load_scenario_text
 from safenav.studio.run.orders import DONE, FAILED, REFUSED, RunOrder, intervention
 from safenav.trace.records import Record
 from safenav.trace.writing import as_data
@@ -41,7 +41,7 @@ def main() -> None:
 
 def _serve(orders: IO[str], say: Any) -> None:
     order = RunOrder.read(orders.readline())
-    scenario, catalogue = load_text_with_catalogue(order.text, order.file, order.reach)
+    scenario = load_scenario_text(order.text, order.file, reach=order.reach)
     if order.seed is not None:
         scenario = replace(scenario, seed=order.seed)
 
@@ -71,7 +71,7 @@ def _serve(orders: IO[str], say: Any) -> None:
             say({"type": DONE, "tick": mission.state.tick})
         elif data["do"] == "change":
             try:
-                mission.intervene(intervention(data, catalogue, scenario.map, names))
+                mission.intervene(intervention(data, scenario.catalogue, scenario.map, names))
             except UsageError as error:
                 say({"type": REFUSED, "message": str(error)})
         else:
