@@ -11,7 +11,6 @@ import click
 from safenav.errors import ExitCode, UsageError
 
 if TYPE_CHECKING:
-    from safenav.scenario.catalogue import Catalogue
     from safenav.scenario.model import Scenario
 
 EPILOG = """\b
@@ -38,16 +37,16 @@ def command(scenario: Path, robot: str | None, as_json: bool) -> int:
     from safenav.report.terminal.synthesis_progress import WaitingLine
     from safenav.runtime.explanation import explain_team
     from safenav.runtime.mission import default_synthesizer
-    from safenav.scenario.reading.loader import load_with_catalogue
+    from safenav.scenario.reading.loader import load_scenario
 
-    plan, catalogue = load_with_catalogue(scenario, reachable=False)
+    plan = load_scenario(scenario, reachable=False)
     names = [r.name for r in plan.robots]
     if robot is not None and robot not in names:
         raise UsageError(f"{scenario}: there is no robot '{robot}'; it has {', '.join(names)}")
     wanted = names if robot is None else [robot]
     found = explain_team(plan, default_synthesizer(plan), wanted, WaitingLine())
     if not found and robot is None:
-        return _of_the_run(plan, catalogue, as_json)
+        return _of_the_run(plan, as_json)
     if as_json:
         robots = [explanation_data(explanation, plan) for explanation in found]
         click.echo(json.dumps({"scenario": plan.name, "unrealizable": robots}, indent=2))
@@ -62,14 +61,14 @@ def command(scenario: Path, robot: str | None, as_json: bool) -> int:
     return ExitCode.NEGATIVE if found else ExitCode.OK
 
 
-def _of_the_run(plan: Scenario, catalogue: Catalogue, as_json: bool) -> int:
+def _of_the_run(plan: Scenario, as_json: bool) -> int:
     """Why the run of a team of realizable robots needs an operator, if it does."""
     from safenav.report.terminal.postmortem_text import postmortem_data, postmortem_lines
     from safenav.runtime.mission import default_synthesizer
     from safenav.runtime.postmortem import explain_run
     from safenav.scenario.model import Outcome
 
-    models = {robot.model.name: robot.model for robot in plan.robots} | dict(catalogue.robots)
+    models = {robot.model.name: robot.model for robot in plan.robots} | dict(plan.catalogue.robots)
     found = explain_run(plan, models, lambda: default_synthesizer(plan))
     if as_json:
         click.echo(json.dumps(postmortem_data(found, plan), indent=2))
