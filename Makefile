@@ -9,7 +9,7 @@ SLUGS_BUILD := slugs/build
 SLUGS_TESTED := slugs/build-sanitized
 
 .DEFAULT_GOAL := help
-.PHONY: help run test quick lint format slugs slugs-test fuzz front bench docs paper wheel clean install
+.PHONY: help run test quick lint format slugs slugs-test fuzz front bench docs paper proof wheel clean install
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -117,6 +117,10 @@ bench: install slugs ## measure (never part of the tests)
 docs: install ## the documentation as a site, links checked: build/site
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[docs]'
 	PYTHONPATH=. NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
+
+proof: ## prove the verified checker and build it: build/proof/safenav-proved (needs coq)
+	@for tool in coqc coq_makefile ocamlfind; do command -v $$tool >/dev/null || { echo "error: $$tool not found; install Coq and OCaml (Debian: apt install --no-install-recommends coq ocaml ocaml-findlib)" >&2; exit 1; }; done
+	$(MAKE) --no-print-directory -C safenav/certify/proof OUT="$(CURDIR)/build/proof"
 
 paper: install ## the figures of the case studies and the table of times: build/paper
 	$(BIN)/python packaging/paper.py build/paper

@@ -20,6 +20,7 @@ from safenav.certify.check import Acceptance, BundleVerdict, check_bundle
 from safenav.certify.evidence import RulesEvidence, counter_evidence, strategy_measures
 from safenav.certify.measures import NoMeasureError
 from safenav.certify.page import page_of
+from safenav.certify.proved import Proof, prove, refusals
 from safenav.certify.run import Kept, read_lines
 from safenav.errors import NotCertifiedError, ResourceLimitError, UsageError
 from safenav.spec.parsing import read_specification
@@ -46,13 +47,16 @@ def make_bundle(
     kept: Kept,
     synthesizer: Synthesizer,
     motion: bytes | None = None,
+    *,
+    proved: bool = False,
 ) -> Made:
     """Write the bundle of a run to ``target``, a folder or a name that ends in .zip.
 
     ``sources``: the scenario's YAML, map and catalogue files by name. ``kept``: texts and
     strategies of all ``synthesis`` lines (see ``Kept.complete``). ``motion``: the run in metres.
+    ``proved``: ask the verified checker, too, and say on the page what it proves.
 
-    Raises UsageError if the target exists, NotCertifiedError if the checker refuses the bundle,
+    Raises UsageError if the target exists, NotCertifiedError if a checker refuses the bundle,
     ResourceLimitError if a strategy is larger than the checker takes on.
     """
     if target.exists():
@@ -72,7 +76,8 @@ def make_bundle(
             raise ResourceLimitError(f"no bundle: {verdict.reason}")
         if not verdict.accepted:
             raise NotCertifiedError(f"the checker refuses this run: {verdict.reason}")
-        page, facts = page_of(read_lines(trace, "trace.jsonl"), verdict.claims, files)
+        proofs = _proofs(folder) if proved else ()
+        page, facts = page_of(read_lines(trace, "trace.jsonl"), verdict.claims, files, proofs)
         for name, data in (("index.html", page.encode()), ("assurance.json", facts)):
             files[name] = data
             (folder / name).write_bytes(data)
@@ -83,6 +88,13 @@ def make_bundle(
         else:
             shutil.move(folder, target)
     return Made(target, verdict, len(files) + 1, sum(map(len, files.values())))
+
+
+def _proofs(folder: Path) -> tuple[Proof, ...]:
+    proofs = prove(folder)
+    if refused := refusals(proofs):
+        raise NotCertifiedError(f"the verified checker refuses this run: {refused[0]}")
+    return proofs
 
 
 def _parent(target: Path) -> Path:

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from safenav.certify.checker.check_strategies import Objective
+from safenav.certify.proved import TEAM, Proof, rests_on
 
 Claim = Mapping[str, Any]
 
@@ -49,9 +50,13 @@ _TOLD = (
 
 
 def facts_of(
-    lines: Sequence[Mapping[str, Any]], claims: Sequence[Claim], files: Mapping[str, bytes]
+    lines: Sequence[Mapping[str, Any]],
+    claims: Sequence[Claim],
+    files: Mapping[str, bytes],
+    proofs: Sequence[Proof] = (),
 ) -> dict[str, Any]:
-    """Everything that the assurance page says, for programs."""
+    """Everything that the assurance page says, for programs. ``proofs``: what the verified checker
+    said, if it was asked."""
     scenario = lines[0]["scenario"]
     outcome: Mapping[str, Any] = next(
         (line for line in reversed(lines) if line["type"] == "outcome"), {}
@@ -66,6 +71,8 @@ def facts_of(
         "outcome": outcome.get("outcome", "unfinished"),
         "explanation": outcome.get("explanation", "the trace ends before the run does"),
         "claims": [dict(claim) for claim in claims],
+        "rests_on": {claim["id"]: rests_on(claim, proofs) for claim in claims},
+        "proved_of_the_team": [TEAM[p.kind] for p in proofs if p.kind in TEAM and p.proved],
         "assumptions": _assumptions(lines),
         "happened": [
             {"line": number, "tick": line["tick"], "what": _event(line)}

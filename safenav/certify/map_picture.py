@@ -66,7 +66,7 @@ def _number(region: int, cols: int, down: float) -> str:
 
 def regions_of(objective: Mapping[str, Any]) -> set[int]:
     """All regions that an objective names as targets."""
-    ((kind, value),) = objective.items()
+    ((kind, value),) = ((key, value) for key, value in objective.items() if key != "form")
     if kind == "ltl":
         return set()
     found: set[int] = set()

@@ -11,6 +11,7 @@ from typing import Any
 
 from safenav.certify.facts import Claim, facts_of
 from safenav.certify.map_picture import COLOURS, map_svg
+from safenav.certify.proved import PROVED, Proof
 
 _KINDS = {
     "realizes": "Specification to strategy: proven",
@@ -56,10 +57,14 @@ pre { white-space: pre-wrap; overflow-wrap: anywhere; font-size: .78rem; backgro
 
 
 def page_of(
-    lines: Sequence[Mapping[str, Any]], claims: Sequence[Claim], files: Mapping[str, bytes]
+    lines: Sequence[Mapping[str, Any]],
+    claims: Sequence[Claim],
+    files: Mapping[str, bytes],
+    proofs: Sequence[Proof] = (),
 ) -> tuple[str, bytes]:
-    """The page of a bundle with these files, and the same facts as JSON."""
-    facts = facts_of(lines, claims, files)
+    """The page of a bundle with these files, and the same facts as JSON. ``proofs``: what the
+    verified checker said, if it was asked."""
+    facts = facts_of(lines, claims, files, proofs)
     body = [
         _head(facts),
         _asked(facts, lines[0]["scenario"]),
@@ -134,11 +139,15 @@ def _guaranteed(facts: Mapping[str, Any]) -> str:
             if claim["kind"] != kind:
                 continue
             links = ", ".join(_link(path, line) for path, line in claim["evidence"])
+            name = escape(claim["id"])
             parts.append(
-                f'<li id="{escape(claim["id"])}">{escape(claim["text"])}<br>'
-                f'<span class="evidence soft">{escape(claim["id"])}; evidence: {links}</span></li>'
+                f'<li id="{name}">{escape(claim["text"])}<br><span class="evidence soft">{name}; '
+                f"{escape(facts['rests_on'][claim['id']])}; evidence: {links}</span></li>"
             )
         parts.append("</ul>")
+    if facts["proved_of_the_team"]:
+        listed = "".join(f"<li>{escape(text)}</li>" for text in facts["proved_of_the_team"])
+        parts.append(f"<h3>The team: {escape(PROVED.partition(' and ')[2])}</h3><ul>{listed}</ul>")
     return "".join(parts)
 
 

@@ -25,11 +25,17 @@ from safenav.verify.verification import first_failure
 
 
 def bundle_of_run(
-    scenario: Path, target: Path, *, seed: int | None = None, motion: bool = False
+    scenario: Path,
+    target: Path,
+    *,
+    seed: int | None = None,
+    motion: bool = False,
+    proved: bool = False,
 ) -> Made:
     """Run a scenario and write the bundle of that run, with its ``motion`` in metres if wanted.
+    ``proved``: ask the verified checker, too.
 
-    Raises UsageError for bad input, NotCertifiedError if the checker refuses the run.
+    Raises UsageError for bad input, NotCertifiedError if a checker refuses the run.
     """
     plan, text = _read(scenario)
     if plan.controllers is Controllers.ON_DEMAND:
@@ -50,12 +56,15 @@ def bundle_of_run(
         data = trace.read_bytes()
         kept.complete(syntheses_of(data, scenario.name), cache, synthesizer)
         moved = motion_made(data) if motion else None
-        return make_bundle(target, data, sources_of(scenario, text), kept, synthesizer, moved)
+        sources = sources_of(scenario, text)
+        return make_bundle(target, data, sources, kept, synthesizer, moved, proved=proved)
 
 
-def bundle_of_trace(trace: Path, target: Path, motion: Path | None = None) -> Made:
+def bundle_of_trace(
+    trace: Path, target: Path, motion: Path | None = None, *, proved: bool = False
+) -> Made:
     """Write the bundle of an earlier run, from its trace, what the cache has kept, and the file
-    of its motion if there is one.
+    of its motion if there is one. ``proved``: ask the verified checker, too.
 
     Raises UsageError if a part is gone, NotCertifiedError if the run or its motion is refused.
     """
@@ -67,7 +76,7 @@ def bundle_of_trace(trace: Path, target: Path, motion: Path | None = None) -> Ma
     synthesizer = Synthesizer(cache=cache, verifier=first_failure)
     kept.complete(syntheses_of(data, trace.name), cache, synthesizer)
     moved = None if motion is None else motion_checked(motion, data, trace.name)
-    return make_bundle(target, data, {}, kept, synthesizer, moved)
+    return make_bundle(target, data, {}, kept, synthesizer, moved, proved=proved)
 
 
 def motion_made(trace: bytes) -> bytes:

@@ -18,12 +18,13 @@ Examples:
   safenav new lab.yaml && safenav certify lab.yaml -o bundle
   python3 -I -S bundle/check.py bundle
   safenav certify lab.yaml -o lab.zip
+  safenav certify lab.yaml --proved -o proved
   safenav run lab.yaml --trace lab.jsonl --motion lab.motion.jsonl
   safenav certify --trace lab.jsonl --motion lab.motion.jsonl -o moved
 \b
 Exit codes:
   0  the bundle is written, and its checker accepts it
-  1  the checker refuses the run: the reason is printed, no bundle is written
+  1  a checker refuses the run: the reason is printed, no bundle is written
   2  bad input or usage   3  time or memory limit   4  synthesizer failure
 """
 
@@ -38,6 +39,7 @@ Exit codes:
     help="With --trace: the motion of that run (safenav motion); it goes into the bundle.",
 )
 @click.option("--with-motion", is_flag=True, help="Also compute the motion of SCENARIO's run.")
+@click.option("--proved", is_flag=True, help="Also run the proved checker (docs/proof.md).")
 @click.option("--seed", type=click.IntRange(min=0), help="Use this seed, not the scenario's.")
 def command(
     scenario: Path | None,
@@ -45,6 +47,7 @@ def command(
     output: Path,
     motion: Path | None,
     with_motion: bool,
+    proved: bool,
     seed: int | None,
 ) -> int:
     """Run SCENARIO and write a bundle: the run, each strategy with its proof, and a checker that
@@ -59,10 +62,10 @@ def command(
         raise UsageError("--motion goes with --trace, --with-motion with a scenario")
     try:
         if scenario is not None:
-            made = bundle_of_run(scenario, output, seed=seed, motion=with_motion)
+            made = bundle_of_run(scenario, output, seed=seed, motion=with_motion, proved=proved)
         else:
             assert trace is not None
-            made = bundle_of_trace(trace, output, motion)
+            made = bundle_of_trace(trace, output, motion, proved=proved)
     except NotCertifiedError as error:
         click.echo(str(error), err=True)
         return ExitCode.NEGATIVE

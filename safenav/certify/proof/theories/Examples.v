@@ -1,0 +1,72 @@
+(** That the definitions are not empty: a light that must be on again and again while somebody is
+    there again and again, and never when nobody is. *)
+From Coq Require Import Ascii String List NArith PArith FMapPositive.
+From Proved Require Import Gr1 Ranks Strategy Counterstrategy Parse Files.
+Import ListNotations.
+
+Definition nl : string := String (ascii_of_nat 10) EmptyString.
+Fixpoint unlines (l : list string) : string :=
+  match l with [] => EmptyString | s :: l => (s ++ nl ++ unlines l)%string end.
+
+Definition lamp : text := Eval compute in codes (unlines
+  ["[INPUT]"; "somebody"; "[OUTPUT]"; "light:0...2";
+   "[ENV_INIT]"; "!somebody"; "[SYS_INIT]"; "light = 0";
+   "[SYS_TRANS]"; "!somebody' -> light' = 0"; "light' <= light + 1";
+   "[ENV_LIVENESS]"; "somebody & somebody'"; "[SYS_LIVENESS]"; "light' = 2"]%string).
+
+(** Node: somebody, light. *)
+Definition n (s l : N) (ps : list positive) (m : N) (a : option nat) : node :=
+  {| row := [s; l]; next := ps; rank_of := [(m, a)]; ahead := [1 - s]%N |}.
+
+Definition good : graph := Eval compute in fold_right (fun pu g => PositiveMap.add (fst pu) (snd pu) g)
+  (PositiveMap.empty node)
+  [(1%positive, n 0 0 [1; 2]%positive 0 (Some O));
+   (2%positive, n 1 1 [1; 3]%positive 0 (Some O));
+   (3%positive, n 1 2 [1; 3]%positive 0 (Some O))].
+
+Definition accepted (s : text) (g : graph) : bool :=
+  match establish s g with Some _ => true | None => false end.
+
+Example lamp_works : accepted lamp good = true.
+Proof. vm_compute. reflexivity. Qed.
+
+Corollary lamp_realizable : exists sp names, parse lamp = Some (sp, names) /\ realizable sp.
+Proof.
+  pose proof lamp_works as W. unfold accepted in W.
+  destruct (establish lamp good) as [e |] eqn:E; [| discriminate].
+  destruct (establish_sound lamp good e E) as (sp & names & P & R).
+  exists sp, names. split; auto. exists (strategy_of sp good); auto.
+Qed.
+
+(** Somebody can come again and again; not if a node is said to be nearer than it is. *)
+Definition lively (g : graph) : bool :=
+  match establish lamp g with Some e => is_alive e | None => false end.
+Example lamp_alive : lively good = true.
+Proof. vm_compute. reflexivity. Qed.
+Example too_near : lively (PositiveMap.map (fun u =>
+  {| row := row u; next := next u; rank_of := rank_of u; ahead := [0]%N |}) good) = false.
+Proof. vm_compute. reflexivity. Qed.
+
+(** Without the excuse, with an answer less, with a number that rises: refused. *)
+Definition but (p : positive) (u : node) : graph := PositiveMap.add p u good.
+Example no_excuse : accepted lamp (but 1 (n 0 0 [1; 2]%positive 0 None)) = false.
+Proof. vm_compute. reflexivity. Qed.
+Example no_answer : accepted lamp (but 2 (n 1 1 [1]%positive 0 (Some O))) = false.
+Proof. vm_compute. reflexivity. Qed.
+Example rises : accepted lamp (but 1 (n 0 0 [1; 2]%positive 1 (Some O))) = false.
+Proof. vm_compute. reflexivity. Qed.
+
+(** If the light has to go on at once there is no strategy: the environment stays away. *)
+Definition dark : text := Eval compute in codes (unlines
+  ["[INPUT]"; "somebody"; "[OUTPUT]"; "light";
+   "[SYS_TRANS]"; "!somebody' -> !light'"; "[SYS_LIVENESS]"; "light'"]%string).
+
+Definition c (l : N) : cnode :=
+  {| base := {| row := [0; l]%N; next := [1%positive]; rank_of := [(0%N, Some O)]; ahead := [] |}; chosen := [0%N] |}.
+Definition away : cgraph := PositiveMap.add 2%positive (c 1) (PositiveMap.add 1%positive (c 0) (PositiveMap.empty cnode)).
+
+Example nobody_comes : refute dark away [0%N] = true.
+Proof. vm_compute. reflexivity. Qed.
+
+Corollary dark_unrealizable : exists sp names, parse dark = Some (sp, names) /\ ~ realizable sp.
+Proof. exact (refute_sound dark away [0%N] nobody_comes). Qed.

@@ -1,0 +1,186 @@
+"""Ways to alter a strategy, its measures or its specification, of real bundles."""
+
+from __future__ import annotations
+
+import copy
+import re
+from collections.abc import Callable
+from random import Random
+from typing import Any
+
+from certify import mutants
+from certify.proving import Case, with_measures
+from safenav.certify.checker import check_strategies as checker
+
+Nodes = dict[str, Any]
+Change = Callable[[Case, Random], Case | None]
+
+
+def _graph(change: Callable[[Nodes, Random], bool]) -> Change:
+    """Another strategy; with the best measures for it, or those of the one before."""
+
+    def alter(case: Case, source: Random) -> Case | None:
+        document = copy.deepcopy(case.document)
+        if not document["nodes"] or not change(document["nodes"], source):
+            return None
+        if source.random() < 0.5:
+            return Case(case.name, case.text, document, case.measures)
+        return with_measures(case.name, case.text, document)
+
+    return alter
+
+
+def _edge(nodes: Nodes, source: Random) -> Any:
+    return nodes[source.choice(sorted(nodes))]["trans"]
+
+
+def _another_edge(nodes: Nodes, source: Random) -> bool:
+    _edge(nodes, source).append(source.randrange(len(nodes)))
+    return True
+
+
+def _edge_twice(nodes: Nodes, source: Random) -> bool:
+    after = _edge(nodes, source)
+    after += after[:1]
+    return bool(after)
+
+
+def _edge_to_nowhere(nodes: Nodes, source: Random) -> bool:
+    _edge(nodes, source).append(len(nodes))
+    return True
+
+
+def _exchanged_ends(nodes: Nodes, source: Random) -> bool:
+    one, other = _edge(nodes, source), _edge(nodes, source)
+    one[:], other[:] = other[:], one[:]
+    return one != other
+
+
+def _copied_state(nodes: Nodes, source: Random) -> bool:
+    one, other = (nodes[source.choice(sorted(nodes))] for _ in range(2))
+    same = one["state"] == other["state"]
+    one["state"] = other["state"]
+    return not same
+
+
+def _measures(change: Callable[[list[Any], int, Random], object]) -> Change:
+    """Other measures, of nodes that are no later twins: what is said of these does not count."""
+
+    def alter(case: Case, source: Random) -> Case | None:
+        if not case.measures:
+            return None
+        measures = copy.deepcopy(case.measures)
+        first = checker.Strategy(case.document, case.text).first
+        change(measures, source.choice(sorted({*first})), source)
+        return Case(case.name, case.text, case.document, measures)
+
+    return alter
+
+
+def _number(measures: list[Any], node: int, source: Random) -> None:
+    numbers = source.choice(measures)["n"]
+    numbers[node] += source.choice([-2, -1, 1, 2, 50])
+
+
+def _excuse(measures: list[Any], node: int, source: Random) -> None:
+    source.choice(measures)["a"][node] = source.choice([None, 0, 1, 7])
+
+
+def _no_excuses(measures: list[Any], _node: int, source: Random) -> None:
+    measure = source.choice(measures)
+    measure["a"] = [None] * len(measure["a"])
+
+
+def _flat(measures: list[Any], _node: int, source: Random) -> None:
+    measure = source.choice(measures)
+    measure["n"] = [0] * len(measure["n"])
+
+
+def _one_fewer(measures: list[Any], _node: int, _source: Random) -> None:
+    measures.pop()
+
+
+def _text(change: Callable[[list[str], Random], list[str] | None]) -> Change:
+    def alter(case: Case, source: Random) -> Case | None:
+        lines = change(case.text.split("\n"), source)
+        if lines is None:
+            return None
+        return with_measures(case.name, "\n".join(lines), case.document)
+
+    return alter
+
+
+def _less(section: str) -> Callable[[list[str], Random], list[str] | None]:
+    def change(lines: list[str], source: Random) -> list[str] | None:
+        found = mutants._section(lines, section)
+        gone = source.choice(found) if found else None
+        return None if gone is None else lines[:gone] + lines[gone + 1 :]
+
+    return change
+
+
+def _more(section: str, *formulas: str) -> Callable[[list[str], Random], list[str] | None]:
+    def change(lines: list[str], source: Random) -> list[str] | None:
+        at = lines.index(f"[{section}]") + 1
+        return [*lines[:at], source.choice(formulas), *lines[at:]]
+
+    return change
+
+
+def _operator(lines: list[str], source: Random) -> list[str] | None:
+    found = [k for k, line in enumerate(lines) if line[:1] not in ("#", "[") and "'" in line]
+    at = source.choice(found)
+    spots = [*re.finditer(r" (&|\||->|<->|=|!=) ", lines[at])]
+    if not spots:
+        return None
+    spot = source.choice(spots)
+    other = {"&": "|", "|": "&", "->": "<->", "<->": "->", "=": "!=", "!=": "="}[spot[1]]
+    changed = f"{lines[at][: spot.start(1)]}{other}{lines[at][spot.end(1) :]}"
+    return [*lines[:at], changed, *lines[at + 1 :]]
+
+
+def _range(lines: list[str], source: Random) -> list[str] | None:
+    found = [k for k, line in enumerate(lines) if re.fullmatch(r"\w+:\d+\.\.\.\d+", line)]
+    if not found:
+        return None
+    at = source.choice(found)
+    head, _, most = lines[at].rpartition(".")
+    return [*lines[:at], f"{head}.{int(most) + source.choice([-1, 1])}", *lines[at + 1 :]]
+
+
+def _separator(lines: list[str], source: Random) -> list[str] | None:
+    """An assumption that an editor shows as a part of a comment."""
+    at = lines.index("[ENV_TRANS]") + 1
+    separator = source.choice(["\r", "\v", "\f", "\x1c", "\x85", "\u2028"])
+    return [*lines[:at], f"# others{separator}FALSE", *lines[at:]]
+
+
+KINDS: dict[str, Change] = {
+    "a transition": _graph(mutants._redirect),
+    "a transition to a twin": _graph(mutants._redirect_to_a_twin),
+    "waiting for ever": _graph(mutants._stay_for_ever),
+    "a transition fewer": _graph(mutants._drop_edge),
+    "a transition more": _graph(_another_edge),
+    "a transition twice": _graph(_edge_twice),
+    "a transition to nowhere": _graph(_edge_to_nowhere),
+    "exchanged transitions": _graph(_exchanged_ends),
+    "a bit": _graph(mutants._flip_bit),
+    "a copied state": _graph(_copied_state),
+    "a number": _measures(_number),
+    "an excuse": _measures(_excuse),
+    "no excuses": _measures(_no_excuses),
+    "a flat measure": _measures(_flat),
+    "a measure fewer": _measures(_one_fewer),
+    "an assumption more": _text(mutants._another_assumption),
+    "an assumption fewer": _text(_less("ENV_TRANS")),
+    "an assumption that fails": _text(_more("ENV_LIVENESS", "FALSE")),
+    "a guarantee more": _text(mutants._another_guarantee),
+    "a guarantee fewer": _text(_less("SYS_TRANS")),
+    "a goal more": _text(_more("SYS_LIVENESS", "region' = 0", "region' = region", "TRUE")),
+    "a goal fewer": _text(_less("SYS_LIVENESS")),
+    "another beginning": _text(_more("SYS_INIT", "FALSE", "region = 0")),
+    "no beginning": _text(_more("ENV_INIT", "FALSE")),
+    "an operator": _text(_operator),
+    "a range": _text(_range),
+    "a separator": _text(_separator),
+}
