@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import asyncio
 import base64
+import json
 import zlib
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
+from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from safenav.errors import Diagnostic, InputError, UsageError
+from safenav.extras import install_command
 from safenav.scenario.model import Scenario
-from safenav.scenario.reading.bare_map import Division
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import Draft, load_draft
 from safenav.scenario.template import TEMPLATES
@@ -25,9 +27,14 @@ from safenav.studio.editing.drawing import drawing_of, palette
 from safenav.studio.editing.judging import Judging
 from safenav.studio.editing.operations import edited
 from safenav.studio.editing.played import played
+from safenav.studio.editing.round_trip import changed
+from safenav.studio.editing.walls import embed
 from safenav.studio.run.orders import RunOrder
 from safenav.studio.session import Made, Message, Studio
 from safenav.studio.shelf import Shelf, read_text, save_text
+
+if TYPE_CHECKING:
+    from safenav.studio.editing.importing import Plan
 
 
 class Editor(Studio):
@@ -42,6 +49,7 @@ class Editor(Studio):
         self._drawn: Origin | None = None
         self._judging = Judging(self.tell)
         self._companions: dict[str, bytes] = {}
+        self._plan: Plan | None = None
         self._drawing: dict[str, Any] | None = None
         self._checking: asyncio.Task[None] | None = None
         self._checked = True
@@ -50,6 +58,7 @@ class Editor(Studio):
         self._does |= {
             "text": self._type,
             "edit": self._edit,
+            "embed": self._embed,
             "undo": self._undo,
             "redo": self._redo,
             "open": self._open,
@@ -101,24 +110,44 @@ class Editor(Studio):
             return f"{stem}.svg", await asyncio.to_thread(self._picture), "image/svg+xml"
         return await super().made(name)
 
-    async def uploaded(self, name: str, content: bytes, about: Mapping[str, str]) -> None:
-        """A scenario, or a map to begin with; an image that a ROS map names comes before it."""
-        if about.get("kind") == "companion":
+    async def uploaded(
+        self, name: str, content: bytes, about: Mapping[str, str]
+    ) -> dict[str, Any] | None:
+        """A file, or a division of one, by its ``kind``: a ``scenario``, a ``map`` (MovingAI), a
+        ``companion`` that a ROS map names, a ``plan`` (an image or ROS map), a ``preview`` of its
+        division, and the map that was ``divided`` so."""
+        kind = about.get("kind")
+        if kind in ("plan", "preview", "divided") and find_spec("numpy") is None:
+            raise UsageError(f"reading images needs numpy: {install_command('maps')}")
+        if kind == "companion":
             self._companions = {name: content}
-            return
-        if about.get("kind") == "scenario":
+        elif kind == "scenario":
             try:
                 text = content.decode("utf-8-sig")
             except UnicodeDecodeError as error:
                 raise UsageError(f"{name} is not a text file") from error
             self._begin_with(text, foreign=True)
-            return
-        rows, cols = _number(about, "rows"), _number(about, "cols")
-        division = Division(rows, cols) if rows and cols else Division()
-        files = {**self._companions, name: content}
-        self._companions = {}
-        text = await asyncio.to_thread(beginnings.on_map, name, files, division)
-        self._begin_with(text)
+        elif kind == "map":
+            self._begin_with(await asyncio.to_thread(beginnings.movingai, name, content))
+        elif kind == "plan":
+            from safenav.studio.editing import importing  # it needs numpy
+
+            files = {**self._companions, name: content}
+            self._companions = {}
+            self._plan = await asyncio.to_thread(importing.opened_plan, name, files)
+            return await asyncio.to_thread(self._plan.told)
+        elif self._plan is None or kind not in ("preview", "divided"):
+            raise UsageError("the image is no longer there: choose it again")
+        else:
+            from safenav.studio.editing import importing
+
+            cut = importing.Cut.read(json.loads(content))
+            if kind == "preview":
+                return await asyncio.to_thread(importing.preview, self._plan, cut)
+            world = await asyncio.to_thread(importing.divided, self._plan, cut)
+            self._begin_with(beginnings.drawn(world, self._plan.name))
+            self._plan = None
+        return None
 
     def _everything(self) -> list[dict[str, Any]]:
         told = super()._everything()
@@ -217,6 +246,15 @@ class Editor(Studio):
 
     async def _edit(self, data: Message) -> None:
         if self.document.change(edited(self.document.text, data)):
+            self._changed()
+
+    async def _embed(self, data: Message) -> None:
+        """Draw the map of a file into the text."""
+        del data
+        world = self._draft.world
+        if world is None:
+            raise UsageError("the map cannot be read yet: fix the problems first")
+        if self.document.change(changed(self.document.text, lambda told: embed(told, world))):
             self._changed()
 
     async def _undo(self, data: Message) -> None:
@@ -326,8 +364,3 @@ def unpacked(packed: str) -> str:
         if opener.eof:
             return text.decode()
     raise UsageError("this link holds no scenario: it was cut off, perhaps")
-
-
-def _number(about: Mapping[str, str], key: str) -> int | None:
-    value = about.get(key, "")
-    return int(value) if value.isdigit() and value.isascii() and len(value) < 5 else None

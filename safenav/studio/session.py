@@ -106,7 +106,9 @@ class Studio:
         content = await asyncio.to_thread(make, self.run.trace, f"{stem}.jsonl")
         return f"{stem}{ending}", content, kind
 
-    async def uploaded(self, name: str, content: bytes, about: Mapping[str, str]) -> None:
+    async def uploaded(
+        self, name: str, content: bytes, about: Mapping[str, str]
+    ) -> dict[str, Any] | None:
         """Take a file that a page sends. Raises UsageError where there is no editor."""
         del name, content, about
         raise UsageError("this studio shows a run and takes no files")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import tempfile
 import time
 import urllib.error
 from collections.abc import Iterator
@@ -187,14 +186,16 @@ def test_a_link_carries_the_scenario(board: Board) -> None:
     assert link not in browser.driver.current_url
 
 
-def test_maps_are_sent_through_the_page(board: Board, tmp_path: Path) -> None:
-    """An image and a ROS map, divided as the page says, and a MovingAI map."""
+def test_maps_are_divided_over_their_picture(board: Board, tmp_path: Path) -> None:
+    """An image with a sealed room and a coloured ward, a ROS and a MovingAI map."""
     browser = board.browser
-    walls = np.full((24, 36), 255, dtype=np.uint8)
-    walls[:4], walls[-4:], walls[:, :4], walls[:, -4:] = 0, 0, 0, 0
-    walls[12:16, 16:20] = 0
-    Image.fromarray(walls).save(tmp_path / "floor.png")
-    Image.fromarray(walls).save(tmp_path / "lab.pgm")
+    plan = np.full((60, 90, 3), 255, dtype=np.uint8)
+    plan[:2], plan[-2:], plan[:, :2], plan[:, -2:] = 0, 0, 0, 0
+    plan[:, 30:32] = 0
+    plan[20:26, 30:32] = 255  # a door of six pixels
+    plan[4:16, 50:80] = (255, 204, 0)
+    Image.fromarray(plan).save(tmp_path / "plan.png")
+    Image.fromarray(plan[..., 0]).save(tmp_path / "lab.pgm")
     (tmp_path / "lab.yaml").write_text(
         "image: lab.pgm\nresolution: 0.25\norigin: [0, 0, 0]\n"
         "negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
@@ -206,34 +207,63 @@ def test_maps_are_sent_through_the_page(board: Board, tmp_path: Path) -> None:
     def send(*names: str) -> None:
         files = "\n".join(str(tmp_path / name) for name in names)
         browser.one('[data-menu="New"] input[type="file"]').send_keys(files)
-        browser.wait(lambda: browser.all("dialog[open]"), MINUTES)
 
-    def create(rows: str = "", cols: str = "") -> None:
-        for label, number in (("Rows of the map", rows), ("Columns of the map", cols)):
-            field = browser.one(f'input[aria-label="{label}"]')
-            field.clear()
-            field.send_keys(number)
-        board.choose("Create")
+    def slide(label: str, value: int) -> None:
+        browser.run(
+            """
+            const slider = document.querySelector(`dialog input[aria-label="${arguments[0]}"]`);
+            slider.value = arguments[1];
+            slider.dispatchEvent(new Event("input", {bubbles: true}));
+            """,
+            label,
+            value,
+        )
 
-    grid = "    #########\n    #.......#\n    #.......#\n    #...#...#\n"
+    def told(words: str) -> None:
+        script = "return document.querySelector('.division')?.innerText ?? ''"
+        browser.wait(lambda: words in browser.run(script), MINUTES)
+
+    def colour(x: int, y: int) -> list[int]:
+        """The pixel of the preview over a pixel of the image."""
+        script = """
+            const canvas = document.querySelector("dialog canvas");
+            return [...canvas.getContext("2d").getImageData(
+                arguments[0] * canvas.width / 90, arguments[1] * canvas.height / 60, 1, 1).data];
+        """
+        return list(browser.run(script, x, y))[:3]
+
+    send("plan.png")
+    told("regions")
+    slide("side", 10)
+    told("6 x 9 regions")
+    told("1 sealed room (")
+    red, green, blue = colour(15, 35)
+    assert red > green > blue, "the sealed room is marked"
+    slide("share", 30)
+    slide("side", 6)
+    told("10 x 15 regions")
+    browser.wait(lambda: "sealed" not in browser.one(".division").text, MINUTES)
+    slide("origin x", 2)
+    slide("origin y", 2)
+    told("10 x 15 regions")
+    field = browser.one('input[aria-label="meaning of #ffcc00"]')
+    field.send_keys("ward", Keys.TAB)
+    browser.wait(lambda: colour(65, 10)[1] > colour(65, 10)[0], MINUTES)
+    board.choose("Create")
+    board.until("name: plan\n")
+    assert "areas:\n  ward: {rows: " in board.text
+
     send("lab.yaml", "lab.pgm")
-    create()
-    browser.wait(lambda: browser.all(".toast"), MINUTES)
-    assert "Rows x Columns" in browser.one(".toast").text
-    assert "--" not in browser.one(".toast").text
-    assert str(tempfile.gettempdir()) not in browser.one(".toast").text
-    browser.press(Keys.ESCAPE)
-    for name, files in (("lab", ("lab.yaml", "lab.pgm")), ("floor", ("floor.png",))):
-        send(*files)
-        create("6", "9")
-        board.until(f"name: {name}\n")
-        assert grid in board.text
+    told(" m")
+    slide("side", 4)
+    told("regions of 1 m")
+    board.choose("Create")
+    board.until("name: lab\n")
+    assert "resolution: 1" in board.text
     send("arena.map")
-    create()
     board.until("name: arena\n")
     assert "    #...#\n    #.#.#\n" in board.text
-    refused = [told for told in browser.errors() if "400" not in told]
-    assert refused == []
+    assert [told for told in browser.errors() if "getImageData" not in told] == []
 
 
 def json_tick(board: Board) -> int:

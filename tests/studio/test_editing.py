@@ -159,6 +159,10 @@ def something(text: str, chance: random.Random) -> dict[str, Any]:
             {"op": "set_obstacle", "index": index, "key": "until", "value": 40},
             {"op": "remove_obstacle", "index": index},
             {"op": "name_region", "region": region, "name": f"n{region}"},
+            {"op": "add_area", "area": f"a{region % 3}", "rows": [1, 2], "columns": [1, 3]},
+            {"op": "rename_area", "area": f"a{region % 3}", "name": f"b{region % 3}"},
+            {"op": "remove_area", "area": f"b{region % 3}"},
+            {"op": "set_objective", "robot": robot, "kind": kind, "regions": ["a1", regions]},
             {"op": "set_value", "key": "rounds", "value": 3},
         ]
     )
@@ -232,7 +236,7 @@ def test_a_changed_run_saved_as_a_scenario_plays_the_same_way(seed: int) -> None
 
 def test_a_map_that_is_uploaded_names_no_file_of_the_machine(tmp_path: Path) -> None:
     from safenav.errors import InputError
-    from safenav.scenario.reading.bare_map import Division
+    from safenav.studio.editing.importing import opened_plan
 
     secret = tmp_path / "secret.pgm"
     secret.write_bytes(b"P5 2 2 255\n\xff\xff\xff\xff")
@@ -241,7 +245,7 @@ def test_a_map_that_is_uploaded_names_no_file_of_the_machine(tmp_path: Path) -> 
         "negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.2\n"
     )
     with pytest.raises(InputError, match="outside"):
-        beginnings.on_map("map.yaml", {"map.yaml": ros.encode()}, Division())
+        opened_plan("map.yaml", {"map.yaml": ros.encode()})
 
 
 def test_areas_move_with_a_map_that_grows_and_are_drawn_as_targets() -> None:
@@ -259,3 +263,43 @@ def test_areas_move_with_a_map_that_grows_and_are_drawn_as_targets() -> None:
     assert drawing is not None
     assert drawing["robots"][0]["targets"][0] == [16, 29]
     assert drawing["run"]["areas"]["hall"] == [16, 29]
+
+
+def test_areas_are_drawn_renamed_and_used_as_targets() -> None:
+    text = edited(DOOR, {"op": "add_area", "area": "ward", "rows": [1, 2], "columns": [9, 11]})
+    assert lines(DOOR, text) == ["+areas:", "+  ward: {rows: 1-2, columns: 9-11}"]
+    text = edited(text, {"op": "add_area", "area": "ward", "rows": [4, 4], "columns": [9, 9]})
+    assert "  ward: [{rows: 1-2, columns: 9-11}, {rows: 4, columns: 9}]\n" in text
+    targets = ["ward", [58, 59]]
+    text = edited(
+        text, {"op": "set_objective", "robot": "quad", "kind": "patrol", "regions": targets}
+    )
+    assert "patrol: [ward, any: [58, 59]]" in text
+    text = edited(text, {"op": "rename_area", "area": "ward", "name": "north"})
+    assert "patrol: [north, any:" in text and "  north: [{rows" in text
+    with pytest.raises(UsageError, match="is a target"):
+        edited(text, {"op": "remove_area", "area": "north"})
+    with pytest.raises(UsageError, match="already exists"):
+        edited(
+            edited(text, {"op": "name_region", "region": 16, "name": "gate"}),
+            {"op": "rename_area", "area": "north", "name": "gate"},
+        )
+    world = load_draft(text, "door.yaml").world
+    assert world is not None
+    assert world.areas["north"] == {22, 23, 24, 35, 36, 37, 61}
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_rectangles_hold_an_area_exactly(seed: int) -> None:
+    from safenav.studio.editing.walls import rectangles
+
+    chance = random.Random(seed)
+    rows, cols = chance.randint(1, 8), chance.randint(1, 8)
+    area = frozenset(r for r in range(rows * cols) if chance.random() < chance.random())
+    held = [
+        row * cols + col
+        for top, bottom, left, right in rectangles(area, cols)
+        for row in range(top, bottom + 1)
+        for col in range(left, right + 1)
+    ]
+    assert sorted(held) == sorted(area)

@@ -15,11 +15,10 @@ from safenav.errors import UsageError
 from safenav.runtime.interventions import Close, Give, Serve
 from safenav.runtime.mission import Mission
 from safenav.scenario.objective import Hold
-from safenav.scenario.reading.bare_map import Division
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import load_draft, load_scenario
 from safenav.studio import saving
-from safenav.studio.editing import beginnings
+from safenav.studio.editing import beginnings, importing
 from safenav.trace.records import Record
 from safenav.trace.writing import as_data
 from studio.serving import ROOT, SCENARIOS
@@ -79,18 +78,20 @@ def test_the_bundle_of_a_changed_run_is_accepted_by_its_own_checker(
 
 
 @pytest.mark.parametrize(
-    ("name", "companions", "division"),
-    [
-        ("rooms.png", [], Division(7, 13)),
-        ("office.yaml", ["office.pgm"], Division(10, 10)),
-        ("rooms.map", [], Division()),
-    ],
+    ("name", "companions", "side"),
+    [("rooms.png", [], 8), ("office.yaml", ["office.pgm"], 2), ("rooms.map", [], None)],
     ids=["image", "ros", "movingai"],
 )
 def test_a_scenario_begins_with_a_map_of_every_kind(
-    name: str, companions: list[str], division: Division
+    name: str, companions: list[str], side: int | None
 ) -> None:
     files = {file: (MAPS / file).read_bytes() for file in (name, *companions)}
-    text = beginnings.on_map(name, files, division)
+    if side is None:
+        text = beginnings.movingai(name, files[name])
+    else:
+        plan = importing.opened_plan(name, files)
+        cut = importing.Cut(side, 0, 0, 0.0, False, {})
+        text = beginnings.drawn(importing.divided(plan, cut), plan.name)
     world = load_draft(text, name).world
     assert world is not None and 0 < len(world.free) < world.size
+    assert (world.frame is not None) == (name == "office.yaml")

@@ -114,7 +114,7 @@ def test_a_studio_without_a_file_saves_as_and_opens(browser: Browser, tmp_path: 
         assert focused(browser) == name
         name.send_keys("mine", Keys.ENTER)
         browser.wait(lambda: (tmp_path / "mine.yaml").exists(), MINUTES)
-        browser.wait(lambda: "mine.yaml" in browser.one("header").text, MINUTES)
+        browser.wait(lambda: "mine.yaml" in words(browser, "header"), MINUTES)
         mine = board.text
         assert (tmp_path / "mine.yaml").read_text() == mine
 
@@ -175,7 +175,7 @@ def test_the_palette_stays_when_a_robot_is_selected(house: Board) -> None:
     browser = house.browser
     browser.resize(1440, 900)
     before = rectangles(browser, ".tools-of-map .pen")
-    assert len(before) == 4 + 5 + 4
+    assert len(before) == 5 + 5 + 4
     assert len({box[0] for box in before.values()}) == 2, "two columns"
     house.click(DEN)
     browser.wait(lambda: browser.all(".palette .chosen"), MINUTES)
@@ -306,6 +306,33 @@ def test_the_map_is_drawn_with_the_keyboard_alone(house: Board) -> None:
     browser.wait(lambda: browser.all(f'[data-obstacle="door@{region}"]'), MINUTES)
 
 
+def test_an_area_is_drawn_by_a_drag_and_becomes_a_target(house: Board) -> None:
+    browser = house.browser
+    house.choose("Area")
+    house.drag(14, 15, 34)
+    house.until("  area_1: {rows: 1-3, columns: 5-7}\n")
+    browser.wait(lambda: focused(browser).get_attribute("value") == "area_1", MINUTES)
+    browser.press("ward")
+    browser.press(Keys.ENTER)
+    house.until("  ward: {rows: 1-3, columns: 5-7}\n")
+    house.click(DEN)
+    browser.wait(lambda: browser.all(".chosen .pens button"), MINUTES)
+    house.choose("Hold")
+    house.choose("ward")
+    house.until("objective: {hold: ward}")
+    browser.wait(lambda: "hold ward" in words(browser, ".pursued"), MINUTES)
+    browser.press("4")
+    house.click(19)
+    house.click(20)
+    house.until("  area_1: {rows: 2, columns: 1-2}\n")
+    browser.wait(lambda: focused(browser).get_attribute("value") == "area_1", MINUTES)
+    browser.press(Keys.TAB)
+    house.choose("Add a part")
+    house.drag(28, 28 + 1)
+    house.until("  area_1: [{rows: 2, columns: 1-2}, {rows: 3, columns: 1-2}]\n")
+    assert browser.errors() == []
+
+
 def test_a_map_file_is_drawn_or_the_page_says_how_to_allow_it(
     browser: Browser, tmp_path: Path
 ) -> None:
@@ -318,19 +345,24 @@ def test_a_map_file_is_drawn_or_the_page_says_how_to_allow_it(
     (tmp_path / "flat" / "out.yaml").write_text(text.replace("IMAGE", "../../floor.pgm"))
     with Served("studio", tmp_path / "flat", "--no-browser") as served:
         board = Board(browser, served.address, cols=4)
-        for name, words in (
+        for name, said in (
             ("flat.yaml", None),
             ("out.yaml", ("floor.pgm", "outside the folder", "--folder")),
         ):
             board.choose("Open")
             browser.wait(lambda: browser.all(".files button"), MINUTES)
             board.choose(name)
-            browser.wait(lambda name=name: name in browser.one("header").text, MINUTES)  # type: ignore[misc]
-            if words is None:
+            browser.wait(lambda name=name: name in words(browser, "header"), MINUTES)  # type: ignore[misc]
+            if said is None:
                 browser.wait(lambda: "Map of 4 by 4" in _map(browser), MINUTES)
+                board.choose("Copy into the scenario")
+                board.until("  grid: |\n    ####\n    #..#\n")
+                assert "image" not in board.text
+                browser.button("Undo").click()
+                board.until("image: floor.pgm")
             else:
                 browser.wait(lambda: browser.all(".no-map"), MINUTES)
-                assert all(word in browser.one(".no-map").text for word in words)
+                assert all(word in words(browser, ".no-map") for word in said)
                 assert not browser.all("svg.floor"), "the map before is not that of this one"
         sent = tmp_path / "sent.yaml"
         sent.write_text((tmp_path / "flat" / "flat.yaml").read_text())

@@ -20,6 +20,7 @@ from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Scalar
 from safenav.scenario.yaml.findings import Findings
 from safenav.scenario.yaml.source import parsed
+from safenav.world.files.image import Image
 from safenav.world.files.pixels import Blocked, Layout
 from safenav.world.files.ros import RosMap, occupied
 from safenav.world.frame import Frame
@@ -57,7 +58,7 @@ def read_ros(node: Node, fields: Mapping, folder: Path, findings: Findings) -> R
     if named is None:
         return None
     inside = findings.beside(str(named.path))
-    settings, blocked = _read_file(named.text, named.path, inside)
+    settings, _, blocked = read_ros_file(named.text, named.path, inside)
     if settings is None or blocked is None:
         return None
     height, width = (pixels * settings.resolution for pixels in blocked.shape)
@@ -92,20 +93,22 @@ def _decimal(number: float) -> Fraction:
     return Fraction(repr(number))
 
 
-def _read_file(text: str, path: Path, findings: Findings) -> tuple[RosMap | None, Blocked | None]:
-    """The settings, and the pixels of their image that are not free."""
+def read_ros_file(
+    text: str, path: Path, findings: Findings
+) -> tuple[RosMap | None, Image | None, Blocked | None]:
+    """The settings, their image, and its pixels that are not free; None for what was reported."""
     document = parsed(text, findings)
     if document is None:
-        return None, None
+        return None, None, None
     item = read.mapping(document.root, "a ROS map", findings, None, REQUIRED)
     if item is None:
-        return None, None
+        return None, None, None
     settings = _settings(item, findings)
     node = item.get("image")
     image = read_pixels(node, path.parent, findings) if node is not None else None
     if settings is None or image is None:
-        return None, None
-    return settings, occupied(image, settings)
+        return None, None, None
+    return settings, image, occupied(image, settings)
 
 
 def _settings(item: Mapping, findings: Findings) -> RosMap | None:

@@ -1,8 +1,7 @@
-"""What an editor can begin with: a blank map, a template, a map from an image or another file."""
+"""Beginnings of a scenario: a blank map, a template, a map from an image or another file."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -11,6 +10,8 @@ from safenav.errors import InputError, UsageError
 from safenav.scenario.reading.bare_map import Division, load_map
 from safenav.scenario.template import TEMPLATES, template_text
 from safenav.scenario.yaml.findings import ReadableFolder
+from safenav.studio.editing.round_trip import changed
+from safenav.studio.editing.walls import embed
 from safenav.world.map import RegionMap
 
 BLANK = """\
@@ -23,9 +24,6 @@ robots: {{}}
 until: {{rounds: 2}}
 limits: {{ticks: 500}}
 """
-
-ASK = "say into how many regions the map is divided: Rows x Columns, at the top of New"
-"""The page's fields, where the command line has options."""
 
 
 def blank(rows: int = 9, cols: int = 15) -> str:
@@ -44,16 +42,14 @@ def template(name: str) -> str:
     return template_text(name)
 
 
-def on_map(name: str, files: Mapping[str, bytes], division: Division) -> str:
-    """A blank scenario on the uploaded map ``name``; the map is drawn into the scenario, and
-    names no other file than the uploaded ones. Raises InputError."""
+def movingai(name: str, content: bytes) -> str:
+    """A blank scenario on an uploaded MovingAI map, which is drawn into it. Raises InputError."""
     with TemporaryDirectory() as made:
-        folder = Path(made).resolve()
-        for other, content in files.items():
-            (folder / Path(other).name).write_bytes(content)
+        path = Path(made).resolve() / Path(name).name
+        path.write_bytes(content)
         try:
-            world = load_map(folder / Path(name).name, division, ReadableFolder(folder), ASK)
-        except InputError as error:  # nobody knows the folder
+            world = load_map(path, Division(), ReadableFolder(path.parent))
+        except InputError as error:  # the folder is gone when the user reads this
             told = [replace(d, file=Path(d.file).name) for d in error.diagnostics]
             raise InputError(told) from None
     return drawn(world, Path(name).stem)
@@ -61,7 +57,6 @@ def on_map(name: str, files: Mapping[str, bytes], division: Division) -> str:
 
 def drawn(world: RegionMap, name: str) -> str:
     """A map as a scenario without robots."""
-    lines = "\n".join(f"    {row}" for row in world.grid_rows())
-    text = BLANK.format(grid=lines)
     safe = "".join(c for c in name if c.isalnum() or c in " _-") or "map"
-    return text.replace("name: new scenario", f"name: {safe}")
+    text = BLANK.replace("name: new scenario", f"name: {safe}").format(grid="    .")
+    return changed(text, lambda data: embed(data, world))

@@ -85,6 +85,7 @@ def drawing_of(text: str, world: RegionMap, catalogue: Catalogue) -> dict[str, A
         "robots": robots,
         "obstacles": obstacles,
         "names": placing.names,
+        "areas": {name: sorted(area) for name, area in world.areas.items()},
         "grid": isinstance(_get(_get(root, "map"), "grid"), Scalar | Sequence),
         "settings": {
             "name": title,
@@ -122,11 +123,14 @@ def _robots(root: Node, placing: _Placing) -> Iterable[dict[str, Any]]:
     for key, node in _entries_with_places(_get(root, "robots")):
         objective = _get(node, "objective")
         kind, targets = None, []
+        areas: list[str] = []
         for name, told in _entries(objective):
             if name in LISTS and isinstance(told, Sequence):
                 kind, targets = name, [placing.target(item) for item in told.items]
+                areas = [_text(item) for item in told.items]
             elif name == "hold":
                 kind, targets = name, [placing.target(told)]
+                areas = [_text(told)]
             elif name == "ltl":
                 kind = name
         heading = _get(node, "heading")
@@ -137,6 +141,7 @@ def _robots(root: Node, placing: _Placing) -> Iterable[dict[str, Any]]:
             "heading": _text(heading) if _text(heading) in _HEADINGS else None,
             "kind": kind,
             "targets": targets,
+            "areas": [area if area in placing.world.areas else None for area in areas],
             "literal": _get(objective, "form") is not None,
             "line": key.place.line,
         }

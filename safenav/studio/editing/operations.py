@@ -14,7 +14,8 @@ from typing import Any
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
 from safenav.errors import UsageError
-from safenav.studio.editing.places import LISTS, MapPlaces
+from safenav.studio.editing.areas import add_area, remove_area, rename_area
+from safenav.studio.editing.places import LISTS, MapPlaces, any_of
 from safenav.studio.editing.robots import (
     add_robot,
     move_robot,
@@ -61,7 +62,7 @@ def add_change(data: Any, told: Operation) -> None:
     new = CommentedMap({"at": told["at"], "robot": told["robot"]})
     if told.get("objective") is not None:
         ((kind, body),) = told["objective"].items()
-        targets = [_any_of(target) for target in (body if kind in LISTS else [body])]
+        targets = [any_of(target) for target in (body if kind in LISTS else [body])]
         value: Any = targets[0]
         if kind in LISTS:
             value = CommentedSeq(targets)
@@ -72,16 +73,6 @@ def add_change(data: Any, told: Operation) -> None:
         new["service"] = told["service"]
     new.fa.set_flow_style()
     _listed(data, "changes", after="obstacles" if "obstacles" in data else "robots").append(new)
-
-
-def _any_of(target: Any) -> Any:
-    if not isinstance(target, list):
-        return target
-    regions = CommentedSeq(target)
-    regions.fa.set_flow_style()
-    found = CommentedMap({"any": regions})
-    found.fa.set_flow_style()
-    return found
 
 
 def _listed(data: Any, key: str, *, after: str) -> Any:
@@ -184,6 +175,9 @@ OPERATIONS: Mapping[str, Callable[[Any, Operation], None]] = {
         set_obstacle,
         remove_obstacle,
         name_region,
+        add_area,
+        rename_area,
+        remove_area,
         set_value,
         repair,
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from ruamel.yaml.comments import CommentedSeq
+from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
 from safenav.errors import UsageError
 
@@ -113,6 +113,17 @@ class MapPlaces:
         yield holder[key], replace
 
 
+def any_of(target: Any) -> Any:
+    """A target of several regions: any of them counts."""
+    if not isinstance(target, list):
+        return target
+    regions = CommentedSeq(target)
+    regions.fa.set_flow_style()
+    found = CommentedMap({"any": regions})
+    found.fa.set_flow_style()
+    return found
+
+
 def grid_of(data: Any) -> list[str]:
     """The rows of the grid. Raises UsageError where the map is not drawn in the scenario."""
     world = data.get("map")
@@ -122,7 +133,7 @@ def grid_of(data: Any) -> list[str]:
     elif isinstance(grid, list):
         rows = [str(line).rstrip() for line in grid]
     else:
-        raise UsageError("the map comes from a file: take it into the scenario to change it")
+        raise UsageError("the map comes from a file: copy it into the scenario to edit it")
     if not rows or len({len(row) for row in rows}) != 1 or set("".join(rows)) - set("#."):
-        raise UsageError("mend the grid in the text first")
+        raise UsageError("fix the grid in the text first")
     return rows

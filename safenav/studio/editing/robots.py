@@ -8,7 +8,7 @@ from typing import Any
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
 from safenav.errors import UsageError
-from safenav.studio.editing.places import OBJECTIVES, MapPlaces
+from safenav.studio.editing.places import OBJECTIVES, MapPlaces, any_of
 from safenav.studio.editing.round_trip import Operation, put
 
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
@@ -62,7 +62,8 @@ def set_model(data: Any, told: Operation) -> None:
 
 
 def set_objective(data: Any, told: Operation) -> None:
-    """``kind`` with ``regions`` in order."""
+    """``kind`` with ``regions`` in order: numbers, lists of them of which any counts, or names of
+    areas."""
     robot, places = _robot(data, told), MapPlaces(data)
     kind, regions = told["kind"], list(told["regions"])
     if kind not in OBJECTIVES:
@@ -70,7 +71,7 @@ def set_objective(data: Any, told: Operation) -> None:
     if not regions:
         raise UsageError("an objective needs a region")
     like: Any = robot.get("start", [])
-    written = [places.written(region, like) for region in regions]
+    written = [_target(target, places, like) for target in regions]
     value: Any = written[0]
     if kind != "hold":
         value = CommentedSeq(written)
@@ -80,6 +81,15 @@ def set_objective(data: Any, told: Operation) -> None:
     objective = CommentedMap({kind: value} | ({"form": form} if form else {}))
     objective.fa.set_flow_style()
     robot["objective"] = objective
+
+
+def _target(target: Any, places: MapPlaces, like: Any) -> Any:
+    if isinstance(target, str) and target in (places.data.get("areas") or {}):
+        return target
+    if isinstance(target, list):
+        return any_of([_target(region, places, like) for region in target])
+    name = places.written(target)
+    return name if isinstance(name, str) else places.written(target, like)
 
 
 def set_form(data: Any, told: Operation) -> None:

@@ -27,9 +27,9 @@ def changed(text: str, change: Callable[[Any], None]) -> str:
     try:
         data = yaml.load(text)
     except YAMLError as error:
-        raise UsageError("mend the text first: it is no YAML") from error
+        raise UsageError("fix the text first: it is not valid YAML") from error
     if not isinstance(data, dict):
-        raise UsageError("mend the text first: it is no scenario")
+        raise UsageError("fix the text first: it is not a scenario")
     before = _written(yaml, data)
     change(data)
     after = _written(yaml, data)

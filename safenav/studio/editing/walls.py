@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-import re
 from typing import Any
 
-from ruamel.yaml.comments import CommentedMap
+from ruamel.yaml.comments import CommentedMap, CommentedSeq
 from ruamel.yaml.scalarstring import LiteralScalarString
 
 from safenav.errors import UsageError
+from safenav.scenario.reading.naming import NAME
+from safenav.studio.editing.areas import add_area
 from safenav.studio.editing.places import MapPlaces
 from safenav.studio.editing.round_trip import Operation
+from safenav.world.map import Region, RegionMap
 
 MOST = 512
-PLACE = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*")
 SIDES = ("top", "bottom", "left", "right")
 
 
@@ -96,7 +97,7 @@ def name_region(data: Any, told: Operation) -> None:
             raise UsageError(f"'{old}' is used in the scenario: change that first")
         del world["names"][old]
     if name:
-        if not PLACE.fullmatch(name):
+        if not NAME.fullmatch(name):
             raise UsageError("a name has letters, digits, '_' and '-', and begins with a letter")
         if not isinstance(world.get("names"), dict):
             world["names"] = CommentedMap()
@@ -104,6 +105,43 @@ def name_region(data: Any, told: Operation) -> None:
         world["names"][name] = places.written(told["region"], [])
     if isinstance(world.get("names"), dict) and not world["names"]:
         del world["names"]
+
+
+def embed(data: Any, world: RegionMap) -> None:
+    """Draw a map that comes from a file into the text; areas of its legend become areas."""
+    told = data["map"]
+    for key in ("image", "ros", "movingai", "rows", "cols", "share", "threshold"):
+        told.pop(key, None)
+    told.fa.set_block_style()
+    told.insert(0, "grid", LiteralScalarString("\n".join(world.grid_rows()) + "\n"))
+    frame = world.frame
+    if frame is not None and frame.resolution[0] == frame.resolution[1]:
+        told["resolution"] = frame.resolution[0]
+        told["origin"] = CommentedSeq([*frame.origin, frame.yaw])
+        told["origin"].fa.set_flow_style()
+    listed = data.get("areas") or {}
+    for name in sorted(world.areas.keys() - listed.keys()):
+        for top, bottom, left, right in rectangles(world.areas[name], world.cols):
+            add_area(data, {"area": name, "rows": (top, bottom), "columns": (left, right)})
+
+
+def rectangles(area: frozenset[Region], cols: int) -> list[tuple[int, int, int, int]]:
+    """Rectangles (first row, last row, first and last column) that hold an area exactly."""
+    runs: dict[tuple[int, int], list[tuple[int, int]]] = {}
+    rest = set(area)
+    for region in sorted(area):
+        if region in rest:
+            row, first = divmod(region, cols)
+            last = first
+            while last + 1 < cols and row * cols + last + 1 in rest:
+                last += 1
+            rest -= set(range(region, row * cols + last + 1))
+            parts = runs.setdefault((first, last), [])
+            if parts and parts[-1][1] == row - 1:
+                parts[-1] = (parts[-1][0], row)
+            else:
+                parts.append((row, row))
+    return sorted((*rows, *ends) for ends, parts in runs.items() for rows in parts)
 
 
 def _draw(data: Any, rows: list[str]) -> None:

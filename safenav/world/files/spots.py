@@ -160,8 +160,8 @@ def losses(blocked: Blocked, layout: Layout, world: RegionMap, share: float) -> 
     if rooms is None:
         return _some(said)
     held: dict[int, set[int]] = {}
-    pieces = _joined(world.free, world)
-    for number, piece in enumerate(pieces):
+    rooms_of = pieces(world)
+    for number, piece in enumerate(rooms_of):
         for region in piece:
             top, left, bottom, right = _pixels(region, layout, world, blocked.shape)
             spot = rooms.at((top + bottom) // 2, (left + right) // 2)
@@ -171,16 +171,18 @@ def losses(blocked: Blocked, layout: Layout, world: RegionMap, share: float) -> 
     for spot, pixels in enumerate(rooms.pixels.tolist()):
         top, left, bottom, right = rooms.boxes[spot].tolist()
         centre = (top + bottom) // 2, (left + right) // 2
-        if spot not in held and 2 * pixels >= area:
+        # What reaches the edge of the image is its margin, not a room.
+        inside = min(top, left) > 0 and bottom < blocked.shape[0] and right < blocked.shape[1]
+        if spot not in held and inside and 2 * pixels >= area:
             cause = f"a share of {share:g} removes" if share > 0 else "the division removes"
             said.append(
                 f"{cause} a room: {right - left} x {bottom - top} pixels around pixel "
                 f"[{centre[0]}, {centre[1]}] hold no free region; use smaller regions"
                 + ("" if share > 0 else " or a share")
             )
-        whole = sorted(held.get(spot, ()), key=lambda number: len(pieces[number]))
+        whole = sorted(held.get(spot, ()), key=lambda number: len(rooms_of[number]))
         said += [
-            f"{_stretch(sorted(pieces[number]), world)} are cut off: the image has a passage that "
+            f"{_stretch(sorted(rooms_of[number]), world)} are cut off: the image has a passage that "
             "is narrower than a region; use smaller regions"
             + (" or a larger share" if share > 0 else " or a share")
             for number in whole[:-1]
@@ -223,6 +225,11 @@ def _crossed(blocked: Blocked, layout: Layout, world: RegionMap) -> list[Region]
     return found
 
 
+def pieces(world: RegionMap) -> list[list[Region]]:
+    """The connected groups of free regions, the largest first."""
+    return _joined(world.free, world)
+
+
 def _joined(regions: Iterable[Region], world: RegionMap) -> list[list[Region]]:
     """Groups of regions that lie beside each other, the largest first."""
     rest, groups = set(regions), []
@@ -245,8 +252,8 @@ def suggested(blocked: Blocked) -> tuple[int, int]:
         rows, cols = max(1, round(height / side)), max(1, round(width / side))
         layout = Layout.of_count(blocked, rows, cols)
         world = RegionMap(rows, cols, walls(blocked, layout))
-        pieces = _joined(world.free, world)
-        share = len(pieces[0]) / (rows * cols) if pieces else 0.0
+        rooms = pieces(world)
+        share = len(rooms[0]) / (rows * cols) if rooms else 0.0
         if share >= _ENOUGH * float((~blocked).mean()):
             return rows, cols
         if share > kept:

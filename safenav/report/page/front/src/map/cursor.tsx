@@ -79,6 +79,7 @@ export function useCursor({ room, camera, cols, rows, first, hand }: CursorArgs)
   };
   const go = (region: number): void => {
     put(region);
+    hand?.move((region % cols) + 0.5, Math.floor(region / cols) + 0.5);
     if (!camera.isWhole) camera.show(region % cols, Math.floor(region / cols));
   };
   const mark = at >= 0 && (

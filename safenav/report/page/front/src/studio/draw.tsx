@@ -13,7 +13,7 @@ import { Player } from "../run/player";
 import { applyTheme, nextTheme, storedTheme } from "../settings";
 import { useDrawingHand } from "./hand";
 import type { Chosen, Doc, Drawing, Pen, Verdict } from "./model";
-import { Problems, Selection, Tools } from "./panels";
+import { NEW_AREA, Problems, Selection, Tools } from "./panels";
 import { Text } from "./text";
 
 interface DrawProps {
@@ -30,7 +30,7 @@ const SHOWN = { numbers: true, names: true, trails: false, targets: true, hidden
 const KEYS: Keys = [
   ["V", "select and drag"],
   ["1 2", "paint walls, or floor"],
-  ["3", "name regions"],
+  ["3 4", "name regions, or draw areas"],
   ["Esc", "close a menu; put the tool down"],
   ["Delete", "remove what is selected"],
   ["Tab", "to the map, and on"],
@@ -63,10 +63,12 @@ export function Draw({ doc, verdicts, say, save, menus, run }: DrawProps) {
       else if (event.key === "1") setPen({ does: "wall" });
       else if (event.key === "2") setPen({ does: "floor" });
       else if (event.key === "3") setPen({ does: "name" });
+      else if (event.key === "4") setPen(NEW_AREA);
       else if (event.key === "?") help.current!.showModal();
       else if (event.key === "Delete" || event.key === "Backspace") {
         if (chosen && "robot" in chosen) say("edit", { op: "remove_robot", robot: chosen.robot });
         else if (chosen && "obstacle" in chosen) say("edit", { op: "remove_obstacle", index: chosen.obstacle });
+        else if (chosen && "area" in chosen) say("edit", { op: "remove_area", area: chosen.area });
         choose(null);
       } else return;
       event.preventDefault();
@@ -201,15 +203,17 @@ function hintOf(pen: Pen, drawing: Drawing): string {
       return "Drag over the map to paint floor.";
     case "name":
       return "Click a region, then type its name.";
+    case "area":
+      return pen.corner === null ? "Drag over the regions of an area, or click two corners." : "Click the opposite corner.";
     case "robot":
       return `Click where a ${pen.model} starts; click a robot to select it.`;
     case "obstacle":
       return `Click a free region: a hidden ${pen.type} closes it.`;
     case "objective": {
-      const { robot, kind, regions } = pen;
+      const { robot, kind, targets } = pen;
       if (kind === "hold") return `${robot} holds one region: click it.`;
-      if (kind === "patrol") return `${robot} patrols between two regions: click the ${regions.length === 0 ? "first" : "second"}.`;
-      return `${robot} ${kind === "visit" ? "visits regions in order" : "covers regions in any order"}: click them${regions.length > 0 ? `, ${regions.length} so far` : ""}.`;
+      if (kind === "patrol") return `${robot} patrols between two regions: click the ${targets.length === 0 ? "first" : "second"}.`;
+      return `${robot} ${kind === "visit" ? "visits regions in order" : "covers regions in any order"}: click them${targets.length > 0 ? `, ${targets.length} so far` : ""}.`;
     }
     default:
       return drawing.robots.length === 0

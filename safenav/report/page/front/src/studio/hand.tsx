@@ -7,7 +7,8 @@ import { isWall } from "../map/floor";
 import type { Hand } from "../map/stage";
 import { notice } from "../panels/notice";
 import { label } from "../run/run";
-import type { Chosen, Drawing, Pen, Problem, Verdict } from "./model";
+import type { Chosen, Drawing, Pen, Problem, Target, Verdict } from "./model";
+import { choose as chooseTarget, targetsOf } from "./objective";
 
 interface HandArgs {
   drawing: Drawing;
@@ -33,6 +34,7 @@ type Held =
   | { what: "robot"; name: string; from: number }
   | { what: "obstacle"; index: number; from: number }
   | { what: "target"; robot: string; place: number }
+  | { what: "area"; from: number; to: number }
   | { what: "heading"; robot: string; at: number; to: string };
 
 export function useDrawingHand(args: HandArgs): Hand {
@@ -70,7 +72,7 @@ export function useDrawingHand(args: HandArgs): Hand {
       held.current = { what: "obstacle", index: obstacle.index, from: region };
       return true;
     }
-    const place = picked ? picked.targets.findIndex((target) => target.includes(region)) : -1;
+    const place = picked ? picked.targets.findIndex((target) => target.length === 1 && target[0] === region) : -1;
     if (picked && place >= 0) {
       held.current = { what: "target", robot: picked.name, place };
       return true;
@@ -104,14 +106,8 @@ export function useDrawingHand(args: HandArgs): Hand {
     } else if (pen.does === "obstacle") {
       if (free(region, "an obstacle")) edit("add_obstacle", { type: pen.type, region });
     } else if (pen.does === "name") choose({ region, naming: true });
-    else if (free(region, "a target")) {
-      const regions = [...pen.regions, region];
-      const most = pen.kind === "hold" ? 1 : pen.kind === "patrol" ? 2 : Infinity;
-      const whole = pen.kind !== "patrol" || regions.length >= 2;
-      if (whole) edit("set_objective", { robot: pen.robot, kind: pen.kind, regions: regions.slice(-most) });
-      if (regions.length >= most) setPen({ does: "select" });
-      else setPen({ ...pen, regions });
-    }
+    else if (pen.does === "area") held.current = { what: "area", from: pen.corner ?? region, to: region };
+    else if (free(region, "a target")) chooseTarget(pen, region, setPen, say);
     return true;
   };
 
@@ -122,6 +118,9 @@ export function useDrawingHand(args: HandArgs): Hand {
     if (now?.what === "paint") {
       for (const passed of line(now.last, [x, y], regionAt)) now.regions.add(passed);
       now.last = [x, y];
+      redraw((n) => n + 1);
+    } else if (now?.what === "area" && region >= 0) {
+      now.to = region;
       redraw((n) => n + 1);
     } else if (now?.what === "heading") {
       const dx = x - ((now.at % cols) + 0.5);
@@ -139,11 +138,20 @@ export function useDrawingHand(args: HandArgs): Hand {
     if (now === null) return;
     if (now.what === "paint") edit("paint", { regions: [...now.regions], wall: now.wall });
     else if (now.what === "heading") edit("set_heading", { robot: now.robot, heading: now.to });
-    else if (region < 0) return;
+    else if (now.what === "area" && pen.does === "area") {
+      if (now.from === now.to && pen.corner === null) return setPen({ ...pen, corner: now.from });
+      const taken = (name: string): boolean => name in drawing.areas || name in drawing.names;
+      let number = 1;
+      while (taken(`area_${number}`)) number++;
+      const area = pen.area ?? `area_${number}`;
+      edit("add_area", { area, ...spanOf(now.from, now.to, cols) });
+      setPen({ does: "select" });
+      choose({ area, naming: pen.area === null });
+    } else if (region < 0) return;
     else if (now.what === "robot" && region !== now.from) edit("move_robot", { robot: now.name, region });
     else if (now.what === "obstacle" && region !== now.from) edit("move_obstacle", { index: now.index, region });
     else if (now.what === "target" && picked && picked.kind) {
-      const regions = picked.targets.map((target, i) => (i === now.place ? region : target[0]!));
+      const regions = targetsOf(picked).map((target, i) => (i === now.place ? region : target));
       edit("set_objective", { robot: picked.name, kind: picked.kind, regions });
     }
   };
@@ -156,7 +164,14 @@ export function useDrawingHand(args: HandArgs): Hand {
     <rect key={key} class={`mark-${kind}`} {...shifted(at(region), 1.5)} width={CELL - 3} height={CELL - 3} rx={4} />
   );
   const painting = held.current?.what === "paint" ? held.current : null;
-  const order = pen.does === "objective" ? pen.regions : (picked?.targets.map((target) => target[0]!) ?? []);
+  const firstOf = (target: Target): number => {
+    const regions = typeof target === "string" ? (drawing.areas[target] ?? [-1]) : [target].flat();
+    return regions[0]!;
+  };
+  const order = pen.does === "objective" ? pen.targets.map(firstOf) : (picked?.targets.map((target) => target[0]!) ?? []);
+  const marking = held.current?.what === "area" ? held.current : null;
+  const corner = pen.does === "area" ? pen.corner : null;
+  const outlined = marking ?? (corner !== null ? { from: corner, to: hovered >= 0 ? hovered : corner } : null);
   const turning = held.current?.what === "heading" ? held.current : null;
   const faced = turning ? turning.to : picked?.heading;
   const dragged = held.current !== null && held.current.what !== "paint" && held.current.what !== "heading";
@@ -172,6 +187,8 @@ export function useDrawingHand(args: HandArgs): Hand {
         {verdict?.lost?.map((region) => square(region, "lost", `l${region}`))}
         {painting &&
           [...painting.regions].map((region) => square(region, painting.wall ? "wall" : "floor", `p${region}`))}
+        {outlined && <Outline {...spanOf(outlined.from, outlined.to, cols)} />}
+        {chosen && "area" in chosen && drawing.areas[chosen.area]?.map((region) => square(region, "hover", `a${region}`))}
         {picked && square(picked.start, "picked", "picked")}
         {chosen && "obstacle" in chosen && drawing.obstacles[chosen.obstacle] && (
           square(drawing.obstacles[chosen.obstacle]!.region, "picked", "picked")
@@ -208,6 +225,22 @@ export function useDrawingHand(args: HandArgs): Hand {
       </>
     ),
   };
+}
+
+interface Span {
+  rows: [first: number, last: number];
+  columns: [first: number, last: number];
+}
+
+/** The rectangle between two regions. */
+function spanOf(one: number, other: number, cols: number): Span {
+  const span = (a: number, b: number): [number, number] => [Math.min(a, b), Math.max(a, b)];
+  return { rows: span(Math.floor(one / cols), Math.floor(other / cols)), columns: span(one % cols, other % cols) };
+}
+
+function Outline({ rows, columns }: Span) {
+  const [width, height] = [columns[1] - columns[0] + 1, rows[1] - rows[0] + 1];
+  return <rect class="mark-hover" x={columns[0] * CELL} y={rows[0] * CELL} width={width * CELL} height={height * CELL} rx={4} />;
 }
 
 /** The regions of the items on whose lines something is wrong. */

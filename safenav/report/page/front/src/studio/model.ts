@@ -9,6 +9,8 @@ export interface DrawnRobot {
   heading: string | null;
   kind: string | null;
   targets: number[][];
+  /** The area that a target names, or null. */
+  areas: (string | null)[];
   literal: boolean;
   line: number;
 }
@@ -28,6 +30,7 @@ export interface Drawing {
   robots: DrawnRobot[];
   obstacles: DrawnObstacle[];
   names: Record<string, number>;
+  areas: Record<string, number[]>;
   /** Whether the map is drawn in the scenario itself. */
   grid: boolean;
   settings: { name: string; rounds: number; ticks: number; seed: number };
@@ -82,6 +85,11 @@ export type Pen =
   | { does: "robot"; model: string; turns: boolean }
   | { does: "obstacle"; type: string }
   | { does: "name" }
-  | { does: "objective"; robot: string; kind: string; regions: number[] };
+  /** Draws `area`, from `corner` if that was clicked. */
+  | { does: "area"; area: string | null; corner: number | null }
+  | { does: "objective"; robot: string; kind: string; targets: Target[] };
 
-export type Chosen = { robot: string } | { obstacle: number } | { region: number; naming?: boolean } | null;
+/** A region, several of which any counts, or the name of an area. */
+export type Target = number | number[] | string;
+
+export type Chosen = { robot: string } | { obstacle: number } | { region: number; naming?: boolean } | { area: string; naming?: boolean } | null;

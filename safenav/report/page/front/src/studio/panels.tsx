@@ -3,6 +3,7 @@
 import { useEffect, useRef, useState } from "preact/hooks";
 import type { Say } from "../live/player";
 import { label } from "../run/run";
+import { choose as chooseTarget } from "./objective";
 import type { Chosen, Doc, DrawnRobot, Drawing, Pen, Problem, Verdict } from "./model";
 
 interface Drawn {
@@ -14,6 +15,8 @@ interface Drawn {
   choose(chosen: Chosen): void;
   say: Say;
 }
+
+export const NEW_AREA: Pen & { does: "area" } = { does: "area", area: null, corner: null };
 
 export function Tools({ doc, drawing, pen, setPen, say }: Drawn) {
   const tool = (key: string, pressed: boolean, words: string, next: Pen, hint: string) => (
@@ -30,6 +33,7 @@ export function Tools({ doc, drawing, pen, setPen, say }: Drawn) {
           {tool("wall", pen.does === "wall", "Wall", { does: "wall" }, "Paint walls (1)")}
           {tool("floor", pen.does === "floor", "Floor", { does: "floor" }, "Paint floor (2)")}
           {tool("name", pen.does === "name", "Name", { does: "name" }, "Click a region to name it (3)")}
+          {tool("area", pen.does === "area", "Area", NEW_AREA, "Drag over the regions of an area and name it (4)")}
         </div>
         <h3>Robots</h3>
         <div class="pens">
@@ -90,7 +94,12 @@ function Size({ drawing, say }: { drawing: Drawing; say: Say }) {
           ))}
         </ul>
       ) : (
-        <p class="quiet">This map comes from a file; edit the file.</p>
+        <>
+          <p class="quiet">This map comes from a file; edit the file.</p>
+          <button type="button" title="Draw the map into the scenario, which then needs no file" onClick={() => say("embed")}>
+            Copy into the scenario
+          </button>
+        </>
       )}
     </section>
   );
@@ -159,7 +168,7 @@ export function Selection({ doc, drawing, pen, setPen, chosen, choose, say, verd
         )}
         <h3>Objective</h3>
         <p class="pursued">
-          {robot.kind ?? "none"} {robot.targets.map((target) => target.map(called).join(" or ")).join(", ")}
+          {robot.kind ?? "none"} {robot.targets.map((target, i) => robot.areas[i] ?? target.map(called).join(" or ")).join(", ")}
         </p>
         <div class="pens">
           {KINDS.map(([kind, words, meaning]) => (
@@ -168,12 +177,21 @@ export function Selection({ doc, drawing, pen, setPen, chosen, choose, say, verd
               key={kind}
               title={meaning}
               aria-pressed={drawingObjective && pen.kind === kind}
-              onClick={() => setPen({ does: "objective", robot: robot.name, kind, regions: [] })}
+              onClick={() => setPen({ does: "objective", robot: robot.name, kind, targets: [] })}
             >
               {words}
             </button>
           ))}
         </div>
+        {drawingObjective && Object.keys(drawing.areas).length > 0 && (
+          <div class="pens areas" role="group" aria-label="Areas as targets">
+            {Object.keys(drawing.areas).map((area) => (
+              <button type="button" key={area} onClick={() => chooseTarget(pen, area, setPen, say)}>
+                {area}
+              </button>
+            ))}
+          </div>
+        )}
         {robot.kind === "patrol" && (
           <label title="The paper's formula: no target is crossed out of turn. Otherwise a weaker form will do.">
             <input
@@ -242,6 +260,16 @@ export function Selection({ doc, drawing, pen, setPen, chosen, choose, say, verd
         <h2>
           Region <span class="quiet">{label(drawing.run, chosen.region)}</span>
         </h2>
+        {Object.entries(drawing.areas)
+          .filter(([, regions]) => regions.includes(chosen.region))
+          .map(([area]) => (
+            <p key={area}>
+              in{" "}
+              <button type="button" onClick={() => choose({ area })}>
+                {area}
+              </button>
+            </p>
+          ))}
         <Field
           key={chosen.region}
           name="name"
@@ -249,6 +277,36 @@ export function Selection({ doc, drawing, pen, setPen, chosen, choose, say, verd
           focused={chosen.naming}
           onChange={(value) => edit("name_region", { region: chosen.region, name: value })}
         />
+      </section>
+    );
+  }
+  if (chosen && "area" in chosen) {
+    const { area } = chosen;
+    if (!(area in drawing.areas)) return null;
+    return (
+      <section class="panel chosen" aria-label="The chosen area">
+        <h2>
+          <span>
+            Area <span class="quiet">{drawing.areas[area]!.length} regions</span>
+          </span>
+          <button type="button" onClick={() => edit("remove_area", { area })}>
+            Remove
+          </button>
+        </h2>
+        <Field
+          key={area}
+          name="name"
+          value={area}
+          focused={chosen.naming}
+          onChange={(name) => {
+            edit("rename_area", { area, name });
+            choose({ area: name });
+          }}
+        />
+        <button type="button" onClick={() => setPen({ ...NEW_AREA, area })}>
+          Add a part
+        </button>
+        <p class="quiet">Any of its regions counts where a robot has it as a target.</p>
       </section>
     );
   }

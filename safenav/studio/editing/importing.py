@@ -1,0 +1,208 @@
+"""Maps from images, divided as the user chooses over the picture."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from math import cos, sin
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+
+from safenav.errors import InputError, UsageError
+from safenav.scenario.reading.bare_map import form_of
+from safenav.scenario.reading.image_map import DEFAULT_THRESHOLD, FREE, WALL
+from safenav.scenario.reading.naming import NAME
+from safenav.scenario.reading.ros_map import read_ros_file
+from safenav.scenario.yaml.findings import Findings, ReadableFolder
+from safenav.world.files.flaws import MapFileError
+from safenav.world.files.image import Colour, Image, dark, meanings, read_image
+from safenav.world.files.pixels import Blocked, Layout, shares, walls
+from safenav.world.files.ros import RosMap
+from safenav.world.files.spots import losses, pieces, suggested, without_text
+from safenav.world.frame import Frame
+from safenav.world.map import MAX_REGIONS, RegionMap
+
+_SHOWN = 900
+"""Pixels of the longer side of a picture that is sent to the page."""
+_COLOURS = 12
+_COMMON = 0.002
+"""Share of an image from which on a colour is worth a line of the legend."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """An uploaded image. ``ros``: the settings of its ROS map, if it has one."""
+
+    name: str
+    image: Image
+    blocked: Blocked
+    ros: RosMap | None = None
+
+    def told(self) -> dict[str, Any]:
+        """The picture and what the sliders begin with. ``gray``: a byte for each pixel."""
+        height, width = self.blocked.shape
+        step = -(-max(height, width) // _SHOWN)
+        gray = self.image.brightness[::step, ::step].astype(np.uint32) * 255 // self.image.white
+        cleared, labels = without_text(self.blocked)
+        return {
+            "width": width,
+            "height": height,
+            "picture": {
+                "width": gray.shape[1],
+                "height": gray.shape[0],
+                "gray": base64.b64encode(gray.astype(np.uint8).tobytes()).decode(),
+            },
+            "side": max(1, round(height / suggested(cleared)[0])),
+            "metres": None if self.ros is None else self.ros.resolution,
+            "labels": len(labels),
+            "colours": [] if self.ros is not None else _colours(self.image),
+        }
+
+
+@dataclass(frozen=True)
+class Cut:
+    """A division of a plan: squares of ``side`` pixels from pixel (``x``, ``y``) on. ``share``: how
+    much of a region is blocked in a wall, 0 for any of it; ``text``: labels are walls; ``legend``:
+    the meaning of colours, none for dark walls."""
+
+    side: int
+    x: int
+    y: int
+    share: float
+    text: bool
+    legend: Mapping[Colour, str]
+
+    @classmethod
+    def read(cls, data: Mapping[str, Any]) -> Cut:
+        """As a page asks for it. Raises UsageError."""
+        try:
+            side, x, y = (int(data[key]) for key in ("side", "x", "y"))
+            share = float(data["share"])
+            legend = {_colour(key): str(word) for key, word in dict(data["legend"]).items()}
+        except (KeyError, TypeError, ValueError) as error:
+            raise UsageError(f"a division of the map is expected ({error})") from error
+        if side < 1 or x < 0 or y < 0 or not 0 <= share <= 1:
+            raise UsageError("a side of at least 1 pixel, an origin from 0 on, a share of 0 to 1")
+        bad = next((word for word in legend.values() if not NAME.fullmatch(word)), None)
+        if bad is not None:
+            raise UsageError(f"'{bad[:40]}' is not 'wall', 'free' or the name of an area")
+        return cls(side, x, y, share, bool(data.get("text")), legend)
+
+
+def opened_plan(name: str, files: Mapping[str, bytes]) -> Plan:
+    """The image ``name``, or the ROS map of that name with its image. Raises InputError or
+    UsageError."""
+    with TemporaryDirectory() as made:
+        folder = Path(made).resolve()
+        for other, content in files.items():
+            (folder / Path(other).name).write_bytes(content)
+        path = folder / Path(name).name
+        if form_of(path) == "ros":
+            findings = Findings(str(path), ReadableFolder(folder))
+            settings, image, blocked = read_ros_file(path.read_text("utf-8-sig"), path, findings)
+            try:
+                findings.raise_if_any()
+            except InputError as error:  # the folder is gone when the user reads this
+                told = [replace(d, file=Path(d.file).name) for d in error.diagnostics]
+                raise InputError(told) from None
+            assert settings is not None and image is not None and blocked is not None
+            return Plan(path.stem, image, blocked, settings)
+        try:
+            image = read_image(path.read_bytes())
+        except MapFileError as error:
+            raise UsageError(
+                "\n".join(f"{name}: {f.found}\n    {f.hint}" for f in error.flaws)
+            ) from error
+        return Plan(path.stem, image, dark(image, DEFAULT_THRESHOLD))
+
+
+def divided(plan: Plan, cut: Cut) -> RegionMap:
+    """The regions of a plan, with areas of its legend and notes about losses. Raises UsageError."""
+    height, width = plan.blocked.shape
+    rows, cols = (
+        max(1, round((height - cut.y) / cut.side)),
+        max(1, round((width - cut.x) / cut.side)),
+    )
+    if rows * cols > MAX_REGIONS or min(height - cut.y, width - cut.x) < cut.side:
+        raise UsageError(f"{rows} x {cols} regions: choose another side")
+    masks = meanings(plan.image, cut.legend)
+    blocked = masks.pop(WALL, None) if cut.legend else plan.blocked
+    if blocked is None:
+        raise UsageError("a legend needs the colour of walls")
+    kept = _cropped(
+        blocked if cut.text else without_text(blocked)[0], cut, rows, cols, outside=True
+    )
+    layout = Layout(rows, cols, Fraction(cut.side), Fraction(cut.side))
+    world = RegionMap(rows, cols, walls(kept, layout, cut.share), {}, _frame(plan, cut, rows))
+    if not world.free:
+        raise UsageError("every region is a wall: choose a larger share, or a smaller side")
+    masks.pop(FREE, None)
+    open_ = 1 - shares(kept, layout)
+    areas = {}
+    for name, mask in masks.items():
+        inside = _cropped(mask, cut, rows, cols, outside=False) & ~kept
+        most = (shares(inside, layout) >= 0.5 * open_).ravel()
+        areas[name] = frozenset(region for region in world.free if most[region])
+    notes = losses(kept, layout, world, cut.share)
+    return replace(world, areas={n: area for n, area in areas.items() if area}, notes=notes)
+
+
+def preview(plan: Plan, cut: Cut) -> dict[str, Any]:
+    """What the page shows over the picture. ``sealed``: regions that are cut off from the largest
+    room, as one list for each room."""
+    world = divided(plan, cut)
+    return {
+        "rows": world.rows,
+        "cols": world.cols,
+        "grid": list(world.grid_rows()),
+        "sealed": pieces(world)[1:],
+        "areas": {name: sorted(area) for name, area in world.areas.items()},
+        "notes": world.notes,
+    }
+
+
+def _cropped(mask: Blocked, cut: Cut, rows: int, cols: int, *, outside: bool) -> Blocked:
+    """The pixels of the division; ``outside``: the value of those beyond the image."""
+    found = np.full((rows * cut.side, cols * cut.side), outside)
+    part = mask[cut.y : cut.y + found.shape[0], cut.x : cut.x + found.shape[1]]
+    found[: part.shape[0], : part.shape[1]] = part
+    return found
+
+
+def _frame(plan: Plan, cut: Cut, rows: int) -> Frame | None:
+    """Where the division lies, from the south-western corner of a ROS map."""
+    if plan.ros is None:
+        return None
+    x, y, yaw = plan.ros.origin
+    east = cut.x * plan.ros.resolution
+    north = (plan.blocked.shape[0] - cut.y - rows * cut.side) * plan.ros.resolution
+    corner = (x + east * cos(yaw) - north * sin(yaw), y + east * sin(yaw) + north * cos(yaw))
+    side = round(cut.side * plan.ros.resolution, 9)
+    return Frame((side, side), (round(corner[0], 9), round(corner[1], 9)), yaw)
+
+
+def _colours(image: Image) -> list[str]:
+    """The common colours of an image, the most frequent first."""
+    if image.channels is None:
+        return []
+    step = max(1, max(image.channels.shape) // _SHOWN)
+    pixels = image.channels[::step, ::step].reshape(-1, 3)
+    found, counts = np.unique(pixels, axis=0, return_counts=True)
+    most: Sequence[int] = np.argsort(-counts)[:_COLOURS].tolist()
+    return [
+        "#" + "".join(f"{channel:02x}" for channel in found[i].tolist())
+        for i in most
+        if counts[i] >= _COMMON * len(pixels)
+    ]
+
+
+def _colour(text: str) -> Colour:
+    if len(text) != 7 or text[0] != "#":
+        raise ValueError(f"'{text[:20]}' is not a colour")
+    red, green, blue = bytes.fromhex(text[1:])
+    return red, green, blue
