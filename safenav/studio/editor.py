@@ -22,7 +22,7 @@ from safenav.scenario.template import TEMPLATES
 from safenav.scenario.yaml.findings import ReadableFolder
 from safenav.scenario.yaml.source import MAX_BYTES
 from safenav.studio.editing import beginnings
-from safenav.studio.editing.document import OpenDocument, Origin
+from safenav.studio.editing.document import OpenDocument, TextOrigin
 from safenav.studio.editing.drawing import drawing_of, palette
 from safenav.studio.editing.judging import Judging
 from safenav.studio.editing.operations import edited
@@ -34,22 +34,22 @@ from safenav.studio.session import Made, Message, Studio
 from safenav.studio.shelf import Shelf, read_text, save_text
 
 if TYPE_CHECKING:
-    from safenav.studio.editing.importing import Plan
+    from safenav.studio.editing.importing import FloorPlan
 
 
 class Editor(Studio):
     """Owner of the text. Scenarios are opened from ``shelf`` and saved to it; ``named``: the folder
     that the user named, which alone a text of a foreign origin may read."""
 
-    def __init__(self, text: str, origin: Origin, shelf: Shelf, named: Path | None) -> None:
+    def __init__(self, text: str, origin: TextOrigin, shelf: Shelf, named: Path | None) -> None:
         super().__init__(RunOrder(text, str(origin.file or "scenario.yaml")), built_in())
         self.shelf = shelf
         self.named = named
         self.document = OpenDocument(text, origin)
-        self._drawn: Origin | None = None
+        self._drawn: TextOrigin | None = None
         self._judging = Judging(self.tell)
         self._companions: dict[str, bytes] = {}
-        self._plan: Plan | None = None
+        self._plan: FloorPlan | None = None
         self._drawing: dict[str, Any] | None = None
         self._checking: asyncio.Task[None] | None = None
         self._checked = True
@@ -79,9 +79,9 @@ class Editor(Studio):
             raise UsageError(f"{file}: there is no folder {file.parent}")
         if file is None or not file.exists():
             text = beginnings.blank()
-            return cls(text, Origin(file, saved=text if file is None else None), shelf, folder)
+            return cls(text, TextOrigin(file, saved=text if file is None else None), shelf, folder)
         text = read_text(file)
-        return cls(text, Origin(file, saved=text), shelf, folder)
+        return cls(text, TextOrigin(file, saved=text), shelf, folder)
 
     @property
     def title(self) -> str:
@@ -280,7 +280,7 @@ class Editor(Studio):
         elif kind == "file":
             path = self.shelf.path(str(data.get("name")))
             text = await asyncio.to_thread(read_text, path)
-            self.document.change(text, origin=Origin(path, saved=text))
+            self.document.change(text, origin=TextOrigin(path, saved=text))
             self._changed()
         elif kind == "link":
             self._begin_with(unpacked(str(data.get("packed"))), foreign=True)
@@ -293,7 +293,7 @@ class Editor(Studio):
             raise UsageError(f"a scenario has at most {MAX_BYTES // 1_000_000} MB")
         file = self.document.origin.file
         new = file if file is not None and not file.exists() else None
-        self.document.change(text, origin=Origin(new, foreign, None if new else text))
+        self.document.change(text, origin=TextOrigin(new, foreign, None if new else text))
         self._changed()
 
     async def _files(self, data: Message) -> None:

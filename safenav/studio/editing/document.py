@@ -13,7 +13,7 @@ TYPING = 1.2
 
 
 @dataclass(eq=False)
-class Origin:
+class TextOrigin:
     """Where a text began. ``file``: the file that it is saved to, if it has one; ``foreign``: it
     came by link or upload and reads no file; ``saved``: the content of the file, or the text that
     nothing would be lost of; ``number``: tells origins apart."""
@@ -30,10 +30,10 @@ class OpenDocument:
     a text is never saved to the file of another."""
 
     text: str
-    origin: Origin = field(default_factory=Origin)
+    origin: TextOrigin = field(default_factory=TextOrigin)
     revision: int = 0
-    _before: list[tuple[str, Origin]] = field(default_factory=list)
-    _after: list[tuple[str, Origin]] = field(default_factory=list)
+    _before: list[tuple[str, TextOrigin]] = field(default_factory=list)
+    _after: list[tuple[str, TextOrigin]] = field(default_factory=list)
     _typed: float = 0.0
 
     @property
@@ -48,7 +48,7 @@ class OpenDocument:
     def dirty(self) -> bool:
         return self.text != self.origin.saved
 
-    def change(self, text: str, *, typed: bool = False, origin: Origin | None = None) -> bool:
+    def change(self, text: str, *, typed: bool = False, origin: TextOrigin | None = None) -> bool:
         """Another text, of another ``origin`` if one is given; return whether anything changed."""
         if text == self.text and origin is None:
             return False
@@ -70,7 +70,9 @@ class OpenDocument:
         """Restore the text that was undone last."""
         self._exchange(self._after, self._before)
 
-    def _exchange(self, source: list[tuple[str, Origin]], target: list[tuple[str, Origin]]) -> None:
+    def _exchange(
+        self, source: list[tuple[str, TextOrigin]], target: list[tuple[str, TextOrigin]]
+    ) -> None:
         if source:
             target.append((self.text, self.origin))
             self.text, self.origin = source.pop()

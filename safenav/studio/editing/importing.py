@@ -35,7 +35,7 @@ _COMMON = 0.002
 
 
 @dataclass(frozen=True)
-class Plan:
+class FloorPlan:
     """An uploaded image. ``ros``: the settings of its ROS map, if it has one."""
 
     name: str
@@ -94,7 +94,7 @@ class Cut:
         return cls(side, x, y, share, bool(data.get("text")), legend)
 
 
-def opened_plan(name: str, files: Mapping[str, bytes]) -> Plan:
+def opened_plan(name: str, files: Mapping[str, bytes]) -> FloorPlan:
     """The image ``name``, or the ROS map of that name with its image. Raises InputError or
     UsageError."""
     with TemporaryDirectory() as made:
@@ -111,17 +111,17 @@ def opened_plan(name: str, files: Mapping[str, bytes]) -> Plan:
                 told = [replace(d, file=Path(d.file).name) for d in error.diagnostics]
                 raise InputError(told) from None
             assert settings is not None and image is not None and blocked is not None
-            return Plan(path.stem, image, blocked, settings)
+            return FloorPlan(path.stem, image, blocked, settings)
         try:
             image = read_image(path.read_bytes())
         except MapFileError as error:
             raise UsageError(
                 "\n".join(f"{name}: {f.found}\n    {f.hint}" for f in error.flaws)
             ) from error
-        return Plan(path.stem, image, dark(image, DEFAULT_THRESHOLD))
+        return FloorPlan(path.stem, image, dark(image, DEFAULT_THRESHOLD))
 
 
-def divided(plan: Plan, cut: Cut) -> RegionMap:
+def divided(plan: FloorPlan, cut: Cut) -> RegionMap:
     """The regions of a plan, with areas of its legend and notes about losses. Raises UsageError."""
     height, width = plan.blocked.shape
     rows, cols = (
@@ -152,7 +152,7 @@ def divided(plan: Plan, cut: Cut) -> RegionMap:
     return replace(world, areas={n: area for n, area in areas.items() if area}, notes=notes)
 
 
-def preview(plan: Plan, cut: Cut) -> dict[str, Any]:
+def preview(plan: FloorPlan, cut: Cut) -> dict[str, Any]:
     """What the page shows over the picture. ``sealed``: regions that are cut off from the largest
     room, as one list for each room."""
     world = divided(plan, cut)
@@ -174,7 +174,7 @@ def _cropped(mask: Blocked, cut: Cut, rows: int, cols: int, *, outside: bool) ->
     return found
 
 
-def _frame(plan: Plan, cut: Cut, rows: int) -> Frame | None:
+def _frame(plan: FloorPlan, cut: Cut, rows: int) -> Frame | None:
     """Where the division lies, from the south-western corner of a ROS map."""
     if plan.ros is None:
         return None
