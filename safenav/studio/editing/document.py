@@ -24,6 +24,9 @@ class TextOrigin:
     number: int = field(default_factory=count().__next__)
 
 
+_Texts = list[tuple[str, TextOrigin]]
+
+
 @dataclass
 class OpenDocument:
     """Owner of the text. ``revision`` grows with every change. Undo restores the origin as well:
@@ -32,8 +35,8 @@ class OpenDocument:
     text: str
     origin: TextOrigin = field(default_factory=TextOrigin)
     revision: int = 0
-    _before: list[tuple[str, TextOrigin]] = field(default_factory=list)
-    _after: list[tuple[str, TextOrigin]] = field(default_factory=list)
+    _before: _Texts = field(default_factory=list)
+    _after: _Texts = field(default_factory=list)
     _typed: float = 0.0
 
     @property
@@ -70,9 +73,7 @@ class OpenDocument:
         """Restore the text that was undone last."""
         self._exchange(self._after, self._before)
 
-    def _exchange(
-        self, source: list[tuple[str, TextOrigin]], target: list[tuple[str, TextOrigin]]
-    ) -> None:
+    def _exchange(self, source: _Texts, target: _Texts) -> None:
         if source:
             target.append((self.text, self.origin))
             self.text, self.origin = source.pop()

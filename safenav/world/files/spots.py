@@ -182,8 +182,8 @@ def losses(blocked: Blocked, layout: Layout, world: RegionMap, share: float) -> 
             )
         whole = sorted(held.get(spot, ()), key=lambda number: len(rooms_of[number]))
         said += [
-            f"{_stretch(sorted(rooms_of[number]), world)} are cut off: the image has a passage that "
-            "is narrower than a region; use smaller regions"
+            f"{_stretch(sorted(rooms_of[number]), world)} are cut off: the image has a passage "
+            "that is narrower than a region; use smaller regions"
             + (" or a larger share" if share > 0 else " or a share")
             for number in whole[:-1]
         ]
