@@ -45,4 +45,4 @@ def test_the_figures_and_the_table_are_made_by_one_command(tmp_path: Path) -> No
     ]
     for figure in tmp_path.glob("*.svg"):
         assert ElementTree.parse(figure).getroot().tag.endswith("svg")
-    assert (tmp_path / "times.md").read_text().count("\n") == 5
+    assert (tmp_path / "times.md").read_text().count("\n") == 8
