@@ -8,6 +8,7 @@ from random import Random
 from typing import Any
 
 from campaigns.generate.build import ACTIONS, Data, Draft, corridor, open_floor, rooms, scattered
+from campaigns.generate.labs import labs
 
 OBJECTIVES = ("patrol", "visit", "visit", "cover", "cover", "hold")
 WITH_FORMULAS = (*OBJECTIVES, "ltl")
@@ -307,6 +308,7 @@ FAMILIES: dict[str, Callable[[Random, str, int], Data | None]] = {
     "apart": apart,
     "errands": errands,
     "traps": traps,
+    "labs": labs,
     "tight": tight,
     "tight_hidden": tight_hidden,
     "tight_needs": tight_needs,

@@ -149,7 +149,7 @@ def read_mission(data: Mapping[str, Any]) -> Mission:
         raise NotJudgedError("the map is in another file")
     rows = grid.split() if isinstance(grid, str) else list(grid)
     cols = len(rows[0])
-    place = _Places(cols)
+    place = _Places(cols, data["map"].get("names") or {})
     free = frozenset(
         r * cols + c for r, row in enumerate(rows) for c, cell in enumerate(row) if cell != "#"
     )
@@ -175,10 +175,13 @@ def read_mission(data: Mapping[str, Any]) -> Mission:
 class _Places:
     """Regions as a scenario writes them."""
 
-    def __init__(self, cols: int) -> None:
+    def __init__(self, cols: int, names: Mapping[str, Any]) -> None:
         self.cols = cols
+        self.names = names
 
     def one(self, written: Any) -> int:
+        if isinstance(written, str) and written in self.names:
+            return self.one(self.names[written])
         if isinstance(written, int):
             return written
         if isinstance(written, list) and len(written) == 2:

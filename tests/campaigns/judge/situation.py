@@ -55,7 +55,7 @@ def walls(
 
     def closes(obstacle: Obstacle) -> bool:
         if obstacle.name in sealed:
-            return mission.blocked(robot, obstacle, 0)
+            return name in obstacle.blocks
         stage = stages.get(obstacle.name)
         return stage is not None and mission.blocked(robot, obstacle, stage[0])
 
