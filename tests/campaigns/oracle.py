@@ -118,7 +118,7 @@ class Lab:
     def act(
         self, obstacle: str, stage: Stage, who: set[str], at: Mapping[str, int]
     ) -> Stage | None:
-        """The stage after the actions of ``who``, with the robots ``at`` regions; None: resolved."""
+        """The stage after the actions of ``who``, robots being ``at`` regions; None: resolved."""
         index, done = stage
         needs = self.obstacles[obstacle].needs
         while index < len(needs):
@@ -359,16 +359,18 @@ class Search:
 
     def _count(self, robot: str, region: int, count: int, first: int) -> int:
         """In turn: targets met. In any order: rounds times all targets, plus a bit for each."""
-        targets = self.targets[robot]
-        if self.kind[robot] == "cover":
-            full = (1 << len(targets)) - 1
-            rounds, covered = divmod(count, full + 1)
-            covered |= sum(1 << k for k, target in enumerate(targets) if region in target)
-            count = (rounds + 1) * (full + 1) if covered == full else rounds * (full + 1) + covered
-        else:
-            for _ in targets:
-                count += region in targets[(first + count) % len(targets)]
-        return min(count, self._wanted(robot))
+        targets, wanted = self.targets[robot], self._wanted(robot)
+        bits = sum(1 << k for k, target in enumerate(targets) if region in target)
+        full = (1 << len(targets)) - 1
+        before = -1
+        while before != count < wanted:  # a robot that stays may meet several
+            before = count
+            if self.kind[robot] == "cover":
+                covered = (count & full) | bits
+                count = (count | full) + 1 if covered == full else count | bits
+            else:
+                count += bits >> (first + count) % len(targets) & 1
+        return count
 
     def _wanted(self, robot: str) -> int:
         match self.kind[robot]:

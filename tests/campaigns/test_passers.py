@@ -1,0 +1,75 @@
+"""Traces in which one robot passes an obstacle that stands are refused, alone and in a bundle.
+
+``SAFENAV_FUZZ=5000`` tries a thousand.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections import Counter
+from importlib import import_module
+from pathlib import Path
+from random import Random
+
+import pytest
+import yaml
+
+import warm
+from campaigns.generate.families import mission
+from campaigns.oracle import Walk
+from campaigns.passers import Passer, declared, excursions
+from certify.making import files_of, rewrite
+from certify.mutants import lines_of, with_lines
+from safenav.certify.record import bundle_of_run
+from safenav.errors import InputError
+
+COUNT = int(os.environ.get("SAFENAV_FUZZ", "0")) // 5 or 16
+
+
+def refused_by_the_audit(passer: Passer, file: Path) -> bool:
+    file.write_text("".join(json.dumps(line) + "\n" for line in passer.lines), encoding="utf-8")
+    done = warm.safenav("check-trace", "--json", file)
+    found = json.loads(done.stdout)["findings"]
+    rules = {one["rule"] for one in found if one["robot"] == passer.robot}
+    return done.returncode == 1 and "unresolved-obstacle" in rules
+
+
+@pytest.mark.slow
+def test_who_passes_an_obstacle_that_stands_is_refused(tmp_path: Path) -> None:
+    sys.path.insert(0, str(Path(__file__).parents[2] / "safenav" / "certify" / "checker"))
+    check = import_module("check").check
+    sys.path.pop(0)
+    made: Counter[str] = Counter()
+    accepted = []
+    for seed in range(20 * COUNT):
+        if made.total() >= COUNT:
+            break
+        folder = tmp_path / str(seed)
+        folder.mkdir()
+        data = mission("labs", seed) | {"until": {"rounds": 3}}
+        (folder / "mission.yaml").write_text(yaml.safe_dump(data, sort_keys=False))
+        try:
+            bundle_of_run(folder / "mission.yaml", folder / "bundle")
+        except InputError:
+            continue
+        files = files_of(folder / "bundle")
+        lines = lines_of(files)
+        passers = [("declared", one) for one in declared(data, lines)]
+        passers += [("excursion", one) for one in excursions(data, lines, Random(seed))]
+        for kind, one in passers:
+            made[kind] += 1
+            if kind == "excursion":
+                entries = Walk(data, one.lines).entries
+                assert any(entry.endswith(f"{one.robot} is in {one.obstacle}") for entry in entries)
+            which = (seed, kind, one.robot, one.obstacle)
+            if not refused_by_the_audit(one, folder / "passer.jsonl"):
+                accepted.append(("check-trace", *which))
+            changed = rewrite(folder / "bundle", with_lines(files, one.lines), folder / kind)
+            verdict, reason, _ = check(changed)
+            if verdict != "refused" or one.robot not in reason:
+                accepted.append(("check.py", *which, reason))
+    assert not accepted, f"{len(accepted)} of {made}: {accepted[:20]}"
+    assert made["declared"] >= COUNT // 20
+    assert made["excursion"] >= COUNT // 4
