@@ -15,10 +15,10 @@ State = tuple[Pose, int]
 
 def can_patrol(mission: Mission, robot: Robot) -> bool:
     """Whether the robot can keep the formula for ever, whichever target it begins with."""
-    return all(_lives(mission, robot, (robot.start, first)) for first in range(2))
+    return all(lives(mission, robot, (robot.start, first)) for first in range(2))
 
 
-def _lives(mission: Mission, robot: Robot, begin: State) -> bool:
+def lives(mission: Mission, robot: Robot, begin: State) -> bool:
     reached = {begin}
     pending = [begin]
     after: dict[State, list[tuple[State, bool]]] = {}

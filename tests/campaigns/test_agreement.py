@@ -1,0 +1,94 @@
+"""What ``check`` says before a run is what ``run`` begins with: verdict, form and assumptions.
+
+``SAFENAV_FUZZ=5000`` compares a thousand teams.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+import warm
+from campaigns.generate.narrow import narrow
+from campaigns.judge.literal import lives
+from campaigns.judge.mission import read_mission
+from campaigns.verdict import read_lines
+
+COUNT = int(os.environ.get("SAFENAV_FUZZ", "0")) // 5 or 30
+TOLD = ("verdict", "form", "allows", "assumptions")
+
+
+def expected_form(data: dict[str, Any], name: str) -> str | None:
+    """The form of the patrol of a robot that shares its floor with no other; None: it has none
+    by the letter. Raises KeyError for other robots."""
+    written = data["robots"][name]["objective"]
+    robots = {
+        one: {**entry, "objective": {k: v for k, v in entry["objective"].items() if k != "form"}}
+        for one, entry in data["robots"].items()
+    }
+    mission = read_mission({**data, "robots": robots})
+    robot = next(one for one in mission.robots if one.name == name)
+    alone = not mission.conflicts[name] and data.get("coordination") != "assignable"
+    if "patrol" not in written or not alone:
+        raise KeyError(name)
+    first = 1 if robot.start[0] in robot.targets[1] else 0
+    if lives(mission, robot, (robot.start, first)):
+        return "literal"
+    if "form" in written:
+        return None
+    other = lives(mission, robot, (robot.start, 1 - first))
+    return "other_memory" if other else "alternation"
+
+
+@pytest.mark.slow
+def test_check_and_run_agree(tmp_path: Path) -> None:
+    seen: Counter[str] = Counter()
+    differ = []
+    for seed in range(COUNT):
+        data = narrow(seed)
+        file, trace = tmp_path / f"{seed}.yaml", tmp_path / f"{seed}.jsonl"
+        file.write_text(yaml.safe_dump(data, sort_keys=False), encoding="utf-8")
+        checked = warm.safenav("check", "--json", file)
+        run = warm.safenav("run", file, "--no-map", "--trace", trace)
+        if checked.returncode == 2:
+            assert run.returncode == 2, (seed, run.stdout)
+            seen["refused"] += 1
+            continue
+        said = {one["robot"]: one for one in json.loads(checked.stdout)["robots"]}
+        lines = read_lines(trace)
+        begun: dict[str, Any] = {}
+        for line in lines:
+            if line["type"] == "synthesis" and line["reason"] == "initial":
+                begun.setdefault(line["robot"], line)
+        realizable = all(one["verdict"] == "realizable" for one in said.values())
+        if (checked.returncode == 0) != realizable or realizable == (
+            lines[-1].get("outcome") == "unrealizable"
+        ):
+            differ.append((seed, checked.returncode, lines[-1]))
+        for name, one in said.items():
+            line = begun.get(name)
+            if line is None:
+                if realizable:
+                    differ.append((seed, name, "run has no synthesis"))
+                continue
+            seen[f"{line['verdict']} {line.get('form')}"] += 1
+            ours, theirs = ([x.get(key) for key in TOLD] for x in (one, line))
+            if ours != theirs:
+                differ.append((seed, name, ours, theirs))
+            try:
+                wanted = expected_form(data, name)
+            except KeyError:
+                continue
+            seen["judged"] += 1
+            found = line["form"] if line["verdict"] == "realizable" else None
+            if found != wanted:
+                differ.append((seed, name, found, f"the judge: {wanted}"))
+    assert not differ, f"{len(differ)} of {seen}: {differ[:20]}"
+    assert seen["judged"] > COUNT // 6
+    print(seen)
