@@ -387,11 +387,12 @@ class Search:
 
 def judge(data: Mapping[str, Any], lines: Sequence[Mapping[str, Any]]) -> str:
     """What is wrong with a run: entries, or ``operator_needed`` where the mission can be completed;
-    empty: nothing. ``?``: the search was too large to say."""
+x"""
     walk = Walk(data, lines)
     if walk.entries:
         return "; ".join(walk.entries)
-    if lines[-1].get("outcome") != "operator_needed":
+    formulas = any("ltl" in robot["objective"] for robot in data["robots"].values())
+    if formulas or lines[-1].get("outcome") != "operator_needed":
         return ""
     answer = Search(data, walk).can_complete()
     return {None: "?", True: "it can be completed", False: ""}[answer]
