@@ -386,8 +386,8 @@ class Search:
 
 
 def judge(data: Mapping[str, Any], lines: Sequence[Mapping[str, Any]]) -> str:
-    """What is wrong with a run: entries, or ``operator_needed`` where the mission can be completed;
-x"""
+    """The defects of a run: entries, or ``operator_needed`` though the mission can be completed;
+    empty: none. ``?``: the search was too large."""
     walk = Walk(data, lines)
     if walk.entries:
         return "; ".join(walk.entries)
