@@ -16,6 +16,7 @@ from random import Random
 import pytest
 import yaml
 
+import safenav
 import warm
 from campaigns.generate.families import mission
 from campaigns.oracle import Walk
@@ -38,7 +39,7 @@ def refused_by_the_audit(passer: Passer, file: Path) -> bool:
 
 @pytest.mark.slow
 def test_who_passes_an_obstacle_that_stands_is_refused(tmp_path: Path) -> None:
-    sys.path.insert(0, str(Path(__file__).parents[2] / "safenav" / "certify" / "checker"))
+    sys.path.insert(0, str(Path(safenav.__file__).parent / "certify" / "checker"))
     check = import_module("check").check
     sys.path.pop(0)
     made: Counter[str] = Counter()

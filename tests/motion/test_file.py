@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import json
+from hashlib import sha256
 
 import pytest
 
-from motion.runs import digest_of, motion, trace_of
+from motion.runs import digest_of, motion, played, trace_of
 from safenav.errors import InputError
+from safenav.motion.check.verdict import check_motion
 from safenav.motion.file.reading import parsed
 from safenav.motion.file.writing import text_of
 from safenav.motion.making import motion_of
+from safenav.trace.reading import read_bytes
 
 
 @pytest.mark.parametrize("name", ["case_study_1", "team_of_six"])
@@ -19,6 +22,23 @@ def test_file_is_read_as_it_was_written(name: str) -> None:
     again = parsed(text.encode(), "again")
     assert again == motion(name)
     assert text_of(again) == text
+
+
+@pytest.mark.parametrize("kind", ["disc", "rover", "flyer"])
+def test_steps_of_a_minute_join_as_steps_of_a_second_do(kind: str) -> None:
+    """Coefficients of high powers were cut to twelve decimals, whatever the seconds."""
+    trace = played(
+        f"""
+safenav: 1
+map: {{grid: ["#####", "#...#", "#####"]}}
+catalogue: {{robots: {{snail: {{mobility: free, layer: ground, motion: {kind}, speed: 0.08}}}}}}
+robots: {{gary: {{model: snail, start: [1, 1], objective: {{visit: [[1, 3], [1, 1]]}}}}}}
+until: {{rounds: 1}}
+"""
+    )
+    read, digest = read_bytes(trace, "trace.jsonl"), sha256(trace).hexdigest()
+    written = text_of(motion_of(read, digest))
+    assert check_motion(parsed(written.encode(), "slow"), read, digest) == []
 
 
 def test_same_trace_makes_the_same_file() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
+from math import ceil, log10
 
 from safenav.motion.file.records import (
     VERSION,
@@ -19,6 +20,7 @@ from safenav.motion.file.records import (
     Line,
     Link,
     Motion,
+    Numbers,
     PressurePhase,
     Release,
     Reserve,
@@ -73,7 +75,20 @@ def _plain(value: object) -> object:
         return [_plain(item) for item in value]
     if isinstance(value, Mapping):
         return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, Curve):
+        polynomials = (value.x, value.y, value.z, value.yaw)
+        return [_plain(value.seconds), *(_polynomial(p, value.seconds) for p in polynomials)]
+    if isinstance(value, Arc):
+        pose = _plain((value.x, value.y, value.yaw, value.curvature))
+        assert isinstance(pose, list)
+        return [_plain(value.seconds), *pose, _polynomial(value.way, value.seconds)]
     if is_dataclass(value):
         assert isinstance(value, ROW)
         return [_plain(getattr(value, field.name)) for field in fields(value)]
     return value
+
+
+def _polynomial(coefficients: Numbers, seconds: float) -> list[float]:
+    """With more decimals for higher powers: at the end each adds the same error."""
+    more = log10(max(seconds, 1.0))
+    return [round(c, DECIMALS + ceil(k * more)) + 0.0 for k, c in enumerate(coefficients)]
