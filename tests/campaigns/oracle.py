@@ -63,13 +63,13 @@ class Lab:
         self.model = {name: models[robot["model"]] for name, robot in self.robots.items()}
         self.can = {name: set(m.get("capabilities", ())) for name, m in self.model.items()}
         self.obstacles: dict[str, Obstacle] = {}
-        self.hidden: set[str] = set()
+        self.present: set[str] = set()
         for entry in data.get("obstacles") or ():
             kind, region = types[entry["type"]], self.region(entry["region"])
             name = f"{entry['type']}@{region}"
             self.obstacles[name] = self._obstacle(kind, region)
-            if entry.get("from"):
-                self.hidden.add(name)
+            if not entry.get("from"):
+                self.present.add(name)
 
     def region(self, written: Any) -> int:
         if isinstance(written, str):
@@ -142,7 +142,7 @@ class Walk:
         self.at = {name: self.lab.region(robot["start"]) for name, robot in data["robots"].items()}
         self.heading = {name: robot.get("heading") for name, robot in data["robots"].items()}
         self.bound: dict[str, int | None] = dict.fromkeys(self.at)
-        self.standing = {name: FIRST for name in self.lab.obstacles if name not in self.lab.hidden}
+        self.standing = dict.fromkeys(self.lab.present, FIRST)
         self.shut: set[str] = set()
         self.met: set[str] = set()
         self.open: set[str] = set()  # resolved by the moves, not yet by a line

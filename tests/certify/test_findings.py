@@ -117,6 +117,17 @@ until: {rounds: 1}
 coordination: assignable
 """,
 )
+COMES_BACK = (
+    '["#######", "#.....#", "#######"]',
+    """
+  a: {model: pusher, start: 8, objective: {hold: 8}}
+  b: {model: cart, start: 12, objective: {visit: [12, 9]}}
+obstacles:
+  - {type: bar, region: 10, until: 12}
+  - {type: bar, region: 10, from: 13}
+until: {rounds: 3}
+""",
+)
 KEPT_STILL = (
     '["#####", "###.#", "#...#", "#####"]',
     """
@@ -241,6 +252,15 @@ def test_a_strategy_of_assignable_goals_is_always_about_its_own() -> None:
     assert again
     assert lines[push]["objectives"][again[0]["robot"]] != own[again[0]["robot"]]
     assert all(line["objective"] == own[line["robot"]] for line in again)
+
+
+def test_an_obstacle_comes_back_under_its_name(tmp_path: Path) -> None:
+    """It was refused as a second one, and for want of a request from before it came back."""
+    bundle = bundle_of(COMES_BACK)
+    lines = lines_of(files_of(bundle))
+    assert [line["type"] for line in lines].count("resolved") == 2
+    lines[0]["scenario"]["obstacles"][1]["blocks"] = []
+    assert "another when it comes back" in said_of(bundle, lines, tmp_path)
 
 
 def test_an_obstacle_is_met_from_beside_it(tmp_path: Path) -> None:

@@ -243,7 +243,14 @@ class Run:
             fits = alone and turning and robot.places.union(*robot.own.targets) <= self.world.free
             require(fits, f"{name} cannot move or start like that, or has a target in a wall")
         for data in self.scenario["obstacles"]:
+            first = self.obstacles.pop(data["name"], None)  # it comes back
             self.discover(data, present=not data.get("from"))
+            if first:
+                again = self.obstacles[first.name]
+                there = first._replace(present=first.present or again.present)
+                same = again._replace(present=there.present, truth=there.truth) == there
+                require(same, f"{first.name} is another when it comes back")
+                self.obstacles[first.name] = there
 
     def text(self, path: str) -> str:
         return str(self.files[path].read_bytes().decode())
@@ -319,6 +326,7 @@ class Run:
                 self.discover(record["obstacle"], present=True)
             case "appeared":
                 self.alter(obstacle, present=True, left=obstacle.needs, done=frozenset())
+                self.met = self.met if self.met and self.met[0] != obstacle.name else None
             case "gone":
                 self.alter(obstacle, present=False, known=False, sealed=None)
             case "truth":
