@@ -20,7 +20,7 @@ from campaigns.judge.literal import lives
 from campaigns.judge.mission import read_mission
 from campaigns.verdict import read_lines
 
-COUNT = int(os.environ.get("SAFENAV_FUZZ", "0")) // 5 or 30
+COUNT = int(os.environ.get("SAFENAV_FUZZ", "0")) // 5 or 20
 TOLD = ("verdict", "form", "allows", "assumptions")
 
 

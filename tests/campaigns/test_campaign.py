@@ -20,7 +20,7 @@ BOUNDED = {
     "tight": 20,
     "tight_hidden": 15,
     "tight_needs": 15,
-    "labs": 40,
+    "labs": 25,
     "formulas": 12,
     "crowd": 3,
     "crowd_hidden": 3,

@@ -26,7 +26,7 @@ from certify.mutants import lines_of, with_lines
 from safenav.certify.record import bundle_of_run
 from safenav.errors import InputError
 
-COUNT = int(os.environ.get("SAFENAV_FUZZ", "0")) // 5 or 16
+COUNT = int(os.environ.get("SAFENAV_FUZZ", "0")) // 5 or 12
 
 
 def refused_by_the_audit(passer: Passer, file: Path) -> bool:
