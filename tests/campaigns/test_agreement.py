@@ -90,5 +90,4 @@ def test_check_and_run_agree(tmp_path: Path) -> None:
             if found != wanted:
                 differ.append((seed, name, found, f"the judge: {wanted}"))
     assert not differ, f"{len(differ)} of {seen}: {differ[:20]}"
-    assert seen["judged"] > COUNT // 6
-    print(seen)
+    assert seen["judged"] > COUNT // 12
