@@ -252,18 +252,21 @@ class Wording:
         return f"{asks}: {bids}; {help_}"
 
     def _met(self, line: records.Met) -> str:
-        who = self._all(line.robots or (line.robot,))
-        verb = "meet" if line.robots else "meets"
         what = f"need {line.need + 1} of {self.strong(self.obstacle(line.obstacle))}"
-        return f"{who} at {self._at(line.at)} {verb} {what}: {line.action}"
+        met = f"{self.robot(line.robot)} at {self._at(line.at)} meets {what}"
+        return f"{met}{self._with(line)}: {line.action}"
 
     def _resolved(self, line: records.Resolved) -> str:
-        who = self._all(line.robots or (line.robot,))
-        verb = "resolve" if line.robots and len(line.robots) > 1 else "resolves"
-        text = f"{who} at {self._at(line.at)} {verb} {self.strong(self.obstacle(line.obstacle))}"
+        who, what = self.robot(line.robot), self.strong(self.obstacle(line.obstacle))
+        text = f"{who} at {self._at(line.at)} resolves {what}{self._with(line)}"
         if line.traversable is not None:
             text += ", which is traversable" if line.traversable else ", which is not traversable"
         return text if line.requested else text + " (nobody had asked)"
+
+    def _with(self, line: records.Met | records.Resolved) -> str:
+        """The others that took part, who may be elsewhere."""
+        others = [name for name in line.robots or () if name != line.robot]
+        return f" with {self._all(others)}" if others else ""
 
     def _at(self, region: Region) -> str:
         return (self.place or self.word)(region)

@@ -88,5 +88,5 @@ def test_regions_and_robots_are_shown_as_the_teller_likes() -> None:
     assert wording.sentence(met) == "QUAD at gate 46 meets need 1 of *door@dock*: sense"
     both = records.Resolved(5, "beam@47", "digit", 46, False, None, robots=("digit", "rover"))
     assert wording.sentence(both) == (
-        "DIGIT and ROVER at gate 46 resolve *beam@dock* (nobody had asked)"
+        "DIGIT at gate 46 resolves *beam@dock* with ROVER (nobody had asked)"
     )
