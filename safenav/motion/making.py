@@ -133,7 +133,9 @@ def _motion(name: str, robot: RobotHeader) -> dict[str, object]:
     if robot.motion is not None:
         return dict(robot.motion)
     model = built_in().robots.get(robot.model)
-    known = None if model is None else resolved(model.motion, model.size, model.speed)
+    known = None
+    if model is not None:
+        known = resolved(model.motion, model.size, model.speed, model.layer)
     if known is None:
         raise UsageError(
             f"{name}: the model '{robot.model}' does not say how it moves in metres\n"

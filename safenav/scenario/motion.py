@@ -70,6 +70,9 @@ KINDS: Mapping[str, Mapping[str, Parameter]] = {
 FOOTPRINT = "footprint"
 """A polygon in metres, in the frame of the robot (x ahead, y to the left), of a rover."""
 
+AIR = "air"
+"""The layer of robots that fly unless their model says otherwise."""
+
 WITH_FOOTPRINT = frozenset({"rover"})
 ONLY_WITH_HEADING = frozenset({"walker"})
 
@@ -101,12 +104,15 @@ def known_kinds() -> list[str]:
 
 
 def resolved(
-    motion: MotionModel | None, size: float | None, speed: float | None
+    motion: MotionModel | None, size: float | None, speed: float | None, layer: str
 ) -> dict[str, object] | None:
     """The kind of motion of a model with all its parameters: those that it sets, and defaults.
 
-    A model that says only how fast it is moves as a disc; None for one that says nothing.
+    A model of the layer ``air`` flies if its size and speed allow that; one that says only how fast
+    it is moves as a disc. None for one that says nothing.
     """
+    if motion is None and layer == AIR and _within("flyer", size=size, speed=speed):
+        motion = MotionModel("flyer")
     if motion is None:
         if speed is None:
             return None
@@ -117,3 +123,9 @@ def resolved(
     for name, value in motion.values:
         values[name] = [list(corner) for corner in value] if isinstance(value, tuple) else value
     return {"kind": motion.kind, **values}
+
+
+def _within(kind: str, **values: float | None) -> bool:
+    """Whether a built-in kind takes these values."""
+    known = KINDS[kind]
+    return all(v is None or known[n].least <= v <= known[n].most for n, v in values.items())

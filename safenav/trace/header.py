@@ -120,7 +120,7 @@ def _robot(robot: Robot, scenario: Scenario) -> setting.RobotHeader:
         tracking=robot.tracking.value,
         tracks=tuple(sorted(robot.tracks)),
         timing=setting.TimingHeader(model.timing.least, model.timing.most),
-        motion=resolved(model.motion, model.size, model.speed),
+        motion=resolved(model.motion, model.size, model.speed, model.layer),
     )
 
 

@@ -52,8 +52,8 @@ areas:
   corridor: [{rows: 9-10, columns: 16-23}]
 catalogue:
   robots:
-    tug:   {mobility: heading, layer: ground, capabilities: [], vision: 5, size: 0.7}
-    nurse: {mobility: heading, layer: ground, capabilities: [open_door], size: 0.6}
+    tug:   {mobility: heading, layer: ground, capabilities: [], vision: 5, size: 0.7, speed: 0.8}
+    nurse: {mobility: heading, layer: ground, capabilities: [open_door], size: 0.6, speed: 0.6}
     drone: {mobility: free, layer: air, capabilities: [look], size: 0.4, speed: 1.5}
   obstacles:
     fire_door: {action: open_door, resolve_at: neighbours, blocks: [ground]}

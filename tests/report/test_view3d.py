@@ -8,9 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from report.browser import Browser, Keys
+from report import clinic
+from report.browser import Browser, Keys, Select
 from safenav.cli import group
 from safenav.errors import UsageError
+from safenav.motion.columns import columns_of
 from safenav.motion.making import motion_of
 from safenav.motion.source import read_source
 from safenav.report.replay.reading import read_replay
@@ -118,3 +120,137 @@ def test_a_motion_without_the_3d_page_is_a_wrong_usage(trace: Path) -> None:
 def _safenav(*arguments: str) -> None:
     """A command of safenav in this process; what it refuses is raised."""
     group.main([*arguments], standalone_mode=False)
+
+
+@pytest.fixture(scope="module")
+def ward(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The trace of a clinic's run."""
+    return clinic.run(tmp_path_factory.mktemp("ward"))
+
+
+@pytest.fixture(scope="module")
+def ward_page(ward: Path) -> Path:
+    path = ward.with_suffix(".html")
+    _safenav("replay", str(ward), "--3d", "-o", str(path))
+    return path
+
+
+def choose(browser: Browser, view: str) -> None:
+    Select(browser.one(".cameras select")).select_by_value(view)
+
+
+def test_all_places_are_named(ward_page: Path, browser: Browser) -> None:
+    browser.open(ward_page, width=1440, height=900)
+    browser.wait(lambda: browser.run("return document.querySelector('canvas').dataset.names"))
+    shown = browser.run("return document.querySelector('canvas').dataset.names").split()
+    assert len(shown) == clinic.NAMES
+    assert {"dock", "laboratory_door", "ward_a", "corridor"} <= set(shown)
+    browser.run("document.querySelectorAll('.choices input')[1].click()")
+    browser.wait(
+        lambda: not browser.run("return document.querySelectorAll('.choices input')[1].checked")
+    )
+    assert browser.errors() == []
+
+
+def test_what_is_said_of_a_robot_is_where_it_is_drawn(
+    ward: Path, ward_page: Path, browser: Browser
+) -> None:
+    source = read_source(ward)
+    motion = motion_of(source.trace, source.digest)
+    data = encoded_motion(motion, read_replay(ward).last)
+    columns = {
+        name: columns_of(motion, name, RATE, in_world=False) for name in motion.header.robots
+    }
+    rows, cols, side = 16, 25, data["side"]
+    browser.open(ward_page, width=1440, height=900)
+    browser.wait(lambda: browser.all(".stage3d canvas"))
+    for tick in (10, 25, 40):
+        browser.run("location.hash = arguments[0]", f"#tick={tick}")
+        browser.wait(lambda tick=tick: browser.tick == tick)
+        sample = round(data["clock"][tick] * RATE)
+        told = {}
+        for line in browser.all(".robots li"):
+            told[line.find_element("tag name", "b").text] = line.text
+        for name, column in columns.items():
+            walks = "com_x" in column.columns
+            x, y = (column.columns[f"com_{axis}" if walks else axis] for axis in "xy")
+            at = min(sample, len(x) - 1)
+            col, row = int(x[at] // side), rows - 1 - int(y[at] // side)
+            near = abs(x[at] / side - round(x[at] / side)) < 0.05 or (
+                abs(y[at] / side - round(y[at] / side)) < 0.05
+            )
+            assert near or f"{row * cols + col} [{row}, {col}]" in told[name], (tick, told[name])
+
+
+def test_a_camera_follows_the_story(ward_page: Path, browser: Browser) -> None:
+    browser.open(ward_page, width=1440, height=900)
+    browser.wait(lambda: browser.all(".stage3d canvas"))
+    events = browser.run("return JSON.parse(document.getElementById('run').textContent).events")
+    ticks = sorted({event[0] for event in events if event[1] in ("violation", "resolved")})
+    pictures = [browser.run(PICTURE)]
+    choose(browser, "story")
+    for tick in (ticks[0], ticks[-1]):
+        browser.run("location.hash = arguments[0]", f"#tick={tick}")
+        browser.wait(lambda tick=tick: browser.tick == tick, seconds=30)
+        browser.wait(lambda: browser.run(PICTURE) not in pictures, seconds=30)
+        pictures.append(browser.run(PICTURE))
+    browser.press("f")
+    assert browser.run('return document.querySelector(".cameras select").value') == "orbit"
+    assert browser.errors() == []
+
+
+def test_robots_of_the_air_fly_by_default(ward: Path) -> None:
+    source = read_source(ward)
+    robots = motion_of(source.trace, source.digest).header.robots
+    kinds = {name: robot["kind"] for name, robot in robots.items()}
+    assert kinds["eye"] == "flyer"
+    assert kinds["tug_1"] == "disc"
+
+
+RING = """\
+safenav: 1
+map:
+  grid: |
+    #########
+    #.......#
+    #.#####.#
+    #.#####.#
+    #.#####.#
+    #.#####.#
+    #.#####.#
+    #.......#
+    #########
+robots:
+  cart: {model: cart, start: [1, 1], heading: east, objective: {patrol: [[1, 1], [7, 7]]}}
+catalogue:
+  robots: {cart: {mobility: heading, layer: ground, speed: 1}}
+"""
+
+
+def test_no_wall_disappears_and_a_disc_shows_its_heading(tmp_path: Path, browser: Browser) -> None:
+    (tmp_path / "ring.yaml").write_text(RING)
+    trace = tmp_path / "ring.jsonl"
+    _safenav("run", str(tmp_path / "ring.yaml"), "--trace", str(trace), "--no-map")
+    _safenav("replay", str(trace), "--3d", "-o", str(tmp_path / "ring.html"))
+    browser.open(tmp_path / "ring.html")
+    browser.wait(lambda: browser.all(".stage3d canvas"))
+    choose(browser, "top")
+    middle, corner = browser.run(
+        """
+        const canvas = document.querySelector(".stage3d canvas");
+        const copy = document.createElement("canvas");
+        [copy.width, copy.height] = [canvas.width, canvas.height];
+        const brush = copy.getContext("2d");
+        brush.drawImage(canvas, 0, 0);
+        const at = (x, y) => [...brush.getImageData(x, y, 1, 1).data].slice(0, 3);
+        return [at(copy.width / 2, copy.height / 2), at(copy.width / 2, copy.height * 0.93)];
+        """
+    )
+    assert max(middle) < 120 < min(corner), "the block in the middle is drawn as floor"
+    choose(browser, "0")
+    facing = [browser.run(PICTURE)]
+    assert "facing east" in browser.one(".robots li").text
+    browser.run("location.hash = '#tick=9'")
+    browser.wait(lambda: browser.tick == 9, seconds=30)
+    facing.append(browser.run(PICTURE))
+    assert facing[0] != facing[1]

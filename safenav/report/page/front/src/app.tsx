@@ -124,7 +124,7 @@ export function App({ run, player, stage, extras = {} }: AppProps) {
         <aside aria-label="State of the run">
           <div class={`state ${close ? "close" : ""}`}>
             {extras.beside}
-            <Robots run={run} tick={tick} eye={eye} />
+            <Robots run={run} tick={tick} eye={eye} player={player} where={stage.where} />
             <Stack run={run} tick={tick} />
             <Obstacles run={run} tick={tick} />
           </div>

@@ -16,7 +16,7 @@ const motion = JSON.parse(text("motion")) as Motion;
 const player = new Player(run.last, motion.clock);
 
 void decoded(motion).then((robots) => {
-  const stage = stage3d(motion, robots);
+  const stage = stage3d(run, motion, robots);
   render(<App run={run} player={player} stage={stage} />, document.getElementById("app")!);
   followLinks(player);
 });

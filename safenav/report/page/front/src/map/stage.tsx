@@ -35,10 +35,18 @@ export interface Hand {
 /** Something that can be shown or hidden, in words. */
 export type Choice = [key: Exclude<keyof Shown, "viewer">, words: string];
 
+/** Where a robot is drawn: its region, and one of N E S W if it has a heading. */
+export interface Whereabouts {
+  region: number;
+  heading: string | null;
+}
+
 export interface Stage {
   View: ComponentType<StageProps>;
   eye: Eye;
   choices: Choice[];
+  /** Where robots are drawn at a time, if that is not where they are after a whole tick. */
+  where?: (robot: number, time: number) => Whereabouts;
 }
 
 const CHOICES: Choice[] = [

@@ -1,8 +1,10 @@
 /** The side of the page: robots with their objectives, the stack, the obstacles, the legend. */
 
 import { memo } from "preact/compat";
-import { useLayoutEffect, useRef } from "preact/hooks";
+import { useLayoutEffect, useReducer, useRef } from "preact/hooks";
 import type { Eye } from "../map/camera";
+import type { Stage } from "../map/stage";
+import type { Player } from "../run/player";
 import { EventSign, RobotSign, StatusSign } from "./icons";
 import { ARROW } from "../map/knowledge";
 import { DOINGS } from "./lanes";
@@ -16,7 +18,32 @@ interface PanelProps {
 
 const DIRECTIONS: Record<string, string> = { N: "north", E: "east", S: "south", W: "west" };
 
-export function Robots({ run, tick, eye }: PanelProps & { eye: Eye }) {
+interface RobotsProps extends PanelProps {
+  eye: Eye;
+  player: Player;
+  where: Stage["where"];
+}
+
+/** Milliseconds between updates of the positions while a motion plays. */
+const PAUSE = 250;
+
+export function Robots({ run, tick, eye, player, where }: RobotsProps) {
+  const [, redraw] = useReducer((count: number) => count + 1, 0);
+  useLayoutEffect(() => {
+    if (!where) return;
+    let drawn = 0;
+    let late = 0;
+    const stop = player.onFrame(() => {
+      clearTimeout(late);
+      const now = performance.now();
+      if (now - drawn > PAUSE) redraw((drawn = now));
+      else late = setTimeout(() => redraw(0), PAUSE); // the last frame before a pause counts
+    });
+    return () => {
+      clearTimeout(late);
+      stop();
+    };
+  }, [player, where]);
   const frames = at(run.stack, tick)[1];
   const panel = useRef<HTMLElement>(null);
   useLayoutEffect(() => fade(panel.current!));
@@ -38,9 +65,11 @@ export function Robots({ run, tick, eye }: PanelProps & { eye: Eye }) {
         {run.robots.map((robot, i) => {
           const [, words] = at(robot.tasks, tick);
           const [, rounds, reached] = at(robot.progress, tick);
-          const facing = robot.headings ? `, facing ${DIRECTIONS[robot.headings[tick]!]}` : "";
+          const heading = robot.headings?.[tick] ?? null;
+          const here = where?.(i, player.time) ?? { region: robot.path[tick]!, heading };
+          const facing = here.heading ? `, facing ${DIRECTIONS[here.heading]}` : "";
           const role = roleOf(robot.name, frames);
-          const transit = transitAt(robot, tick);
+          const transit = where ? null : transitAt(robot, tick);
           const onItsWay = transit ? `, on its way to ${label(run, transit[0])}` : "";
           return (
             <li key={robot.name}>
@@ -66,7 +95,7 @@ export function Robots({ run, tick, eye }: PanelProps & { eye: Eye }) {
                   </span>
                 </p>
                 <p class="quiet">
-                  at {label(run, robot.path[tick]!)}
+                  at {label(run, here.region)}
                   {onItsWay}
                   {facing}
                 </p>

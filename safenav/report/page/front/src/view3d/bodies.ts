@@ -31,7 +31,7 @@ export interface Body {
   pose(sample: Sample, seconds: number, doing: Doing | null): void;
 }
 
-export function bodyOf(kind: Kind, size: number, colour: string): Body {
+export function bodyOf(kind: Kind, size: number, colour: string, turns: boolean): Body {
   switch (kind) {
     case "walker":
       return new Biped(colour);
@@ -40,7 +40,7 @@ export function bodyOf(kind: Kind, size: number, colour: string): Body {
     case "rover":
       return new Rover(size, colour);
     case "disc":
-      return new Disc(size, colour);
+      return new Disc(size, colour, turns);
   }
 }
 
@@ -261,16 +261,24 @@ class Disc implements Body {
   readonly group = new Group();
   readonly top = 0.6;
 
-  constructor(size: number, colour: string) {
+  /** `turns`: it has a heading, which is shown. */
+  constructor(size: number, colour: string, turns: boolean) {
     const radius = Math.max(0.15, size / 2);
     this.group.add(
       solid(new CylinderGeometry(radius, radius, 0.25, 28).rotateX(Math.PI / 2), paint(colour), 0, 0, 0.14),
       shade(radius * 1.1),
     );
+    if (!turns) return;
+    // A wedge on top and a light at the front show where it faces.
+    const wedge = new CylinderGeometry(radius * 0.55, radius * 0.55, 0.06, 3).rotateX(Math.PI / 2).rotateZ(Math.PI / 2);
+    const front = solid(new BoxGeometry(radius * 0.3, radius * 0.9, 0.1), paint(0x8fd3ff), radius * 0.92, 0, 0.16);
+    front.name = "front";
+    this.group.add(solid(wedge, paint(DARK), radius * 0.15, 0, 0.29), front);
   }
 
   pose(sample: Sample): void {
     this.group.position.set(sample.x!, sample.y!, Math.max(0, (sample.z ?? 0) - 0.14));
+    this.group.rotation.z = sample.yaw ?? 0;
   }
 }
 

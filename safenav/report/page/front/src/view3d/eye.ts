@@ -2,8 +2,8 @@
 
 import type { Eye } from "../map/camera";
 
-/** Around the map, from above, or after the robot with that number. */
-export type View = "orbit" | "top" | number;
+/** Around the map, from above, at what happens, or after the robot with that number. */
+export type View = "orbit" | "top" | "story" | number;
 
 /** What an eye asks of the scene. */
 export interface Lens {
@@ -28,7 +28,7 @@ export class OrbitEye implements Eye {
   }
 
   get isWhole(): boolean {
-    return this.followed === null && !this.moved;
+    return this.followed === null && this.view !== "story" && !this.moved;
   }
 
   onChange(listener: () => void): () => void {
@@ -60,6 +60,7 @@ export class OrbitEye implements Eye {
   }
 
   show(x: number, y: number): void {
+    if (this.view === "story") return;
     this.lens?.aim(x, y);
     this.changed();
   }

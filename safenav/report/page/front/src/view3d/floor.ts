@@ -29,24 +29,10 @@ export function isWall(run: Run, region: number): boolean {
   return run.grid[Math.floor(region / run.cols)]![region % run.cols] === "#";
 }
 
-function wallsBeside(run: Run, free: number[]): number[] {
-  const found = new Set<number>();
-  for (const region of free) {
-    const [row, col] = [Math.floor(region / run.cols), region % run.cols];
-    for (let r = Math.max(0, row - 1); r <= Math.min(run.rows - 1, row + 1); r++) {
-      for (let c = Math.max(0, col - 1); c <= Math.min(run.cols - 1, col + 1); c++) {
-        if (isWall(run, r * run.cols + c)) found.add(r * run.cols + c);
-      }
-    }
-  }
-  return [...found];
-}
-
 export class Floor {
   readonly group = new Group();
   /** West, south, east and north of what is to be seen, in metres. */
   readonly extent: [west: number, south: number, east: number, north: number];
-  /** The walls beside a free region; all others hide nothing and are left out. */
   private readonly standing: number[];
   private readonly walls: InstancedMesh<BoxGeometry, MeshLambertMaterial>;
   private readonly ground: Mesh<PlaneGeometry, MeshBasicMaterial>;
@@ -56,13 +42,14 @@ export class Floor {
     private readonly run: Run,
     private readonly side: number,
   ) {
-    const free = [...Array(run.rows * run.cols).keys()].filter((region) => !isWall(run, region));
+    const all = [...Array(run.rows * run.cols).keys()];
+    const free = all.filter((region) => !isWall(run, region));
     const cols = free.map((region) => region % run.cols);
     const rows = free.map((region) => run.rows - 1 - Math.floor(region / run.cols));
     const [west, east] = [Math.min(...cols) * side, (Math.max(...cols) + 1) * side];
     const [south, north] = [Math.min(...rows) * side, (Math.max(...rows) + 1) * side];
     this.extent = [west - side / 4, south - side / 4, east + side / 4, north + side / 4];
-    this.standing = wallsBeside(run, free);
+    this.standing = all.filter((region) => isWall(run, region));
     const [width, depth] = [east - west, north - south];
     this.ground = new Mesh(new PlaneGeometry(width, depth), new MeshBasicMaterial());
     this.ground.position.set(west + width / 2, south + depth / 2, -0.01);

@@ -148,7 +148,7 @@ export class Obstacles {
 
   private made(obstacle: Obstacle): Thing {
     const { side } = this.motion;
-    if (obstacle.type === "door" || obstacle.action === "push") {
+    if (obstacle.type.endsWith("door") || obstacle.action === "push") {
       const { run } = this;
       const free = (region: number): boolean => region >= 0 && region < run.rows * run.cols && !isWall(run, region);
       const northSouth = free(obstacle.region - run.cols) && free(obstacle.region + run.cols);

@@ -10,6 +10,8 @@ import {
   PerspectiveCamera,
   PlaneGeometry,
   Scene,
+  Sprite,
+  Vector3,
   WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
@@ -21,11 +23,15 @@ import type { Lens, View } from "./eye";
 import { centreOf, Floor, HIGH, LOW } from "./floor";
 import { sampleAt, type Motion, type Sampled } from "./motion";
 import { Obstacles } from "./obstacles";
+import { Places } from "./places";
+import { focusAt } from "./story";
 import { FIELD_ANGLE, Notice, sign } from "./signs";
 import { Trails } from "./trails";
 
 
 const EASE = 0.35;
+/** How fast the camera turns to what happens, per second. */
+const STORY_PACE = 0.9;
 
 export class RunScene implements Lens {
   readonly renderer: WebGLRenderer;
@@ -37,6 +43,7 @@ export class RunScene implements Lens {
   private readonly trails: Trails;
   private readonly bodies: Body[];
   private readonly notices: Notice[];
+  private readonly places: Places;
   private readonly plates = new Group();
   private readonly reserved: Mesh<PlaneGeometry, MeshBasicMaterial>[] = [];
   private readonly targets = new Group();
@@ -63,7 +70,10 @@ export class RunScene implements Lens {
     this.floor = new Floor(run, motion.side);
     this.obstacles = new Obstacles(run, motion, robots);
     this.trails = new Trails(motion, robots, colours);
-    this.bodies = robots.map(({ track }, i) => bodyOf(track.kind, track.size, colours[i]!));
+    this.bodies = robots.map(({ track }, i) =>
+      bodyOf(track.kind, track.size, colours[i]!, run.robots[i]!.headings !== null),
+    );
+    this.places = new Places(run, motion.side);
     this.anchors = this.bodies.map(() => new Group());
     this.notices = run.robots.map(
       (robot, i) =>
@@ -92,7 +102,7 @@ export class RunScene implements Lens {
     const sun = new DirectionalLight(0xffffff, 1.7);
     sun.position.set(-4, -7, 12);
     this.scene.add(new HemisphereLight(0xffffff, 0x8a8f98, 1.7), sun);
-    this.scene.add(this.floor.group, this.plates, this.targets, this.obstacles.group, this.trails.group);
+    this.scene.add(this.floor.group, this.places.group, this.plates, this.targets, this.obstacles.group, this.trails.group);
     this.scene.add(...this.bodies.map((body) => body.group), ...this.anchors);
     this.home();
     this.recolour();
@@ -101,6 +111,7 @@ export class RunScene implements Lens {
   recolour(): void {
     this.scene.background = themeColour("page");
     this.floor.recolour();
+    this.places.recolour();
   }
 
   raise(high: boolean): void {
@@ -137,12 +148,29 @@ export class RunScene implements Lens {
       const away = Math.max(depth * 0.4, (width * 0.5) / aspect) / Math.tan(angle) + depth * 0.32;
       this.orbit.target.set(target[0], target[1] - depth * 0.03, 0);
       this.camera.position.set(target[0], target[1] - away * 0.643, away * 0.766);
+    } else if (this.view === "story") {
+      this.frameStory(1);
     } else {
       const { x, y } = this.sample(this.view, this.moment);
       this.orbit.target.set(x!, y!, 0.8);
       this.camera.position.set(x! - 3.4, y! - 5.2, 4.2);
     }
     this.orbit.update();
+  }
+
+  /** Moves the camera so much of the way (0 to 1) to where it sees all that the story is about. */
+  private frameStory(part: number): void {
+    const points = focusAt(this.run, this.motion, this.moment, (robot) => {
+      const { x, y } = this.sample(robot, this.moment);
+      return [x!, y!];
+    });
+    const [xs, ys] = [points.map(([x]) => x), points.map(([, y]) => y)];
+    const [west, east, south, north] = [Math.min(...xs), Math.max(...xs), Math.min(...ys), Math.max(...ys)];
+    const reach = Math.max(east - west, (north - south) * this.camera.aspect, 5 * this.motion.side) + 2 * this.motion.side;
+    const away = reach / 2 / this.camera.aspect / Math.tan((this.camera.fov * Math.PI) / 360) + reach * 0.15;
+    const target = new Vector3((west + east) / 2, (south + north) / 2, 0);
+    this.orbit.target.lerp(target, part);
+    this.camera.position.lerp(target.clone().add(new Vector3(0, -0.6 * away, 0.8 * away)), part);
   }
 
   private sample(robot: number, seconds: number): Record<string, number> {
@@ -161,7 +189,9 @@ export class RunScene implements Lens {
       this.camera.position.x += dx;
       this.camera.position.y += dy;
     }
+    const passed = Math.abs(seconds - this.moment);
     this.moment = seconds;
+    if (before === "story") this.frameStory(passed > 3 ? 1 : 1 - Math.exp(-STORY_PACE * passed));
     this.run.robots.forEach((_, i) => {
       const sample = this.sample(i, seconds);
       const body = this.bodies[i]!;
@@ -176,6 +206,12 @@ export class RunScene implements Lens {
     this.showNotices(tick, seconds);
     this.showTargets(tick, shown.targets);
     this.orbit.update();
+    const signs: Sprite[] = [];
+    for (const group of [this.targets, ...this.anchors]) {
+      if (group.visible) group.traverse((found) => found instanceof Sprite && signs.push(found));
+    }
+    this.scene.updateMatrixWorld();
+    this.places.declutter(this.camera, this.renderer.domElement, shown.names, signs);
     this.renderer.render(this.scene, this.camera);
   }
 
@@ -229,7 +265,9 @@ export class RunScene implements Lens {
     const slots = new Map<number, number>();
     wanted.forEach((regions, i) => {
       const look = this.run.robots[i]!.look;
-      for (const region of regions.slice(0, 40)) {
+      const areas = Object.values(this.run.areas).filter((area) => area.every((region) => regions.includes(region)));
+      const alone = regions.filter((region) => areas.every((area) => !area.includes(region)));
+      for (const region of [...areas.map((area) => area[0]!), ...alone.slice(0, 40)]) {
         const slot = slots.get(region) ?? 0;
         slots.set(region, slot + 1);
         const flag = sign(look.letters, { ink: look.ink, paper: look.colour, height: 0.034 });

@@ -3,13 +3,14 @@
 import { useLayoutEffect, useReducer, useRef, useState } from "preact/hooks";
 import type { Run } from "../run/run";
 import { calm } from "../settings";
-import type { Choice, Stage, StageProps } from "../map/stage";
+import type { Choice, Stage, StageProps, Whereabouts } from "../map/stage";
 import { OrbitEye } from "./eye";
-import type { Motion, Sampled } from "./motion";
+import { sampleAt, type Motion, type Sampled } from "./motion";
 import { RunScene } from "./scene";
 
 const CHOICES: Choice[] = [
   ["numbers", "reserved regions"],
+  ["names", "names"],
   ["trails", "footprints and ways"],
   ["targets", "targets"],
   ["hidden", "hidden obstacles"],
@@ -18,10 +19,16 @@ const CHOICES: Choice[] = [
 /** Half seconds, for readers who want less motion. */
 const CALM_STEPS = 2;
 
-export function stage3d(motion: Motion, robots: Sampled[]): Stage {
+export function stage3d(run: Run, motion: Motion, robots: Sampled[]): Stage {
   const eye = new OrbitEye();
   const View = (props: StageProps) => <Scene {...props} motion={motion} robots={robots} eye={eye} />;
-  return { View, eye, choices: CHOICES };
+  const where = (robot: number, seconds: number): Whereabouts => {
+    const { x, y, yaw } = sampleAt(motion, robots[robot]!, seconds);
+    const [col, row] = [Math.floor(x! / motion.side), run.rows - 1 - Math.floor(y! / motion.side)];
+    const heading = run.robots[robot]!.headings === null ? null : "ENWS"[Math.round((yaw ?? 0) / (Math.PI / 2)) & 3]!;
+    return { region: row * run.cols + col, heading };
+  };
+  return { View, eye, choices: CHOICES, where };
 }
 
 interface SceneProps extends StageProps {
@@ -106,11 +113,12 @@ function Tools({ run, eye, high, onHigh, onSave }: ToolsProps) {
         aria-label="Camera"
         value={String(eye.view)}
         onChange={({ currentTarget: { value } }) =>
-          eye.choose(value === "orbit" || value === "top" ? value : Number(value))
+          eye.choose(value === "orbit" || value === "top" || value === "story" ? value : Number(value))
         }
       >
         <option value="orbit">around the map</option>
         <option value="top">from above</option>
+        <option value="story">follow the story</option>
         {run.robots.map((robot, i) => (
           <option value={String(i)}>follow {robot.name}</option>
         ))}

@@ -1,0 +1,101 @@
+/** Names of regions and areas in the scene, and the borders of areas; none lies over another. */
+
+import { BufferGeometry, Float32BufferAttribute, Group, LineBasicMaterial, LineSegments, Vector3, type PerspectiveCamera, type Sprite } from "three";
+import { CELL } from "../map/camera";
+import { outline, overlap, type Box } from "../map/names";
+import type { Run } from "../run/run";
+import { themeColour } from "./colours";
+import { centreOf } from "./floor";
+import { FIELD_ANGLE, sign } from "./signs";
+
+const HEIGHT = 0.034;
+/** How a name may hang at its place, in its own heights: on it, below, above, far below. */
+const HANGS = [0.5, 1.6, -0.7, 2.7];
+const FIELD = 2 * Math.tan((FIELD_ANGLE * Math.PI) / 360);
+
+export class Places {
+  readonly group = new Group();
+  private readonly signs: Sprite[];
+  private readonly borders: LineSegments<BufferGeometry, LineBasicMaterial>;
+
+  constructor(run: Run, side: number) {
+    const middle = (regions: number[]): [number, number] => {
+      const centres = regions.map((region) => centreOf(run, side, region));
+      const mean = (axis: 0 | 1): number => centres.reduce((sum, centre) => sum + centre[axis], 0) / centres.length;
+      return [mean(0), mean(1)];
+    };
+    const named: [name: string, place: [number, number], area: boolean][] = [
+      ...Object.entries(run.names).map(([region, name]): [string, [number, number], boolean] => [
+        name,
+        centreOf(run, side, Number(region)),
+        false,
+      ]),
+      ...Object.entries(run.areas).map(([name, regions]): [string, [number, number], boolean] => [
+        name,
+        middle(regions),
+        true,
+      ]),
+    ];
+    this.signs = named.map(([name, [x, y], area]) => {
+      const found = sign(name, { ink: area ? "#0067a3" : "#1b1f24", paper: "rgba(255,255,255,0.86)", height: HEIGHT });
+      found.name = name;
+      found.position.set(x, y - 0.3 * side, 0.05);
+      found.renderOrder = 5;
+      return found;
+    });
+    const points = Object.values(run.areas).flatMap((regions) => corners(outline(run, regions), run, side));
+    const geometry = new BufferGeometry().setAttribute("position", new Float32BufferAttribute(points, 3));
+    this.borders = new LineSegments(geometry, new LineBasicMaterial());
+    this.borders.frustumCulled = false;
+    this.group.add(this.borders, ...this.signs);
+  }
+
+  recolour(): void {
+    this.borders.material.color = themeColour("accent");
+  }
+
+  /**
+   * Hangs the names so that none lies over another one or over `others` as seen from here, the nearest
+   * first; hides those without room.
+   */
+  declutter(camera: PerspectiveCamera, canvas: HTMLCanvasElement, shown: boolean, others: Sprite[]): void {
+    this.group.visible = shown;
+    if (!shown) return;
+    const [width, height] = [canvas.clientWidth, canvas.clientHeight];
+    camera.updateMatrixWorld();
+    const where = new Vector3();
+    const boxOf = (found: Sprite): Box | null => {
+      found.getWorldPosition(where).project(camera);
+      if (where.z >= 1) return null;
+      const [x, y] = [((where.x + 1) / 2) * width, ((1 - where.y) / 2) * height];
+      const [w, h] = [(found.scale.x / FIELD) * height, (found.scale.y / FIELD) * height];
+      const bottom = y + found.center.y * h;
+      return { left: x - w / 2, right: x + w / 2, top: bottom - h, bottom };
+    };
+    const placed = others.map(boxOf).filter((box) => box !== null);
+    const away = (found: Sprite): number => found.position.distanceTo(camera.position);
+    for (const found of [...this.signs].sort((a, b) => away(a) - away(b))) {
+      found.visible = HANGS.some((hang) => {
+        found.center.y = hang;
+        const box = boxOf(found);
+        if (box === null || placed.some((other) => overlap(box, other))) return false;
+        placed.push(box);
+        return true;
+      });
+    }
+    canvas.dataset.names = this.signs.filter((found) => found.visible).map((found) => found.name).join(" ");
+  }
+}
+
+/** The lines of a path on the flat map, as points on the ground. */
+function corners(path: string, run: Run, side: number): number[] {
+  const points: number[] = [];
+  for (const [, from, down, way, to] of path.matchAll(/M(\S+) (\S+)([HV])([^M]+)/g)) {
+    const [x, y] = [Number(from), Number(down)];
+    const [right, bottom] = way === "H" ? [Number(to), y] : [x, Number(to)];
+    for (const [col, row] of [[x, y], [right, bottom]] as const) {
+      points.push((col / CELL) * side, (run.rows - row / CELL) * side, 0.02);
+    }
+  }
+  return points;
+}
