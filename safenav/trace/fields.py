@@ -2,7 +2,8 @@
 
 Knows the annotations that the records of ``safenav.trace`` use: plain types, ``X | None`` and other
 unions, ``Annotated`` with ``Least`` or ``Pattern``, enums, tuples, frozen sets, mappings from
-strings, dataclasses, and ``Objective``.
+strings, dataclasses (objects, or ``row``: lists), and ``Objective``. A field whose metadata has a
+``key`` is written under that name.
 """
 
 from __future__ import annotations
@@ -32,6 +33,15 @@ class WrongError(Exception):
     def __init__(self, *problems: tuple[str, str, object]) -> None:
         self.places = problems
 
+    def below(self, key: str) -> WrongError:
+        """The same, seen from what holds this value under ``key``."""
+        return WrongError(
+            *(
+                (f"{key}.{place}" if place and place[0] != "[" else key + place, expected, found)
+                for place, expected, found in self.places
+            )
+        )
+
     @property
     def sentences(self) -> list[str]:
         """Field, what was expected and what was found, for people."""
@@ -45,10 +55,10 @@ class WrongError(Exception):
 
 def convert(annotation: Any, value: object) -> Any:
     """The value as the annotation has it. Raises WrongError."""
-    return _converter(annotation)(value, "")
+    return _converter(annotation)(value)
 
 
-Converter = Callable[[object, str], Any]
+Converter = Callable[[Any], Any]
 
 
 @cache
@@ -71,17 +81,17 @@ def _converter(annotation: Any) -> Converter:
     if isinstance(annotation, type) and issubclass(annotation, StrEnum):
         return _leaf(_member_of(annotation), "one of " + ", ".join(annotation))
     if isinstance(annotation, type) and is_dataclass(annotation):
-        return _data(annotation)
+        return _row(annotation) if is_row(annotation) else _data(annotation)
     return _PLAIN[annotation]
 
 
 def _leaf(accept: Callable[[Any], Any], expected: str) -> Converter:
     """``accept`` gives None for a value that it does not take."""
 
-    def take(value: object, path: str) -> Any:
+    def take(value: object) -> Any:
         taken = accept(value)
         if taken is None:
-            raise WrongError((path, expected, value))
+            raise WrongError(("", expected, value))
         return taken
 
     return take
@@ -103,18 +113,18 @@ _PLAIN: dict[Any, Converter] = {
     bool: _leaf(lambda v: v if isinstance(v, bool) else None, "true or false"),
     int: _leaf(lambda v: v if type(v) is int else None, "a whole number"),
     float: _leaf(_number, "a number"),
-    object: lambda value, _: value,
+    object: lambda value: value,
 }
 
 
 def _bounded(inner: Converter, bound: Least | Pattern) -> Converter:
-    def take(value: object, path: str) -> Any:
-        taken = inner(value, path)
+    def take(value: object) -> Any:
+        taken = inner(value)
         if isinstance(bound, Pattern):
             if not re.fullmatch(bound.regex, taken):
-                raise WrongError((path, bound.expected, value))
+                raise WrongError(("", bound.expected, value))
         elif taken < bound.value:
-            raise WrongError((path, f"{bound.value} or more", value))
+            raise WrongError(("", f"{bound.value} or more", value))
         return taken
 
     return take
@@ -128,59 +138,82 @@ def _union(annotations: list[Any], *, nullable: bool) -> Converter:
         return _by_kind(kinds, nullable=nullable)
     choices = [_converter(annotation) for annotation in annotations]
 
-    def take(value: object, path: str) -> Any:
+    def take(value: object) -> Any:
         if nullable and value is None:
             return None
         wrongs: list[tuple[str, str, object]] = []
         for choice in choices:
             try:
-                return choice(value, path)
+                return choice(value)
             except WrongError as error:
                 wrongs += error.places
-        if any(place != path for place, _, _ in wrongs):
-            raise WrongError(*(wrong for wrong in wrongs if wrong[0] != path))
+        inside = [wrong for wrong in wrongs if wrong[0]]
+        if inside:
+            raise WrongError(*inside)
         expected = [expected for _, expected, _ in wrongs] + ["null"] * nullable
-        raise WrongError((path, " or ".join(expected), value))
+        raise WrongError(("", " or ".join(expected), value))
 
     return take
 
 
 def _by_kind(kinds: Mapping[Any, Any], *, nullable: bool) -> Converter:
-    def take(value: object, path: str) -> Any:
+    def take(value: object) -> Any:
         kind = value.get("kind") if isinstance(value, dict) else None
         if nullable and value is None:
             return None
         if not isinstance(kind, str) or kind not in kinds:
-            raise WrongError((path, "an object whose kind is one of " + ", ".join(kinds), value))
-        return _converter(kinds[kind])(value, path)
+            raise WrongError(("", "an object whose kind is one of " + ", ".join(kinds), value))
+        return _converter(kinds[kind])(value)
 
     return take
 
 
-def _listed(kind: type[tuple[Any, ...]] | type[frozenset[Any]], item: Converter) -> Converter:
-    def take(value: object, path: str) -> Any:
+def _listed(kind: Callable[[list[Any]], Any], item: Converter) -> Converter:
+    def take(value: object) -> Any:
         if not isinstance(value, list):
-            raise WrongError((path, "a list", value))
-        return kind(item(entry, f"{path}[{i}]") for i, entry in enumerate(value))
+            raise WrongError(("", "a list", value))
+        taken: list[Any] = []
+        try:
+            for entry in value:
+                taken.append(item(entry))
+        except WrongError as error:
+            raise error.below(f"[{len(taken)}]") from None
+        return kind(taken)
 
     return take
 
 
 def _fixed(items: list[Converter], kind: str) -> Converter:
-    def take(value: object, path: str) -> Any:
+    def take(value: object) -> Any:
         if not isinstance(value, list) or len(value) != len(items):
-            raise WrongError((path, f"a list of {len(items)} {kind}", value))
-        pairs = enumerate(zip(items, value, strict=True))
-        return tuple(item(entry, f"{path}[{i}]") for i, (item, entry) in pairs)
+            raise WrongError(("", f"a list of {len(items)} {kind}", value))
+        taken: list[Any] = []
+        try:
+            for item, entry in zip(items, value, strict=True):
+                taken.append(item(entry))
+        except WrongError as error:
+            raise error.below(f"[{len(taken)}]") from None
+        return tuple(taken)
 
     return take
 
 
+def _row(kind: Any) -> Converter:
+    whole = _fixed([_converter(entry.annotation) for entry in entries(kind)], "entries")
+    return lambda value: kind(*whole(value))
+
+
 def _mapping(item: Converter) -> Converter:
-    def take(value: object, path: str) -> Any:
+    def take(value: object) -> Any:
         if not isinstance(value, dict):
-            raise WrongError((path, "an object", value))
-        return {key: item(entry, f"{path}.{key}") for key, entry in value.items()}
+            raise WrongError(("", "an object", value))
+        taken: dict[str, Any] = {}
+        for key, entry in value.items():
+            try:
+                taken[key] = item(entry)
+            except WrongError as error:
+                raise error.below(key) from None
+        return taken
 
     return take
 
@@ -204,7 +237,7 @@ def entries(kind: Any) -> tuple[FieldEntry, ...]:
     return tuple(
         FieldEntry(
             entry.name,
-            entry.name.rstrip("_"),
+            entry.metadata.get("key", entry.name.rstrip("_")),
             hints[entry.name],
             entry.default is not MISSING,
             entry.default is None,
@@ -214,26 +247,30 @@ def entries(kind: Any) -> tuple[FieldEntry, ...]:
     )
 
 
+def is_row(kind: Any) -> bool:
+    """Whether a class is written as a list of its fields, in order."""
+    return getattr(kind, "row", False) is True
+
+
 def _data(kind: Any) -> Converter:
     known = [(entry, _converter(entry.annotation)) for entry in entries(kind)]
 
-    def take(value: object, path: str) -> Any:
+    def take(value: object) -> Any:
         if not isinstance(value, dict):
-            raise WrongError((path, "an object", value))
+            raise WrongError(("", "an object", value))
         taken: dict[str, Any] = {}
         wrong: list[tuple[str, str, object]] = []
         for entry, converter in known:
             found = value.get(entry.key, _ABSENT)
             if found is _ABSENT and entry.optional:
                 continue
-            where = f"{path}.{entry.key}" if path else entry.key
             if found is _ABSENT:
-                wrong.append((where, "", _ABSENT))
+                wrong.append((entry.key, "", _ABSENT))
                 continue
             try:
-                taken[entry.name] = converter(found, where)
+                taken[entry.name] = converter(found)
             except WrongError as error:
-                wrong += error.places
+                wrong += error.below(entry.key).places
         if wrong:
             raise WrongError(*wrong)
         return kind(**taken)

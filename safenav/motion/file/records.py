@@ -3,12 +3,14 @@
 Positions are in the frame of the map: x east, y north, z up, the origin at its south-western
 corner, in metres; ``t``, ``t0`` and ``t1`` are seconds since the start of the motion; angles are
 radians counter-clockwise from east. ``tick`` is the tick of the trace that a line carries out.
+A ``row`` is written as the list of its fields.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import ClassVar
 
 VERSION = 1
 
@@ -40,6 +42,7 @@ class MotionHeader:
 class Foothold:
     """A foot on the ground from ``down`` to ``up``; ``side``: 1 is the left one, -1 the right."""
 
+    row: ClassVar[bool] = True
     x: float
     y: float
     yaw: float
@@ -54,6 +57,7 @@ class Swing:
     (positions, velocities, accelerations: nine numbers); its height is
     64 clearance u^3 (1-u)^3 with u from ``u0`` to ``u1``."""
 
+    row: ClassVar[bool] = True
     side: int
     t0: float
     t1: float
@@ -67,6 +71,7 @@ class Swing:
 class PressurePhase:
     """The centre of pressure, constant for some seconds."""
 
+    row: ClassVar[bool] = True
     seconds: float
     x: float
     y: float
@@ -79,7 +84,7 @@ class Piece:
     robot: str
     tick: int
     primitive: str
-    origin: int
+    origin: int = field(metadata={"key": "from"})
     to: int
     t0: float
     t1: float
@@ -102,6 +107,7 @@ class Segment(Piece):
 class Curve:
     """Polynomials in the seconds since the curve's begin, lowest power first."""
 
+    row: ClassVar[bool] = True
     seconds: float
     x: Numbers
     y: Numbers
@@ -121,6 +127,7 @@ class Arc:
     """A unicycle's way of constant curvature (1/m) from a pose: ``way`` is the polynomial of the
     distance, or with no curvature that of the angle by which it turns on the spot."""
 
+    row: ClassVar[bool] = True
     seconds: float
     x: float
     y: float
@@ -214,6 +221,7 @@ class Link:
     """A part of the longest chain: what a robot did without anybody being able to do it
     earlier."""
 
+    row: ClassVar[bool] = True
     robot: str
     tick: int
     what: str

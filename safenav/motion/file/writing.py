@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import fields, is_dataclass
 from math import ceil, log10
+from typing import Any
 
 from safenav.motion.file.records import (
     VERSION,
@@ -16,18 +16,15 @@ from safenav.motion.file.records import (
     Drive,
     Flight,
     FlownTrack,
-    Foothold,
     Line,
-    Link,
     Motion,
     Numbers,
-    PressurePhase,
     Release,
     Reserve,
     Segment,
-    Swing,
     Wait,
 )
+from safenav.trace.fields import entries, is_row
 
 TYPES: Mapping[str, type[Line]] = {
     "segment": Segment,
@@ -45,27 +42,19 @@ NAMES = {kind: name for name, kind in TYPES.items()}
 DECIMALS = 12
 """Decimals of metres, seconds and radians: joins are exact to 1e-9."""
 
-ROW = (PressurePhase, Foothold, Swing, Curve, Arc, Link)
-"""Written as arrays of their fields, in order."""
-
-RENAMED = {"origin": "from"}
-
 
 def text_of(motion: Motion) -> str:
     """The lines of the file."""
     header = motion.header
-    lines: list[dict[str, object]] = [{"type": "header", "motion": VERSION, **_object(header, {})}]
-    lines += [{"type": NAMES[type(line)], **_object(line, RENAMED)} for line in motion.lines]
-    lines.append({"type": "outcome", **_object(motion.outcome, {})})
+    lines: list[dict[str, object]] = [{"type": "header", "motion": VERSION, **_object(header)}]
+    lines += [{"type": NAMES[type(line)], **_object(line)} for line in motion.lines]
+    lines.append({"type": "outcome", **_object(motion.outcome)})
     return "".join(json.dumps(line, separators=(",", ":")) + "\n" for line in lines)
 
 
-def _object(record: object, renamed: Mapping[str, str]) -> dict[str, object]:
-    assert is_dataclass(record)
-    return {
-        renamed.get(field.name, field.name): _plain(getattr(record, field.name))
-        for field in fields(record)
-    }
+def _object(record: object) -> dict[str, object]:
+    kind: Any = type(record)
+    return {entry.key: _plain(getattr(record, entry.name)) for entry in entries(kind)}
 
 
 def _plain(value: object) -> object:
@@ -82,9 +71,9 @@ def _plain(value: object) -> object:
         pose = _plain((value.x, value.y, value.yaw, value.curvature))
         assert isinstance(pose, list)
         return [_plain(value.seconds), *pose, _polynomial(value.way, value.seconds)]
-    if is_dataclass(value):
-        assert isinstance(value, ROW)
-        return [_plain(getattr(value, field.name)) for field in fields(value)]
+    kind: Any = type(value)
+    if is_row(kind):
+        return [_plain(getattr(value, entry.name)) for entry in entries(kind)]
     return value
 
 
