@@ -1,4 +1,4 @@
-"""Who may talk to the studio: pages that it served itself, and nobody else.
+"""Access to the studio: for pages that it served itself alone.
 
 The server listens on the loopback interface, which every program and every web page in a browser
 of this machine can reach. So each request must know the token of the address, come to an address
@@ -55,9 +55,9 @@ class Guard:
             return 421, "this address is not the studio's"
         origin = headers.get("TextOrigin")
         if origin is not None and origin != f"http://{host}":
-            return 403, "pages of other origins have no business here"
+            return 403, "requests from other origins are refused"
         if headers.get("Sec-Fetch-Site", "none") in ("cross-site", "same-site"):
-            return 403, "pages of other origins have no business here"
+            return 403, "requests from other origins are refused"
         token = path.split("/", 2)[1] if path.startswith("/") else ""
         if not hmac.compare_digest(token.encode(), self.token.encode()):
             return 404, "open the address that 'safenav studio' printed: it holds a token"

@@ -74,7 +74,7 @@ def intervention(
         return Give(robot, objective(data.get("objective"), world))
     if kind == "service":
         return Serve(robot, bool(data.get("active")))
-    raise UsageError("a change of what? known: close, open, truth, objective, service")
+    raise UsageError("unknown change; known: close, open, truth, objective, service")
 
 
 def objective(data: object, world: RegionMap) -> Objective:

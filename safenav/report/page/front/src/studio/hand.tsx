@@ -1,6 +1,6 @@
 /** The hand that draws: walls, floor, robots, obstacles, headings, objectives. */
 
-import { useRef, useState } from "preact/hooks";
+import { useEffect, useRef, useState } from "preact/hooks";
 import { CELL } from "../map/camera";
 import type { Say } from "../live/player";
 import { isWall } from "../map/floor";
@@ -49,6 +49,16 @@ export function useDrawingHand(args: HandArgs): Hand {
   const robotAt = (region: number) => drawing.robots.find((robot) => robot.start === region);
   const obstacleAt = (region: number) => drawing.obstacles.find((obstacle) => obstacle.region === region);
   const picked = chosen && "robot" in chosen ? drawing.robots.find((r) => r.name === chosen.robot) : undefined;
+
+  // A robot or an obstacle that was just put down is selected as soon as the text has it.
+  const awaited = useRef(-1);
+  useEffect(() => {
+    const [robot, obstacle] = [robotAt(awaited.current), obstacleAt(awaited.current)];
+    if (pen.does === "robot" && robot) choose({ robot: robot.name });
+    else if (pen.does === "obstacle" && obstacle) choose({ obstacle: obstacle.index });
+    else return;
+    awaited.current = -1;
+  }, [drawing]);
 
   const select = (x: number, y: number, region: number): boolean => {
     if (picked && picked.heading !== null) {
@@ -101,10 +111,14 @@ export function useDrawingHand(args: HandArgs): Hand {
         setPen({ does: "select" });
         choose({ robot: there.name });
       } else if (free(region, "a robot")) {
+        awaited.current = region;
         edit("add_robot", { model: pen.model, region, ...(pen.turns && { heading: "east" }) });
       }
     } else if (pen.does === "obstacle") {
-      if (free(region, "an obstacle")) edit("add_obstacle", { type: pen.type, region });
+      if (free(region, "an obstacle")) {
+        awaited.current = region;
+        edit("add_obstacle", { type: pen.type, region });
+      }
     } else if (pen.does === "name") choose({ region, naming: true });
     else if (pen.does === "area") held.current = { what: "area", from: pen.corner ?? region, to: region };
     else if (free(region, "a target")) chooseTarget(pen, region, setPen, say);
@@ -188,7 +202,7 @@ export function useDrawingHand(args: HandArgs): Hand {
         {painting &&
           [...painting.regions].map((region) => square(region, painting.wall ? "wall" : "floor", `p${region}`))}
         {outlined && <Outline {...spanOf(outlined.from, outlined.to, cols)} />}
-        {chosen && "area" in chosen && drawing.areas[chosen.area]?.map((region) => square(region, "hover", `a${region}`))}
+        {chosen && "area" in chosen && drawing.areas[chosen.area]?.map((region) => square(region, "area", `a${region}`))}
         {picked && square(picked.start, "picked", "picked")}
         {chosen && "obstacle" in chosen && drawing.obstacles[chosen.obstacle] && (
           square(drawing.obstacles[chosen.obstacle]!.region, "picked", "picked")

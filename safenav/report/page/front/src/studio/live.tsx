@@ -8,6 +8,7 @@ import { LiveControls } from "../live/controls";
 import type { LivePlayer } from "../live/player";
 import type { Wire } from "../live/wire";
 import type { Run } from "../run/run";
+import { Menu } from "./menus";
 import { flatStage } from "../map/stage";
 import type { Keys } from "../panels/help";
 
@@ -120,12 +121,9 @@ export function RunDownloads() {
 
 function Saving() {
   return (
-    <details class="menu">
-      <summary>Save</summary>
-      <div>
-        <RunDownloads />
-      </div>
-    </details>
+    <Menu title="Save">
+      <RunDownloads />
+    </Menu>
   );
 }
 

@@ -61,6 +61,7 @@ export function Tools({ doc, drawing, pen, setPen, say }: Drawn) {
         </div>
       </section>
       <Size drawing={drawing} say={say} />
+      <Settings drawing={drawing} say={say} />
     </div>
   );
 }
@@ -101,6 +102,19 @@ function Size({ drawing, say }: { drawing: Drawing; say: Say }) {
           </button>
         </>
       )}
+    </section>
+  );
+}
+
+function Settings({ drawing, say }: { drawing: Drawing; say: Say }) {
+  const { name, rounds, seed } = drawing.settings;
+  const set = (key: string, value: string | number): void => say("edit", { op: "set_value", key, value });
+  return (
+    <section class="panel chosen" aria-label="Settings of the scenario">
+      <h2>Scenario</h2>
+      <Field name="title" value={name} onChange={(value) => set("name", value)} />
+      <Field name="rounds" number value={String(rounds)} onChange={(value) => set("rounds", Number(value))} />
+      <Field name="seed" number value={String(seed)} onChange={(value) => set("seed", Number(value))} />
     </section>
   );
 }
@@ -193,13 +207,13 @@ export function Selection({ doc, drawing, pen, setPen, chosen, choose, say, verd
           </div>
         )}
         {robot.kind === "patrol" && (
-          <label title="The paper's formula: no target is crossed out of turn. Otherwise a weaker form will do.">
+          <label class="check" title="The paper's formula: no target is crossed out of turn. Otherwise a weaker form will do.">
             <input
               type="checkbox"
               checked={robot.literal}
               onChange={(event) => edit("set_form", { robot: robot.name, literal: event.currentTarget.checked })}
             />{" "}
-            by the letter
+            literal form
           </label>
         )}
         {verdict && <Judged verdict={verdict} say={say} />}
@@ -343,7 +357,7 @@ function Field({ name, value, number, focused, onChange }: FieldProps) {
         value={own}
         onInput={(event) => setOwn(event.currentTarget.value)}
         onBlur={tell}
-        onKeyDown={(event) => event.key === "Enter" && tell()}
+        onKeyDown={(event) => event.key === "Enter" && event.currentTarget.blur()}
       />
     </label>
   );

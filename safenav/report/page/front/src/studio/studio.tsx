@@ -33,13 +33,18 @@ export function Studio() {
   const [files, setFiles] = useState<string[] | null>(null);
   const [asking, ask] = useState<Asking | null>(null);
   const current = useRef<Run | null>(null);
+  const latest = useRef<Doc | null>(null);
   const wire = useMemo(() => new Wire((message) => hear.current(message), setConnected), []);
   const player = useMemo(() => new LivePlayer(0, wire.say), [wire]);
   const hear = useRef<(message: Message) => void>(() => undefined);
   hear.current = (message) => {
     if (message.is === "hello") setHello(message as unknown as Hello);
     else if (message.is === "document") {
-      setDoc(message as unknown as Doc);
+      const before = latest.current;
+      latest.current = message as unknown as Doc;
+      const lost = before !== null && before.dirty && before.origin !== latest.current.origin;
+      if (lost && latest.current.undoable) refuse("The scenario before had unsaved changes: Undo brings it back.");
+      setDoc(latest.current);
       setVerdicts({});
     } else if (message.is === "verdicts") setVerdicts(message.verdicts as Record<string, Verdict>);
     else if (message.is === "saved") refuse(`Saved: ${message.file}`);
