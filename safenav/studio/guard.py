@@ -21,8 +21,8 @@ HEADERS = {
         "img-src 'self' data: blob:; connect-src 'self'; base-uri 'none'; form-action 'none'; "
         "frame-ancestors 'none'"
     ),
-    "Cross-TextOrigin-Resource-Policy": "same-origin",
-    "Cross-TextOrigin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Cross-Origin-Opener-Policy": "same-origin",
     "X-Content-Type-Options": "nosniff",
     "X-Frame-Options": "DENY",
     "Referrer-Policy": "no-referrer",
@@ -53,7 +53,7 @@ class Guard:
         host = headers.get("Host", "")
         if host not in hosts:
             return 421, "this address is not the studio's"
-        origin = headers.get("TextOrigin")
+        origin = headers.get("Origin")
         if origin is not None and origin != f"http://{host}":
             return 403, "requests from other origins are refused"
         if headers.get("Sec-Fetch-Site", "none") in ("cross-site", "same-site"):

@@ -42,9 +42,9 @@ def test_the_page_comes_with_its_files_and_forbids_everything_else(served: Serve
             for name in ("", "studio.js", "studio.css"):
                 async with session.get(served.address + name) as response:
                     assert response.status == 200
-                    assert response.headers["Cross-TextOrigin-Resource-Policy"] == "same-origin"
+                    assert response.headers["Cross-Origin-Resource-Policy"] == "same-origin"
                     assert "frame-ancestors 'none'" in response.headers["Content-Security-Policy"]
-                    assert "Access-Control-Allow-TextOrigin" not in response.headers
+                    assert "Access-Control-Allow-Origin" not in response.headers
 
     asyncio.run(main())
 
@@ -63,7 +63,7 @@ def test_a_wrong_token_host_or_origin_is_refused(served: Served) -> None:
     assert answer(served, "/")[0] == 404
     assert answer(served, "/guess/studio.js")[0] == 404
     assert answer(served, path, Host="rebound.example")[0] == 421
-    assert answer(served, path, TextOrigin="http://evil.example")[0] == 403
+    assert answer(served, path, Origin="http://evil.example")[0] == 403
     assert answer(served, path)[0] == 200
 
 
