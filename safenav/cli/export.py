@@ -196,7 +196,7 @@ def _tables(run: Trace, stem: Path) -> None:
 def _bag(run: Trace, frame: Frame, path: Path, motion: Path | None) -> None:
     from safenav.outfile import tell, write_whole
     from safenav.report.bag.mcap_file import write_mcap
-    from safenav.report.bag.messages import messages
+    from safenav.report.bag.messages import joint_plans, messages
     from safenav.report.replay.reading import replay_of
 
     if motion is None:
@@ -207,7 +207,7 @@ def _bag(run: Trace, frame: Frame, path: Path, motion: Path | None) -> None:
 
         clock = clock_of(read_motion(motion))
     try:
-        said = messages(replay_of(run), frame, clock)
+        said = messages(replay_of(run), frame, clock, joint_plans(run.records))
         write_whole(path, lambda part: write_mcap(part, said))
     except ValueError as error:
         raise UsageError(f"{run.source}: {error}") from error

@@ -14,6 +14,7 @@ from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
 from cli.conftest import Command
+from report import clinic
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 
@@ -52,6 +53,9 @@ def test_the_bag_tells_what_the_trace_tells(safenav: Command, trace: Path, tmp_p
         "/digit/path",
         "/obstacles",
         "/requests",
+        "/robots",
+        "/places",
+        "/plan",
         "/rosout",
     }
     header = lines(trace, "header")[0]["scenario"]["map"]
@@ -79,6 +83,41 @@ def test_the_bag_tells_what_the_trace_tells(safenav: Command, trace: Path, tmp_p
     assert told[-1].startswith("completed")
     actions = [marker.action for _, message in bag["/obstacles"] for marker in message.markers]
     assert actions[0] == 0 and actions[-1] == 2, "found, later resolved"
+
+
+def test_foxglove_gets_bodies_names_and_the_plan(safenav: Command, tmp_path: Path) -> None:
+    trace = clinic.run(tmp_path)
+    assert safenav("export", trace, "--mcap", "clinic.mcap").returncode == 0
+    bag = read(tmp_path / "clinic.mcap")
+    ((_, robots),) = bag["/robots"]
+    bodies = [marker for marker in robots.markers if marker.ns == "bodies"]
+    frames = {transform.child_frame_id for transform in bag["/tf"][0][1].transforms}
+    assert {marker.header.frame_id for marker in bodies} == frames
+    assert all(marker.frame_locked for marker in robots.markers)
+    heights = {marker.header.frame_id: marker.pose.position.z for marker in bodies}
+    assert heights["eye"] > heights["hugo"] > 0
+    assert {marker.text for marker in robots.markers if marker.ns == "names"} == frames
+    noses = {marker.header.frame_id for marker in robots.markers if marker.ns == "headings"}
+    assert noses == frames - {"eye"}
+
+    ((_, places),) = bag["/places"]
+    named = {marker.text: marker.pose.position for marker in places.markers if marker.text}
+    assert len(named) == clinic.NAMES
+    assert (named["dock"].x, named["dock"].y) == pytest.approx((22.5 * 1.5, 1.5 * 1.5))
+    borders = [marker for marker in places.markers if marker.ns == "areas"]
+    assert [len(border.points) for border in borders] == [2 * 16, 2 * 20]
+
+    plans = lines(trace, "plan")
+    shown = {round(seconds): message.markers for seconds, message in bag["/plan"]}
+    for plan in plans:
+        ways = {m.text: len(m.points) for m in shown.get(plan["tick"], []) if m.ns == "ways"}
+        ended = {line["tick"] for line in lines(trace, "plan_end")}
+        moving = {name: len(way) for name, way in plan["robots"].items() if len(way) > 1}
+        assert ways == moving or plan["tick"] in ended
+    assert plans
+    targets = [marker for marker in shown[0] if marker.ns == "targets"]
+    assert {marker.text for marker in targets} == frames
+    assert shown[0][0].action == 3, "each message replaces the plan before"
 
 
 def values(message: object) -> str:

@@ -7,6 +7,9 @@
 | `/ROBOT/path` | `nav_msgs/Path`: where the robot was so far, at every tick in which it moved |
 | `/obstacles` | `visualization_msgs/MarkerArray`: known obstacles, coloured by their status |
 | `/requests` | `visualization_msgs/MarkerArray`: a line from a helper to what it helps with |
+| `/robots` | `visualization_msgs/MarkerArray`, once: bodies, headings, names in the frames of robots |
+| `/places` | `visualization_msgs/MarkerArray`, once: names of regions and areas, borders of areas |
+| `/plan` | `visualization_msgs/MarkerArray`: targets of robots, and ways of a joint plan |
 | `/rosout` | `rcl_interfaces/Log`: the story, one line an event |
 
 Regions are squares in the frame `map` (x east, y north, origin at the south-western corner).
@@ -15,21 +18,29 @@ Regions are squares in the frame `map` (x east, y north, origin at the south-wes
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import cos, radians, sin
 from typing import Any
 
-from safenav.report.picture.glyphs import STATUS_MARKS
-from safenav.report.replay.timeline import ObstacleStatus, Replay, RobotTrack, StoryKind
+from safenav.report.picture.floor import INK
+from safenav.report.picture.glyphs import STATUS_MARKS, looks
+from safenav.report.picture.names import AREA
+from safenav.report.replay.timeline import Changes, ObstacleStatus, Replay, RobotTrack, StoryKind
+from safenav.scenario.motion import AIR
+from safenav.scenario.objective import targets_of
+from safenav.trace.records import Plan, PlanEnd, Record
 from safenav.world.frame import Frame
-from safenav.world.map import Region
+from safenav.world.map import Heading, Region
 
 Message = Mapping[str, Any]
 Clock = Callable[[int], float]
 """Seconds at the end of a tick."""
 
-_CUBE, _LINE = 1, 4
+_ARROW, _CUBE, _CYLINDER, _LINE, _LINES, _CUBES, _TEXT = 0, 1, 3, 4, 5, 6, 9
+_MARKERS = "visualization_msgs/msg/MarkerArray"
+_FLIES = 0.8
+"""Height of the bodies of the layer ``air``, in regions."""
 _ADD, _DELETE, _DELETE_ALL = 0, 2, 3
 _INFO, _WARN, _ERROR = 20, 30, 40
 _LEVELS = {
@@ -49,12 +60,30 @@ class Stamped:
     message: Message
 
 
-def messages(replay: Replay, frame: Frame, clock: Clock) -> Iterator[Stamped]:
+JointPlans = Sequence[tuple[int, Mapping[str, tuple[Region, ...]]]]
+"""From which tick on each robot has which way to go; without robots where a plan is over."""
+
+
+def joint_plans(lines: Iterable[Record]) -> JointPlans:
+    """The joint plans of a trace, in their order."""
+    found: list[tuple[int, Mapping[str, tuple[Region, ...]]]] = []
+    for line in lines:
+        if isinstance(line, Plan):
+            ways = {name: tuple(region for region, _ in way) for name, way in line.robots.items()}
+            found.append((line.tick, ways))
+        elif isinstance(line, PlanEnd):
+            found.append((line.tick, {}))
+    return found
+
+
+def messages(
+    replay: Replay, frame: Frame, clock: Clock, plans: JointPlans = ()
+) -> Iterator[Stamped]:
     """All messages of a run, in the order of their times.
 
     Raises ValueError for regions that are no squares: an occupancy grid has one resolution.
     """
-    return _Telling(replay, frame, clock).all()
+    return _Telling(replay, frame, clock, plans).all()
 
 
 def names_of(replay: Replay) -> dict[str, str]:
@@ -71,7 +100,7 @@ def names_of(replay: Replay) -> dict[str, str]:
 
 
 class _Telling:
-    def __init__(self, replay: Replay, frame: Frame, clock: Clock) -> None:
+    def __init__(self, replay: Replay, frame: Frame, clock: Clock, plans: JointPlans) -> None:
         width, height = frame.resolution
         if abs(width - height) > 1e-6 * width:
             raise ValueError(f"regions of {width:g} x {height:g} m are no squares")
@@ -79,9 +108,14 @@ class _Telling:
         self.frame = frame
         self.clock = clock
         self.names = names_of(replay)
+        self.looks = looks([track.name for track in replay.robots])
+        self.plans = Changes.of({}, plans)
 
     def all(self) -> Iterator[Stamped]:
         yield Stamped(self.clock(0), "/map", "nav_msgs/msg/OccupancyGrid", self._map())
+        yield Stamped(self.clock(0), "/places", _MARKERS, {"markers": self._places()})
+        yield Stamped(self.clock(0), "/robots", _MARKERS, {"markers": [*self._bodies()]})
+        planned: list[Message] = []
         ways: dict[str, list[Message]] = {track.name: [] for track in self.replay.robots}
         told: dict[str, ObstacleStatus] = {}
         for tick in range(self.replay.last + 1):
@@ -98,11 +132,14 @@ class _Telling:
                 yield Stamped(seconds, topic, "nav_msgs/msg/Path", path)
             changed = self._obstacles(tick, told)
             if changed:
-                kind = "visualization_msgs/msg/MarkerArray"
-                yield Stamped(seconds, "/obstacles", kind, {"markers": changed})
+                yield Stamped(seconds, "/obstacles", _MARKERS, {"markers": changed})
+            plan = [*self._plan(tick)]
+            if _bare(plan) != _bare(planned):
+                deleted = self._marker(tick, "plan", 0, _LINE, _DELETE_ALL)
+                yield Stamped(seconds, "/plan", _MARKERS, {"markers": [deleted, *plan]})
+            planned = plan
             if tick == 0 or self.replay.stack.at(tick) != self.replay.stack.at(tick - 1):
-                kind = "visualization_msgs/msg/MarkerArray"
-                yield Stamped(seconds, "/requests", kind, {"markers": self._requests(tick)})
+                yield Stamped(seconds, "/requests", _MARKERS, {"markers": self._requests(tick)})
             for event in self.replay.happened(tick):
                 log = {
                     "stamp": stamp(seconds),
@@ -198,6 +235,97 @@ class _Telling:
             )
         return markers
 
+    def _places(self) -> list[Message]:
+        """Names, flat on the map, and the borders of areas."""
+        world = self.replay.map
+        markers: list[Message] = []
+        named = [(name, [region]) for name, region in world.names.items()]
+        named += [(name, sorted(area)) for name, area in world.areas.items()]
+        for number, (name, regions) in enumerate(named):
+            places = [self._at(region)["position"] for region in regions]
+            middle = {axis: sum(p[axis] for p in places) / len(places) for axis in "xyz"}
+            markers.append(
+                {
+                    **self._marker(0, "places", number, _TEXT, _ADD),
+                    "pose": {**_pose(0.0, 0.0, 0.0), "position": middle},
+                    "scale": self._size(0.4, 0.4),
+                    "color": _colour(INK, 1.0),
+                    "text": name,
+                }
+            )
+        for number, area in enumerate(world.areas.values()):
+            markers.append(
+                {
+                    **self._marker(0, "areas", number, _LINES, _ADD),
+                    "scale": self._size(0.06, 0.06),
+                    "color": _colour(AREA, 1.0),
+                    "points": [*self._border(area)],
+                }
+            )
+        return markers
+
+    def _border(self, area: frozenset[Region]) -> Iterator[Message]:
+        """Both ends of each side of a region beyond which the area does not go on."""
+        world = self.replay.map
+        for region in sorted(area):
+            row, col = world.position(region)
+            for heading in Heading:
+                if world.step(region, heading) in area:
+                    continue
+                down, right = heading.step
+                for along in (-0.5, 0.5):
+                    side = row + down / 2 + along * right, col + right / 2 + along * down
+                    x, y = self._centre(*side)
+                    yield {"x": x, "y": y, "z": 0.0}
+
+    def _bodies(self) -> Iterator[Message]:
+        """A body, a nose and a name in the frame of each robot, so that they move with it."""
+        side = self.frame.resolution[0]
+        for number, (track, look) in enumerate(zip(self.replay.robots, self.looks, strict=True)):
+            height = (_FLIES if track.layer == AIR else 0.15) * side
+            turns = any(heading is not None for heading in track.headings)
+            parts = [("bodies", _CYLINDER, self._size(0.55, 0.3), height, look.colour, "")]
+            if turns:
+                nose = {"x": 0.5 * side, "y": 0.12 * side, "z": 0.12 * side}
+                parts.append(("headings", _ARROW, nose, height, INK, ""))
+            name = self._size(0.35, 0.35)
+            parts.append(("names", _TEXT, name, height + 0.5 * side, look.colour, track.name))
+            for kind, shape, size, z, colour, text in parts:
+                pose = _pose(0.0, 0.0, 0.0)
+                yield {
+                    **self._marker(0, kind, number, shape, _ADD),
+                    "header": {"stamp": stamp(0.0), "frame_id": self.names[track.name]},
+                    "frame_locked": True,
+                    "pose": {**pose, "position": {"x": 0.0, "y": 0.0, "z": z}},
+                    "scale": size,
+                    "color": _colour(colour, 1.0),
+                    "text": text,
+                }
+
+    def _plan(self, tick: int) -> Iterator[Message]:
+        """What each robot is to reach, and its way while a joint plan is carried out."""
+        plan = self.plans.at(tick)
+        for number, (track, look) in enumerate(zip(self.replay.robots, self.looks, strict=True)):
+            objective = self.replay.objectives[track.name].at(tick)
+            targets = targets_of(objective) if objective is not None else ()
+            regions = sorted(frozenset[Region]().union(*targets))
+            if regions:
+                yield {
+                    **self._marker(tick, "targets", number, _CUBES, _ADD),
+                    "scale": self._size(0.8, 0.02),
+                    "color": _colour(look.colour, 0.25),
+                    "points": [self._at(region)["position"] for region in regions],
+                    "text": track.name,
+                }
+            if len(plan.get(track.name, ())) > 1:
+                yield {
+                    **self._marker(tick, "ways", number, _LINE, _ADD),
+                    "scale": self._size(0.1, 0.0),
+                    "color": _colour(look.colour, 0.8),
+                    "points": [self._at(region)["position"] for region in plan[track.name]],
+                    "text": track.name,
+                }
+
     def _marker(self, tick: int, kind: str, number: int, shape: int, action: int) -> Message:
         """A marker with nothing in it yet."""
         header = {"stamp": stamp(0.0), "frame_id": ""}
@@ -231,6 +359,11 @@ class _Telling:
     def _size(self, wide: float, high: float) -> Message:
         side = self.frame.resolution[0]
         return {"x": wide * side, "y": wide * side, "z": high * side}
+
+
+def _bare(markers: list[Message]) -> list[Message]:
+    """Markers without their times."""
+    return [{**marker, "header": None} for marker in markers]
 
 
 def stamp(seconds: float) -> Message:
