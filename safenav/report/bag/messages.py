@@ -7,7 +7,7 @@
 | `/ROBOT/path` | `nav_msgs/Path`: where the robot was so far, at every tick in which it moved |
 | `/obstacles` | `visualization_msgs/MarkerArray`: known obstacles, coloured by their status |
 | `/requests` | `visualization_msgs/MarkerArray`: a line from a helper to what it helps with |
-| `/robots` | `visualization_msgs/MarkerArray`, once: bodies, headings, names in the frames of robots |
+| `/robots` | `visualization_msgs/MarkerArray`, once: bodies, headings and names of robots |
 | `/places` | `visualization_msgs/MarkerArray`, once: names of regions and areas, borders of areas |
 | `/plan` | `visualization_msgs/MarkerArray`: targets of robots, and ways of a joint plan |
 | `/rosout` | `rcl_interfaces/Log`: the story, one line an event |
