@@ -103,7 +103,6 @@ RULES: tuple[type[Rule], ...] = (
     GoneRule,
     ChangesRule,
     ServiceRule,
-    ServiceRule,
     PlanRule,
     FollowsPlanRule,
     OutcomeRule,

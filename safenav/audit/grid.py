@@ -102,4 +102,5 @@ class Grid:
 
 
 def opposite(heading: Heading) -> Heading:
+    """The heading behind a robot with this one."""
     return _OPPOSITE[heading]

@@ -23,13 +23,13 @@ from safenav.trace.records import (
     Discovered,
     Goal,
     Gone,
-    Met,
     Move,
     NewObjective,
     Outcome,
     Pop,
     Push,
     Record,
+    Request,
     Resolved,
     Service,
     Signal,
@@ -68,13 +68,11 @@ class Status(Enum):
 
 @dataclass(frozen=True)
 class StackEntry:
-    """An entry of the objective stack: why it was pushed, and what was in force before."""
+    """An entry of the objective stack: who helps whom with what."""
 
     obstacle: str | None
     requester: str | None
-    helper: str | None
-    before: Mapping[str, Objective]
-    tick: int
+    helpers: tuple[str, ...]
     line: int
 
 
@@ -111,13 +109,15 @@ class Turn:
         return next((record for record in self.records if isinstance(record, kind)), None)
 
 
+def helpers_of(record: Request | Push | Pop) -> tuple[str, ...]:
+    """All helpers that a line names."""
+    return record.helpers or (() if record.helper is None else (record.helper,))
+
+
 class Situation:
     """The team, the obstacles and the stack, as of some line."""
 
     def __init__(self, trace: Trace) -> None:
-        self.derived = trace.header.trace > 1
-        """Whether duties are worked out afresh at every event (since version 2), so that a
-        stack entry binds nobody for good."""
         self.header = trace.header.scenario
         self.header_line = trace.header.line
         self.grid = Grid(self.header.map)
@@ -133,6 +133,10 @@ class Situation:
         """What each robot was told last, where robots are told by signals."""
         self.beliefs: dict[tuple[str, str], Belief] = {}
         self.stack: list[StackEntry] = []
+        self.requests: dict[str, dict[str, Region]] = {}
+        """The open requests, the oldest first: obstacle -> requesters, and where each waits."""
+        self.helping: dict[str, frozenset[str]] = {}
+        """Who was named last as the helpers of an obstacle."""
         self.listed = {
             name: [o for o in self.header.obstacles if o.name == name] or [obstacle]
             for name, obstacle in self.obstacles.items()
@@ -143,11 +147,6 @@ class Situation:
             for name, listed in self.listed.items()
         }
         self.stage = dict.fromkeys(self.obstacles, 0)
-        self._tells_needs = any(
-            isinstance(record, Resolved) and record.need is not None for record in trace.records
-        )
-        self.tells_met = any(isinstance(record, Met) for record in trace.records)
-        """Whether the trace has lines of its own for needs that are met."""
         self.done: dict[str, set[str]] = {name: set() for name in self.obstacles}
         self.introduced = {obstacle.name for obstacle in self.header.obstacles}
         """Those that the scenario lists, or that a line has described."""
@@ -188,21 +187,27 @@ class Situation:
         needs = self.obstacles[obstacle].all_needs
         return needs[min(self.stage[obstacle], len(needs) - 1)]
 
-    def blocked_by(self, obstacle: str) -> set[str]:
-        """The robots that must not enter the obstacle's region: those whom its type blocks,
-        save those that resolve it by entering, unless it stays for good (DESIGN section 5, step
-        2)."""
-        listed = self.obstacles[obstacle].blocks & self.header.robots.keys()
-        if self.status[obstacle] in (Status.UNTRAVERSABLE, Status.GIVEN_UP):
-            return set(listed)
-        robots, known = self.header.robots, self.obstacles[obstacle]
-        stage = min(self.stage[obstacle], len(known.all_needs) - 1)
-        return {name for name in listed if not known.resolved_by_entering(robots[name], stage)}
+    def stopped_by(self, obstacle: str) -> set[str]:
+        """The robots that the obstacle physically stops."""
+        return set(self.obstacles[obstacle].blocks & self.header.robots.keys())
 
-    def is_last_need(self, record: Resolved) -> bool:
-        """Whether the line says that the whole obstacle is resolved, not only one of its needs."""
-        count = len(self.obstacles[record.obstacle].all_needs)
-        return record.need is None or record.need + 1 >= count
+    def blocked_by(self, obstacle: str) -> set[str]:
+        """The robots that must not enter the obstacle's region now: those that it stops, but for
+        one that resolves it by entering, as long as it may yet be resolved."""
+        stopped = self.stopped_by(obstacle)
+        if self.status[obstacle] is not Status.UNRESOLVED:
+            return stopped
+        return {name for name in stopped if not self._resolves_by_entering(obstacle, name)}
+
+    def _resolves_by_entering(self, obstacle: str, robot: str) -> bool:
+        """Whether one need is left, which the robot alone meets in the obstacle's own region."""
+        left = self.obstacles[obstacle].all_needs[self.stage[obstacle] :]
+        return (
+            len(left) == 1
+            and left[0].robots == 1
+            and self.obstacles[obstacle].region in left[0].regions
+            and left[0].action in self.header.robots[robot].capabilities
+        )
 
     def is_cut_short(self) -> bool:
         """Whether the run ended within this turn, so that the rest of it never happened."""
@@ -217,17 +222,20 @@ class Situation:
 
     def is_requested(self, obstacle: str) -> bool:
         """Whether a request for the obstacle is on the stack and not yet answered."""
-        return not self.is_over(obstacle) and any(f.obstacle == obstacle for f in self.stack)
+        return obstacle in self.requests
 
     def entry_of(self, record: Pop) -> StackEntry | None:
-        """The entry that a pop drops: that of its request, wherever it stands in the stack; if
-        there is none, or in traces of version 1, the top one."""
-        why = (record.obstacle, record.requester, record.helper)
-        if self.derived:
-            for entry in reversed(self.stack):
-                if (entry.obstacle, entry.requester, entry.helper) == why:
-                    return entry
-        return self.stack[-1] if self.stack else None
+        """The entry that a pop drops: that of its request, wherever it stands in the stack."""
+        why = (record.obstacle, record.requester, helpers_of(record))
+        entries = reversed(self.stack)
+        return next((e for e in entries if (e.obstacle, e.requester, e.helpers) == why), None)
+
+    def _drop(self, record: Pop) -> None:
+        """Take an entry off the stack, be it not quite the one that the line names."""
+        found = [e for e in self.stack if e.obstacle == record.obstacle] or self.stack
+        dropped = self.entry_of(record) or (found[-1] if found else None)
+        if dropped is not None:
+            self.stack.remove(dropped)
 
     def obstacles_at(self, region: Region) -> list[ObstacleHeader]:
         return [o for o in self.obstacles.values() if o.region == region]
@@ -270,26 +278,29 @@ class Situation:
                 self.toward[record.robot] = record.toward
                 if record.signal is not None:
                     self.signals[record.robot] = record.signal
+                self._wait_here(record.robot)
                 self._perform(record.robot)
             case Belief():
                 self.beliefs[record.robot, record.of] = record
             case Violation():
                 self.discovered.add(record.obstacle)
+                requesters = self.requests.setdefault(record.obstacle, {})
+                requesters.pop(record.robot, None)
+                requesters[record.robot] = self.region[record.robot]
                 if self.external and self.status[record.obstacle] is Status.RESOLVED:
                     # A door has fallen shut again.
                     self.status[record.obstacle] = Status.UNRESOLVED
             case Discovered():
                 self.introduced.add(record.obstacle.name)
-            case Resolved() if self.is_last_need(record):
+            case Resolved():
                 self.stage[record.obstacle] = len(self.obstacles[record.obstacle].all_needs)
+                self.requests.pop(record.obstacle, None)
                 gone = record.traversable is not False
                 self.status[record.obstacle] = Status.RESOLVED if gone else Status.UNTRAVERSABLE
                 for progress in self.progress.values():
                     progress.recount()
-            case Resolved():
-                self.stage[record.obstacle] = (record.need or 0) + 1
-                self.done[record.obstacle].clear()
             case Appeared():
+                self.requests.pop(record.obstacle, None)
                 self.status[record.obstacle] = Status.UNRESOLVED
                 self.stage[record.obstacle] = 0
                 self.done[record.obstacle].clear()
@@ -307,35 +318,32 @@ class Situation:
             case Service():
                 (self.out.discard if record.active else self.out.add)(record.robot)
             case Gone():
+                self.requests.pop(record.obstacle, None)
                 self.status[record.obstacle] = Status.ABSENT
                 self.discovered.discard(record.obstacle)
             case Blocked():
+                self.requests.pop(record.obstacle, None)
                 untraversable = record.reason is BlockReason.UNTRAVERSABLE
                 self.status[record.obstacle] = (
                     Status.UNTRAVERSABLE if untraversable else Status.GIVEN_UP
                 )
+            case Request():
+                self.helping[record.obstacle] = frozenset(helpers_of(record))
             case Push():
-                entry = StackEntry(
-                    record.obstacle,
-                    record.requester,
-                    record.helper,
-                    dict(self.objectives),
-                    record.tick,
-                    record.line,
+                helpers = helpers_of(record)
+                self.stack.append(
+                    StackEntry(record.obstacle, record.requester, helpers, record.line)
                 )
-                self.stack.append(entry)
                 self._put_in_force(record.objectives, record.line)
             case Pop():
-                dropped = self.entry_of(record)
-                if dropped is not None:
-                    self.stack.remove(dropped)
+                self._drop(record)
                 self._put_in_force(record.objectives, record.line)
             case Told():
                 self._put_in_force({record.robot: record.objective}, record.line)
             case Synthesis():
                 self.form[record.robot, record.objective] = record.form
                 always_own = record.places is not None  # a strategy of assignable goals
-                if self.derived and record.node is not None and not always_own:  # it was installed
+                if record.node is not None and not always_own:  # it was installed
                     self._put_in_force({record.robot: record.objective}, record.line)
                 if record.tick > 0:
                     robot = record.robot
@@ -362,9 +370,17 @@ class Situation:
         regions = self.need(obstacle).regions
         return {robot for robot in self.capable(obstacle) if self.region[robot] in regions}
 
+    def _wait_here(self, robot: str) -> None:
+        """Who meets an obstacle waits where it has backed up to."""
+        violation = self.turn.first(Violation)
+        if violation is not None and robot in self.requests.get(violation.obstacle, ()):
+            toward = self.toward[robot]
+            here = self.region[robot] if toward is None else toward
+            self.requests[violation.obstacle][robot] = here
+
     def _perform(self, robot: str) -> None:
-        """Note what the robot does where it stands: its part in the needs that are next. Where
-        the trace has no lines of single needs, one that is met makes way for the next."""
+        """Note what the robot does where it stands: its part in the needs that are next. One that
+        is met makes way for the next."""
         for name, obstacle in self.obstacles.items():
             # Needs of an obstacle that no scenario lists count from its discovery on.
             counted = name in self.introduced or len(obstacle.all_needs) == 1
@@ -379,7 +395,7 @@ class Situation:
             last = self.stage[name] + 1 >= len(self.obstacles[name].all_needs)
             if len(group) >= need.robots:
                 self.turn.met[name, self.stage[name]] = frozenset(group)
-            if len(group) < need.robots or last or self._tells_needs:
+            if len(group) < need.robots or last:
                 return
             self.stage[name] += 1
             self.done[name].clear()

@@ -1,4 +1,4 @@
-"""Reads a trace (docs/trace.md), of version 1 or 2, into typed records.
+"""Reads a trace (docs/trace.md) into typed records.
 
 A writer that was killed leaves an incomplete last line: the trace says so (``cut_off``), it is
 no error. Any other line that is not what the format says is one diagnostic; all are reported.
@@ -111,9 +111,9 @@ class _Reader:
             self._report(number, "a second header: a trace holds one run")
             return
         version = data.get("trace")
-        if type(version) is int and not 1 <= version <= VERSION:
+        if type(version) is int and version != VERSION:
             self._headless = True
-            self._report(number, f"`trace` is {version}: versions 1 to {VERSION} can be read")
+            self._report(number, f"`trace` is {version}: version {VERSION} can be read")
             return
         header = self._convert(number, Header, {"tick": 0, **data})
         if isinstance(header, Header):

@@ -38,7 +38,7 @@ from safenav.trace.vocabulary import (
 )
 
 VERSION = 3
-"""The version that is written."""
+"""The version of the format; there is no other."""
 
 
 @dataclass(frozen=True)

@@ -1,10 +1,11 @@
-"""The traces of version 2 broken on purpose, as in ``broken_traces``."""
+"""The traces of ``good_plans`` broken on purpose, as in ``broken_traces``."""
 
 from __future__ import annotations
 
 import copy
 from typing import Any
 
+from audit.broken_traces import Case, cut_after
 from audit.trace_script import Line, Mutation, both, drop, edit, find, insert_after, scenario
 
 
@@ -62,7 +63,18 @@ def told(robot: str, objective: Any) -> Mutation:
 BY_SIGNALS = scenario("coordination", to="assignable")
 BACK = told("right", {"visit": [12]})
 
-CASES_OF_PLANS: list[tuple[Any, ...]] = [
+EARLY = insert_after(
+    "met",
+    {"need": 0},
+    type="resolved",
+    obstacle="beam@10",
+    robot="cart",
+    at=9,
+    requested=False,
+    traversable=None,
+)
+
+CASES_OF_PLANS: list[Case] = [
     ("plan", "planned", edit("plan", {}, orders=[["two", 1, "one", 3]]), 2, "two"),
     ("plan", "planned", before_any_step(edit("plan", {}, orders=[["two", 9, "one", 3]])), 2, "two"),
     (
@@ -72,13 +84,13 @@ CASES_OF_PLANS: list[tuple[Any, ...]] = [
         2,
         None,
     ),
-    ("plan", "planned", before_any_step(in_plan("one", 2, 15, None)), 2, "one"),
+    ("plan", "planned", before_any_step(in_plan("one", 2, 15, None)), 2, "one", 2),
     ("plan", "planned", before_any_step(in_plan("one", 3, 3, None)), 2, "one"),
     ("plan", "met_on_the_way", before_any_step(in_plan("two", 0, 15, None)), 1, "two"),
     ("follows-plan", "planned", insert_after("plan", {}), 2, None),
     ("follows-plan", "planned", edit("plan_end", {}, reason="violation"), 7, None),
     ("follows-plan", "met_on_the_way", edit("plan_end", {}, reason="reached"), 2, "one"),
-    ("follows-plan", "planned", drop("plan"), 2, "one"),
+    ("follows-plan", "planned", drop("plan"), 2, "one", 12),
     (
         "follows-plan",
         "planned",
@@ -90,34 +102,29 @@ CASES_OF_PLANS: list[tuple[Any, ...]] = [
     ("appeared", "come_and_gone", fall_on_the_cart, 2, "cart"),
     ("gone", "come_and_gone", scenario("obstacles", 0, "until", to=9), 5, None),
     ("gone", "come_and_gone", insert_after("gone", {}), 5, None),
-    ("changes", "told", scenario("changes", 0, "objective", to={"visit": [9]}), 2, "cart"),
+    ("changes", "told", scenario("changes", 0, "objective", to={"visit": [9]}), 2, "cart", 2),
     ("changes", "told", scenario("changes", 2, "at", to=4), 5, "cart"),
     ("changes", "told", edit("objective", {}, cause="user"), 2, "cart"),
-    ("service", "told", drop("service", active=True), 5, "cart"),
-    ("resolution", "lifted", edit("resolved", {"need": 1}, robots=["right"]), 2, "right"),
-    ("resolution", "lifted", edit("resolved", {"need": 1}, need=0), 2, "right"),
-    ("resolution", "lifted", edit("resolved", {"need": 0}, robots=["left"]), 1, "cart"),
-    ("missed-resolution", "lifted", drop("resolved", need=1), 2, "right"),
-    ("told", "told_needs", told("cart", {"visit": [8]}), 1, "cart"),
-    ("told", "told_needs", both(BY_SIGNALS, BACK, told("right", {"visit": [9]})), 1, "right"),
-    ("need", "told_needs", drop("met", need=0), 1, "cart"),
-    ("need", "told_needs", edit("met", {"need": 0}, need=1), 1, "cart"),
-    ("need", "told_needs", edit("met", {"need": 0}, action="lift"), 1, "cart"),
-    ("need", "told_needs", edit("met", {"need": 0}, at=8), 1, "cart"),
-    ("need", "told_needs", edit("met", {"need": 1}, robots=["right", "cart"]), 2, "right"),
-    ("need", "told_needs", insert_after("met", {"need": 1}), 2, "right"),
+    ("service", "told", drop("service", active=True), 5, "cart", 2),
+    ("resolution", "lifted", both(EARLY, cut_after("resolved")), 1, "cart", 2),
+    (
+        "missed-resolution",
+        "lifted",
+        both(drop("met", need=1), drop("resolved"), cut_after("move", tick=3, robot="cart")),
+        2,
+        "right",
+    ),
+    ("told", "lifted", told("cart", {"visit": [8]}), 1, "cart"),
+    ("told", "lifted", both(BY_SIGNALS, BACK, told("right", {"visit": [9]})), 1, "right"),
+    ("need", "lifted", drop("met", need=0), 1, "cart"),
+    ("need", "lifted", edit("met", {"need": 0}, need=1), 1, "cart", 2),
+    ("need", "lifted", edit("met", {"need": 0}, action="lift"), 1, "cart"),
+    ("need", "lifted", edit("met", {"need": 0}, at=8), 1, "cart"),
+    ("need", "lifted", edit("met", {"need": 1}, robots=["right", "cart"]), 2, "right"),
+    ("need", "lifted", insert_after("met", {"need": 1}), 2, "right"),
     ("proof", "given_up", edit("outcome", {}, proof=None), 2, None),
     ("proof", "given_up", in_proof("robots", "digit", "live", to=False), 2, None),
-    (
-        "proof",
-        "given_up",
-        both(
-            scenario("robots", "digit", "capabilities", to=["clear"]),
-            edit("request", {}, bids={"digit": 1}),
-        ),
-        2,
-        None,
-    ),
+    ("proof", "given_up", in_proof("robots", "drone", "poses", to=[[9, None]]), 2, None),
     ("proof", "stuck", in_proof("states", to=9), 1, None),
     ("proof", "stuck", in_proof("start", "two", to=[12, None]), 1, None),
     ("proof", "stuck", both(in_proof("robots", to=["one"]), in_proof("states", to=5)), 1, None),

@@ -33,10 +33,13 @@ def swap_turns(lines: list[Line]) -> None:
     lines[one], lines[two] = lines[two], lines[one]
 
 
-def give_up(lines: list[Line]) -> None:
-    """Let the last request of the cycle be given up for want of a helper."""
-    fields = {"obstacle": "door@11", "robots": ["quad"], "reason": "no_helper"}
-    insert_after("request", {"requester": "quad"}, type="blocked", **fields)(lines)
+def objectives(kind: str, nth: int, **changed: Line) -> Mutation:
+    """Let a push or a pop give other objectives."""
+
+    def mutate(lines: list[Line]) -> None:
+        lines[find(lines, kind, nth)]["objectives"].update(changed)
+
+    return mutate
 
 
 def late_moves(kind: str, tick: int) -> Mutation:
@@ -77,8 +80,10 @@ def retell(name: str, *moves: tuple[int, int, int]) -> Mutation:
     return both(*edits)
 
 
-CASES: list[tuple[str, str, Mutation, int, str | None]] = [
-    # rule, trace, mutation, tick, robot
+Case = tuple[str, str, Mutation, int, str | None] | tuple[str, str, Mutation, int, str | None, int]
+
+CASES: list[Case] = [
+    # rule, trace, mutation, tick, robot, and how many findings, if not one
     ("names", "door", insert_after("move", REST, robot="ghost"), 8, None),
     ("names", "unrequested", insert_after("resolved", {}, obstacle="gate@9"), 2, None),
     ("names", "unrequested", insert_after("resolved", {}, obstacle="quad"), 2, None),
@@ -88,8 +93,8 @@ CASES: list[tuple[str, str, Mutation, int, str | None]] = [
     ("header", "unrealizable", scenario("robots", "rover", "mobility", to="heading"), 0, "rover"),
     ("header", "unrealizable", scenario("map", "rows", to=4), 0, None),
     ("header", "operator", scenario("obstacles", 0, "blocks", to=["rover", "ghost"]), 0, "ghost"),
-    ("order", "shared_floor", swap_turns, 1, "one"),
-    ("order", "nested", drop("move", tick=5, robot="drone"), 5, "drone"),
+    ("order", "shared_floor", swap_turns, 1, "one", 3),
+    ("order", "nested", drop("move", tick=3, robot="drone"), 3, "drone"),
     ("order", "door", insert_after("move", {"tick": 3, "robot": "quad"}), 3, "quad"),
     ("order", "untraversable", late_moves("move", 4), 5, "digit"),
     ("order", "door", edit("goal", {"robot": "digit"}, tick=5), 5, "digit"),
@@ -121,17 +126,32 @@ CASES: list[tuple[str, str, Mutation, int, str | None]] = [
     ("mobility", "shared_floor", retell("one", (4, 15, 10)), 4, "one"),
     ("mobility", "door", edit("move", {"tick": 6, "robot": "digit"}, heading="north"), 6, "digit"),
     ("collision", "shared_floor", retell("one", (3, 14, 8), (4, 8, 9)), 3, "one"),
-    ("collision", "slow_steps", retell("flyer", (3, 9, 8), (4, 8, 8)), 3, "flyer"),
-    ("transit", "slow_steps", edit("move", {"tick": 2, "robot": "slow"}, toward=13), 2, "slow"),
-    ("belief", "beliefs", edit("belief", {"tick": 2}, regions=[9]), 2, "watcher"),
+    ("collision", "slow_steps", retell("flyer", (3, 9, 8), (4, 8, 8)), 3, "flyer", 3),
+    ("transit", "slow_steps", edit("move", {"tick": 2, "robot": "slow"}, toward=13), 2, "slow", 2),
+    ("belief", "beliefs", edit("belief", {"tick": 2}, regions=[9]), 2, "watcher", 2),
     ("belief", "beliefs", edit("belief", {"tick": 1}, regions=[9, 10]), 1, "watcher"),
     ("belief", "beliefs", edit("belief", {"tick": 2}, regions=[10, 15, 16, 17]), 2, "watcher"),
-    ("belief", "beliefs", edit("belief", {"tick": 2}, regions=[10, 15]), 2, "watcher"),
-    ("belief", "beliefs", drop("belief", tick=2), 2, "watcher"),
+    ("belief", "beliefs", edit("belief", {"tick": 2}, regions=[10, 15]), 2, "watcher", 2),
+    ("belief", "beliefs", drop("belief", tick=2), 2, "watcher", 2),
     ("missed-belief", "beliefs", drop("belief", tick=4), 4, "watcher"),
     ("unresolved-obstacle", "shared_floor", scenario("obstacles", to=[DEBRIS]), 2, "one"),
+    (
+        "unresolved-obstacle",
+        "pressed",
+        both(retell("pia", (3, 21, 22)), cut_after("move", tick=3)),
+        3,
+        "pia",
+    ),
+    (
+        "unresolved-obstacle",
+        "lifted",
+        both(retell("left", (2, 9, 10)), cut_after("move", tick=2, robot="left")),
+        2,
+        "left",
+    ),
+    ("helper", "pressed", edit("request", {}, helper=None), 2, "pia"),
     ("known-obstacle", "detour", retell("rover", (10, 14, 8), (11, 8, 7)), 10, "rover"),
-    ("violation", "operator", edit("violation", {}, at=8, proposed=10), 2, "rover"),
+    ("violation", "operator", edit("violation", {}, at=8, proposed=10), 2, "rover", 2),
     ("violation", "operator", edit("violation", {}, action="push"), 2, "rover"),
     ("violation", "door", scenario("obstacles", 0, "blocks", to=[]), 2, "quad"),
     ("backtrack", "door", drop("backtrack"), 2, "quad"),
@@ -147,7 +167,7 @@ CASES: list[tuple[str, str, Mutation, int, str | None]] = [
     ),
     ("resolution", "unrequested", edit("resolved", {}, requested=True), 2, "digit"),
     ("resolution", "unrequested", edit("resolved", {}, traversable=True), 2, "digit"),
-    ("resolution", "unrequested", edit("resolved", {}, at=8), 2, "digit"),
+    ("resolution", "unrequested", edit("resolved", {}, at=8), 2, "digit", 2),
     ("resolution", "unrequested", insert_after("resolved", {}), 2, "digit"),
     (
         "missed-resolution",
@@ -159,6 +179,7 @@ CASES: list[tuple[str, str, Mutation, int, str | None]] = [
     ("blocked", "untraversable", drop("blocked"), 2, "quad"),
     ("blocked", "untraversable", edit("blocked", {}, robots=["digit", "quad"]), 2, "quad"),
     ("blocked", "detour", edit("blocked", {}, reason="no_helper"), 1, "rover"),
+    ("blocked", "cycle", edit("blocked", {}, reason="no_capable_robot"), 1, "quad"),
     ("blocked", "detour", edit("blocked", {}, reason="untraversable"), 1, "rover"),
     ("request", "door", edit("request", {}, regions=[9, 10]), 2, "quad"),
     (
@@ -175,7 +196,7 @@ CASES: list[tuple[str, str, Mutation, int, str | None]] = [
     ),
     ("bids", "door", edit("request", {}, bids={"digit": 1}), 2, "digit"),
     ("bids", "door", edit("request", {}, bids={"digit": 2, "quad": 3}), 2, "quad"),
-    ("bids", "nested", edit("request", {}, bids={"drone": 3}), 2, "scout"),
+    ("bids", "nested", edit("request", {}, bids={"drone": 3}), 1, "scout"),
     (
         "helper",
         "second_bidder",
@@ -185,7 +206,19 @@ CASES: list[tuple[str, str, Mutation, int, str | None]] = [
     ),
     ("push", "door", edit("push", {}, depth=2), 2, "quad"),
     ("pop", "door", edit("pop", {}, depth=1), 3, "digit"),
-    ("pop", "nested", edit("pop", {"depth": 1}, obstacle="uncertainty@12"), 8, "rover"),
+    ("pop", "nested", edit("pop", {"depth": 1}, requester="drone"), 4, "scout"),
+    (
+        "pop",
+        "door",
+        both(
+            objectives("pop", 0, digit={"visit": [9, 13]}),
+            edit("synthesis", {"tick": 3, "robot": "digit"}, objective={"visit": [9, 13]}),
+            cut_after("move", tick=4, robot="quad"),
+            edit("outcome", {}, rounds={"quad": 0, "digit": 0}),
+        ),
+        3,
+        "digit",
+    ),
     ("goal", "door", edit("goal", {"robot": "quad", "tick": 5}, region=9), 5, "quad"),
     (
         "goal-order",
@@ -234,8 +267,8 @@ CASES: list[tuple[str, str, Mutation, int, str | None]] = [
     (
         "hold",
         "nested",
-        retell("drone", (4, 15, 24), (5, 24, 24), (6, 24, 24), (7, 24, 15)),
-        4,
+        retell("drone", (3, 15, 16), (4, 16, 16), (5, 16, 16)),
+        3,
         "drone",
     ),
     (
@@ -255,7 +288,7 @@ CASES: list[tuple[str, str, Mutation, int, str | None]] = [
         "push",
         "door",
         both(
-            edit("push", {}, objectives={"quad": {"visit": [8]}, "digit": {"visit": [13, 9]}}),
+            edit("push", {}, objectives={"quad": {"visit": [8]}, "digit": {"visit": [9, 13]}}),
             edit("synthesis", {"tick": 2, "robot": "quad"}, objective={"visit": [8]}),
         ),
         2,
@@ -279,13 +312,13 @@ CASES: list[tuple[str, str, Mutation, int, str | None]] = [
         3,
         "quad",
     ),
-    ("completed", "shared_floor", scenario("until", "rounds", to=0), 2, None),
+    ("completed", "shared_floor", scenario("until", "rounds", to=0), 2, None, 2),
     ("rounds", "door", edit("outcome", {}, rounds={"quad": 1, "digit": 3}), 8, "digit"),
     ("outcome", "unrealizable", edit("synthesis", {}, verdict="timeout"), 0, None),
     ("outcome", "door", edit("outcome", {}, outcome="assumption_violated"), 8, None),
     ("outcome", "door", edit("outcome", {}, syntheses=0), 8, None),
     ("outcome", "door", both(cached, edit("outcome", {}, syntheses=0)), 8, None),
-    ("rounds", "unrequested", edit("goal", {"tick": 6}, round=3), 6, "quad"),
+    ("rounds", "unrequested", edit("goal", {"tick": 6}, round=3), 6, "quad", 2),
     (
         "verdicts",
         "second_bidder",
@@ -298,19 +331,15 @@ CASES: list[tuple[str, str, Mutation, int, str | None]] = [
     ("outcome", "door", edit("outcome", {}, ticks=9), 8, None),
     ("outcome", "door", edit("outcome", {}, syntheses=3), 8, None),
     ("outcome", "shared_floor", scenario("limits", "ticks", to=9), 4, None),
-    ("outcome", "shared_floor", scenario("limits", "ticks", to=3), 4, "one"),
+    ("outcome", "shared_floor", scenario("limits", "ticks", to=3), 4, "one", 2),
     ("outcome", "operator", edit("outcome", {}, cause="cyclic_requests"), 2, None),
-    ("outcome", "cycle", both(give_up, edit("outcome", {}, cause="no_capable_robot")), 1, None),
-    ("outcome", "cycle", both(give_up, edit("outcome", {}, cause="unrealizable")), 1, None),
+    ("outcome", "cycle", edit("outcome", {}, cause="deadlock"), 1, None),
+    ("outcome", "cycle", edit("outcome", {}, cause="unrealizable"), 1, None),
+    ("outcome", "cycle", edit("outcome", {}, cause=None), 1, None),
     ("outcome", "door", edit("outcome", {}, tick=9), 9, None),
     ("order", "door", insert_after("backtrack", {}), 2, "quad"),
-    (
-        "request",
-        "operator",
-        both(drop("blocked"), edit("synthesis", {"reason": "blocked"}, reason="request")),
-        2,
-        "rover",
-    ),
+    ("request", "detour", both(drop("blocked"), drop("synthesis", reason="blocked")), 1, "rover"),
+    ("request", "door", edit("request", {}, requester="digit"), 2, "digit"),
     ("goal-order", "unrequested", insert_after("goal", {"robot": "digit"}), 3, "digit"),
     ("mobility", "door", edit("move", {"tick": 8, "robot": "quad"}, heading="west"), 8, "quad"),
     (
@@ -327,14 +356,15 @@ CASES: list[tuple[str, str, Mutation, int, str | None]] = [
         1,
         "rover",
     ),
-    ("completed", "door", scenario("until", "rounds", to=2), 8, "quad"),
-    ("completed", "nested", scenario("until", "rounds", to=2), 12, "rover"),
+    ("completed", "door", scenario("until", "rounds", to=2), 8, "quad", 2),
+    ("completed", "nested", scenario("until", "rounds", to=2), 11, "rover", 3),
     (
         "strategy",
         "door",
         edit("synthesis", {"tick": 3, "robot": "quad"}, verified=False),
         4,
         "quad",
+        5,
     ),
     (
         "strategy",
@@ -342,6 +372,7 @@ CASES: list[tuple[str, str, Mutation, int, str | None]] = [
         edit("synthesis", {"robot": "two"}, verdict="timeout", strategy=None),
         1,
         "two",
+        4,
     ),
     ("synthesis", "door", edit("synthesis", {"robot": "digit"}, strategy=None), 0, "digit"),
     (

@@ -1,4 +1,4 @@
-"""Good traces of version 2: joint plans, obstacles that come and go, several needs, proofs."""
+"""More good traces: joint plans, obstacles that come and go, several needs, proofs."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import json
 from collections.abc import Callable
 from typing import Any
 
-from audit.trace_script import Line, Script, find, obstacle, robot
+from audit.trace_script import Line, Script, obstacle, robot
 
 ROOM = """
 ######
@@ -28,9 +28,7 @@ CORRIDOR = """
 def script(
     grid: str, robots: dict[str, Line], obstacles: list[Line] | None = None, **more: Any
 ) -> Script:
-    found = Script(grid, robots, obstacles or [], **more)
-    found.lines[0]["trace"] = 2
-    return found
+    return Script(grid, robots, obstacles or [], **more)
 
 
 def way(*regions: int) -> list[Any]:
@@ -87,7 +85,8 @@ def met_on_the_way() -> list[Line]:
     s.next_tick().meet("one", "door@9")
     s.add("plan_end", reason="violation").request("one", "door@9", {"two": 1}, "two")
     s.push("one", "door@9", "two", one={"hold": 8}, two={"visit": [[9, 15]]})
-    s.synthesize("request", "two").move("two", 15).resolve("two", "door@9").pop().move("quad")
+    s.synthesize("request", "one", "two").move("two", 15).resolve("two", "door@9").pop()
+    s.synthesize("resolved", "one", "two").move("quad")
     s.next_tick().move("one", 9).move("two", 16).goal("two", 0, 1).move("quad")
     s.goal("quad", 0, 1)
     s.next_tick().move("one", 10).goal("one", 0, 1).move("two").move("quad")
@@ -144,30 +143,16 @@ def lifted() -> list[Line]:
         },
         [beam],
     )
-    s.next_tick().move("cart", 9).resolve("cart", "beam@10", requested=False)
-    s.lines[-1].update(need=0, traversable=None)
+    first = {"need": 0, "action": "sense", "robot": "cart", "at": 9}
+    then = {"need": 1, "action": "lift", "robot": "right", "at": 11, "robots": ["left", "right"]}
+    s.next_tick().move("cart", 9).add("met", obstacle="beam@10", **first)
     s.move("left", 9).move("right")
     s.next_tick().move("cart", 8).move("left").move("right", 11)
-    s.resolve("right", "beam@10", requested=False)
-    s.lines[-1].update(need=1, robots=["left", "right"])
+    s.add("met", obstacle="beam@10", **then).resolve("right", "beam@10", requested=False)
+    s.lines[-1]["robots"] = ["cart", "left", "right"]
     s.next_tick().move("cart").goal("cart", 0, 1).move("left", 8).goal("left", 0, 1)
     s.move("right", 12).goal("right", 0, 1)
     return s.end("completed", {"cart": 1, "left": 1, "right": 1})
-
-
-def told_needs() -> list[Line]:
-    """The same, with a line for each need, and one who does all that is left for another beam."""
-    lines = lifted()
-    del lines[find(lines, "resolved", need=0)]
-    last = find(lines, "resolved")
-    lines[last].update(robots=["cart", "left", "right"])
-    del lines[last]["need"]
-    first = {"obstacle": "beam@10", "need": 0, "action": "sense", "robot": "cart", "at": 9}
-    then = {"obstacle": "beam@10", "need": 1, "action": "lift", "robot": "right", "at": 11}
-    then["robots"] = ["left", "right"]
-    lines.insert(last, {"type": "met", "tick": 2, **then})
-    lines.insert(find(lines, "move", robot="cart") + 1, {"type": "met", "tick": 1, **first})
-    return lines
 
 
 def given_up() -> list[Line]:
@@ -192,7 +177,7 @@ def given_up() -> list[Line]:
         },
     }
     rounds = {"drone": 0, "digit": 1}
-    return s.end("operator_needed", rounds, cause="unresolvable", proof=proof)
+    return s.end("operator_needed", rounds, cause="never_resolvable", proof=proof)
 
 
 def stuck() -> list[Line]:
@@ -225,7 +210,6 @@ GOOD_PLANS: dict[str, Callable[[], list[Line]]] = {
     "come_and_gone": come_and_gone,
     "told": told,
     "lifted": lifted,
-    "told_needs": told_needs,
     "given_up": given_up,
     "stuck": stuck,
 }

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from audit.good_plans import GOOD_PLANS
-from audit.trace_script import Line, Script, obstacle, robot
+from audit.trace_script import Line, Script, closure, obstacle, robot
 
 ROOM = """
 ######
@@ -23,6 +23,25 @@ HALL = """
 """
 """Free regions: 10 to 16 above 19 to 25."""
 
+RING = """
+#########
+#.......#
+#.#####.#
+#.#####.#
+#.#####.#
+#########
+"""
+"""Free regions: 10 to 16, from there 19, 28, 37 and 25, 34, 43 to the south."""
+
+HOUSE = """
+#########
+#...#...#
+#.......#
+#...#...#
+#########
+"""
+"""Free regions: 10 to 12 and 14 to 16 above 19 to 25 above 28 to 30 and 32 to 34."""
+
 CORRIDOR = """
 #######
 #.....#
@@ -39,11 +58,11 @@ def door() -> list[Line]:
             "quad": robot("air", ["sense"], 7, {"patrol": [7, 10]}),
             "digit": robot("ground", ["push"], 13, {"visit": [13, 8]}, heading="north"),
         },
-        [obstacle("door", 9, "push", [9], ["quad"])],
+        [obstacle("door", 9, "push", [9], ["digit", "quad"])],
     )
     s.next_tick().move("quad", 8).move("digit", 7)
     s.next_tick().meet("quad", "door@9").request("quad", "door@9", {"digit": 2}, "digit")
-    s.push("quad", "door@9", "digit", quad={"hold": 8}, digit={"visit": [13, 9]})
+    s.push("quad", "door@9", "digit", quad={"hold": 8}, digit={"visit": [9, 13]})
     s.synthesize("request", "quad", "digit").move("digit", 8)
     s.next_tick().move("quad").goal("quad", 0, 1).move("digit", 9)
     s.resolve("digit", "door@9").pop().synthesize("resolved", "quad", "digit")
@@ -53,6 +72,24 @@ def door() -> list[Line]:
     s.next_tick().move("quad", 8).move("digit", 7)
     s.next_tick().move("quad", 7).goal("quad", 0, 1).move("digit", 8).goal("digit", 1, 1)
     return s.end("completed", {"quad": 1, "digit": 1})
+
+
+def pressed() -> list[Line]:
+    """A robot opens the door in its way by a button elsewhere: it is requester and helper."""
+    s = Script(
+        HOUSE,
+        {"pia": robot("ground", ["press"], 20, {"visit": [20, 24]})},
+        [obstacle("door", 22, "press", [10], ["pia"])],
+    )
+    s.next_tick().move("pia", 21)
+    s.next_tick().meet("pia", "door@22").request("pia", "door@22", {"pia": 3}, "pia")
+    s.push("pia", "door@22", "pia", pia={"visit": [10, 21]}).synthesize("request", "pia")
+    s.next_tick().move("pia", 12).next_tick().move("pia", 11)
+    s.next_tick().move("pia", 10).resolve("pia", "door@22").pop().synthesize("resolved", "pia")
+    for to in (11, 12, 21, 22, 23, 24):
+        s.next_tick().move("pia", to)
+    s.goal("pia", 1, 1)
+    return s.end("completed", {"pia": 1})
 
 
 def untraversable() -> list[Line]:
@@ -68,9 +105,9 @@ def untraversable() -> list[Line]:
     s.next_tick().move("digit", 8).move("quad")
     s.next_tick().meet("digit", "uncertainty@9", instead=14)
     s.request("digit", "uncertainty@9", {"quad": 1}, "quad")
-    s.push("digit", "uncertainty@9", "quad", digit={"hold": 14}, quad={"visit": [16, [8, 10, 15]]})
+    s.push("digit", "uncertainty@9", "quad", digit={"hold": 14}, quad={"visit": [[8, 10, 15], 16]})
     s.synthesize("request", "digit", "quad").move("quad", 15)
-    s.resolve("quad", "uncertainty@9").block("uncertainty@9", "untraversable", "digit")
+    s.resolve("quad", "uncertainty@9").block("uncertainty@9", "untraversable", None, "digit")
     s.pop().synthesize("resolved", "digit", "quad")
     s.next_tick().move("digit", 15).move("quad", 14)
     s.next_tick().move("digit", 16).move("quad", 13).goal("quad", 1, 1)
@@ -79,45 +116,47 @@ def untraversable() -> list[Line]:
 
 
 def nested() -> list[Line]:
-    """A helper needs help itself; meanwhile a third robot resolves what was asked for first."""
+    """A helper needs help itself; meanwhile a third robot takes over what was asked for first."""
     s = Script(
-        HALL,
+        RING,
         {
             "rover": robot("ground", ["push"], 10, {"visit": [10, 13]}),
-            "drone": robot("air", ["sense"], 16, {"visit": [16, 22]}),
-            "scout": robot("high", ["sense"], 25, {"visit": [25, 22]}),
+            "drone": robot("air", ["sense"], 16, {"visit": [16, 15]}),
+            "scout": robot("high", ["sense"], 25, {"visit": [25, 16]}),
         },
         [
-            obstacle("uncertainty", 12, "sense", [11, 13, 21], ["rover"], traversable=True),
-            obstacle("door", 14, "push", [14], ["drone", "scout"]),
+            obstacle("uncertainty", 11, "sense", [12, 13], ["rover"], traversable=True),
+            obstacle("door", 14, "push", [37], ["drone"]),
         ],
     )
-    s.next_tick().move("rover", 11).move("drone").move("scout")
-    s.next_tick().meet("rover", "uncertainty@12")
-    s.request("rover", "uncertainty@12", {"drone": 3, "scout": 4}, "drone")
-    sensing = {"visit": [16, [11, 13, 21]]}
-    s.push("rover", "uncertainty@12", "drone", rover={"hold": 11}, drone=sensing)
-    s.synthesize("request", "rover", "drone").move("drone", 15).move("scout", 24)
-    s.next_tick().move("rover").meet("drone", "door@14")
-    s.request("drone", "door@14", {"rover": 5}, "rover")
-    s.push("drone", "door@14", "rover", rover={"visit": [11, 14]}, drone={"hold": 15})
-    s.synthesize("request", "rover", "drone").move("scout", 23)
-    s.next_tick().move("rover", 20).move("drone").move("scout", 22).goal("scout", 1, 1)
-    s.next_tick().move("rover", 21).move("drone").move("scout", 21).resolve(
-        "scout", "uncertainty@12"
-    )
-    s.next_tick().move("rover", 22).move("drone").move("scout", 22)
-    s.next_tick().move("rover", 23).move("drone").move("scout", 23)
-    s.next_tick().move("rover", 14).resolve("rover", "door@14").pop().pop()
-    s.synthesize("resolved", "rover", "drone").move("drone", 16).goal("drone", 0, 0).move(
-        "scout", 24
-    )
-    s.next_tick().move("rover", 13).goal("rover", 1, 1).move("drone", 25)
-    s.move("scout", 25).goal("scout", 0, 0)
-    s.next_tick().move("rover").move("drone", 24).move("scout", 24)
-    s.next_tick().move("rover").move("drone", 23).move("scout", 23)
-    s.next_tick().move("rover").move("drone", 22).goal("drone", 1, 1)
-    s.move("scout", 22).goal("scout", 1, 1)
+    sensed, own = {"visit": [[12, 13], 16]}, dict(s.objectives)
+    s.next_tick().meet("rover", "uncertainty@11")
+    s.request("rover", "uncertainty@11", {"drone": 3, "scout": 4}, "drone")
+    s.push("rover", "uncertainty@11", "drone", rover={"hold": 10}, drone=sensed)
+    s.synthesize("request", "rover", "drone").move("drone", 15).move("scout", 16)
+    s.goal("scout", 1, 1).next_tick().move("rover").meet("drone", "door@14")
+    s.request("rover", "uncertainty@11", {"drone": None, "scout": 3}, "scout")
+    s.request("drone", "door@14", {"rover": 3}, "rover")
+    opened, taken_over = {"visit": [37, 10]}, {"visit": [[12, 13], 25]}
+    s.push("drone", "door@14", "rover", rover=opened, drone={"hold": 15}, scout=taken_over)
+    s.synthesize("request", "rover", "drone", "scout").move("scout", 15)
+    s.next_tick().move("rover", 19).move("drone").move("scout", 14)
+    s.next_tick().move("rover", 28).move("drone").move("scout", 13)
+    s.resolve("scout", "uncertainty@11").pop("uncertainty@11", scout=own["scout"])
+    s.synthesize("resolved", "scout")
+    s.next_tick().move("rover", 37).resolve("rover", "door@14")
+    s.pop("door@14", rover=own["rover"], drone=own["drone"])
+    s.synthesize("resolved", "rover", "drone").move("drone", 16).goal("drone", 0, 0)
+    s.move("scout", 14)
+    s.next_tick().move("rover", 28).move("drone", 15).goal("drone", 1, 1).move("scout", 15)
+    s.next_tick().move("rover", 19).move("drone").move("scout", 16).goal("scout", 1, 1)
+    s.next_tick().move("rover", 10).goal("rover", 0, 0).move("drone").move("scout", 25)
+    s.goal("scout", 0, 1)
+    for to in (11, 12, 13):
+        s.next_tick().move("rover", to)
+        if to == 13:
+            s.goal("rover", 1, 1)
+        s.move("drone").move("scout")
     return s.end("completed", {"rover": 1, "drone": 1, "scout": 1})
 
 
@@ -129,7 +168,7 @@ def unrequested() -> list[Line]:
             "digit": robot("ground", ["push"], 7, {"visit": [7, 10]}, heading="east"),
             "quad": robot("air", ["sense"], 13, {"cover": [14, 15]}),
         },
-        [obstacle("door", 9, "push", [9], ["quad"])],
+        [obstacle("door", 9, "push", [9], ["digit", "quad"])],
     )
     s.next_tick().move("digit", 8).move("quad", 14).goal("quad", 0, 0)
     s.next_tick().move("digit", 9).resolve("digit", "door@9", requested=False).move("quad", 8)
@@ -148,7 +187,8 @@ def detour() -> list[Line]:
         [obstacle("debris", 8, "clear", [8], ["rover"])],
     )
     s.next_tick().meet("rover", "debris@8").request("rover", "debris@8", {}, None)
-    s.block("debris@8", "no_capable_robot", "rover").synthesize("blocked", "rover")
+    proof = closure(["debris@8"], rover=([7, 9, 10, 13, 14, 15, 16], True))
+    s.block("debris@8", "no_capable_robot", proof, "rover").synthesize("blocked", "rover")
     for to in (13, 14, 15, 16, 10):
         s.next_tick().move("rover", to)
     s.goal("rover", 0, 0)
@@ -167,9 +207,9 @@ def operator() -> list[Line]:
     )
     s.next_tick().move("rover", 9)
     s.next_tick().meet("rover", "debris@10").request("rover", "debris@10", {}, None)
-    s.block("debris@10", "no_capable_robot", "rover")
-    s.synthesize("blocked", "rover", verdict="unrealizable")
-    return s.end("operator_needed", {"rover": 0}, cause="unrealizable")
+    proof = closure(["debris@10"], rover=([8, 9], False))
+    s.block("debris@10", "no_capable_robot", proof, "rover")
+    return s.end("operator_needed", {"rover": 0}, cause="never_resolvable", proof=proof)
 
 
 def second_bidder() -> list[Line]:
@@ -185,9 +225,9 @@ def second_bidder() -> list[Line]:
         ticks=3,
     )
     s.next_tick().meet("quad", "door@12")
-    s.synthesize("request", "near", verdict="unrealizable", objective={"visit": [13, 12]})
     s.request("quad", "door@12", {"near": 1, "far": 4}, "far")
-    s.push("quad", "door@12", "far", quad={"hold": 11}, far={"visit": [16, 12]})
+    s.synthesize("request", "near", verdict="unrealizable", objective={"visit": [12, 13]})
+    s.push("quad", "door@12", "far", quad={"hold": 11}, far={"visit": [12, 16]})
     s.synthesize("request", "quad", "far").move("near").move("far", 15)
     s.next_tick().move("quad").move("near", 14).goal("near", 1, 1).move("far", 24)
     s.next_tick().move("quad").move("near", 13).goal("near", 0, 1).move("far", 23)
@@ -258,28 +298,6 @@ def beliefs() -> list[Line]:
     return s.end("tick_limit", {"watcher": 0, "flyer": 0})
 
 
-def giving_way() -> list[Line]:
-    """Two robots meet in a corridor; one stands aside, then both go on."""
-    s = Script(
-        ROOM,
-        {
-            "one": robot("ground", [], 7, {"visit": [10, 7]}),
-            "two": robot("ground", [], 9, {"visit": [7, 10]}),
-        },
-        [],
-        ticks=5,
-        rounds=9,
-    )
-    s.next_tick().move("one", 8).move("two")
-    s.push("one", None, "two", two={"hold": 15}).synthesize("yield", "two")
-    s.next_tick().move("one").move("two", 15).goal("two", 0, 1)
-    s.next_tick().move("one", 9).move("two")
-    s.next_tick().move("one", 10).goal("one", 0, 0).move("two")
-    s.pop().synthesize("yield", "two")
-    s.next_tick().move("one").move("two", 14)
-    return s.end("tick_limit", {"one": 0, "two": 0})
-
-
 def unrealizable() -> list[Line]:
     """One robot cannot do what it is asked to do: nothing begins."""
     s = Script(CORRIDOR, {"rover": robot("ground", [], 8, {"visit": [8, 12]})}, [])
@@ -303,16 +321,21 @@ def cycle() -> list[Line]:
     )
     s.next_tick().meet("digit", "uncertainty@9")
     s.request("digit", "uncertainty@9", {"quad": 2}, "quad")
-    s.push("digit", "uncertainty@9", "quad", digit={"hold": 8}, quad={"visit": [12, 10]})
+    s.push("digit", "uncertainty@9", "quad", digit={"hold": 8}, quad={"visit": [10, 12]})
     s.synthesize("request", "digit", "quad").meet("quad", "door@11")
-    s.request("quad", "door@11", {"digit": 2}, None)
-    return s.end("operator_needed", {"digit": 0, "quad": 0}, cause="cyclic_requests")
+    proof = closure(["uncertainty@9", "door@11"], digit=([8], False), quad=([12], False))
+    s.block("uncertainty@9", "unresolvable", proof, "digit")
+    s.request("quad", "door@11", {"digit": None}, None)
+    s.block("door@11", "unresolvable", proof, "quad")
+    why = {"cause": "never_resolvable", "proof": proof}
+    return s.end("operator_needed", {"digit": 0, "quad": 0}, **why)
 
 
 GOOD: dict[str, Callable[[], list[Line]]] = GOOD_PLANS | {
     builder.__name__: builder
     for builder in (
         door,
+        pressed,
         untraversable,
         nested,
         unrequested,
@@ -322,7 +345,6 @@ GOOD: dict[str, Callable[[], list[Line]]] = GOOD_PLANS | {
         shared_floor,
         slow_steps,
         beliefs,
-        giving_way,
         unrealizable,
         cycle,
     )

@@ -32,7 +32,7 @@ def random_walk(seed: int, ticks: int = 12) -> list[Line]:
         "quad": robot("air", [], starts[2], {"ltl": {}}),
     }
     grid = "\n".join("".join("#" if wall else "." for wall in row) for row in cells)
-    closed = obstacle("door", door, "push", [door], ["quad"])
+    closed = obstacle("door", door, "push", [door], list(robots))
     script = Script(grid, robots, [closed], rounds=ticks, ticks=ticks)
     opened, awaited, rounds = False, 0, 0
     for _ in range(ticks):

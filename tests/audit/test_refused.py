@@ -13,13 +13,13 @@ from typing import Any
 import pytest
 
 import warm
+from traces.real import real_trace
 
-TRACES = Path(__file__).parents[1] / "traces" / "version_1"
 Line = dict[str, Any]
 
 
 def refused(name: str, change: Callable[[list[Line]], None], folder: Path) -> tuple[int, str]:
-    lines = [json.loads(line) for line in (TRACES / f"{name}.jsonl").read_text().splitlines()]
+    lines = [json.loads(line) for line in real_trace(name).splitlines()]
     change(lines)
     file = folder / "changed.jsonl"
     file.write_text("".join(json.dumps(line) + "\n" for line in lines))
@@ -100,13 +100,9 @@ def test_a_belief_that_contains_a_wall(tmp_path: Path) -> None:
 
 
 def test_belief_lines_that_were_dropped(tmp_path: Path) -> None:
-    """Version 1 does not say who keeps track of whom: without its first line nothing is known."""
-    text = (TRACES / "case_study_1_beliefs.jsonl").read_text().splitlines()
+    text = real_trace("case_study_1_beliefs").splitlines()
     told = [i for i, line in enumerate(text) if json.loads(line)["type"] == "belief"]
-    passed = []
+    assert len(told) > 30
     for i in told:
         code, _ = refused("case_study_1_beliefs", lambda lines, i=i: lines.__delitem__(i), tmp_path)
-        if code == 0:
-            passed.append(json.loads(text[i])["tick"])
-    assert len(told) == 39
-    assert passed == [1, 38]  # the first; and where a door may or may not have hidden the other
+        assert code == 1

@@ -47,6 +47,19 @@ def obstacle(
     }
 
 
+def closure(never: list[str], **robots: tuple[list[int], bool]) -> Line:
+    """A closure proof: for each robot the regions where it gets, and whether it can go on."""
+    return {
+        "kind": "closure",
+        "resolved": [],
+        "never": never,
+        "robots": {
+            name: {"poses": [[region, None] for region in regions], "live": live}
+            for name, (regions, live) in robots.items()
+        },
+    }
+
+
 class Script:
     """A trace in the making: ``lines`` are its lines as objects."""
 
@@ -77,7 +90,7 @@ class Script:
             "coordination": "resynthesis",
         }
         self.lines: list[Line] = [
-            {"type": "header", "trace": 1, "safenav": "0.1.0", "scenario": scenario}
+            {"type": "header", "trace": 3, "safenav": "0.1.0", "scenario": scenario}
         ]
         self.synthesize("initial", *robots)
 
@@ -177,12 +190,16 @@ class Script:
             traversable=self.obstacles[what]["traversable"],
         )
 
-    def pop(self) -> Self:
-        why, self.objectives = self.stack.pop()
+    def pop(self, what: str | None = None, **changed: Line) -> Self:
+        """Drop an entry, by default the top one with what was in force before it."""
+        found = [k for k, (why, _) in enumerate(self.stack) if what in (None, why["obstacle"])]
+        why, before = self.stack.pop(found[-1])
+        self.objectives = self.objectives | changed if changed else before
         return self.add("pop", depth=len(self.stack), objectives=self.objectives, **why)
 
-    def block(self, what: str, reason: str, *robots: str) -> Self:
-        return self.add("blocked", obstacle=what, robots=list(robots), reason=reason)
+    def block(self, what: str, reason: str, proof: Line | None = None, *robots: str) -> Self:
+        more = {} if proof is None else {"proof": proof}
+        return self.add("blocked", obstacle=what, robots=list(robots), reason=reason, **more)
 
     def goal(self, name: str, index: int, completed: int) -> Self:
         at = self.position[name]

@@ -149,7 +149,7 @@ class Simulator:
             "seed": 0,
             "coordination": "resynthesis",
         }
-        self.lines.append({"type": "header", "trace": 1, "safenav": "0.1.0", "scenario": scenario})
+        self.lines.append({"type": "header", "trace": 3, "safenav": "0.1.0", "scenario": scenario})
 
     def _synthesis(self, robot: Walker, reason: str) -> None:
         states = 22 + 7 * len(robot.name) + self.tick % 5

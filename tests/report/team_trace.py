@@ -132,7 +132,7 @@ def _header() -> dict[str, Any]:
         "seed": 0,
         "coordination": "resynthesis",
     }
-    return {"type": "header", "trace": 1, "safenav": "0.1.0", "scenario": scenario}
+    return {"type": "header", "trace": 3, "safenav": "0.1.0", "scenario": scenario}
 
 
 def _line(tick: int, kind: str, **fields: Any) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from safenav.trace.reading import read_trace
+from safenav.trace.reading import read_lines, read_trace
 from safenav.trace.records import (
     KINDS,
     VERSION,
@@ -16,8 +16,9 @@ from safenav.trace.records import (
     Header,
     Record,
 )
-from safenav.trace.writing import TraceWriter
+from safenav.trace.writing import TraceWriter, as_data
 from traces.examples import examples
+from traces.real import NAMES, real_trace
 
 
 def said(seed: int) -> list[Record]:
@@ -55,3 +56,12 @@ def test_lines_hold_ticks_and_types_and_no_line_numbers(tmp_path: Path) -> None:
     for line in lines:
         assert list(line)[:2] == ["type", "tick"]
         assert "line" not in line
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_real_trace_is_written_as_it_was_read(name: str) -> None:
+    trace = read_lines(real_trace(name).splitlines())
+    assert trace.ignored == 0
+    written = [json.dumps(as_data(record)) for record in (trace.header, *trace.records)]
+    again = read_lines(written)
+    assert (again.header, again.records) == (trace.header, trace.records)

@@ -17,9 +17,9 @@ from safenav.trace.fields import entries
 from safenav.trace.schema import schema_text, trace_schema
 from safenav.trace.writing import as_data
 from traces.examples import examples
+from traces.real import NAMES, real_trace
 
 DOCS = Path(__file__).parents[2] / "docs"
-TRACES = sorted((Path(__file__).parent / "version_1").glob("*.jsonl"))
 OBJECTS = (
     setting.ScenarioHeader,
     setting.MapHeader,
@@ -50,10 +50,10 @@ def test_every_record_meets_the_schema(seed: int) -> None:
         assert not list(validator.iter_errors(as_data(record))), record.type
 
 
-@pytest.mark.parametrize("file", TRACES, ids=lambda path: str(path.stem))
-def test_traces_of_version_1_meet_the_schema(file: Path) -> None:
+@pytest.mark.parametrize("name", NAMES)
+def test_real_traces_meet_the_schema(name: str) -> None:
     validator = Draft202012Validator(trace_schema())
-    for line in file.read_text().splitlines():
+    for line in real_trace(name).splitlines():
         assert not list(validator.iter_errors(json.loads(line)))
 
 

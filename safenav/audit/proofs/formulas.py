@@ -51,6 +51,12 @@ class Formulas:
         """Whether the step is allowed with some memory."""
         return any(True for _ in self.steps(before, after))
 
+    def meets(self, goal: int, before: Pose, after: Pose) -> bool:
+        """Whether the step may meet a goal, with some memory."""
+        line, old, new = self.liveness[goal], _values(before), _values(after)
+        pairs = product(self.valuations, repeat=2)
+        return any(line({**old, **one}, {**new, **other}) for one, other in pairs)
+
     def goal_regions(self, poses: Iterable[Pose]) -> tuple[frozenset[int], ...]:
         """For each goal the regions in which a robot that stays may meet it; all of them for
         one that only a move can meet."""

@@ -69,32 +69,35 @@ class MobilityRule(Rule):
 
 
 class UnresolvedObstacleRule(Rule):
-    """Nobody is in the region of an obstacle that blocks it and is not resolved (D 5.3). Of a
-    world that is not simulated the trace does not tell what is really there."""
+    """No robot is in the region of an unresolved obstacle that stops it, or on its way there, but
+    for one that resolves it by entering: one need is left, one robot suffices for it, the robot
+    has the action, and the obstacle's region is among those where it is performed (D 5.1). A trace
+    of an external world does not tell what is really there."""
 
     name = "unresolved-obstacle"
 
     def opening(self, now: Situation) -> Iterator[Finding]:
         for robot, region in now.region.items():
-            for problem in _unresolved(robot, region, now):
+            for problem in _unresolved(robot, {region}, now):
                 yield self.broken(0, robot, now.header_line, problem)
 
     def line(self, record: Record, now: Situation) -> Iterator[Finding]:
         if isinstance(record, Move):
-            for problem in _unresolved(record.robot, record.to, now):
+            for problem in _unresolved(record.robot, _taken(record), now):
                 yield self.broken_by(record, record.robot, problem)
 
 
 class KnownObstacleRule(Rule):
     """An obstacle that was found untraversable, or that nobody can resolve, has joined O for
-    those whom it blocks: none of them enters it (D 5.4 and 5.6)."""
+    those whom it stops, whatever they can do: none of them enters it (D 5.1)."""
 
     name = "known-obstacle"
 
     def line(self, record: Record, now: Situation) -> Iterator[Finding]:
         if isinstance(record, Move):
             for status in (Status.UNTRAVERSABLE, Status.GIVEN_UP):
-                for problem in _entered(record.robot, record.to, now, status):
+                into = _taken(record) - now.taken_by(record.robot)
+                for problem in _entered(record.robot, into, now, status):
                     yield self.broken_by(record, record.robot, problem)
 
 
@@ -137,7 +140,7 @@ class CollisionRule(Rule):
     def line(self, record: Record, now: Situation) -> Iterator[Finding]:
         if not isinstance(record, Move):
             return
-        taken = {record.to, record.to if record.toward is None else record.toward}
+        taken = _taken(record)
         for other in now.region:
             if other == record.robot or not now.conflict(record.robot, other):
                 continue
@@ -172,17 +175,23 @@ class SwapRule(Rule):
         self._moves.append(record)
 
 
-def _unresolved(robot: str, region: int, now: Situation) -> Iterator[str]:
-    return iter(()) if now.external else _entered(robot, region, now, Status.UNRESOLVED)
+def _taken(move: Move) -> set[int]:
+    """The regions that a robot takes up after a move."""
+    return {move.to} if move.toward is None else {move.to, move.toward}
 
 
-def _entered(robot: str, region: int, now: Situation, status: Status) -> Iterator[str]:
+def _unresolved(robot: str, regions: set[int], now: Situation) -> Iterator[str]:
+    return iter(()) if now.external else _entered(robot, regions, now, Status.UNRESOLVED)
+
+
+def _entered(robot: str, regions: set[int], now: Situation, status: Status) -> Iterator[str]:
     how = {
         Status.UNRESOLVED: "not resolved",
         Status.UNTRAVERSABLE: "known to be untraversable",
         Status.GIVEN_UP: "known, and that nobody can resolve",
     }
-    for obstacle in now.obstacles_at(region):
-        if now.status[obstacle.name] is status and robot in now.blocked_by(obstacle.name):
-            place = now.show(region)
+    for obstacle in now.obstacles.values():
+        here = obstacle.region in regions and now.status[obstacle.name] is status
+        if here and robot in now.blocked_by(obstacle.name):
+            place = now.show(obstacle.region)
             yield f"{robot} is at {place} with {obstacle.name}, which is {how[status]}"

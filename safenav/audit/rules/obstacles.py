@@ -15,7 +15,6 @@ from safenav.trace.records import (
     Met,
     Move,
     Record,
-    Request,
     Resolved,
     Violation,
 )
@@ -23,8 +22,9 @@ from safenav.trace.vocabulary import BlockReason
 
 
 class ViolationRule(Rule):
-    """A violation is real: the robot is where it says, could have stepped as proposed, and
-    there is the unresolved obstacle, which blocks it for want of the action (D 5.2)."""
+    """A violation is real: the robot is where it says, could have stepped as proposed, and there is
+    the unresolved obstacle, which it may not enter; the line names the action of the need that is
+    next (D 5.1)."""
 
     name = "violation"
 
@@ -45,8 +45,8 @@ class ViolationRule(Rule):
             yield f"{robot} faces {heading} and cannot step {way} to {proposed}"
         if obstacle.region != record.proposed:
             yield f"{obstacle.name} is not at {proposed}"
-        if record.action not in [need.action for need in obstacle.all_needs]:
-            action = now.need(obstacle.name).action
+        action = now.need(obstacle.name).action
+        if record.action != action:
             yield f"{obstacle.name} needs {action}, not {record.action}"
         if robot not in now.blocked_by(obstacle.name):
             yield f"{obstacle.name} does not block {robot}"
@@ -85,11 +85,10 @@ class BacktrackRule(Rule):
 
 
 class ResolutionRule(Rule):
-    """A need is met in its turn (a line without ``need`` tells of the last one, and of all who
-    had a part in any), by as many distinct robots as it takes, who have its action and stand,
-    all at once if they have to, where it can be performed. With the last one the obstacle is
-    resolved, once: it reveals the truth of the header, if the world is simulated. The line says
-    rightly whether a request was open (D 3, 5.2 and 5.6, T)."""
+    """An obstacle is resolved once, when its last need is met: by as many distinct robots as that
+    takes, who have its action and stand, simultaneously if they have to, where it is performed. It
+    reveals the truth of the header, if the world is simulated. The line says rightly whether a
+    request was open (D 3, 5.1 and 5.2, T)."""
 
     name = "resolution"
 
@@ -101,9 +100,11 @@ class ResolutionRule(Rule):
     def _problems(self, record: Resolved, now: Situation) -> Iterator[str]:
         robot, name, at = record.robot, record.obstacle, now.show(record.at)
         obstacle, need = now.obstacles[name], now.need(name)
-        for one in record.robots if record.need is not None and record.robots else (robot,):
-            if one not in now.capable(name):
-                yield f"{one} cannot {need.action}, which {name} needs"
+        if robot not in now.capable(name):
+            yield f"{robot} cannot {need.action}, which {name} needs"
+        left = len(obstacle.all_needs) - 1 - now.stage[name]
+        if left > 0:
+            yield f"{name} has {left} more needs that are not met"
         if record.at != now.region[robot]:
             yield f"{robot} resolves {name} from {at}, but is at {now.show(now.region[robot])}"
         if record.at not in need.regions:
@@ -115,11 +116,7 @@ class ResolutionRule(Rule):
         if again or now.status[name] is Status.UNTRAVERSABLE:
             yield f"{name} was resolved before"
             return
-        if record.need is not None and record.need != now.stage[name]:
-            yield f"need {record.need} of {name} is met, but {now.stage[name]} is next"
         yield from _group_problems(record, now)
-        if not now.is_last_need(record):
-            return
         if record.traversable is not obstacle.traversable and not now.external:
             found, truth = _truth(record.traversable), _truth(obstacle.traversable)
             yield f"{name} is {truth}, but {robot} finds it {found}"
@@ -133,7 +130,7 @@ def _group_problems(record: Resolved, now: Situation) -> Iterator[str]:
     name, need = record.obstacle, now.need(record.obstacle)
     able = now.standing(name) if need.together else now.done[name]
     group = able | {record.robot}
-    if record.robots and (record.need is not None or len(now.obstacles[name].all_needs) == 1):
+    if record.robots and len(now.obstacles[name].all_needs) == 1:
         group = set(record.robots)
     if len(group) < need.robots:
         yield f"{name} takes {need.robots} robots, not {len(group)}"
@@ -143,18 +140,11 @@ def _group_problems(record: Resolved, now: Situation) -> Iterator[str]:
 
 
 class NeedRule(Rule):
-    """Where a line says that one of several needs is met, it is the one that is next, and was met
-    in this turn by those who have its action and stand, all at once if they have to, where it is
-    performed. A trace that tells of any tells of all of them (D 3, T)."""
+    """Each of several needs has a line when it is met: it is the one that is next, and met in this
+    turn by those who have its action and stand, simultaneously if they have to, where it is
+    performed (D 3, T)."""
 
     name = "need"
-
-    def __init__(self) -> None:
-        self._tells = False
-
-    def opening(self, now: Situation) -> Iterator[Finding]:
-        self._tells = now.tells_met
-        yield from ()
 
     def line(self, record: Record, now: Situation) -> Iterator[Finding]:
         if isinstance(record, Met):
@@ -163,7 +153,7 @@ class NeedRule(Rule):
 
     def turn(self, now: Situation) -> Iterator[Finding]:
         move = now.turn.first(Move)
-        if not self._tells or now.turn.torn or move is None:
+        if now.turn.torn or now.external or move is None:
             return
         told = {(record.obstacle, record.need) for record in now.turn.all(Met)}
         resolved = {record.obstacle for record in now.turn.all(Resolved)}
@@ -221,9 +211,10 @@ class MissedResolutionRule(Rule):
 
 
 class BlockedRule(Rule):
-    """An obstacle joins O once, for those whom it blocks and for a reason that is true: it was
-    just found untraversable, or just requested in vain. One that is found untraversable does
-    join O (D 5.4 and 5.6)."""
+    """An obstacle joins O once, for all whom it stops, and for a reason that is true: it was just
+    found untraversable, or a request for it is open and it is proven that it can never be
+    resolved; ``no_capable_robot`` if a need takes more robots with the action than there are. One
+    that is found untraversable does join O (D 5.1 and 5.2)."""
 
     name = "blocked"
 
@@ -251,26 +242,21 @@ class BlockedRule(Rule):
         name, turn = record.obstacle, now.turn
         if name in self._blocked:
             yield f"{name} joined the obstacles before"
-        blocked = set(now.obstacles[name].blocks & now.header.robots.keys())
-        if record.robots != blocked:
-            told, truth = _names(record.robots), _names(blocked)
+        stopped = now.stopped_by(name)
+        if record.robots != stopped:
+            told, truth = _names(record.robots), _names(stopped)
             yield f"{name} is said to block {told}, but it blocks {truth}"
         if record.reason is BlockReason.UNTRAVERSABLE:
             if not any(r.obstacle == name and r.traversable is False for r in turn.all(Resolved)):
                 yield f"nobody has found {name} untraversable in this turn"
             return
-        if record.reason is BlockReason.UNRESOLVABLE:
-            return  # that is proven, which another rule judges
-        request = next((r for r in turn.all(Request) if r.obstacle == name), None)
-        if request is None:
-            yield f"nobody has asked for {name} in this turn"
-        elif request.helper is not None:
-            yield f"{request.helper} is to resolve {name}, so it is not given up"
-        can = now.capable(name)
-        if record.reason is BlockReason.NO_CAPABLE_ROBOT and not _lacks_robots(name, now):
-            yield f"{_names(can)} could resolve {name}"
-        if record.reason is BlockReason.NO_HELPER and not can:
-            yield f"nobody has the action for {name}: the reason is no_capable_robot"
+        # That it can never be resolved is proven, which another rule judges.
+        if name not in now.requests:
+            yield f"no request for {name} is open"
+        lacks = _lacks_robots(name, now)
+        reason = BlockReason.NO_CAPABLE_ROBOT if lacks else BlockReason.UNRESOLVABLE
+        if record.reason is not reason:
+            yield f"the reason for {name} is {reason}, not {record.reason}"
 
 
 def _lacks_robots(obstacle: str, now: Situation) -> bool:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from safenav.audit.rules.requests import replaces_helper
 from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.situation import Situation
 from safenav.trace.records import (
@@ -36,25 +35,10 @@ from safenav.trace.vocabulary import Ending
 
 _COMPLETE_ENDINGS = (Ending.COMPLETED, Ending.TICK_LIMIT)
 
-_PHASES: dict[type[Record], tuple[int, ...]] = {
-    Violation: (0,),
-    Backtrack: (1,),
-    Move: (2,),
-    Met: (3,),
-    Resolved: (3,),
-    Blocked: (3, 5),
-    Pop: (3, 5),
-    Synthesis: (3, 5),
-    Goal: (4,),
-    Request: (5,),
-    Push: (5,),
-    Told: (5,),
-}
-"""When in a turn a line may come (T, Time): those of a resolution before the goals, those of
-a request after them. An assumption may be violated, and a belief told, at any moment. Since
-version 2 what follows a move has no order of its own: a settlement may follow on anything."""
-
-_MOVED = _PHASES[Move][0]
+_BEFORE_THE_MOVE = (Violation, Backtrack)
+_AFTER_THE_MOVE = (Met, Resolved, Blocked, Pop, Synthesis, Goal, Request, Push, Told)
+"""When in a turn a line may come (T, Time). An assumption may be violated, and a belief told, at
+any moment. What follows a move has no order of its own: a settlement may follow on anything."""
 _AT_ANY_MOMENT = (Discovered, Appeared, Gone, Truth, NewObjective, Service, Plan, PlanEnd)
 _BEFORE_THE_FIRST_MOVE = (Synthesis, Goal, Assumption)
 
@@ -80,12 +64,8 @@ class HeaderRule(Rule):
         for name, robot in header.robots.items():
             if not grid.is_free(robot.start):
                 yield name, f"{name} starts at {now.show(robot.start)}, which is not free"
-            for other, before in header.robots.items():
-                if other == name:
-                    break
-                if before.start == robot.start and (
-                    now.conflict(name, other) or now.conflict(other, name)
-                ):
+            for other in list(header.robots)[: list(header.robots).index(name)]:
+                if header.robots[other].start == robot.start and now.conflict(name, other):
                     yield name, f"{name} starts where {other} does, at {now.show(robot.start)}"
             if robot.mobility not in ("free", "heading"):
                 yield name, f"{name} has an unknown mobility, {robot.mobility!r}"
@@ -112,7 +92,6 @@ class OrderRule(Rule):
     def __init__(self) -> None:
         self._tick = 1
         self._index = 0
-        self._phase = 0
 
     def line(self, record: Record, now: Situation) -> Iterator[Finding]:
         if isinstance(record, _AT_ANY_MOMENT):  # within a turn, or before the first line of one
@@ -157,40 +136,32 @@ class OrderRule(Rule):
             )
             yield self.broken_by(record, at_fault, problem)
             self._tick, self._index = record.tick, names.index(record.robot)
-        self._phase = _PHASES[type(record)][0]
 
     def _turn_goes_on(self, record: Record, now: Situation) -> Iterator[Finding]:
         turn, kind = now.turn, type(record).__name__.lower()
-        if type(record) not in _PHASES and not isinstance(record, Assumption | Belief):
+        any_moment = isinstance(record, Assumption | Belief)
+        if not (any_moment or isinstance(record, (*_BEFORE_THE_MOVE, *_AFTER_THE_MOVE, Move))):
             return  # the outcome
-        begun = (turn.tick, self._tick) if now.derived else (turn.tick,)
-        if record.tick not in begun:
+        if record.tick not in (turn.tick, self._tick):
             problem = f"a {kind} line of tick {record.tick} among those of tick {turn.tick}"
             yield self.broken_by(record, turn.robot, problem)
         if turn.robot is None:
-            settled = now.derived and isinstance(record, Request | Push | Pop | Blocked)
+            settled = isinstance(record, Request | Push | Pop | Blocked)
             if not isinstance(record, _BEFORE_THE_FIRST_MOVE) and not settled:
                 yield self.broken_by(record, None, f"a {kind} line before the first turn")
             return
         if isinstance(record, Goal) and _begins_on_its_target(record, now):
             return
-        if isinstance(record, Request) and replaces_helper(record, now):
-            return
-        actor = _actor(record, now.derived)
+        actor = _actor(record)
         if actor is not None and actor != turn.robot:
             yield self.broken_by(record, actor, f"a {kind} line of {actor} in {turn.robot}'s turn")
-        if isinstance(record, Assumption | Belief):
-            return
         if isinstance(record, Backtrack) and turn.first(Backtrack) is not None:
             yield self.broken_by(record, turn.robot, f"{turn.robot} backs up twice in one turn")
-        phases = _PHASES[type(record)]
-        if now.derived and phases[0] > _MOVED and self._phase >= _MOVED:
-            return
-        allowed = [phase for phase in phases if phase >= self._phase]
-        if allowed:
-            self._phase = allowed[0]
-        else:
+        if isinstance(record, Backtrack) and turn.first(Move) is not None:
             problem = f"the {kind} line comes too late in {turn.robot}'s turn"
+            yield self.broken_by(record, turn.robot, problem)
+        if isinstance(record, Met | Resolved | Goal) and turn.first(Move) is None:
+            problem = f"the {kind} line comes before {turn.robot} has moved"
             yield self.broken_by(record, turn.robot, problem)
 
 
@@ -206,8 +177,6 @@ def _begins_on_its_target(record: Goal, now: Situation) -> bool:
     return told and now.turn.objectives[name] != now.objectives[name]
 
 
-def _actor(record: Record, derived: bool) -> str | None:
+def _actor(record: Record) -> str | None:
     """The robot of a line that only tells what the robot whose turn it is does."""
-    if isinstance(record, Backtrack | Met | Resolved | Goal | Belief):
-        return record.robot
-    return record.requester if isinstance(record, Request) and not derived else None
+    return record.robot if isinstance(record, Backtrack | Met | Resolved | Goal | Belief) else None

@@ -8,6 +8,7 @@ from safenav.audit.rules.objectives import COUNTED_KINDS
 from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.situation import Situation
 from safenav.trace.objective import Objective
+from safenav.trace.proofs import Closure, Joint, Proof
 from safenav.trace.records import (
     Assumption,
     Goal,
@@ -15,7 +16,6 @@ from safenav.trace.records import (
     NewObjective,
     Outcome,
     Record,
-    Request,
     Resolved,
     Synthesis,
 )
@@ -81,31 +81,30 @@ class OutcomeRule(Rule):
                 yield "it says unrealizable, but no synthesis before the start was"
         if outcome.outcome is Ending.ASSUMPTION_VIOLATED and not self._assumptions:
             yield "it says that an assumption was violated, but no line tells of it"
-        if outcome.outcome is not Ending.OPERATOR_NEEDED:
-            return
-        if now.derived:
-            return  # that is proven, which another rule judges
-        request = now.turn.first(Request)
-        if outcome.cause is None:
-            yield "an operator is needed, but it does not say why"
-        elif outcome.cause is OperatorCause.UNREALIZABLE:
-            if not negative:
-                yield "it says unrealizable, but no synthesis of the last turn was"
-        elif outcome.cause is OperatorCause.DEADLOCK:
-            return  # who waits for whom for ever is not in the trace
-        elif request is None or request.helper is not None:
-            yield "an operator is said to be needed for want of a helper, but nobody was refused"
-        elif outcome.cause is OperatorCause.NO_CAPABLE_ROBOT and now.capable(request.obstacle):
-            can = ", ".join(sorted(now.capable(request.obstacle)))
-            yield f"it says that nobody has the action for {request.obstacle}, but {can} has"
-        elif outcome.cause is OperatorCause.CYCLIC_REQUESTS and not now.stack:
-            yield "it says that requests are cyclic, but none is open"
+        proven = outcome.proof is not None or outcome.unrealizable
+        if outcome.outcome is Ending.OPERATOR_NEEDED and (proven or outcome.cause is None):
+            causes = _causes(outcome.proof)
+            if outcome.cause is None:
+                yield "an operator is needed, but it does not say why"
+            elif outcome.cause not in causes:
+                yield f"its cause is {outcome.cause}; what is proven is {causes[0]}"
+
+
+def _causes(proof: Proof | None) -> tuple[OperatorCause, ...]:
+    """What a proof shows."""
+    if isinstance(proof, Joint):
+        return (OperatorCause.DEADLOCK,)
+    if isinstance(proof, Closure) and proof.never:
+        few = (OperatorCause.NEVER_RESOLVABLE, OperatorCause.NO_CAPABLE_ROBOT)
+        return few if len(proof.never) == 1 else (*few, OperatorCause.CYCLIC_REQUESTS)
+    return (OperatorCause.UNREALIZABLE,)
 
 
 class CompletedRule(Rule):
     """A run is completed if and only if each robot has met its objective ``until.rounds`` times
-    since the last resolution and every push was popped (D 5.8). A round counts from the goal
-    lines; one that was begun before the resolution may be counted at its last target."""
+    since the last resolution and has it in force; requests that no robot needs any longer may be
+    open (D 5.6). A round counts from the goal lines; one that was begun before the resolution may
+    be counted at its last target."""
 
     name = "completed"
 
@@ -124,7 +123,7 @@ class CompletedRule(Rule):
                 rounds = "1 round" if wanted == 1 else f"{wanted} rounds"
                 problem = f"every robot has done {rounds}, but the run goes on"
                 yield self.broken_by(record, None, problem)
-        if isinstance(record, Resolved) and now.is_last_need(record):
+        if isinstance(record, Resolved):
             self._goals.clear()
             self._held.clear()
         elif isinstance(record, NewObjective):
@@ -146,10 +145,6 @@ class CompletedRule(Rule):
         for robot in now.header.robots:
             for problem in self._rounds(robot, outcome, wanted, now):
                 yield self.broken_by(outcome, robot, problem)
-        if outcome.outcome is Ending.COMPLETED and now.stack and not now.derived:
-            entry = now.stack[-1]
-            why = f"the push of line {entry.line} ({entry.obstacle}) was never popped"
-            yield self.broken_by(outcome, None, f"the run is completed, but {why}")
         if outcome.outcome is Ending.TICK_LIMIT and self._over(now):
             problem = f"every robot has met its objective {wanted} times: it is completed"
             yield self.broken_by(outcome, None, problem)
@@ -179,10 +174,8 @@ class CompletedRule(Rule):
 
     def _surely(self, robot: str, now: Situation) -> int:
         objective = now.objectives[robot]
-        if objective.kind == "hold" and now.derived:
+        if objective.kind == "hold":
             return len(self._goals.get(robot, []))
-        if objective.kind == "hold":  # the tick in which its counting begins may not count
-            return self._held.get(robot, 1) - 1
         return _bounds(self._goals.get(robot, []), objective)[0]
 
 

@@ -46,8 +46,7 @@ class ProofRule(Rule):
             if now.objectives[record.robot] == now.header.robots[record.robot].objective:
                 self._goals.setdefault(record.robot, []).append(record)
         elif isinstance(record, Resolved):
-            if now.is_last_need(record):
-                self._goals.clear()
+            self._goals.clear()
         elif isinstance(record, Synthesis):
             self._memory[record.robot, record.spec] = record.memory
         elif isinstance(record, Appeared | Gone):
@@ -56,7 +55,7 @@ class ProofRule(Rule):
             yield from self._given_up(record, now)
         elif isinstance(record, Outcome) and record.outcome is Ending.OPERATOR_NEEDED:
             if record.proof is None:
-                if now.derived and not self._unrealizable(record, now):
+                if not self._unrealizable(record, now):
                     yield self.broken_by(
                         record, None, "an operator is needed, but that is not proven"
                     )
@@ -86,10 +85,8 @@ class ProofRule(Rule):
         if record.proof is not None:
             for problem in never_resolved_problems(_as_json(record.proof), moment, record.obstacle):
                 yield self.broken_by(record, None, problem)
-        elif record.reason is BlockReason.UNRESOLVABLE:
+        else:
             yield self.broken_by(record, None, f"{record.obstacle} is given up without proof")
-        elif record.reason is BlockReason.NO_HELPER:
-            return  # nobody helps now; that it is for good is not said
         self._never.add(record.obstacle)
 
 
@@ -135,7 +132,7 @@ def moment_of(
                 obstacle.region
                 for obstacle in now.obstacles.values()
                 if now.status[obstacle.name] is Status.UNTRAVERSABLE or obstacle.name in never
-                if name in now.blocked_by(obstacle.name)
+                if name in now.stopped_by(obstacle.name)
             )
             for name in now.header.robots
         },

@@ -9,37 +9,39 @@ from safenav.audit.situation import RESYNTHESIS, Situation
 from safenav.trace.objective import Objective
 from safenav.trace.records import (
     Assumption,
-    Blocked,
+    Gone,
+    Met,
     Move,
+    NewObjective,
     Record,
     Request,
     Resolved,
+    Service,
     Synthesis,
+    Violation,
 )
 from safenav.trace.vocabulary import (
-    BlockReason,
     MovedBy,
     Reason,
     RecordedVerdict,
     Verified,
 )
 
-_CAUSES: dict[Reason, tuple[type[Resolved | Blocked | Request | Assumption], ...]] = {
-    Reason.REQUEST: (Request,),
+_CAUSES: dict[Reason, tuple[type[Record], ...]] = {
+    Reason.REQUEST: (Violation, Request, Met),
     Reason.RESOLVED: (Resolved,),
-    Reason.BLOCKED: (Blocked, Assumption),
+    Reason.GONE: (Gone,),
+    Reason.SERVICE: (Service,),
+    Reason.OBJECTIVE: (NewObjective,),
 }
-_FOR_WHAT_IS_IN_FORCE = (Reason.RESOLVED, Reason.BLOCKED)
-"""Reasons that leave no choice of the objective; a request tries several before its push."""
-
 _PROVEN = (RecordedVerdict.REALIZABLE, RecordedVerdict.UNREALIZABLE)
 
 
 class SynthesisRule(Rule):
-    """Before the first move each robot gets a strategy for the objective of the header. Where
-    an objective changes, and for a requester that nobody can help, a synthesis follows in the
-    same turn (D 5.4 to 5.6, T Time). Its reason has happened in that turn, and its objective is
-    in force (or tried, for a request). A realizable one yields a strategy, others do not."""
+    """Before the first move each robot is synthesized for the objective of the header, and in no
+    later tick for that reason; a robot that gets another objective is synthesized for it in the
+    same turn, unless it is told by signals, and what the reason names has happened in that turn
+    (D 5.3, T Time). A realizable synthesis yields a strategy, others do not."""
 
     name = "synthesis"
 
@@ -59,24 +61,23 @@ class SynthesisRule(Rule):
 
     def turn(self, now: Situation) -> Iterator[Finding]:
         turn = now.turn
-        for record in () if now.derived else turn.all(Synthesis):
+        if turn.torn or turn.robot is None:
+            return
+        for record in turn.all(Synthesis):
             causes = _CAUSES.get(record.reason)
-            if causes and not any(map(turn.first, causes)) and not turn.torn:
+            if record.reason is Reason.REQUEST and any(map(now.done.get, now.requests)):
+                continue  # a robot has had its part in a need
+            if causes and not any(map(turn.first, causes)):
                 problem = f"a synthesis for the reason {record.reason}, which no line gives"
                 yield self.broken_by(record, record.robot, problem)
-        if turn.final or turn.robot is None or now.header.coordination != RESYNTHESIS:
+        if turn.final or now.header.coordination != RESYNTHESIS:
             return
-        if now.derived:
-            return  # a robot may go back to a strategy that it has
         done = {(s.robot, s.objective) for s in turn.all(Synthesis)}
         for robot, objective in now.objectives.items():
-            if objective != turn.objectives[robot] and (robot, objective) not in done:
+            same = _alternating(objective) == _alternating(turn.objectives[robot])
+            if not same and (robot, objective) not in done:
                 problem = f"{robot} gets {objective} but no strategy for it"
                 yield self.broken(turn.tick, robot, turn.records[-1].line, problem)
-        given_up = [b for b in turn.all(Blocked) if b.reason is not BlockReason.UNTRAVERSABLE]
-        if given_up and not any(robot == turn.robot for robot, _ in done):
-            problem = f"{turn.robot} gets no strategy around {given_up[0].obstacle}"
-            yield self.broken_by(given_up[0], turn.robot, problem)
 
     def _problems(self, record: Synthesis, now: Situation) -> Iterator[str]:
         robot = record.robot
@@ -86,9 +87,6 @@ class SynthesisRule(Rule):
             given = now.header.robots[robot].objective
             if record.objective != given:
                 yield f"{robot} is to {given}, but the synthesis is for {record.objective}"
-        tried = record.reason in _FOR_WHAT_IS_IN_FORCE and not now.derived
-        if tried and record.objective != now.objectives[robot]:
-            yield f"{robot} is to {now.objectives[robot]}, but gets {record.objective}"
         if is_initial is not (record.tick == 0):
             yield f"a synthesis of tick {record.tick} for the reason {record.reason}"
         if record.verified is Verified.MOVES:
@@ -151,3 +149,10 @@ class VerdictsRule(Rule):
             if former.verdict is not record.verdict:
                 problem = f"{record.verdict}, but {former.verdict} in line {former.line}"
                 yield self.broken_by(record, record.robot, f"this specification is {problem}")
+
+
+def _alternating(objective: Objective) -> tuple[str, object]:
+    """The objective as plain alternation, which does for a patrol as well."""
+    if objective.kind in ("patrol", "visit"):
+        return "visit", objective.targets
+    return objective.kind, objective.body

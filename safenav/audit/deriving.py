@@ -1,0 +1,130 @@
+"""The team at a line of the trace, and what follows from it: who gets where, who serves what."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Collection, Mapping
+from itertools import product
+
+from safenav.audit.grid import opposite
+from safenav.audit.proofs.formulas import Formulas, UnreadError, read_formulas
+from safenav.audit.situation import Situation, Status
+from safenav.audit.team import Gate, Member, Need, Pose, Poses, Team
+from safenav.trace.vocabulary import Region
+
+HEADINGS = ("north", "east", "south", "west")
+
+
+def pose_of(name: str, now: Situation) -> Pose:
+    """Where the robot is; one on its way is where it will arrive."""
+    toward = now.toward[name]
+    if toward is None:
+        return now.region[name], now.heading[name] if now.has_heading(name) else None
+    way = now.grid.direction(now.region[name], toward)
+    return toward, way if now.has_heading(name) else None
+
+
+def gates_of(now: Situation, refused: Collection[tuple[str, str]] = ()) -> tuple[Gate, ...]:
+    """The obstacles with an open request, the oldest first. ``refused``: robots that have no
+    strategy for serving an obstacle."""
+    return tuple(
+        Gate(
+            name,
+            now.obstacles[name].region,
+            frozenset(now.stopped_by(name)),
+            tuple(
+                Need(
+                    frozenset(
+                        n for n, r in now.header.robots.items() if need.action in r.capabilities
+                    ),
+                    frozenset(need.regions),
+                    need.robots,
+                    need.together,
+                )
+                for need in now.obstacles[name].all_needs[now.stage[name] :]
+            ),
+            frozenset(now.done[name]),
+            frozenset(robot for robot, obstacle in refused if obstacle == name),
+        )
+        for name in now.requests
+    )
+
+
+def team_of(now: Situation) -> Team | None:
+    """The robots with their objectives; None if some have formulas that are not read here."""
+    try:
+        return Team({name: _member(name, now) for name in now.header.robots})
+    except UnreadError:
+        return None
+
+
+def _member(name: str, now: Situation) -> Member:
+    robot = now.header.robots[name]
+    timing = robot.timing.most if robot.timing is not None else 1
+    rivals = frozenset(n for n in now.header.robots if n != name and now.conflict(name, n))
+    if name in now.out:
+        here = pose_of(name, now)
+        return Member({here: ()}, (frozenset([here]),), rivals, timing)
+    free = [r for r in range(now.grid.rows * now.grid.cols) if now.grid.is_free(r)]
+    poses: list[Pose] = list(product(free, HEADINGS if now.has_heading(name) else (None,)))
+    steps = {pose: tuple(_steps(pose, now)) for pose in poses}
+    targets = robot.objective.targets
+    aims = tuple(frozenset(p for p in poses if p[0] in target) for target in targets)
+    if robot.objective.kind == "ltl":
+        formulas = read_formulas(json.loads(robot.objective.body))
+        steps = {a: tuple(b for b in to if formulas.allows(a, b)) for a, to in steps.items()}
+        aims = tuple(_met(formulas, k, steps) for k in range(len(formulas.liveness)))
+    stays = (Status.UNTRAVERSABLE, Status.GIVEN_UP)
+    sealed = {
+        o.region
+        for o in now.obstacles.values()
+        if now.status[o.name] in stays and name in now.stopped_by(o.name)
+    }
+    steps = {a: tuple(b for b in to if b[0] not in sealed) for a, to in steps.items()}
+    here = pose_of(name, now)
+    kept = {a: to for a, to in steps.items() if a[0] not in sealed or a == here}
+    return Member(kept, aims, rivals, timing)
+
+
+def _steps(pose: Pose, now: Situation) -> list[Pose]:
+    region, faced = pose
+    found: list[Pose] = []
+    for to in now.grid.neighbours(region):
+        way = now.grid.direction(region, to)
+        if faced is None:
+            found.append((to, None))
+        elif way is not None and opposite(way) != faced:
+            found.append((to, way))
+    return found
+
+
+def _met(formulas: Formulas, goal: int, steps: Mapping[Pose, tuple[Pose, ...]]) -> Poses:
+    """Where a goal may be met: by staying, or by a step where staying at neither end would."""
+    staying = {pose for pose in steps if formulas.meets(goal, pose, pose)}
+    entered = {
+        b
+        for a, to in steps.items()
+        for b in to
+        if not {a, b} & staying and formulas.meets(goal, a, b)
+    }
+    return frozenset(staying | entered)
+
+
+def serving(now: Situation) -> dict[str, frozenset[str]]:
+    """Who serves each requested obstacle, as the objectives in force tell."""
+    found = {}
+    for name in now.requests:
+        regions = [frozenset(need.regions) for need in now.obstacles[name].all_needs]
+        found[name] = frozenset(
+            robot
+            for robot in now.helping.get(name, ())
+            if now.objectives[robot] != now.header.robots[robot].objective
+            and _goes(now.objectives[robot].targets[:1], regions, now.objectives[robot].kind)
+        )
+    return found
+
+
+def _goes(
+    first: tuple[frozenset[Region], ...], regions: list[frozenset[Region]], kind: str
+) -> bool:
+    return kind == "ltl" or any(target <= where for target in first for where in regions)

@@ -1,0 +1,335 @@
+"""The team's possibilities at one moment: where robots get, who resolves what, who helps.
+
+Obstacles are walls for the robots that they stop, as long as they are open; robots are sets of
+poses, and do not collide (docs/coordination.md, Resolving). Written from that page, apart from the
+code that decides in a run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import cache
+from itertools import combinations, product
+from typing import NamedTuple
+
+Pose = tuple[int, str | None]
+Poses = frozenset[Pose]
+MOST_NODES = 20_000
+
+
+class TooManyError(Exception):
+    """A search grew larger than this check takes on."""
+
+
+class Need(NamedTuple):
+    """An action that ``robots`` of the ``able`` ones perform, each on one of ``regions``, all in
+    one tick if ``together``."""
+
+    able: frozenset[str]
+    regions: frozenset[int]
+    robots: int = 1
+    together: bool = False
+
+
+class Gate(NamedTuple):
+    """An open obstacle. ``stops``: robots that it physically stops; ``left``: its unmet needs, the
+    next one first; ``done``: robots that have had their part in that; ``barred``: robots without a
+    strategy for serving it."""
+
+    name: str
+    region: int
+    stops: frozenset[str]
+    left: tuple[Need, ...]
+    done: frozenset[str] = frozenset()
+    barred: frozenset[str] = frozenset()
+
+    def closes(self, robot: str) -> bool:
+        """Whether a robot must keep out: it is stopped, and does not resolve it by entering."""
+        last = self.left[-1:]
+        enters = len(self.left) == 1 and last[0].robots == 1
+        enters = enters and self.region in last[0].regions and robot in last[0].able
+        return bool(last) and robot in self.stops and not enters
+
+    def advanced(self) -> Gate:
+        return self._replace(left=self.left[1:], done=frozenset())
+
+
+class Member(NamedTuple):
+    """A robot. ``steps``: from each pose to others, obstacles that stay left out; ``aims``: for
+    each of its targets the poses where it is met; ``ticks``: of its slowest step."""
+
+    steps: Mapping[Pose, tuple[Pose, ...]]
+    aims: tuple[Poses, ...]
+    rivals: frozenset[str] = frozenset()
+    ticks: int = 1
+
+
+Gates = tuple[Gate, ...]
+Sets = tuple[Poses, ...]  # where each robot may choose to be
+
+
+class Step(NamedTuple):
+    """The next need of the gate with that index, met by ``group``, each ``at`` some poses."""
+
+    gate: int
+    group: tuple[str, ...]
+    at: tuple[Poses, ...]
+    lossless: bool
+
+
+class Duty(NamedTuple):
+    """``robot`` serves an obstacle, with ``group``, in one of ``regions``."""
+
+    obstacle: str
+    group: tuple[str, ...]
+    regions: frozenset[int]
+    stays: bool
+
+
+class Settlement(NamedTuple):
+    """``served``: obstacles that will be resolved; ``duties``: by robot."""
+
+    served: tuple[str, ...]
+    duties: dict[str, Duty]
+
+
+class Team:
+    """What robots can do, whatever the order of their moves."""
+
+    def __init__(self, members: Mapping[str, Member]) -> None:
+        self.members, self.names = members, [*members]
+        self._before: dict[str, dict[Pose, list[Pose]]] = {name: {} for name in members}
+        for name, member in members.items():
+            for pose, steps in member.steps.items():
+                for to in steps:
+                    self._before[name].setdefault(to, []).append(pose)
+        self._reach, self._live = cache(self._reached), cache(self._lively)
+
+    @staticmethod
+    def walls(name: str, gates: Gates) -> frozenset[int]:
+        return frozenset(gate.region for gate in gates if gate.closes(name))
+
+    def reach(self, name: str, poses: Poses, gates: Gates) -> Poses:
+        """Where a robot gets from some poses."""
+        return self._reach(name, poses, self.walls(name, gates))
+
+    def around(self, name: str, pose: Pose, gates: Gates) -> Poses:
+        """The poses that a robot can go back and forth between."""
+        there, walls = self.reach(name, frozenset([pose]), gates), self.walls(name, gates)
+        back = _spread({pose}, lambda p: (q for q in self._before[name].get(p, ()) if q in there))
+        return frozenset(p for p in back if p == pose or p[0] not in walls)
+
+    def goes_on(self, name: str, poses: Poses, gates: Gates) -> bool:
+        """Whether a robot can meet each of its targets infinitely often from some of the poses."""
+        return bool(self.reach(name, poses, gates) & self._live(name, self.walls(name, gates)))
+
+    def ticks(self, name: str, poses: Poses, there: Poses, gates: Gates) -> int | None:
+        """How long it takes at most to the nearest of some poses; None: there is no way."""
+        walls, steps = self.walls(name, gates), self.members[name].steps
+        seen, edge, count = set(poses), set(poses), 0
+        while edge and not edge & there:
+            edge = {q for p in edge for q in steps.get(p, ()) if q[0] not in walls} - seen
+            seen, count = seen | edge, count + 1
+        return count * self.members[name].ticks if edge else None
+
+    def _reached(self, name: str, poses: Poses, walls: frozenset[int]) -> Poses:
+        steps = self.members[name].steps
+        return _spread(poses, lambda p: (q for q in steps.get(p, ()) if q[0] not in walls))
+
+    def _lively(self, name: str, walls: frozenset[int]) -> Poses:
+        before = self._before[name]
+        kept = frozenset(p for p in self.members[name].steps if p[0] not in walls)
+
+        def back(pose: Pose) -> Iterator[Pose]:
+            return (one for one in before.get(pose, ()) if one in kept)
+
+        while True:
+            size = len(kept)
+            for aim in self.members[name].aims:
+                kept = _spread(aim & kept, back)
+            if len(kept) == size:
+                return kept
+
+    def fits(self, group: Iterable[str], at: Mapping[str, Poses]) -> bool:
+        """Whether all can stand there at one time, those in conflict in different regions."""
+        crowd = [name for name in group if self.members[name].rivals & {*group}]
+        ways = product(*({region for region, _ in at[name]} for name in crowd))
+        return any(
+            all(
+                one != other or b not in self.members[a].rivals
+                for (a, one), (b, other) in combinations(zip(crowd, way, strict=True), 2)
+            )
+            for way in ways
+        )
+
+    def after(self, step: Step, sets: Sets, gates: Gates) -> tuple[Sets, Gates]:
+        where = dict(zip(self.names, sets, strict=True)) | dict(
+            zip(step.group, step.at, strict=True)
+        )
+        k = step.gate
+        return tuple(where.values()), (*gates[:k], gates[k].advanced(), *gates[k + 1 :])
+
+    def options(
+        self,
+        sets: Sets,
+        origins: Sets,
+        gates: Gates,
+        present: Mapping[str, frozenset[str]],
+        *,
+        every: bool = False,
+    ) -> list[Step]:
+        """The steps that could come next, the best first: those from which each robot of the group
+        gets back to all poses of its set (of these one for each obstacle); robots that serve the
+        obstacle already; those that are there first; the oldest request; the team's order."""
+        found: list[tuple[tuple[object, ...], Step]] = []
+        for k, gate in ((k, gate) for k, gate in enumerate(gates) if gate.left):
+            need, then = gate.left[0], (*gates[:k], gate.advanced(), *gates[k + 1 :])
+            at, back, rank = (
+                dict[str, Poses](),
+                dict[str, bool](),
+                dict[str, tuple[bool, int, int]](),
+            )
+            for i, name in enumerate(self.names):
+                if name not in need.able - gate.done - gate.barred:
+                    continue
+                there = frozenset(
+                    p for p in self.reach(name, sets[i], gates) if p[0] in need.regions
+                )
+                if there:
+                    at[name], back[name] = there, sets[i] <= self.reach(name, there, then)
+                    stranger = name not in present.get(gate.name, ())
+                    rank[name] = stranger, self.ticks(name, origins[i], there, gates) or 0, i
+            able = sorted(at, key=lambda name: (not back[name], rank[name]))
+            for group in combinations(able, max(1, need.robots - len(gate.done))):
+                if need.together and not self.fits(group, at):
+                    continue
+                lossless = all(back[name] for name in group)
+                order = (
+                    not lossless,
+                    sum(rank[name][0] for name in group),
+                    max(rank[name][1] for name in group),
+                    k,
+                    tuple(rank[name][2] for name in group),
+                )
+                found.append((order, Step(k, group, tuple(at[n] for n in group), lossless)))
+                if lossless and not every:
+                    break
+        return [step for _, step in sorted(found, key=lambda one: one[0])]
+
+    def solve(
+        self,
+        sets: Sets,
+        origins: Sets,
+        gates: Gates,
+        wanted: frozenset[str],
+        present: Mapping[str, frozenset[str]],
+    ) -> list[Step] | None:
+        """Steps after which what is wanted is resolved and every robot can go on; None: there are
+        none. Raises TooManyError."""
+        failed, nodes = set[tuple[Sets, Gates]](), 0
+
+        def search(sets: Sets, origins: Sets, gates: Gates) -> list[Step] | None:
+            nonlocal nodes
+            nodes += 1
+            if nodes > MOST_NODES:
+                raise TooManyError
+            if self._done(sets, gates, wanted):
+                return []
+            if (sets, gates) in failed:
+                return None
+            for step in self.options(sets, origins, gates, present):
+                after, then = self.after(step, sets, gates)
+                rest = search(after, self.after(step, origins, gates)[0], then)
+                if rest is not None:
+                    return [step, *rest]
+                if step.lossless:
+                    break  # nothing was lost by it, so nothing else would do either
+            failed.add((sets, gates))
+            return None
+
+        return search(sets, origins, gates)
+
+    def _done(self, sets: Sets, gates: Gates, wanted: frozenset[str]) -> bool:
+        if any(gate.left for gate in gates if gate.name in wanted):
+            return False
+        return all(map(self.goes_on, self.names, sets, [gates] * len(sets)))
+
+    def settle(
+        self, at: Mapping[str, Pose], gates: Gates, present: Mapping[str, frozenset[str]]
+    ) -> Settlement | None:
+        """Who serves which obstacle; None if no order of resolutions lets every robot go on.
+        ``gates``: the open ones, the oldest request first; ``present``: who serves them now."""
+        origins = tuple(frozenset([at[name]]) for name in self.names)
+        sets = tuple(self.around(name, at[name], gates) for name in self.names)
+        served = frozenset[str]()
+        if self.solve(sets, sets, gates, served, {}) is None:
+            return None
+        for gate in gates:
+            if self.solve(sets, sets, gates, served | {gate.name}, {}) is not None:
+                served |= {gate.name}
+        plan = self.solve(sets, origins, gates, served, present)
+        assert plan is not None
+        for name in dict.fromkeys(gates[step.gate].name for step in reversed(plan)):
+            if name not in served:  # perhaps it can stay as it is
+                rest = [step for step in plan if gates[step.gate].name != name]
+                plan = self._replayed(rest, sets, gates, served) or plan
+        duties, begun, busy = dict[str, Duty](), set[int](), set[str]()
+        for step in plan:
+            gate = gates[step.gate]
+            ready = step.gate not in begun and not busy & {*step.group}
+            begun, busy = begun | {step.gate}, busy | {*step.group}
+            spots = tuple(self._spots(name, sets, gates, step.gate) for name in step.group)
+            if ready and all(spots):
+                now = step._replace(at=spots)
+                for name, there in zip(step.group, spots, strict=True):
+                    lasting = self._lasting(now, name, there, sets, gates, served) or there
+                    regions = frozenset(region for region, _ in lasting)
+                    stays = gate.left[0].together or len(step.group) > 1
+                    duties[name] = Duty(gate.name, step.group, regions, stays)
+        return Settlement(tuple(gate.name for gate in gates if gate.name in served), duties)
+
+    def _spots(self, name: str, sets: Sets, gates: Gates, k: int) -> Poses:
+        """Where a robot can meet the next need of an obstacle."""
+        reached = self.reach(name, sets[self.names.index(name)], gates)
+        return frozenset(p for p in reached if p[0] in gates[k].left[0].regions)
+
+    def _lasting(
+        self, step: Step, name: str, there: Poses, sets: Sets, gates: Gates, served: frozenset[str]
+    ) -> Poses:
+        """The poses from which every robot can go on once the step is done."""
+        (after, then), k = self.after(step, sets, gates), self.names.index(name)
+        good, bad = set[Pose](), set[Pose]()
+        for pose in sorted(there, key=str):
+            if pose in good or pose in bad:
+                continue
+            around = self.around(name, pose, then)
+            stood = (*after[:k], around, *after[k + 1 :])
+            lasts = self.solve(stood, stood, then, served, {}) is not None
+            (good if lasts else bad).update(around & there)
+        return frozenset(good)
+
+    def _replayed(
+        self, plan: list[Step], sets: Sets, gates: Gates, wanted: frozenset[str]
+    ) -> list[Step] | None:
+        """The same steps with the poses as they are then; None if that no longer suffices."""
+        found = []
+        for step in plan:
+            at = {name: self._spots(name, sets, gates, step.gate) for name in step.group}
+            together = gates[step.gate].left[0].together
+            if not all(at.values()) or (together and not self.fits(step.group, at)):
+                return None
+            found.append(step._replace(at=tuple(at.values())))
+            sets, gates = self.after(found[-1], sets, gates)
+        return found if self._done(sets, gates, wanted) else None
+
+
+def _spread(starts: Iterable[Pose], after: Callable[[Pose], Iterator[Pose]]) -> Poses:
+    """All poses that are reached from some."""
+    found = set(starts)
+    queue = list(found)
+    while queue:
+        for pose in after(queue.pop()):
+            if pose not in found:
+                found.add(pose)
+                queue.append(pose)
+    return frozenset(found)
