@@ -216,13 +216,9 @@ class Situation:
         endings = (Ending.COMPLETED, Ending.TICK_LIMIT)
         return self.outcome is None or self.outcome.outcome not in endings
 
-    def is_over(self, obstacle: str | None) -> bool:
-        """Whether a request for this obstacle has been answered, one way or the other."""
-        return obstacle is None or self.status[obstacle] is not Status.UNRESOLVED
-
     def is_requested(self, obstacle: str) -> bool:
         """Whether a request for the obstacle is on the stack and not yet answered."""
-        return obstacle in self.requests
+        return any(entry.obstacle == obstacle for entry in self.stack)
 
     def entry_of(self, record: Pop) -> StackEntry | None:
         """The entry that a pop drops: that of its request, wherever it stands in the stack."""

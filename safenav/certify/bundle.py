@@ -174,7 +174,7 @@ def _json(data: Any) -> bytes:
 def _manifest(files: Mapping[str, bytes], claims: list[dict[str, Any]]) -> dict[str, Any]:
     return {
         "format": "safenav-bundle",
-        "version": 3,
+        "version": 4,
         "made_by": {
             "safenav": safenav.__version__,
             "python": platform.python_version(),

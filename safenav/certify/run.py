@@ -13,6 +13,7 @@ from safenav.spec.parsing import read_specification
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.question import QuestionPhase, SynthesisProgress
 from safenav.synthesis.slugs import Synthesizer
+from safenav.trace.records import VERSION
 from safenav.trace.vocabulary import Verified
 
 
@@ -81,9 +82,9 @@ def read_lines(trace: bytes, name: str) -> list[dict[str, Any]]:
     """The lines of a trace, its header first. Raises UsageError if it is none."""
     try:
         lines = [json.loads(line) for line in trace.splitlines()]
-        if lines[0]["type"] != "header" or lines[0]["trace"] < 2:
+        if lines[0]["type"] != "header" or lines[0]["trace"] != VERSION:
             raise UsageError(
-                f"{name}: certificates need a trace of version 2; this one is of version "
+                f"{name}: certificates need a trace of version {VERSION}; this one is of version "
                 f"{lines[0].get('trace')}"
             )
     except (ValueError, LookupError, TypeError, AttributeError) as error:

@@ -43,15 +43,11 @@ class Gate:
     done: frozenset[str] = frozenset()
 
     def closes(self, robot: Robot, stage: int | None = None) -> bool:
-        """Whether the robot may not enter at that stage (default: the present one): it is stopped,
-        and does not resolve the obstacle by entering."""
-        rest = self.needs[self.stage if stage is None else stage :]
-        enters = (
-            len(rest) == 1
-            and rest[0].robots == 1
-            and self.region in rest[0].regions
-            and rest[0].action in robot.capabilities
-        )
+        """Whether the robot may not enter: it is blocked, and does not resolve by entering what
+        is left at that stage (default: the present one)."""
+        last = self.needs[-1]
+        only = (self.stage if stage is None else stage) == len(self.needs) - 1 and last.robots == 1
+        enters = only and self.region in last.regions and last.action in robot.capabilities
         return robot.name in self.blocks and not enters
 
     def missing(self, stage: int) -> int:

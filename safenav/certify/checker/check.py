@@ -251,6 +251,7 @@ class Run:
                 same = again._replace(present=there.present, truth=there.truth) == there
                 require(same, f"{first.name} is another when it comes back")
                 self.obstacles[first.name] = there
+            self.clear(self.obstacles[data["name"]])
 
     def text(self, path: str) -> str:
         return str(self.files[path].read_bytes().decode())
@@ -327,6 +328,7 @@ class Run:
             case "appeared":
                 self.alter(obstacle, present=True, left=obstacle.needs, done=frozenset())
                 self.met = self.met if self.met and self.met[0] != obstacle.name else None
+                self.clear(self.obstacles[obstacle.name])
             case "gone":
                 self.alter(obstacle, present=False, known=False, sealed=None)
             case "truth":
@@ -516,6 +518,12 @@ class Run:
         about = data["name"], data["region"], frozenset(data["blocks"]), (*needs,), (*needs,)
         self.obstacles[data["name"]] = Obstacle(*about, present, data["traversable"])
 
+    def clear(self, obstacle: Obstacle) -> None:
+        """Refuse if an obstacle begins to stand where a robot is that must not be there."""
+        inside = [n for n, r in self.robots.items() if obstacle.region in r.places]
+        there = self.external or not any(map(obstacle.stands, inside))
+        require(there, f"{obstacle.name} stands where {' and '.join(inside)} is")
+
     def move(self, record: Json, robot: Robot) -> None:
         due = self.tick - 1, [*self.robots].index(robot.name)
         require(divmod(self.turn, len(self.robots)) == due, f"it is not {robot.name}'s turn")
@@ -633,8 +641,8 @@ def open_bundle(place: Path) -> tuple[dict[str, Any], Json]:
         names = [name for name in archive.namelist() if name[-1] != "/"]
         files = {name: zipfile.Path(archive, name) for name in names}
     manifest = read_json(files.pop("manifest.json"))
-    known = (manifest["format"], manifest["version"]) == ("safenav-bundle", 3)
-    require(known, "this is no bundle of version 3; an older one has its own check.py")
+    known = (manifest["format"], manifest["version"]) == ("safenav-bundle", 4)
+    require(known, "this is no bundle of version 4; an older one has its own check.py")
     different = sorted({*files} ^ {*manifest["files"]})
     require(not different, f"{', '.join(different)} is either missing or not in the manifest")
     for path, file in files.items():
