@@ -43,7 +43,7 @@ def gates_of(now: Situation, refused: Collection[tuple[str, str]] = ()) -> tuple
                 )
                 for need in now.obstacles[name].all_needs[now.stage[name] :]
             ),
-            frozenset(now.done[name]),
+            frozenset() if now.need(name).together else frozenset(now.done[name]),
             frozenset(robot for robot, obstacle in refused if obstacle == name),
         )
         for name in now.requests
