@@ -319,8 +319,8 @@ class Met(Record):
 
 @dataclass(frozen=True)
 class Resolved(Record):
-    """A need of an obstacle was met; with its last one (or its only one) the obstacle is
-    resolved. ``robots``: all that took part, where one is not enough."""
+    """An obstacle is resolved: its last need (or its only one) was met. ``robots``: all that took
+    part, where one is not enough."""
 
     type: ClassVar[str] = "resolved"
     obstacle: str
@@ -329,7 +329,6 @@ class Resolved(Record):
     requested: bool
     traversable: bool | None
     robots: tuple[str, ...] | None = None
-    need: Count | None = None
 
 
 @dataclass(frozen=True)

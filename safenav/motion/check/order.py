@@ -156,12 +156,10 @@ def check_order(
         elif isinstance(record, Resolved):
             obstacle = obstacles[record.obstacle]
             last = len(obstacle.all_needs) - 1
-            need = record.need
             met, done = run.met.get(record.obstacle, (0, None))
             if met <= last:  # else a line of the last need has told who acts
-                need = last if need is None else need
-                done = _acted(obstacle, run, record, need, waiting, report)
-            if done is not None and need in (None, last):
+                done = _acted(obstacle, run, record, last, waiting, report)
+            if done is not None:
                 run.opened[record.obstacle] = done
         elif isinstance(record, Appeared):
             run.opened.pop(record.obstacle, None)

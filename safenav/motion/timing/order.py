@@ -223,12 +223,10 @@ class _Order:
         """An obstacle is resolved, by the action of its last need, or, where no line records it,
         by this one."""
         obstacle = self.obstacles[record.obstacle]
-        last = len(obstacle.all_needs) - 1
-        number = last if record.need is None else record.need
         deed = self.last_met.pop(record.obstacle, None)
         if deed is None:
-            deed = self._act(record, number)
-        if number == last and record.traversable is not False:
+            deed = self._act(record, len(obstacle.all_needs) - 1)
+        if record.traversable is not False:
             self.resolved[obstacle.region].append((obstacle.blocks, deed))
 
     def _act(self, record: Met | Resolved, number: int) -> int:
