@@ -127,7 +127,10 @@ def verdict_of(
     }
     header = as_data(
         records.Header(
-            0, 2, "test", scenario_header(scenario, {o.name: None for o in scenario.obstacles})
+            0,
+            records.VERSION,
+            "test",
+            scenario_header(scenario, {o.name: None for o in scenario.obstacles}),
         )
     )
     lines = [header]
