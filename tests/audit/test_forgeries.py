@@ -64,7 +64,7 @@ def test_a_completed_run_that_is_relabelled_is_refused(name: str, tick: int) -> 
     here = joint_proof(about, [[robot.pose for robot in about.robots.values()]])
     for claim in (
         {},
-        {"cause": "unresolvable"},
+        {"cause": "never_resolvable"},
         {"cause": "unrealizable", "unrealizable": dict.fromkeys(about.robots, "0" * 64)},
         {"proof": closure_of(bare)},
         {"proof": here},
