@@ -187,6 +187,11 @@ class Situation:
         needs = self.obstacles[obstacle].all_needs
         return needs[min(self.stage[obstacle], len(needs) - 1)]
 
+    def too_few(self, need: NeedHeader) -> bool:
+        """Whether fewer robots have the action than the need takes."""
+        robots = self.header.robots.values()
+        return sum(need.action in robot.capabilities for robot in robots) < need.robots
+
     def stopped_by(self, obstacle: str) -> set[str]:
         """The robots that the obstacle physically stops."""
         return set(self.obstacles[obstacle].blocks & self.header.robots.keys())

@@ -177,7 +177,7 @@ def given_up() -> list[Line]:
         },
     }
     rounds = {"drone": 0, "digit": 1}
-    return s.end("operator_needed", rounds, cause="never_resolvable", proof=proof)
+    return s.end("operator_needed", rounds, cause="no_capable_robot", proof=proof)
 
 
 def stuck() -> list[Line]:

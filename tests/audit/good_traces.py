@@ -209,7 +209,7 @@ def operator() -> list[Line]:
     s.next_tick().meet("rover", "debris@10").request("rover", "debris@10", {}, None)
     proof = closure(["debris@10"], rover=([8, 9], False))
     s.block("debris@10", "no_capable_robot", proof, "rover")
-    return s.end("operator_needed", {"rover": 0}, cause="never_resolvable", proof=proof)
+    return s.end("operator_needed", {"rover": 0}, cause="no_capable_robot", proof=proof)
 
 
 def second_bidder() -> list[Line]:
@@ -327,7 +327,7 @@ def cycle() -> list[Line]:
     s.block("uncertainty@9", "unresolvable", proof, "digit")
     s.request("quad", "door@11", {"digit": None}, None)
     s.block("door@11", "unresolvable", proof, "quad")
-    why = {"cause": "never_resolvable", "proof": proof}
+    why = {"cause": "cyclic_requests", "proof": proof}
     return s.end("operator_needed", {"digit": 0, "quad": 0}, **why)
 
 

@@ -261,11 +261,7 @@ class BlockedRule(Rule):
 
 def _lacks_robots(obstacle: str, now: Situation) -> bool:
     """Whether too few robots have an action that the obstacle still needs."""
-    robots = now.header.robots.values()
-    return any(
-        sum(need.action in robot.capabilities for robot in robots) < need.robots
-        for need in now.obstacles[obstacle].all_needs[now.stage[obstacle] :]
-    )
+    return any(map(now.too_few, now.obstacles[obstacle].all_needs[now.stage[obstacle] :]))
 
 
 def _truth(traversable: bool | None) -> str:

@@ -83,21 +83,25 @@ class OutcomeRule(Rule):
             yield "it says that an assumption was violated, but no line tells of it"
         proven = outcome.proof is not None or outcome.unrealizable
         if outcome.outcome is Ending.OPERATOR_NEEDED and (proven or outcome.cause is None):
-            causes = _causes(outcome.proof)
+            causes = _causes(outcome.proof, now)
             if outcome.cause is None:
                 yield "an operator is needed, but it does not say why"
             elif outcome.cause not in causes:
                 yield f"its cause is {outcome.cause}; what is proven is {causes[0]}"
 
 
-def _causes(proof: Proof | None) -> tuple[OperatorCause, ...]:
+def _causes(proof: Proof | None, now: Situation) -> tuple[OperatorCause, ...]:
     """What a proof shows."""
     if isinstance(proof, Joint):
         return (OperatorCause.DEADLOCK,)
-    if isinstance(proof, Closure) and proof.never:
-        few = (OperatorCause.NEVER_RESOLVABLE, OperatorCause.NO_CAPABLE_ROBOT)
-        return few if len(proof.never) == 1 else (*few, OperatorCause.CYCLIC_REQUESTS)
-    return (OperatorCause.UNREALIZABLE,)
+    if not (isinstance(proof, Closure) and proof.never):
+        return (OperatorCause.UNREALIZABLE,)
+    needs = [now.obstacles[name].all_needs[now.stage[name] :] for name in proof.never]
+    if any(now.too_few(left[0]) for left in needs if left):
+        return (OperatorCause.NO_CAPABLE_ROBOT,)
+    others = (OperatorCause.NEVER_RESOLVABLE, OperatorCause.CYCLIC_REQUESTS)
+    later = any(now.too_few(need) for left in needs for need in left)
+    return (*others, OperatorCause.NO_CAPABLE_ROBOT) if later else others
 
 
 class CompletedRule(Rule):
