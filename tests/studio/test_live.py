@@ -111,10 +111,13 @@ def test_a_region_is_not_closed_on_a_robot_that_stands_in_it(served: Served) -> 
         ({"kind": "close", "type": "door", "region": 47}, "door@47 is there already"),
         ({"kind": "open", "obstacle": "door@99"}, "not there"),
         ({"kind": "truth", "obstacle": "door@47", "traversable": True}, "no truth"),
-        ({"kind": "objective", "robot": "digit", "objective": {"hold": 5000}}, "no region"),
-        ({"kind": "objective", "robot": "digit", "objective": {"patrol": [58, 58]}}, "two differ"),
+        ({"kind": "objective", "robot": "digit", "objective": {"hold": 5000}}, "outside the map"),
+        (
+            {"kind": "objective", "robot": "digit", "objective": {"patrol": [58, 58]}},
+            "both targets are the same",
+        ),
         ({"kind": "service", "robot": "nobody", "active": False}, "no robot"),
-        ({"kind": "magic"}, "no robot"),
+        ({"kind": "magic"}, "unknown change"),
     ],
 )
 def test_a_change_that_cannot_be_is_refused_with_the_reason(

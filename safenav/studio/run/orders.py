@@ -13,12 +13,14 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from safenav.errors import UsageError
+from safenav.errors import InputError, UsageError
 from safenav.runtime.interventions import Close, Give, Intervention, Serve, SetTruth, TakeAway
-from safenav.scenario.model import Catalogue
-from safenav.scenario.objective import Cover, Hold, Objective, Patrol, Visit
-from safenav.scenario.yaml.findings import ReadableFolder
-from safenav.world.map import RegionMap
+from safenav.scenario.model import Scenario
+from safenav.scenario.reading.changes import ChangeReader
+from safenav.scenario.reading.regions import RegionReader
+from safenav.scenario.yaml.document import Node
+from safenav.scenario.yaml.findings import Findings, ReadableFolder
+from safenav.scenario.yaml.source import parsed
 
 DONE, REFUSED, FAILED = "~done", "~refused", "~failed"
 
@@ -51,54 +53,49 @@ class RunOrder:
         return cls(**json.loads(line))
 
 
-def intervention(
-    data: Mapping[str, Any], catalogue: Catalogue, world: RegionMap, robots: frozenset[str]
-) -> Intervention:
-    """A change as a page asks for it. Raises UsageError for one that makes no sense."""
-    kind = data.get("kind")
-    if kind == "close":
-        name = str(data.get("type"))
-        if name not in catalogue.obstacles:
-            raise UsageError(f"the catalogue has no obstacle type '{name[:40]}'")
-        kept = catalogue.obstacles[name]
-        truth = bool(data.get("truth", True)) if kept.has_truth else None
-        return Close(kept, _region(data.get("region"), world), truth)
-    if kind == "open":
-        return TakeAway(str(data.get("obstacle")))
-    if kind == "truth":
-        return SetTruth(str(data.get("obstacle")), bool(data.get("traversable")))
-    robot = str(data.get("robot"))
-    if robot not in robots:
-        raise UsageError(f"there is no robot '{robot[:40]}'")
-    if kind == "objective":
-        return Give(robot, objective(data.get("objective"), world))
-    if kind == "service":
-        return Serve(robot, bool(data.get("active")))
-    raise UsageError("unknown change; known: close, open, truth, objective, service")
+def intervention(data: Mapping[str, Any], scenario: Scenario) -> Intervention:
+    """A change that a page requests, read as the scenario's loader reads its parts. Raises
+    UsageError for one that is not possible."""
+    findings = Findings("the change")
+    found = _read(data, scenario, findings)
+    try:
+        findings.raise_if_any()
+    except InputError as error:
+        told = (f"{d.found} ({d.hint})" if d.hint else d.found for d in error.diagnostics)
+        raise UsageError("; ".join(told)) from error
+    if found is None:
+        raise UsageError("unknown change; known: close, open, truth, objective, service")
+    return found
 
 
-def objective(data: object, world: RegionMap) -> Objective:
-    """``{"visit": [3, 8]}`` as an objective. Raises UsageError."""
-    if not isinstance(data, Mapping) or len(data) != 1:
-        raise UsageError("an objective is one of patrol, visit, cover and hold")
-    ((kind, told),) = data.items()
-    listed = told if isinstance(told, list) else [told]
-    targets = tuple(frozenset({_region(region, world)}) for region in listed)
-    if kind == "hold" and len(targets) == 1:
-        return Hold(targets[0])
-    if kind == "patrol" and len(targets) == 2 and targets[0] != targets[1]:
-        return Patrol(*targets)
-    if kind == "visit" and targets:
-        return Visit(targets)
-    if kind == "cover" and targets:
-        return Cover(targets)
-    count = {"hold": "one region", "patrol": "two different regions"}
-    raise UsageError(f"{kind} takes {count.get(str(kind), 'at least one region')}")
+def _read(data: Mapping[str, Any], scenario: Scenario, findings: Findings) -> Intervention | None:
+    world, types = scenario.map, scenario.catalogue.obstacles
+    regions = RegionReader(world, world.names, findings, world.areas)
+    match data.get("kind"):
+        case "close":
+            name = str(data.get("type"))
+            if name not in types:
+                raise UsageError(f"the catalogue has no obstacle type '{name[:40]}'")
+            region = regions.region(_node(data.get("region"), findings), "'region'")
+            truth = bool(data.get("truth", True)) if types[name].has_truth else None
+            return None if region is None else Close(types[name], region, truth)
+        case "open":
+            return TakeAway(str(data.get("obstacle")))
+        case "truth":
+            return SetTruth(str(data.get("obstacle")), bool(data.get("traversable")))
+        case "objective" | "service" as kind:
+            what = "back" if data.get("active") else "out"
+            told = data.get("objective") if kind == "objective" else what
+            names = frozenset(robot.name for robot in scenario.robots)
+            reader = ChangeReader(regions, scenario.robots, names, findings, reachable=False)
+            listed = [{"at": 1, "robot": data.get("robot"), kind: told}]
+            for change in reader.read(_node(listed, findings)):
+                if change.objective is not None:
+                    return Give(change.robot, change.objective)
+                return Serve(change.robot, change.active is True)
+    return None
 
 
-def _region(value: object, world: RegionMap) -> int:
-    if not isinstance(value, int) or isinstance(value, bool) or not 0 <= value < world.size:
-        raise UsageError(f"{str(value)[:40]!r} is no region of the map")
-    if not world.is_free(value):
-        raise UsageError(f"region {value} is a wall: choose a free one")
-    return value
+def _node(data: object, findings: Findings) -> Node | None:
+    document = parsed(json.dumps(data), findings)
+    return None if document is None else document.root

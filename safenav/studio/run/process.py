@@ -49,7 +49,6 @@ def _serve(orders: IO[str], say: Any) -> None:
         say(as_data(record))
 
     mission = Mission(scenario, listeners=[tell])
-    names = frozenset(robot.name for robot in scenario.robots)
 
     def interrupt(*_: object) -> None:
         if mission.stopping:
@@ -71,7 +70,7 @@ def _serve(orders: IO[str], say: Any) -> None:
             say({"type": DONE, "tick": mission.state.tick})
         elif data["do"] == "change":
             try:
-                mission.intervene(intervention(data, scenario.catalogue, scenario.map, names))
+                mission.intervene(intervention(data, scenario))
             except UsageError as error:
                 say({"type": REFUSED, "message": str(error)})
         else:
