@@ -1,4 +1,4 @@
-"""The figures of the paper's case studies and its table of times, made anew.
+"""The figures of the paper's case studies and its table of times, regenerated.
 
     python packaging/paper.py build/paper [--repeat 5]
 

@@ -1,6 +1,6 @@
-"""What the documentation site has besides the files of ``docs/``: a hook of mkdocs.
+"""Pages of the documentation site besides the files of ``docs/``: a hook of mkdocs.
 
-The home page is the README, the command line is told by the commands themselves, and the pages
+The home page is the README, the command line comes from the commands themselves, and the pages
 of the library come from its docstrings. Files outside ``docs/`` are named, not linked: the site
 does not have them.
 """

@@ -1,7 +1,7 @@
 """Every error that safenav raises on purpose, and the exit code that goes with it.
 
 A proven negative (unrealizable, operator needed) is not an error: it is an outcome, and
-travels as data. This module has bad input, spent resources, and broken tools.
+travels as data. This module has bad input, exhausted resources, and broken tools.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _WIDTH = 96
 
 @dataclass(frozen=True)
 class Diagnostic:
-    """One thing wrong with an input, told so that it can be mended.
+    """One error in an input, with a hint for fixing it.
 
     ``line`` and ``column`` count from 1; 0 means that there is no place to point at.
     ``found`` says what is wrong, ``hint`` what to do about it. ``source`` is the text of the line;
@@ -85,7 +85,7 @@ class UsageError(SafenavError):
 
 
 class SynthesizerError(SafenavError):
-    """The synthesizer is missing, crashed, or printed something that is no answer."""
+    """The synthesizer is missing, crashed, or printed something that is not a result."""
 
     exit_code = ExitCode.INTERNAL
 

@@ -1,4 +1,4 @@
-"""The command line: one module a command, loaded only when it is used.
+"""The command line: one module per command, loaded only when it is used.
 
 ``main`` is the only place that turns an exception into an exit status.
 """

@@ -265,6 +265,6 @@ def _write(path: Path, text: str) -> None:
 
 
 def _as_interrupt(number: int, frame: object) -> None:
-    """End on SIGTERM as on Ctrl-C: with what is done kept."""
+    """End on SIGTERM as on Ctrl-C: keep the results so far."""
     del number, frame
     raise KeyboardInterrupt

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from safenav.trace.writing import Listener
 
 PATIENCE = 0.8
-"""Seconds between the first signal and the end of a run that does not come to hear of it."""
+"""Seconds between the first signal and the end of a run that does not notice it."""
 LIMITS = ("tick_limit", "time_limit", "search_limit")
 
 EPILOG = """\b
@@ -153,8 +153,8 @@ def _watch(scenario: Path, seed: int | None, trace: Path | None) -> int:
 
 
 def _interrupt(mission: Mission, number: int) -> None:
-    """Stop at the next safe point; at once on a second signal or after PATIENCE. The clock's own
-    first signal is about the time limit of the run."""
+    """Stop at the next safe point; immediately on a second signal or after PATIENCE. The clock's
+    own first signal ends the run at its time limit."""
     if number == signal.SIGALRM and mission.ending:
         return
     if mission.stopping:
@@ -200,7 +200,7 @@ def _refuse_same_files(scenario: Path, outputs: dict[str, Path | None]) -> None:
 
 
 def _while_heard(listener: Listener) -> Listener:
-    """A listener that falls silent when the reader of our output has gone: the run goes on."""
+    """A listener that falls silent when the reader of our output has gone: the run continues."""
     heard = True
 
     def hear(record: Record) -> None:

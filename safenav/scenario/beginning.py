@@ -1,4 +1,4 @@
-"""A scenario to begin with on a map that somebody already has."""
+"""A starting scenario on a map that the user already has."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from safenav.world.map import Region, RegionMap
 def scenario_on(world: RegionMap, lines: Sequence[str], name: str) -> str | None:
     """The YAML of a scenario on a map; ``lines`` are the keys of its ``map``.
 
-    A flyer patrols between two regions that are far apart, and a rover goes to and fro between
-    two others. None if the map has no four regions that are connected.
+    A flyer patrols between two regions that are far apart, and a rover goes back and forth
+    between two others. None if the map has no four regions that are connected.
     """
     floor = _largest_floor(world)
     if len(floor) < 4:
@@ -49,7 +49,7 @@ robots:
   scout: {{model: quadcopter, start: home, objective: {{patrol: [home, away]}}}}
   rover: {{model: rover, start: dock, objective: {{visit: [yard, dock]}}}}
 
-# What is there but nobody knows before they meet it; take the sign away and run it again:
+# Present, but unknown until a robot discovers it; take the sign away and run it again:
 # obstacles:
 #   - {{type: door, region: {place(door)}}}
 

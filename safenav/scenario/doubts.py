@@ -40,12 +40,11 @@ def _unable(obstacle: Obstacle, scenario: Scenario) -> Iterator[str]:
             meant = f"; did you mean '{close[0]}'?" if close else ""
             has = ", ".join(f"'{action}'" for action in sorted(known)) or "nothing"
             yield (
-                f"nobody can resolve {what}: no robot can '{need.action}', the team can "
-                f"{has}{meant}"
+                f"no robot can resolve {what}: it needs '{need.action}'; available: {has}{meant}"
             )
         else:
             yield (
-                f"nobody can resolve {what}: '{need.action}' takes {need.robots} robots, "
+                f"no team can resolve {what}: '{need.action}' takes {need.robots} robots, "
                 f"and only {' and '.join(able)} can do it"
             )
 

@@ -9,7 +9,7 @@ from safenav.world.map import Region
 
 
 class EventKind(StrEnum):
-    """Events that a pattern can speak of: line types of the trace (docs/trace.md)."""
+    """Events that a pattern can name: line types of the trace (docs/trace.md)."""
 
     SYNTHESIS = "synthesis"
     VIOLATION = "violation"

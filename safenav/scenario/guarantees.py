@@ -1,4 +1,4 @@
-"""What raw formulas (``ltl``) say about the steps of one robot, and what it remembers.
+"""The meaning of raw formulas (``ltl``) for the steps and the memory of one robot.
 
 A step is a move from one pose to another; a robot that stands still takes none. Formulas speak of
 the pose and of the objective's memory before and after a step. Searches for ways are over poses
@@ -47,7 +47,7 @@ class GuaranteeRule:
 
 
 class Guarantees:
-    """The formulas of one robot, to be asked about single steps."""
+    """The formulas of one robot, evaluated on single steps."""
 
     def __init__(self, objective: Ltl) -> None:
         self.goals = len(objective.liveness)
@@ -86,7 +86,7 @@ class Guarantees:
         )
 
     def remembered(self, memory: Values, before: Pose, after: Pose) -> Values | None:
-        """What the robot may remember after a step, the least change first; None if its
+        """The robot's possible memory after a step, the least change first; None if its
         guarantees forbid the step with the memory that it has."""
         one, other = values_of(before), values_of(after)
         known = {name: value for name, value in memory.items() if name in self._ranges}

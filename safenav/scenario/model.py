@@ -37,7 +37,7 @@ class Timing:
 
 @dataclass(frozen=True)
 class RobotModel:
-    """What robots of one kind can do.
+    """The abilities of robots of one kind.
 
     ``layer``: robots of different layers never collide. ``vision``: radius in regions, None
     for unlimited. ``size`` (metres), ``speed`` (metres per second) and ``motion`` say how it
@@ -60,7 +60,7 @@ class Robot:
     """One robot of the team (the paper's agent p with its C_p and objective).
 
     ``avoids``: the robots that it must not share a region with; None for those of its layer.
-    ``tracks``: others whose position its specification models although they are no danger.
+    ``tracks``: others whose position its specification models although it need not avoid them.
     """
 
     name: str
@@ -114,7 +114,7 @@ class ObstacleType:
 
     @property
     def needs(self) -> tuple[Need, ...]:
-        """What must be done, in this order."""
+        """Its needs, in this order."""
         return self.listed or (Need(self.action, at=self.resolve_at),)
 
 
@@ -149,8 +149,8 @@ class Catalogue:
 class Obstacle:
     """A hidden obstacle r in R. ``traversable`` is the truth that resolving it reveals: True,
     False, the probability of True (drawn once per run from the seed), or None if its type
-    has no truth to reveal. ``appears`` and ``goes``: the ticks at which it comes and goes by
-    itself; None for one that is there from the beginning, or to the end."""
+    has no truth to reveal. ``appears`` and ``goes``: the ticks at which it appears and
+    disappears; None for one that is there from the beginning, or to the end."""
 
     type: ObstacleType
     region: Region
@@ -165,7 +165,7 @@ class Obstacle:
 
     @property
     def needs(self) -> tuple[Need, ...]:
-        """What must be done to resolve it, in this order."""
+        """The needs that resolve it, in this order."""
         return self.type.needs
 
     def blocks(self, robot: Robot) -> bool:
@@ -203,7 +203,7 @@ class Obstacle:
 
 @dataclass(frozen=True)
 class RobotChange:
-    """What a robot is told while the run goes on, at the beginning of tick ``at``: another
+    """A change for a robot during the run, at the beginning of tick ``at``: another
     ``objective`` of its own, or whether it is in service (``active``); the other is None."""
 
     at: int
@@ -263,7 +263,7 @@ class Limits:
 
 @dataclass(frozen=True)
 class Expect:
-    """What a run of the scenario should give; None means: not checked.
+    """The expected result of a run of the scenario; None means: not checked.
 
     ``resolved`` and ``blocked`` name obstacles (``door@47``) as sets; ``helpers`` maps an
     obstacle to the robot that is asked; ``ticks`` is an upper bound, ``least_ticks`` a lower
@@ -287,8 +287,8 @@ class Scenario:
     """Everything that a run needs. ``source`` is the file it came from, for messages.
 
     ``deadlock``: whether robots that wait for each other are told to give way.
-    ``partition``: the cells of beliefs, None for the rooms of the map. ``changes``: what robots
-    are told while the run goes on, by tick. ``catalogue``: the models and types that its text could
+    ``partition``: the cells of beliefs, None for the rooms of the map. ``changes``: the changes
+    for robots during the run, by tick. ``catalogue``: the models and types that its text could
     name, those of its own among them.
     """
 

@@ -28,7 +28,7 @@ class Parameter:
 
 @dataclass(frozen=True)
 class MotionModel:
-    """What a model says of its motion: the kind, and the parameters that it sets itself."""
+    """The motion of a model: the kind, and the parameters that it sets itself."""
 
     kind: str
     values: tuple[tuple[str, Value], ...] = ()
@@ -91,7 +91,7 @@ def installed_kind(kind: str) -> type | None:
 
     for entry in entry_points(group=ENTRY_POINTS, name=kind):
         found = entry.load()
-        assert isinstance(found, type), f"the entry point {kind} is no class"
+        assert isinstance(found, type), f"the entry point {kind} is not a class"
         return found
     return None
 

@@ -1,4 +1,4 @@
-"""Objectives as data: what a robot is asked to do, over and over (DESIGN section 3).
+"""Objectives as data: the task that a robot pursues (DESIGN section 3).
 
 A target is a set of regions, any of which counts. How an objective becomes GR(1) is
 ``safenav.spec.objective``'s business.
@@ -38,14 +38,14 @@ class Patrol:
 
 @dataclass(frozen=True)
 class Visit:
-    """Visit the targets in order, for ever; passing another target on the way is allowed."""
+    """Visit the targets in order, forever; passing another target on the way is allowed."""
 
     targets: tuple[Target, ...]
 
 
 @dataclass(frozen=True)
 class Cover:
-    """Visit all targets in any order, for ever."""
+    """Visit all targets in any order, forever."""
 
     targets: tuple[Target, ...]
 

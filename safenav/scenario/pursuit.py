@@ -5,8 +5,8 @@ the runtime counts goals by it (``runtime.progress``), and graph search plays it
 (``explain.undisturbed``). The audit has its own, on purpose.
 
 The memory is a number: the target whose turn it is (``patrol``, ``visit``), the set of targets
-met in this round as bits (``cover``), nothing (``hold``). Raw formulas (``ltl``) are no automaton
-of this kind: theirs is what the synthesizer makes of them.
+met in this round as bits (``cover``), nothing (``hold``). Raw formulas (``ltl``) are not such an
+automaton: the synthesizer makes theirs.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class Pursuit:
         return tuple(i for i, target in enumerate(self.targets) if region in target)
 
     def turned(self, memory: int, region: Region) -> int:
-        """The memory of a robot that leaves ``region``, or goes on staying there."""
+        """The memory of a robot that leaves ``region``, or stays there."""
         if self.in_turn:
             return (memory + 1) % len(self.targets) if self.met(memory, region) else memory
         if isinstance(self.objective, Hold):
@@ -60,8 +60,8 @@ class Pursuit:
     def forbidden(self, memory: int, region: Region, after: Region) -> bool:
         """Whether the objective itself forbids the step from ``region`` to ``after``.
 
-        A patrol turns round at once at its target, and never touches the one whose turn it is
-        not; who holds a target stays in it.
+        A patrol turns round immediately at its target, and never touches the one whose turn it is
+        not; a robot that holds a target stays in it.
         """
         match self.objective:
             case Patrol(first, second):

@@ -1,4 +1,4 @@
-"""Whether a robot can get to the targets of its objective, and from one to the next for ever.
+"""Whether a robot can get to the targets of its objective, and from one to the next forever.
 
 This is about the modelled map and the robot alone; that a controller exists against all that
 the environment may do is for synthesis to say. Poses are numbers (region * 4 + heading), so
@@ -17,7 +17,7 @@ _HEADINGS = len(Heading)
 
 
 class Reachability:
-    """What a robot of one mobility can reach from its start."""
+    """The regions that a robot of one mobility can reach from its start."""
 
     def __init__(self, mobility: Mobility, start: Pose, world: RegionMap) -> None:
         self._mobility = mobility
@@ -29,7 +29,7 @@ class Reachability:
         return any(pose in self._reached for pose in self._poses(target))
 
     def recurs(self, targets: Collection[Target]) -> bool:
-        """Whether the robot can visit all the targets again and again: whether some strongly
+        """Whether the robot can visit all the targets infinitely often: whether some strongly
         connected set of poses within reach meets every one of them."""
         if self._mobility is Mobility.FREE or len(set(targets)) < 2:
             return all(self.reaches(target) for target in targets)  # every step has a way back

@@ -1,4 +1,4 @@
-"""Scenarios to begin with: commented, and ready to run as they are."""
+"""Template scenarios: commented, and ready to run as they are."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from pathlib import Path
 from safenav.errors import UsageError
 
 TEMPLATES = {
-    "minimal": "one robot that goes to and fro",
+    "minimal": "one robot that goes back and forth",
     "door": "a flying robot, a walking one, and a closed door that they find",
     "team": "three robots on one floor, with models and an obstacle type of their own",
 }
-"""What each template shows; the texts are beside this module."""
+"""The purpose of each template; the texts are beside this module."""
 
 DEFAULT = "door"
 
@@ -27,7 +27,7 @@ def template_text(name: str) -> str:
 
 def write_text(text: str, path: Path, force: bool = False) -> None:
     """Write a scenario to a file, whole or not at all. Raises UsageError if that cannot be
-    done, or if there is a file already and it is not to be replaced (``force``)."""
+    done, or if the file exists and may not be replaced (``force``)."""
     try:
         number, part = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}-")
         try:

@@ -28,7 +28,7 @@ _ABSENT = object()
 
 
 class WrongError(Exception):
-    """What is wrong with a value: one sentence for each field."""
+    """The errors of a value: one sentence for each field."""
 
     def __init__(self, *problems: tuple[str, str, object]) -> None:
         self.places = problems
@@ -131,7 +131,7 @@ def _bounded(inner: Converter, bound: Least | Pattern) -> Converter:
 
 
 def _union(annotations: list[Any], *, nullable: bool) -> Converter:
-    """What one of the choices takes, or null where that is allowed. Objects are told apart by
+    """A value of one of the choices, or null where that is allowed. Objects are told apart by
     their ``kind``."""
     if len(annotations) > 1 and all(is_dataclass(a) for a in annotations):
         kinds = {e.default: a for a in annotations for e in fields(a) if e.name == "kind"}

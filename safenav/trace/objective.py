@@ -12,7 +12,7 @@ _LISTED = ("patrol", "visit", "cover")
 
 @dataclass(frozen=True)
 class Objective:
-    """What a robot is asked to do, over and over.
+    """The objective of a robot.
 
     ``targets``: sets of regions of which any counts, in the objective's own order; none for
     ``ltl`` and for kinds that this version does not know. ``body``: what stands behind the

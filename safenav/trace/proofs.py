@@ -15,7 +15,7 @@ from safenav.trace.vocabulary import Count, Pattern, Place, Sha256
 @dataclass(frozen=True)
 class Reach:
     """``poses``: all that a robot can get to, ascending. ``live``: whether from some of them it
-    can meet every target of its objective again and again."""
+    can meet every target of its objective infinitely often."""
 
     poses: tuple[Place, ...]
     live: bool
@@ -23,7 +23,7 @@ class Reach:
 
 @dataclass(frozen=True)
 class Closure:
-    """What the team can do at most: ``resolved`` are the open obstacles that can be, ``never``
+    """The most that the team can do: ``resolved`` are the open obstacles that can be, ``never``
     those that cannot, ``robots`` where each gets with the former out of the way."""
 
     resolved: tuple[str, ...]
@@ -35,7 +35,7 @@ class Closure:
 @dataclass(frozen=True)
 class Option:
     """``robots`` meet need number ``need`` of ``obstacle``. ``lossless``: each of them can come
-    back to all that it could get to before, so that no other option need be looked at."""
+    back to all that it could get to before, so that no other option need be examined."""
 
     obstacle: str
     need: Count
@@ -45,7 +45,7 @@ class Option:
 
 @dataclass(frozen=True)
 class Choice:
-    """What could be done next, and the proof that it does not help."""
+    """A possible next step, and the proof that it does not help."""
 
     option: Option
     proof: Proof

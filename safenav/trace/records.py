@@ -43,7 +43,7 @@ VERSION = 3
 
 @dataclass(frozen=True)
 class Record:
-    """What all lines have: ``tick``, 0 before the first move, and the number of the ``line`` in
+    """Fields of all lines: ``tick``, 0 before the first move, and the number of the ``line`` in
     the file it was read from, from 1 (0: it was not read; not part of the line)."""
 
     type: ClassVar[str]
@@ -133,7 +133,7 @@ class Synthesis(Record):
 
 @dataclass(frozen=True)
 class Signal:
-    """What an assignable strategy is told: a request to go to ``assigned``, or to wait."""
+    """The command inputs of an assignable strategy: a request to go to ``assigned``, or to wait."""
 
     request: bool
     assigned: int
@@ -169,7 +169,7 @@ class Discovered(Record):
 
 @dataclass(frozen=True)
 class ObstacleChange(Record):
-    """What happens to an obstacle by itself, or because somebody changed the world."""
+    """A change of an obstacle that no robot caused."""
 
     obstacle: str
     cause: ChangeCause
@@ -184,14 +184,14 @@ class Appeared(ObstacleChange):
 
 @dataclass(frozen=True)
 class Gone(ObstacleChange):
-    """An obstacle went by itself, without being resolved."""
+    """An obstacle disappeared without being resolved."""
 
     type: ClassVar[str] = "gone"
 
 
 @dataclass(frozen=True)
 class Truth(Record):
-    """What resolving an obstacle will reveal is another truth from now on."""
+    """From now on resolving the obstacle reveals another truth."""
 
     type: ClassVar[str] = "truth"
     obstacle: str
@@ -201,7 +201,7 @@ class Truth(Record):
 
 @dataclass(frozen=True)
 class NewObjective(Record):
-    """A robot has another objective of its own from now on; its rounds count anew. ``at_once``: it
+    """A robot has another objective of its own from now on; its rounds restart. ``at_once``: it
     is in force; else the robot waits or helps, and gets it when that is over."""
 
     type: ClassVar[str] = "objective"
@@ -294,7 +294,7 @@ class Pop(StackEntry):
 
 @dataclass(frozen=True)
 class Told(Record):
-    """A robot that is told by signals does ``objective`` from now on, where no push or pop says so:
+    """A robot with command inputs pursues ``objective`` from now on, where no push or pop says so:
     it has done its part of a need, say, or another need is next."""
 
     type: ClassVar[str] = "told"
@@ -388,7 +388,7 @@ class Plan(Record):
 
 @dataclass(frozen=True)
 class PlanEnd(Record):
-    """``nodes``: where each robot goes on in the strategy that it has (None: nowhere; it keeps
+    """``nodes``: the next node of each robot's strategy (None: nowhere; it keeps
     its place until it is synthesized)."""
 
     type: ClassVar[str] = "plan_end"

@@ -25,7 +25,7 @@ _PLAIN: dict[Any, Schema] = {
     object: {},
 }
 _OBJECTIVE: Schema = {
-    "description": 'What a robot is to do over and over, such as {"visit": [3, [5, 6]]}.',
+    "description": 'An objective, such as {"visit": [3, [5, 6]]}.',
     "type": "object",
     "minProperties": 1,
     "maxProperties": 1,

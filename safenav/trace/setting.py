@@ -55,7 +55,7 @@ class ObstacleHeader:
     """A hidden obstacle. ``blocks``: the names of the robots that it physically stops, whatever
     they can do. ``traversable``: the truth of this run.
     ``needs``: all its needs if there are several (``action`` and ``resolution_regions`` are
-    those of the first). ``from_`` and ``until``: when it appears and goes by itself."""
+    those of the first). ``from_`` and ``until``: when it appears and disappears."""
 
     type: str
     name: str
@@ -83,7 +83,7 @@ class ObstacleHeader:
 
 @dataclass(frozen=True)
 class ChangeHeader:
-    """What a robot is told while the run goes on, at the beginning of tick ``at``: another
+    """A change for a robot during the run, at the beginning of tick ``at``: another
     ``objective``, or whether it is in service (``active``)."""
 
     at: Annotated[int, Least(1)]
@@ -130,8 +130,8 @@ class LimitsHeader:
 @dataclass(frozen=True)
 class ScenarioHeader:
     """The scenario, fully resolved. ``robots`` are in the order of their turns. ``world``:
-    ``simulated`` or ``external``. ``partition``: the cells of beliefs, None where nobody keeps
-    any. ``changes``: what robots are told while the run goes on, by tick."""
+    ``simulated`` or ``external``. ``partition``: the cells of beliefs, None where no robot keeps
+    any. ``changes``: the changes for robots during the run, by tick."""
 
     name: str
     map: MapHeader

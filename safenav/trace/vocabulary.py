@@ -1,4 +1,4 @@
-"""What the fields of a trace may hold: plain values with bounds, and words with a meaning.
+"""The values of a trace's fields: plain values with bounds, and words with a meaning.
 
 The reader and the JSON Schema follow these annotations; docs/trace.md explains the words.
 """
@@ -38,7 +38,7 @@ Place = tuple[Region, Heading | None]
 
 
 class RecordedVerdict(StrEnum):
-    """What a synthesis came to."""
+    """The result of a synthesis."""
 
     REALIZABLE = "realizable"
     UNREALIZABLE = "unrealizable"
@@ -47,7 +47,7 @@ class RecordedVerdict(StrEnum):
 
 
 class Verified(StrEnum):
-    """What was checked of a strategy that nobody lists: each of its moves, when it was made."""
+    """The checks of a strategy on demand: each of its moves, when it was made."""
 
     MOVES = "moves"
 
@@ -96,7 +96,7 @@ class BlockReason(StrEnum):
 
 
 class MovedBy(StrEnum):
-    """What decided a move."""
+    """The origin of a move."""
 
     STRATEGY = "strategy"
     BACKTRACK = "backtrack"
@@ -106,7 +106,7 @@ class MovedBy(StrEnum):
 
 
 class ChangeCause(StrEnum):
-    """Why an obstacle appeared or went by itself."""
+    """Why an obstacle appeared or disappeared."""
 
     SCENARIO = "scenario"
     WORLD = "world"

@@ -102,14 +102,14 @@ _BLOCKED = {
     vocabulary.BlockReason.UNTRAVERSABLE: "it is not traversable",
     vocabulary.BlockReason.NO_CAPABLE_ROBOT: "too few robots have the action it needs",
     vocabulary.BlockReason.NO_HELPER: "no robot can help",
-    vocabulary.BlockReason.UNRESOLVABLE: "whatever the team does, nobody ever gets to resolve it",
+    vocabulary.BlockReason.UNRESOLVABLE: "no robot can ever resolve it",
 }
 
 _LISTED_ROBOTS = 4
 """A larger team is not listed by name where all of it is meant."""
 
 _PLAN_OVER = {
-    vocabulary.PlanEndReason.REACHED: "everybody is where it leads",
+    vocabulary.PlanEndReason.REACHED: "every robot has arrived",
     vocabulary.PlanEndReason.VIOLATION: "something stands in its way",
     vocabulary.PlanEndReason.CHANGED: "things have changed",
 }
@@ -117,7 +117,7 @@ _PLAN_OVER = {
 
 @dataclass(frozen=True)
 class Wording:
-    """How a run is told. ``word``: what a region is called in the names of obstacles and in
+    """The wording of a run. ``word``: what a region is called in the names of obstacles and in
     objectives; ``place``: how it is shown where something happens (default: the same);
     ``robot`` and ``strong`` dress up names of robots and what matters most; ``team``: how many
     robots there are, ``actions``: the action of each need of an obstacle, ``skills``: the
@@ -166,7 +166,7 @@ class Wording:
             case records.Appeared():
                 return f"{self.strong(self.obstacle(line.obstacle))} appears"
             case records.Gone():
-                return f"{self.strong(self.obstacle(line.obstacle))} goes by itself"
+                return f"{self.strong(self.obstacle(line.obstacle))} disappears"
             case records.Truth():
                 truth = "traversable" if line.traversable else "not traversable"
                 return f"{self.strong(self.obstacle(line.obstacle))} is {truth} from now on"
@@ -174,7 +174,7 @@ class Wording:
                 told = self.objective(line.objective)
                 return f"{self.robot(line.robot)} gets another objective: {told}"
             case records.Told():
-                return f"{self.robot(line.robot)} is told: {self.objective(line.objective)}"
+                return f"{self.robot(line.robot)} now pursues: {self.objective(line.objective)}"
             case records.Service():
                 what = "is back in service" if line.active else "is out of service"
                 return f"{self.robot(line.robot)} {what}"
@@ -190,7 +190,7 @@ class Wording:
             case records.Outcome():
                 text = line.outcome.value.replace("_", " ")
                 return f"{text}: {line.explanation}" if line.explanation else text
-        raise TypeError(f"{line.type} is no event")
+        raise TypeError(f"{line.type} is not an event")
 
     def objectives(self, line: records.Push | records.Pop, names: Iterable[str]) -> str:
         """What these robots have to do after the line, in brackets; nothing without any."""
@@ -240,7 +240,7 @@ class Wording:
             f"{name} cannot get there" if bid is None else f"{name} needs {counted(bid, 'tick')}"
             for name, bid in line.bids.items()
         )
-        bids = bids or "nobody has the capability"
+        bids = bids or "no robot has the capability"
         if helpers == (line.requester,):
             actions = self.actions.get(line.obstacle, ())
             act = actions[line.need or 0] if actions else "resolve"
@@ -248,7 +248,7 @@ class Wording:
         help_ = f"{self._all(helpers)} {'helps' if len(helpers) == 1 else 'help'}"
         asks = f"{self.robot(line.requester)} asks for help with {about}"
         if not helpers:
-            help_ = f"nobody helps: {line.because}" if line.because else "nobody helps"
+            help_ = f"no robot helps: {line.because}" if line.because else "no robot helps"
         return f"{asks}: {bids}; {help_}"
 
     def _met(self, line: records.Met) -> str:
@@ -261,7 +261,7 @@ class Wording:
         text = f"{who} at {self._at(line.at)} resolves {what}{self._with(line)}"
         if line.traversable is not None:
             text += ", which is traversable" if line.traversable else ", which is not traversable"
-        return text if line.requested else text + " (nobody had asked)"
+        return text if line.requested else text + " (without a request)"
 
     def _with(self, line: records.Met | records.Resolved) -> str:
         """The others that took part, who may be elsewhere."""
@@ -285,7 +285,7 @@ def _natural(name: str) -> list[tuple[int, str]]:
 
 
 def synthesis_words(line: records.Synthesis) -> str:
-    """What a synthesis came to: ``21 states in 3 ms, verified``."""
+    """The result of a synthesis: ``21 states in 3 ms, verified``."""
     found = line.verdict.value.replace("_", " ")
     if line.verdict is vocabulary.RecordedVerdict.REALIZABLE and line.states is not None:
         found = counted(line.states, "state")

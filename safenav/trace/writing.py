@@ -27,8 +27,8 @@ def as_data(record: Record) -> dict[str, Any]:
 class TraceWriter:
     """A listener that appends each record to a file and flushes it.
 
-    Raises UsageError when the file cannot be opened or written: a run whose trace is lost
-    must not go on as if nothing had happened.
+    Raises UsageError when the file cannot be opened or written: a run whose trace is lost must
+    not continue.
     """
 
     def __init__(self, path: Path) -> None:

@@ -58,7 +58,7 @@ def test_options_of_map_files_mean_nothing_to_a_scenario(safenav: Command, tmp_p
     assert "are for map files" in safenav("draw", "s.yaml", "--rows", "3").stderr
     assert "go with --map" in safenav("new", "t.yaml", "--rows", "3").stderr
     found = safenav("new", "t.yaml", "--map", "s.yaml")
-    assert found.returncode == 2 and "this is no map file" in found.stderr
+    assert found.returncode == 2 and "this is not a map file" in found.stderr
     assert not (tmp_path / "t.yaml").exists()
 
 

@@ -150,7 +150,7 @@ def test_check_warns_of_what_is_hardly_meant(safenav: Command, tmp_path: Path) -
     )
     done = safenav("check", scenario)
     assert done.returncode == 0
-    assert "warning: nobody can resolve door@7: no robot can 'push'" in done.stderr
+    assert "warning: no robot can resolve door@7: it needs 'push'" in done.stderr
     assert "warning: seed 3 has no effect" in done.stderr
     assert safenav("check", scenario, "--strict").returncode == 1
     told = json.loads(safenav("check", scenario, "--json").stdout)

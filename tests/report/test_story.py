@@ -71,6 +71,6 @@ def test_what_comes_and_goes_and_joint_plans_are_told() -> None:
     assert [line[11:] for line in said] == [
         "door@gate appears",
         "quad and digit move by a joint plan (both wait)",
-        "the joint plan is over: everybody is where it leads",
-        "door@gate goes by itself",
+        "the joint plan is over: every robot has arrived",
+        "door@gate disappears",
     ]

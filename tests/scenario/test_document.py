@@ -138,7 +138,7 @@ def test_flaws_of_keys_do_not_hide_the_rest() -> None:
     assert isinstance(found.root, Mapping)
     assert [key.text for key, _ in found.root.entries] == ["a", "c"]
     assert [(place.line, flaw) for place, flaw, _ in found.flaws] == [
-        (2, "the key 'a' stands twice"),
+        (2, "duplicate key 'a'"),
         (3, "the key 3 is not a word"),
         (4, "a key is a list or a mapping"),
         (5, "the key true is not a word"),

@@ -45,19 +45,19 @@ PLAIN = {
             {"can": "lfit"},
             [
                 "porter can 'lfit', which no obstacle needs; did you mean 'lift'?",
-                "nobody can resolve beam@11: no robot can 'lift', the team can 'lfit', 'sense'; "
+                "no robot can resolve beam@11: it needs 'lift'; available: 'lfit', 'sense'; "
                 "did you mean 'lfit'?",
             ],
             id="a slip of the pen",
         ),
         pytest.param(
             {"robots": "2"},
-            ["nobody can resolve beam@11: 'lift' takes 2 robots, and only a can do it"],
+            ["no team can resolve beam@11: 'lift' takes 2 robots, and only a can do it"],
             id="too few",
         ),
         pytest.param(
             {"robots": "2", "names": "{gate: 11}"},
-            ["nobody can resolve beam@gate: 'lift' takes 2 robots, and only a can do it"],
+            ["no team can resolve beam@gate: 'lift' takes 2 robots, and only a can do it"],
             id="too few, at a region with a name",
         ),
         pytest.param({"robots": "2", "other": "porter"}, [], id="enough"),

@@ -21,7 +21,7 @@ def test_every_event_is_told_in_one_sentence(seed: int) -> None:
     told = set()
     for record in examples(seed):
         if record.type in SILENT:
-            with pytest.raises(TypeError, match="is no event"):
+            with pytest.raises(TypeError, match="is not an event"):
                 Wording().sentence(record)
             continue
         sentence = Wording().sentence(record)
@@ -88,5 +88,5 @@ def test_regions_and_robots_are_shown_as_the_teller_likes() -> None:
     assert wording.sentence(met) == "QUAD at gate 46 meets need 1 of *door@dock*: sense"
     both = records.Resolved(5, "beam@47", "digit", 46, False, None, robots=("digit", "rover"))
     assert wording.sentence(both) == (
-        "DIGIT at gate 46 resolves *beam@dock* with ROVER (nobody had asked)"
+        "DIGIT at gate 46 resolves *beam@dock* with ROVER (without a request)"
     )

@@ -22,7 +22,7 @@ _LINES = re.compile(r"^(image|occupied_thresh)\s*:", re.MULTILINE)
 
 @dataclass(frozen=True)
 class Division:
-    """How a map file is divided: into so many rows and columns, or into squares of so many
+    """How a map file is divided: into this many rows and columns, or into squares of this side in
     metres. ``share``: how much of a region has to be blocked for it to be a wall."""
 
     rows: int | None = None
@@ -32,7 +32,7 @@ class Division:
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """What a scenario's ``map`` says about it: ``rows: 20``, ..."""
+        """The keys of a scenario's ``map`` for it: ``rows: 20``, ..."""
         said = {
             "rows": self.rows,
             "cols": self.cols,
@@ -44,7 +44,7 @@ class Division:
 
 def form_of(path: Path) -> str | None:
     """The form of a map in a scenario that a file has: ``image``, ``ros`` or ``movingai``; None
-    if it is no map file."""
+    if it is not a map file."""
     suffix = path.suffix.lower()
     if suffix in _IMAGES:
         return "image"
@@ -65,7 +65,7 @@ def map_lines(path: Path, division: Division, folder: Path) -> list[str]:
     form = form_of(path)
     if form is None:
         hint = "PNG or PGM images, the YAML file of ROS map_server, MovingAI maps (.map)"
-        raise InputError([Diagnostic(str(path), 0, 0, "this is no map file", hint)])
+        raise InputError([Diagnostic(str(path), 0, 0, "this is not a map file", hint)])
     name = os.path.relpath(path, folder)
     quoted = name if re.fullmatch(r"[\w./][\w./-]*", name) else "'" + name.replace("'", "''") + "'"
     return [f"{form}: {quoted}", *division.keys]
@@ -91,7 +91,7 @@ def load_map(
 
 
 def _tell_whole_file(findings: Findings, division: Division, ask: str) -> None:
-    """Raise what was found. Places in the made-up text mean nothing to anybody; hints speak of
+    """Raise what was found. Places in the generated text mean nothing to users; hints name
     options instead of keys."""
     try:
         findings.raise_if_any()

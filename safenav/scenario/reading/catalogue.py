@@ -229,7 +229,7 @@ def _places(
     if not isinstance(node, Sequence):
         return read.choice(node, label, ResolveAt, findings)
     if not node.items:
-        findings.add(node, f"{label} is empty", "without a region nobody can resolve it")
+        findings.add(node, f"{label} is empty", "without a region no robot can resolve it")
         return None
     found = [regions.regions(item, label) or frozenset() for item in node.items]
     return frozenset().union(*found)

@@ -1,4 +1,4 @@
-"""The ``changes:`` of a scenario: what robots are told while the run goes on."""
+"""The ``changes:`` of a scenario: changes for robots during the run."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class ChangeReader:
             self._findings.add(item.get("robot"), f"no robot is named '{clipped(name)}'", hint)
         told = [key for key in ("objective", "service") if item.get(key) is not None]
         if len(told) != 1:
-            what = "tells nothing" if not told else "tells two things at once"
+            what = "needs exactly one of 'objective' and 'service'"
             hint = (
                 "give it an 'objective', or 'service: out' or 'service: back'; one for each change"
             )
@@ -89,7 +89,7 @@ class ChangeReader:
         return found
 
     def _check_reachable(self, robot: Robot, objective: Objective, node: Node) -> None:
-        """Whatever it reaches later it reaches from its start, too."""
+        """Its start reaches everything that it reaches later."""
         world = self._regions.world
         if world is None or not self._reachable:
             return

@@ -62,7 +62,7 @@ class EventPatternReader:
             elif area := self._regions.areas.get(other):
                 regions.append(area)
             else:
-                found = f"{what}: '{clipped(other)}' is no robot, obstacle, region or area"
+                found = f"{what}: '{clipped(other)}' is not a robot, obstacle, region or area"
                 self._findings.add(node, found, suggestion(other, self._robots))
                 return None
         if len(obstacles) > 1 or len(regions) > 1:

@@ -40,7 +40,7 @@ def read_grid(node: Node, source: Lines[str], findings: Findings) -> RegionMap |
 
 
 def too_large(rows: int, cols: int) -> tuple[str, str]:
-    """What is wrong with a map of this size, and what to do."""
+    """The error of a map of this size, and what to do."""
     found = f"a map of {rows} x {cols} regions; the most is {MAX_REGIONS} (512 x 512)"
     return found, "use larger regions"
 

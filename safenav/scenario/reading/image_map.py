@@ -31,7 +31,7 @@ _COLOUR = re.compile(r"#([0-9a-fA-F]{2})([0-9a-fA-F]{2})([0-9a-fA-F]{2})")
 
 
 class Text(StrEnum):
-    """What labels on a floor plan become."""
+    """The meaning of labels on a floor plan."""
 
     IGNORE = "ignore"
     WALL = "wall"

@@ -71,8 +71,8 @@ REQUIRED = {
 def load_scenario(path: str | Path, *, reachable: bool = True) -> Scenario:
     """The scenario in a file. ``reachable``: insist that robots can reach their targets.
 
-    Raises InputError with every diagnostic, in file order, if the file cannot be read or is
-    no valid scenario.
+    Raises InputError with every diagnostic, in file order, if the file cannot be read or is not a
+    valid scenario.
     """
     findings = Findings(str(path))
     text = read_source(Path(path), findings)
@@ -108,7 +108,7 @@ def load_scenario_text(
 
 @dataclass(frozen=True)
 class Draft:
-    """What could be read of a text: the scenario if nothing is wrong with it, the catalogue that
+    """The readable parts of a text: the scenario if it has no error, the catalogue that
     its names refer to, its map as far as that is usable, and all diagnostics."""
 
     scenario: Scenario | None

@@ -46,12 +46,12 @@ class ObjectiveReader:
             return None
         given = [(key.text, value) for key, value in item.entries if key.text in KINDS]
         if not given:
-            hint = "say what it shall do, for example {patrol: [14, 20]}"
+            hint = "give it one, for example {patrol: [14, 20]}"
             if not item.entries or item.get(FORM) is not None:
                 self._findings.add(item, f"{what} is empty", hint)
         if len(given) > 1:
             kinds = " and ".join(f"'{kind}'" for kind, _ in given)
-            self._findings.add(item, f"{what}: {kinds} at once", "choose one of them")
+            self._findings.add(item, f"{what}: both {kinds}", "choose one of them")
         if len(given) != 1:
             return None
         kind, value = given[0]
@@ -136,7 +136,7 @@ class ObjectiveReader:
             for part in ("init", "safety", "liveness")
         }
         if _is_empty(item.get("safety")) and _is_empty(item.get("liveness")):
-            hint = "give it 'liveness' (what to reach again and again) or 'safety' (always)"
+            hint = "give it 'liveness' (what to reach infinitely often) or 'safety' (always)"
             self._findings.add(item, f"{what} is empty", hint)
         if len(self._findings) > before:
             return None

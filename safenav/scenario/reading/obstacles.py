@@ -50,7 +50,7 @@ def read_obstacles(
 
 
 def _apart(obstacle: Obstacle, robot: Robot) -> str:
-    """What to do about a robot that starts inside an obstacle."""
+    """The hint for a robot that starts inside an obstacle."""
     if any(need.action in robot.capabilities for need in obstacle.needs):
         return f"move one of them: {robot.name} alone does not resolve it from inside"
     return "move one of them"
@@ -99,7 +99,7 @@ def _type(node: Node | None, catalogue: Catalogue, findings: Findings) -> Obstac
 def _truth(
     node: Node | None, kind: ObstacleType | None, catalogue: Catalogue, findings: Findings
 ) -> bool | float | None:
-    """What resolving it reveals: traversable unless the scenario says otherwise."""
+    """Its truth: traversable unless the scenario says otherwise."""
     if node is None:
         return True if kind is not None and kind.has_truth else None
     if kind is not None and not kind.has_truth:

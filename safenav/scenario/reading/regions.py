@@ -41,7 +41,7 @@ class RegionReader:
         return RegionReader(self.world, self.names, findings, self.areas)
 
     def region(self, node: Node | None, what: str) -> Region | None:
-        """A region that is no wall; None if there is none or it was reported."""
+        """A region that is not a wall; None if there is none or it was reported."""
         if node is None:
             return None
         region = self._number(node, what)
@@ -175,5 +175,5 @@ class RegionReader:
         assert self.world is not None
         beside = self.world.neighbours(region)
         if not beside:
-            return "all regions beside it are walls, too"
+            return "all neighbouring regions are also walls"
         return "free beside it: " + ", ".join(self.world.label(free) for free in beside)

@@ -11,7 +11,12 @@ from safenav.scenario.model import Catalogue, Robot, RobotModel, Tracking, confl
 from safenav.scenario.objective import Hold, Objective, targets_of
 from safenav.scenario.reachability import Reachability
 from safenav.scenario.reading.catalogue import read_vision
-from safenav.scenario.reading.objective import IDENTIFIER, OWN_VARIABLES, ObjectiveReader
+from safenav.scenario.reading.objective import (
+    IDENTIFIER,
+    KINDS,
+    OWN_VARIABLES,
+    ObjectiveReader,
+)
 from safenav.scenario.reading.regions import RegionReader
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence, clipped
@@ -23,7 +28,7 @@ KEYS = ("model", "start", "heading", "objective", "vision", "avoids", "tracks", 
 REQUIRED = {
     "model": "a robot model of the catalogue, for example 'model: digit'",
     "start": "a region, for example 'start: 47' or 'start: [3, 8]'",
-    "objective": "what it shall do, for example 'objective: {patrol: [14, 20]}'",
+    "objective": "its task, for example 'objective: {patrol: [14, 20]}'",
 }
 
 _HEADINGS = {heading.label: heading for heading in Heading}
@@ -174,7 +179,7 @@ class _RobotReader:
                 if second.name not in told and conflict(first, second):
                     told.add(second.name)
                     region = second.start.region
-                    found = f"'start' of {second.name}: {first.name} starts in region {region}, too"
+                    found = f"'start' of {second.name}: {first.name} also starts in region {region}"
                     self._findings.add(node, found, _why_apart(first, second))
 
     def check_timing(self) -> None:
@@ -192,8 +197,8 @@ class _RobotReader:
             slow = [other.name for other in seen if other.model.timing.most > 1]
             if slow:
                 found = (
-                    f"'tracking' of {clipped(robot.name)}: {robot.tracking.value} counts on steps "
-                    f"of one tick, and those of {clipped(slow[0])} take several"
+                    f"'tracking' of {clipped(robot.name)}: {robot.tracking.value} requires "
+                    f"one-tick steps; those of {clipped(slow[0])} take longer"
                 )
                 hint = "'tracking: nearby' is right for any timing"
                 self._findings.add(self._tracking[robot.name], found, hint)
@@ -222,7 +227,7 @@ def _check_reachable(robot: Robot, node: Node | None, world: RegionMap, findings
         found = f"objective of {robot.name}: {clipped(regions, 80)} cannot be reached from {start}"
         findings.add(place, found, _why(robot, target, world))
     if not missed and not reach.recurs(targets):
-        found = f"objective of {robot.name}: it cannot go from target to target for ever"
+        found = f"objective of {robot.name}: it cannot visit all targets infinitely often"
         hint = "with heading mobility it cannot turn round where it gets to"
         findings.add(node, found, hint)
 
@@ -230,7 +235,7 @@ def _check_reachable(robot: Robot, node: Node | None, world: RegionMap, findings
 def _target_nodes(objective: Objective, node: Node | None) -> tuple[Node, ...]:
     """Where each target is written."""
     assert isinstance(node, Mapping)
-    value = node.entries[0][1]
+    value = next(value for key, value in node.entries if key.text in KINDS)
     if isinstance(objective, Hold):
         return (value,)
     assert isinstance(value, Sequence)

@@ -28,7 +28,7 @@ from safenav.world.map import MAX_REGIONS, RegionMap
 
 REQUIRED = {
     "image": "the path of the image, relative to this file",
-    "resolution": "metres a pixel, for example 'resolution: 0.05'",
+    "resolution": "metres per pixel, for example 'resolution: 0.05'",
     "origin": "[x, y, yaw] of the lower left corner",
     "occupied_thresh": "map_saver writes 'occupied_thresh: 0.65'",
     "free_thresh": "map_saver writes 'free_thresh: 0.196'",
@@ -89,7 +89,7 @@ def read_ros(node: Node, fields: Mapping, folder: Path, findings: Findings) -> R
 
 
 def _decimal(number: float) -> Fraction:
-    """What is written, not its binary neighbour: 0.5 / 0.05 is exactly 10."""
+    """The decimal number, not its binary neighbour: 0.5 / 0.05 is exactly 10."""
     return Fraction(repr(number))
 
 

@@ -75,7 +75,7 @@ Node = Scalar | Sequence | Mapping
 
 
 class DocumentError(Exception):
-    """The text is no usable YAML: where, what, and what to do about it."""
+    """The text is not valid YAML: where, what, and what to do about it."""
 
     def __init__(self, place: Place, found: str, hint: str = "") -> None:
         self.place = place
@@ -111,7 +111,7 @@ def read_document(text: str) -> Document:
 
 
 def scalar_value(text: str) -> str | int | float | bool | None:
-    """What a plain scalar means in the YAML 1.2 core schema."""
+    """The value of a plain scalar in the YAML 1.2 core schema."""
     if text in _WORDS:
         return _WORDS[text]
     if len(text) > MAX_NUMBER_LENGTH:
@@ -230,7 +230,7 @@ class _Builder:
             self.flaws.append((key.place, f"the key {shown} is not a word", "keys are words"))
         elif key.value in parent.lines:
             first = parent.lines[key.value]
-            found = f"the key '{clipped(key.value)}' stands twice"
+            found = f"duplicate key '{clipped(key.value)}'"
             self.flaws.append((key.place, found, f"it is already in line {first}"))
         else:
             parent.lines[key.value] = key.place.line
@@ -265,7 +265,7 @@ def _build(events: Iterator[Any]) -> Document:
             case yaml.AliasEvent():
                 builder.alias(event)
     if builder.root is None or (isinstance(builder.root, Scalar) and builder.root.value is None):
-        hint = "safenav new FILE writes a whole scenario to begin with"
+        hint = "safenav new FILE writes a complete scenario to start from"
         raise DocumentError(Place(), "the file is empty", hint)
     return Document(builder.root, tuple(builder.flaws))
 

@@ -1,7 +1,7 @@
 """Typed values out of document nodes: each reader returns the value or reports why not.
 
 ``what`` names the item for the message ("'rounds' of until"). A reader that returns None has
-reported; callers go on, so that one mistake does not hide another.
+reported; callers continue, so that one error does not hide another.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ E = TypeVar("E", bound=StrEnum)
 
 
 def described(node: Node) -> str:
-    """What stands there, for "found ..."."""
+    """The value there, for "found ..."."""
     match node:
         case Sequence(_, items):
             return f"a list of {len(items)}" if items else "an empty list"

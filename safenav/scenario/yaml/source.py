@@ -36,7 +36,7 @@ def read_source(path: Path, findings: Findings, named_at: Node | None = None) ->
 
 
 def read_bytes(path: Path, findings: Findings, named_at: Node, limit: int) -> bytes | None:
-    """The content of a file that is no text, of at most ``limit`` bytes; else as above."""
+    """The content of a binary file, of at most ``limit`` bytes; else as above."""
     try:
         _refuse_outside(path, findings, named_at)
         return _bytes(path, limit)
@@ -93,7 +93,7 @@ def _bytes(path: Path, limit: int) -> bytes:
         if stat.S_ISDIR(kind):
             raise _UnusableError("this is a directory", "name a file in it")
         if not stat.S_ISREG(kind):
-            # A pipe would wait for ever, /dev/zero never ends.
+            # A pipe would wait forever, /dev/zero never ends.
             raise _UnusableError("this is not a regular file", "copy what it gives into a file")
         with path.open("rb") as file:
             data = file.read(limit + 1)
@@ -130,7 +130,7 @@ def _decoded(data: bytes) -> str:
 
 
 def is_trace(text: str) -> bool:
-    """Whether a text begins as a trace does, which is no scenario."""
+    """Whether a text begins as a trace does, which is not a scenario."""
     return _TRACE.match(text) is not None
 
 
