@@ -148,7 +148,7 @@ def test_the_strategy_may_come_on_standard_input(door: tuple[Path, Path], invoke
     ("spec", "strategy", "said"),
     [
         (b"[INPUT]\n1x\n", b"{}", "declares nothing"),
-        (b"\xff\xfe", b"{}", "no text in UTF-8"),
+        (b"\xff\xfe", b"{}", "not valid UTF-8 text"),
         (DOOR.encode(), b"{", "not JSON"),
         (DOOR.encode(), b'{"variables": [], "nodes": {}}', "no variable"),
         (
