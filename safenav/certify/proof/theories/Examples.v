@@ -1,7 +1,7 @@
 (** That the definitions are not empty: a light that must be on again and again while somebody is
     there again and again, and never when nobody is. *)
 From Coq Require Import Ascii String List NArith PArith FMapPositive.
-From Proved Require Import Gr1 Ranks Strategy Counterstrategy Parse Files.
+From Proved Require Import Gr1 Ranks Strategy Counterstrategy Parse Print Files.
 Import ListNotations.
 
 Definition nl : string := String (ascii_of_nat 10) EmptyString.
@@ -37,6 +37,15 @@ Proof.
   destruct (establish_sound lamp good e E) as (sp & names & P & R).
   exists sp, names. split; auto. exists (strategy_of sp good); auto.
 Qed.
+
+(** What is read is printed, and read back as the same. *)
+Example lamp_printed : match parse lamp with
+  | Some (sp, ns) =>
+      parse (print sp [(codes "somebody", true, (0, 1)%N); (codes "light", false, (0, 2)%N)])
+      = Some (sp, ns)
+  | None => False
+  end.
+Proof. vm_compute. reflexivity. Qed.
 
 (** Somebody can come again and again; not if a node is said to be nearer than it is. *)
 Definition lively (g : graph) : bool :=
