@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from safenav.scenario.reading.loader import load_scenario as load_scenario
     from safenav.spec.compile import compile_task as compile_task
     from safenav.spec.task import Task as Task
+    from safenav.studio.watching import LiveView as LiveView
     from safenav.synthesis.slugs import Synthesizer as Synthesizer
     from safenav.trace.writing import TraceWriter as TraceWriter
     from safenav.verify.verification import first_failure as first_failure
@@ -38,6 +39,7 @@ __version__ = "0.1.0"
 
 _HOMES = {
     "Heading": "safenav.world.map",
+    "LiveView": "safenav.studio.watching",
     "Mission": "safenav.runtime.mission",
     "Need": "safenav.scenario.model",
     "Obstacle": "safenav.scenario.model",

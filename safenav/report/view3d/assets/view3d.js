@@ -1,4 +1,4 @@
-/* sources 3bac7e6653f60c54e01dc7f9ba96353c649b2cd92aeb9b9f14dd09b7a6f78d5c */
+/* sources 67ead63177a766c94844a2654ea697c78505f23c2878a6aa523af2f3d93285f7 */
 /* Contains Preact:
 The MIT License (MIT)
 

@@ -11,7 +11,8 @@ interface LiveControlsProps {
   run: Run;
   player: LivePlayer;
   tick: number;
-  say: Say;
+  /** Null where a program drives the run. */
+  say: Say | null;
 }
 
 export function LiveControls({ run, player, tick, say }: LiveControlsProps) {
@@ -24,14 +25,14 @@ export function LiveControls({ run, player, tick, say }: LiveControlsProps) {
       <div class="buttons">
         <div class="group">
           <BackButtons player={player} />
-          <Button
+          {say && <Button
             icon={running ? "pause" : "play"}
             label={running ? "Pause the run" : "Run"}
             primary
             off={ended && OVER}
             onClick={() => player.toggle()}
-          />
-          <Button icon="on" label="One tick on" off={ended && tick >= run.last && OVER} onClick={() => player.step(1)} />
+          />}
+          <Button icon="on" label="One tick on" off={(ended || !say) && tick >= run.last && OVER} onClick={() => player.step(1)} />
           <button
             type="button"
             class={`now ${player.following ? "following" : ""}`}
@@ -43,8 +44,8 @@ export function LiveControls({ run, player, tick, say }: LiveControlsProps) {
         <p class="clock">
           tick <b>{tick}</b> of {run.last}
         </p>
-        <SpeedButtons player={player} />
-        <Again player={player} say={say} />
+        {say && <SpeedButtons player={player} />}
+        {say && <Again player={player} say={say} />}
       </div>
     </section>
   );

@@ -17,6 +17,8 @@ interface LiveViewProps {
   player: LivePlayer;
   wire: Wire;
   types: ObstacleKind[];
+  /** A program drives the run: pages only look. */
+  watches?: boolean;
   bar?: ComponentChildren;
   saving?: ComponentChildren;
 }
@@ -29,12 +31,12 @@ const KEYS: Keys = [
   ["Esc", "put a change down; close a menu"],
 ];
 
-export function LiveView({ run, player, wire, types, bar, saving }: LiveViewProps) {
+export function LiveView({ run, player, wire, types, watches, bar, saving }: LiveViewProps) {
   const [tool, choose] = useState<Tool>({ does: "look" });
   const { cols, rows } = run ?? { cols: 0, rows: 0 };
   const stage = useMemo(() => flatStage({ cols, rows }), [cols, rows]);
   const over = player.state.phase === "ended";
-  const hand = useWorldHand(run, over ? { does: "look" } : tool, choose, wire.say);
+  const hand = useWorldHand(run, over || watches ? { does: "look" } : tool, choose, wire.say);
   useLayoutEffect(() => {
     const pressed = (event: KeyboardEvent): void => {
       if (event.key !== "Escape" || event.defaultPrevented) return;
@@ -60,8 +62,8 @@ export function LiveView({ run, player, wire, types, bar, saving }: LiveViewProp
             {saving || <Saving />}
           </>
         ),
-        above: <ToolLine run={run} tool={tool} choose={choose} say={wire.say} over={over} />,
-        beside: (
+        above: !watches && <ToolLine run={run} tool={tool} choose={choose} say={wire.say} over={over} />,
+        beside: !watches && (
           <World
             run={run}
             tick={tick}
@@ -73,8 +75,8 @@ export function LiveView({ run, player, wire, types, bar, saving }: LiveViewProp
             over={over}
           />
         ),
-        controls: (now) => <LiveControls run={run} player={player} tick={now} say={wire.say} />,
-        hand,
+        controls: (now) => <LiveControls run={run} player={player} tick={now} say={watches ? null : wire.say} />,
+        hand: watches ? undefined : hand,
         keys: KEYS,
         about: <p>Click a robot to follow it, an event or a mark on the timeline to see that tick while the run continues.</p>,
       }}

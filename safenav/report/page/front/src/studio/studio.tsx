@@ -16,6 +16,8 @@ import { onNotice } from "../panels/notice";
 
 interface Hello {
   editor: boolean;
+  /** A program drives the run. */
+  watches?: boolean;
   types: ObstacleKind[];
   templates: Record<string, string>;
   folder: string;
@@ -93,6 +95,7 @@ export function Studio() {
           player={player}
           wire={wire}
           types={hello.types}
+          watches={hello.watches ?? false}
           saving={doc && <SaveMenu doc={doc} ran={run !== null} say={wire.say} ask={ask} />}
           bar={
             doc && (

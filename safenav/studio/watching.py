@@ -1,0 +1,143 @@
+"""A run of a program's own, shown in a browser as it happens: pages watch, the program drives."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import threading
+import time
+from collections.abc import Mapping
+from concurrent.futures import Future
+from contextlib import suppress
+from types import TracebackType
+from typing import TYPE_CHECKING, Any
+
+from safenav.errors import UsageError
+from safenav.scenario.model import Scenario
+from safenav.studio.run.live import StudioRun
+from safenav.studio.run.orders import RunOrder
+from safenav.studio.session import Studio
+from safenav.studio.starting import require_extra
+from safenav.trace.records import Record
+from safenav.trace.writing import as_data
+
+if TYPE_CHECKING:
+    from safenav.studio.server import Server
+
+_PAUSE = 0.2
+_GONE = 2.0
+"""Seconds without any page after which ``wait`` ends: a reload takes less."""
+
+
+class LiveView:
+    """A listener that shows a mission in a browser as it happens (extra ``studio``).
+
+    ::
+
+        with LiveView(scenario) as view:
+            Mission(scenario, world=fleet, listeners=[view]).run()
+            view.wait()
+
+    Pages follow the run and go back in it; they change nothing. ``browser``: open one.
+    Raises UsageError without the extra, or if the port cannot be had.
+    """
+
+    def __init__(
+        self, scenario: Scenario, *, port: int | None = None, browser: bool = True
+    ) -> None:
+        require_extra()
+        self.address = ""
+        """Address of the page, once the view has been entered."""
+        self._scenario = scenario
+        self._port = port
+        self._browser = browser
+        self._loop = asyncio.new_event_loop()
+        self._ready: Future[Server] = Future()
+        self._thread = threading.Thread(target=self._serve, name="safenav live", daemon=True)
+
+    def __enter__(self) -> LiveView:
+        self._thread.start()
+        self._server = self._ready.result()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        with suppress(RuntimeError):  # it has ended by itself
+            self._loop.call_soon_threadsafe(self._server.stop)
+        self._thread.join()
+
+    def __call__(self, record: Record) -> None:
+        """The next line of the trace, from the thread of the mission."""
+        studio = self._server.studio
+        assert isinstance(studio, _Watching)
+        with suppress(RuntimeError):  # nobody looks any longer
+            self._loop.call_soon_threadsafe(studio.hear, as_data(record))
+
+    def wait(self) -> None:
+        """Go on serving until the last page has been closed, or Ctrl-C."""
+        last = time.monotonic()
+        with suppress(KeyboardInterrupt):
+            while self._thread.is_alive() and time.monotonic() - last < _GONE:
+                time.sleep(_PAUSE)
+                if self._server.studio.pages:
+                    last = time.monotonic()
+
+    def _serve(self) -> None:
+        asyncio.set_event_loop(self._loop)
+        try:
+            self._loop.run_until_complete(self._served())
+        except BaseException as error:
+            if not self._ready.done():
+                self._ready.set_exception(error)
+        finally:
+            self._loop.close()
+
+    async def _served(self) -> None:
+        from safenav.studio.server import Server
+
+        server = Server(_Watching(self._scenario), port=self._port, keep=True)
+
+        def ready(address: str) -> None:
+            self.address = address
+            self._ready.set_result(server)
+
+        await server.serve(browser=self._browser, ready=ready)
+
+
+class _Watching(Studio):
+    """The run of a program, as pages see it."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        order = RunOrder("", scenario.source or f"{scenario.name}.yaml", seed=scenario.seed)
+        super().__init__(order, scenario.catalogue)
+        self._watched = _WatchedRun(order, self.tell, trace=None)
+        self.run = self._watched
+
+    def hear(self, data: dict[str, Any]) -> None:
+        self._watched.hear(data)
+
+    async def take(self, data: Mapping[str, Any]) -> None:
+        del data
+        raise UsageError("this page watches: the program that called the mission drives the run")
+
+    def _hello(self) -> dict[str, Any]:
+        return {**super()._hello(), "watches": True}
+
+
+class _WatchedRun(StudioRun):
+    """A run without a process of its own: a program tells its lines."""
+
+    def hear(self, data: dict[str, Any]) -> None:
+        """One line of the trace. Pages get the news of a tick when the next one begins."""
+        self._playing = True
+        tick = int(data.get("tick", 0))
+        if self._live is not None and tick > self.records[-1].tick:
+            self._done()
+        self._take(json.dumps(data, separators=(",", ":")).encode() + b"\n")
+        if data["type"] == "outcome":
+            self._done()
+            self._over()

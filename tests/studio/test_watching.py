@@ -1,0 +1,89 @@
+"""The live view of a mission that a program drives, in a world of its own."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator
+
+import pytest
+
+from report.browser import Browser
+from safenav import LiveView, Mission, Obstacle, Pose, Robot, World, load_scenario
+from safenav.errors import UsageError
+from safenav.runtime.world import SimulatedWorld
+from studio.serving import SCENARIOS
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    browser = Browser()
+    yield browser
+    browser.driver.quit()
+
+
+class Fleet:
+    """A `World`: what the mission asks goes to something else."""
+
+    def __init__(self, actual: World) -> None:
+        self.asked: list[str] = []
+        self._actual = actual
+
+    def sense(self, robot: Robot, region: int) -> Obstacle | None:
+        self.asked.append("sense")
+        return self._actual.sense(robot, region)
+
+    def move(self, robot: Robot, pose: Pose) -> Pose | None:
+        self.asked.append("move")
+        return self._actual.move(robot, pose)
+
+    def act(self, robot: Robot) -> Iterable[tuple[Obstacle, bool | None]]:
+        return self._actual.act(robot)
+
+
+def test_a_mission_in_a_world_of_ones_own_is_seen_as_it_happens(browser: Browser) -> None:
+    scenario = load_scenario(SCENARIOS / "case_study_1.yaml")
+    fleet = Fleet(SimulatedWorld(scenario))
+    with LiveView(scenario, browser=False) as view:
+        mission = Mission(scenario, world=fleet, listeners=[view])
+        mission.start()
+        browser.visit(view.address)
+        for _ in range(9):
+            mission.step()
+        browser.wait(lambda: browser.tick >= 8, seconds=30)
+        assert fleet.asked
+        assert not browser.all('button[aria-label="Run"], button[aria-label="Pause the run"]')
+        browser.press(" ")
+        browser.wait(lambda: "drives the run" in browser.one("body").text, seconds=30)
+        while mission.result is None:
+            mission.step()
+        assert mission.result.outcome == "completed"
+        browser.wait(lambda: "completed" in browser.one("header").text, seconds=30)
+        ticks = mission.result.ticks
+        browser.wait(lambda: browser.tick == ticks, seconds=30)
+        browser.press("\ue011")  # Home: back to the first tick
+        browser.wait(lambda: browser.tick == 0, seconds=30)
+        trace = browser.run(
+            "const ask = new XMLHttpRequest(); ask.open('GET', 'save/trace', false); ask.send();"
+            "return ask.responseText"
+        )
+        lines = [json.loads(line) for line in trace.splitlines()]
+        assert lines[0]["type"] == "header" and lines[-1]["type"] == "outcome"
+
+
+def test_a_page_that_comes_late_gets_the_whole_run(browser: Browser) -> None:
+    scenario = load_scenario(SCENARIOS / "case_study_1.yaml")
+    with LiveView(scenario, browser=False) as view:
+        result = Mission(scenario, listeners=[view]).run()
+        browser.visit(view.address)
+        browser.wait(lambda: "completed" in browser.one("header").text, seconds=30)
+        browser.wait(lambda: browser.tick == result.ticks, seconds=30)
+        browser.leave()
+        view.wait()
+
+
+def test_a_port_that_is_taken_is_told() -> None:
+    scenario = load_scenario(SCENARIOS / "case_study_1.yaml")
+    with LiveView(scenario, browser=False) as view:
+        port = int(view.address.split(":")[2].split("/")[0])
+        with pytest.raises(UsageError), LiveView(scenario, port=port, browser=False):
+            pass
