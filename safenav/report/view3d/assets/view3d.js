@@ -1,4 +1,4 @@
-/* sources 67ead63177a766c94844a2654ea697c78505f23c2878a6aa523af2f3d93285f7 */
+/* sources 8d4042125d560229c3bc422af6918ff8a76918c3a9a392afcdb83a2c4379a123 */
 /* Contains Preact:
 The MIT License (MIT)
 

@@ -2,6 +2,7 @@
 
 import { useEffect, useRef, useState } from "preact/hooks";
 import type { Say } from "../live/player";
+import { unless } from "../panels/notice";
 import { label } from "../run/run";
 import { choose as chooseTarget } from "./objective";
 import type { Chosen, Doc, DrawnRobot, Drawing, Pen, Problem, Verdict } from "./model";
@@ -197,10 +198,17 @@ export function Selection({ doc, drawing, pen, setPen, chosen, choose, say, verd
             </button>
           ))}
         </div>
-        {drawingObjective && Object.keys(drawing.areas).length > 0 && (
+        {Object.keys(drawing.areas).length > 0 && (
           <div class="pens areas" role="group" aria-label="Areas as targets">
             {Object.keys(drawing.areas).map((area) => (
-              <button type="button" key={area} onClick={() => chooseTarget(pen, area, setPen, say)}>
+              <button
+                type="button"
+                key={area}
+                {...unless(
+                  !drawingObjective && "choose Patrol, Visit, Cover or Hold first: then this area can be a target",
+                  () => drawingObjective && chooseTarget(pen, area, setPen, say),
+                )}
+              >
                 {area}
               </button>
             ))}
@@ -216,7 +224,7 @@ export function Selection({ doc, drawing, pen, setPen, chosen, choose, say, verd
             literal form
           </label>
         )}
-        {verdict && <Judged verdict={verdict} say={say} />}
+        <div class="verdict-room">{verdict && <Judged verdict={verdict} say={say} />}</div>
       </section>
     );
   }
