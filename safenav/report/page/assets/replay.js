@@ -1,4 +1,4 @@
-/* sources 8d4042125d560229c3bc422af6918ff8a76918c3a9a392afcdb83a2c4379a123 */
+/* sources 498d04965449dcb595f59fafefb1df8ed52b56c67426e8cb9b87298ca8466223 */
 /* Contains Preact:
 The MIT License (MIT)
 
