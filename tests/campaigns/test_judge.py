@@ -197,8 +197,15 @@ def test_an_obstacle_that_is_resolved_too_early_is_noticed() -> None:
 
 def test_a_goal_that_is_met_while_waiting_is_no_part_of_a_round() -> None:
     found = corridor(5, {"a": flyer(8, visit=[8, 9])})
-    goals = [{"type": "goal", "robot": "a", "goal": 0, "round": k} for k in (0, 1)]
+    goals = [{"type": "goal", "robot": "a", "goal": 0, "region": 8, "round": k} for k in (0, 1)]
     assert replay(found, [line("a", 8), *goals]).situation.progress == {"a": (1, 0)}
+
+
+def test_a_goal_of_waiting_elsewhere_is_none_of_its_own() -> None:
+    found = corridor(5, {"a": flyer(8, visit=[12])})
+    goal = {"type": "goal", "robot": "a", "goal": 0, "round": 1}
+    met = [replay(found, [line("a", 8), goal | {"region": r}]) for r in (8, 12)]
+    assert [one.situation.progress["a"] for one in met] == [(0, 0), (0, 1)]
 
 
 @pytest.mark.parametrize(

@@ -59,7 +59,10 @@ class _Replay:
             case "violation":
                 self.met.add(line["obstacle"])
             case "goal":
-                self.goals[line["robot"]].append((line["goal"], line["round"]))
+                robot = self.robots[line["robot"]]
+                targets = robot.targets[line["goal"] : line["goal"] + 1]
+                if robot.formulas or any(line["region"] in target for target in targets):
+                    self.goals[robot.name].append((line["goal"], line["round"]))
             case "appeared":
                 self.there[line["obstacle"]] = FIRST
                 self.met.discard(line["obstacle"])
