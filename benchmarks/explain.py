@@ -19,7 +19,7 @@ from pathlib import Path
 from safenav.explain.summary import explain_unrealizable
 from safenav.report.terminal.table import table
 from safenav.runtime.explanation import explain_team
-from safenav.runtime.mission import first_answers
+from safenav.runtime.mission import first_results
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from safenav.synthesis.cache import Cache
@@ -38,7 +38,7 @@ def main() -> None:
     rows = []
     for name, scenario in _scenarios():
         ask = Synthesizer(cache=Cache.off())
-        (failed,) = [a for a in first_answers(scenario, ask).values() if not a.realizable]
+        (failed,) = [a for a in first_results(scenario, ask).values() if not a.realizable]
         task = failed.task
         fast = partial(explain_unrealizable, task.robot, task, scenario.map)
         fast_wall = min(_timed(fast)[0] for _ in range(repeat))

@@ -18,7 +18,7 @@ from pathlib import Path
 from suites import corpus_folder
 
 from safenav.errors import SynthesizerError
-from safenav.runtime.mission import default_synthesizer, first_answers
+from safenav.runtime.mission import default_synthesizer, first_results
 from safenav.scenario.reading.loader import load_scenario
 from safenav.spec.compile import compile_task
 from safenav.spec.parsing import read_specification
@@ -45,7 +45,7 @@ def specifications() -> Iterator[tuple[str, Specification, float]]:
     """Name, specification and bar in milliseconds."""
     for name in CASES:
         scenario = load_scenario(SCENARIOS / f"{name}.yaml")
-        for robot, answer in first_answers(scenario, default_synthesizer(scenario)).items():
+        for robot, answer in first_results(scenario, default_synthesizer(scenario)).items():
             yield f"{name}, {robot}", compile_task(answer.task, scenario.map), BAR_CASE
     corpus = corpus_folder()
     file = corpus / FINE if corpus is not None else None

@@ -23,7 +23,7 @@ import click
 import missions
 
 from safenav.report.terminal.table import table
-from safenav.runtime.mission import first_answers
+from safenav.runtime.mission import first_results
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.synthesis.cache import Cache
@@ -68,7 +68,7 @@ def measure(side: int, robots: int, tracking: str, seconds: float) -> dict[str, 
     begun = time.perf_counter()
     row: dict[str, object] = {"tracking": tracking, "side": side, "robots": robots}
     try:
-        answer = first_answers(scenario, synthesizer, names=["r0"])["r0"]
+        answer = first_results(scenario, synthesizer, names=["r0"])["r0"]
     except Exception as error:  # a limit is a figure, too
         return {**row, "wall": None, "cpu": None, "states": None, "assumes": str(error)[:40]}
     after = resource.getrusage(resource.RUSAGE_CHILDREN)

@@ -36,7 +36,7 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
     from safenav.report.terminal.vacuity_warning import vacuity_data, vacuity_lines
     from safenav.runtime.coordination.foresight import foreseen
     from safenav.runtime.explanation import explain_unrealizable
-    from safenav.runtime.mission import default_synthesizer, first_answers
+    from safenav.runtime.mission import default_synthesizer, first_results
     from safenav.scenario.doubts import doubts
     from safenav.scenario.objective import describe
     from safenav.scenario.reading.loader import load_scenario
@@ -44,7 +44,7 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
 
     plan = load_scenario(scenario)
     synthesizer = default_synthesizer(plan)
-    answers = first_answers(plan, synthesizer, WaitingLine())
+    answers = first_results(plan, synthesizer, WaitingLine())
     verdicts: list[dict[str, Any]] = []
     doubtful = [*doubts(plan), *foreseen(plan)]
     warnings: list[str] = [*doubtful]

@@ -13,7 +13,7 @@ from safenav.cli.output import FOLDER
 from safenav.errors import ExitCode, UsageError
 
 if TYPE_CHECKING:
-    from safenav.runtime.coordination.asking import Answer
+    from safenav.runtime.coordination.strategy_search import TaskResult
     from safenav.scenario.model import Scenario
     from safenav.synthesis.slugs import Synthesizer
 
@@ -54,7 +54,7 @@ def command(
 ) -> int:
     """Synthesize the controllers for the start of SCENARIO and print their size."""
     from safenav.report.terminal.synthesis_progress import WaitingLine
-    from safenav.runtime.mission import default_synthesizer, first_answers
+    from safenav.runtime.mission import default_synthesizer, first_results
     from safenav.scenario.reading.loader import load_scenario
 
     if plot and output is None:
@@ -65,7 +65,7 @@ def command(
         raise UsageError(f"{scenario}: there is no robot '{robot}'; it has {', '.join(names)}")
     synthesizer = default_synthesizer(plan, verify=verify)
     wanted = [robot] if robot is not None else names
-    answers = first_answers(plan, synthesizer, WaitingLine(), wanted)
+    answers = first_results(plan, synthesizer, WaitingLine(), wanted)
     if output is not None:
         for answer in answers.values():
             _write_all(answer, plan, output, plot)
@@ -77,7 +77,7 @@ def command(
     return ExitCode.NEGATIVE if strict and warned else status
 
 
-def _print_statistics(answers: dict[str, Answer], plan: Scenario) -> None:
+def _print_statistics(answers: dict[str, TaskResult], plan: Scenario) -> None:
     from safenav.report.terminal.table import table
     from safenav.spec.compile import assumption_names, compile_task
     from safenav.synthesis.export import statistics_of
@@ -112,7 +112,7 @@ def _print_statistics(answers: dict[str, Answer], plan: Scenario) -> None:
             click.echo(f"{name} assumes: {assumption}")
 
 
-def _warn(answers: dict[str, Answer], synthesizer: Synthesizer) -> bool:
+def _warn(answers: dict[str, TaskResult], synthesizer: Synthesizer) -> bool:
     """Warn of robots that win by breaking their own assumptions; whether there are any."""
     from safenav.explain.vacuity import vacuous_wins
     from safenav.report.terminal.vacuity_warning import vacuity_lines
@@ -131,7 +131,7 @@ def _warn(answers: dict[str, Answer], synthesizer: Synthesizer) -> bool:
     return warned
 
 
-def _explain_failures(answers: dict[str, Answer], plan: Scenario) -> int:
+def _explain_failures(answers: dict[str, TaskResult], plan: Scenario) -> int:
     from safenav.runtime.explanation import explain_unrealizable
 
     failed = [answer for answer in answers.values() if not answer.realizable]
@@ -144,7 +144,7 @@ def _explain_failures(answers: dict[str, Answer], plan: Scenario) -> int:
     return ExitCode.NEGATIVE if failed else ExitCode.OK
 
 
-def _write_all(answer: Answer, plan: Scenario, directory: Path, plot: bool) -> None:
+def _write_all(answer: TaskResult, plan: Scenario, directory: Path, plot: bool) -> None:
     from safenav.outfile import write_whole
 
     try:
@@ -156,7 +156,7 @@ def _write_all(answer: Answer, plan: Scenario, directory: Path, plot: bool) -> N
         write_whole(directory / f"{name}{suffix}", partial(Path.write_bytes, data=data))
 
 
-def _files(answer: Answer, plan: Scenario, plot: bool) -> Iterator[tuple[str, bytes]]:
+def _files(answer: TaskResult, plan: Scenario, plot: bool) -> Iterator[tuple[str, bytes]]:
     from safenav.spec.compile import compile_task
     from safenav.synthesis.export import to_dot, to_graphml
 

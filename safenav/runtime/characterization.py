@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from safenav.dataclass import dataclass
 from safenav.runtime.checked_world import CheckedWorld
-from safenav.runtime.knowledge import Knowledge
+from safenav.runtime.team import TeamState
 from safenav.scenario.model import Obstacle, Robot
 from safenav.world.map import Region
 from safenav.world.moves import Pose
@@ -28,16 +28,17 @@ class Characterization:
     """Checks moves against the world and what is known of it."""
 
     world: CheckedWorld
-    knowledge: Knowledge
+    team: TeamState
 
     def check(self, robot: Robot, pose: Pose, target: Region) -> Violation | None:
         """Whether moving from ``pose`` to ``target`` violates what is known or observed. What is
         known stays closed until an event opens it, whatever a sensor finds now."""
         if target == pose.region:
             return None
-        obstacle = self.knowledge.closing(target, robot)
+        knowledge = self.team.knowledge
+        obstacle = knowledge.closing(target, robot)
         if obstacle is None:
             obstacle = self.world.sense(robot, target)
-            if obstacle is None or not self.knowledge.closed_to(obstacle, robot):
+            if obstacle is None or not knowledge.closed_to(obstacle, robot):
                 return None
         return Violation(robot, pose.region, target, obstacle)

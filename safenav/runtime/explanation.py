@@ -37,7 +37,7 @@ def explain_team(
     """
     # Imported here: most runs need no explanation.
     from safenav.explain.investigation import explain
-    from safenav.runtime.mission import first_answers
+    from safenav.runtime.mission import first_results
 
     limit = min(synthesizer.seconds or QUESTION_SECONDS, QUESTION_SECONDS)
     quick = Synthesizer(
@@ -49,13 +49,13 @@ def explain_team(
         states=synthesizer.states,
     )
     found = []
-    for name, answer in first_answers(scenario, synthesizer, progress, names).items():
+    for name, answer in first_results(scenario, synthesizer, progress, names).items():
         if answer.realizable:
             continue
 
         def judge(changed: Scenario, name: str = name) -> bool:
             try:
-                answers = first_answers(changed, quick, names=[name])
+                answers = first_results(changed, quick, names=[name])
             except ResourceLimitError:
                 return False
             return answers[name].realizable

@@ -6,11 +6,12 @@ Another objective is told to the robot whose it is; who is out of service, every
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import field, replace
 
 from safenav.dataclass import dataclass
 from safenav.errors import UsageError
-from safenav.runtime.coordination.algorithm import Coordinator
+from safenav.runtime.coordination.events import Event, Unsettled
 from safenav.runtime.knowledge import UNTRAVERSABLE
 from safenav.runtime.progress import Progress
 from safenav.runtime.team import Assignment, RobotState, Role, TeamState
@@ -77,7 +78,6 @@ class Interventions:
 
     state: TeamState
     world: World
-    coordination: Coordinator
     turns: Turns
     _asked: list[Intervention] = field(default_factory=list)
 
@@ -97,21 +97,21 @@ class Interventions:
                 self._robot(name)
         self._asked.append(wanted)
 
-    def apply(self) -> None:
-        """Let the scenario's changes of this tick and everything that was asked for come about. May
-        raise RunOver."""
+    def apply(self) -> Iterator[Event]:
+        """Let the scenario's changes of this tick and everything that was asked for come about: the
+        events that follow, each to be settled before the next."""
         for change in self.state.scenario.changes:
             if change.at == self.state.tick:
                 robot = self._robot(change.robot)
                 if change.objective is not None:
-                    self._give(robot, change.objective, _SCENARIO)
+                    yield from self._give(robot, change.objective, _SCENARIO)
                 if change.active is not None:
-                    self._serve(robot, change.active, _SCENARIO)
+                    yield from self._serve(robot, change.active, _SCENARIO)
         asked, self._asked = self._asked, []
         for wanted in asked:
-            self._bring_about(wanted)
+            yield from self._bring_about(wanted)
 
-    def _bring_about(self, wanted: Intervention) -> None:
+    def _bring_about(self, wanted: Intervention) -> Iterator[Event]:
         state = self.state
         match wanted:
             case Close(kind, region, truth):
@@ -128,27 +128,31 @@ class Interventions:
                 state.introduce(obstacle, truth)
                 state.emit(records.Truth(state.tick, name, truth, _USER))
             case Give(name, objective):
-                self._give(self._robot(name), objective, _USER)
+                yield from self._give(self._robot(name), objective, _USER)
             case Serve(name, active):
-                self._serve(self._robot(name), active, _USER)
+                yield from self._serve(self._robot(name), active, _USER)
 
-    def _serve(self, robot: RobotState, active: bool, cause: vocabulary.ChangeCause) -> None:
+    def _serve(
+        self, robot: RobotState, active: bool, cause: vocabulary.ChangeCause
+    ) -> Iterator[Event]:
         """What it was to do for the team others do, if they can; what it wants itself waits."""
         if robot.active == active:
             return
-        self.turns.leave_plan(vocabulary.PlanEndReason.CHANGED, settling=True)
+        yield from self.turns.leave_plan(vocabulary.PlanEndReason.CHANGED, settling=True)
         robot.active = active
         self.state.emit(records.Service(self.state.tick, robot.name, active, cause))
         if active:
             self.turns.back_in_service(robot)
-        self.coordination.settle(vocabulary.Reason.SERVICE)
+        yield Unsettled(vocabulary.Reason.SERVICE)
 
-    def _give(self, robot: RobotState, objective: Objective, cause: vocabulary.ChangeCause) -> None:
+    def _give(
+        self, robot: RobotState, objective: Objective, cause: vocabulary.ChangeCause
+    ) -> Iterator[Event]:
         state = self.state
         told = objective_in_trace(objective)
         own = robot.assignment.role is Role.OWN
         state.emit(records.NewObjective(state.tick, robot.name, told, own, cause))
-        self.turns.leave_plan(vocabulary.PlanEndReason.CHANGED, settling=True)
+        yield from self.turns.leave_plan(vocabulary.PlanEndReason.CHANGED, settling=True)
         robot.robot = replace(robot.robot, objective=objective)
         team = tuple(entry.robot for entry in state.robots.values())
         state.scenario = replace(state.scenario, robots=team)
@@ -158,7 +162,7 @@ class Interventions:
                 robot.planner.node = None  # whatever it did, it is to have a strategy for this
             robot.assignment = Assignment(Role.OWN, objective, kept=robot.assignment.kept)
             robot.progress, robot.begun = robot.own, False
-        self.coordination.settle(vocabulary.Reason.OBJECTIVE)
+        yield Unsettled(vocabulary.Reason.OBJECTIVE)
 
     def _may_close(self, wanted: Close) -> None:
         world = self.state.scenario.map

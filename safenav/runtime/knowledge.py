@@ -8,7 +8,8 @@ have stood since it was there.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from copy import copy
+from dataclasses import dataclass, replace
 
 from safenav.runtime.world import Work, Works
 from safenav.scenario.model import Obstacle, Robot, Scenario
@@ -45,6 +46,18 @@ class Knowledge:
         for obstacle in scenario.obstacles:
             if obstacle.appears is None and _takes_more(obstacle):
                 self._unmet.open[obstacle.region] = Work(obstacle)
+
+    def copy(self) -> Knowledge:
+        """The same knowledge, to be changed apart from this one."""
+        other = copy(self)
+        works = (*self.pending.values(), *self._unmet.open.values())
+        copies = {id(work): replace(work) for work in works}
+        other.pending = {name: copies[id(work)] for name, work in self.pending.items()}
+        other.joined, other.stuck_at = dict(self.joined), dict(self.stuck_at)
+        for kept, works_of in (("_unmet", self._unmet), ("_known", self._known)):
+            opened = {place: copies[id(work)] for place, work in works_of.open.items()}
+            setattr(other, kept, Works(works_of.scenario, opened))
+        return other
 
     def closed_to(self, obstacle: Obstacle, robot: Robot) -> bool:
         """Whether a robot must not enter an obstacle's region, as far as it is resolved. One that

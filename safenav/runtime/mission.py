@@ -14,21 +14,18 @@ from contextlib import suppress
 import safenav
 from safenav.dataclass import dataclass
 from safenav.errors import SafenavError, UsageError
+from safenav.runtime.algorithm import Algorithm
 from safenav.runtime.checked_world import CheckedWorld
-from safenav.runtime.coordination.algorithm import Coordinator
-from safenav.runtime.coordination.asking import Answer, Asking, Attempt
-from safenav.runtime.coordination.by_resynthesis import ByResynthesis
-from safenav.runtime.coordination.by_signals import BySignals
 from safenav.runtime.coordination.reasons import Shortfall
 from safenav.runtime.coordination.strategies import Strategies
-from safenav.runtime.coordination.telling import Telling
+from safenav.runtime.coordination.strategy_search import StrategySearch, TaskResult
 from safenav.runtime.interventions import Intervention, Interventions
-from safenav.runtime.over import Conclusion, RunOver, Stop
 from safenav.runtime.team import TeamState
+from safenav.runtime.termination import Conclusion, RunEnded, Stop
 from safenav.runtime.traffic.planning import Traffic
 from safenav.runtime.turn import Turns
 from safenav.runtime.world import SimulatedWorld, World
-from safenav.scenario.model import Coordination, Outcome, Scenario
+from safenav.scenario.model import Outcome, Scenario
 from safenav.synthesis.binary import Binary
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.question import Listener as SynthesisListener
@@ -77,23 +74,22 @@ class Mission:
         self._moved = 0  # the tick of the last move
         self.state = TeamState.initial(scenario, (*listeners, self._note))
         self._given = world or SimulatedWorld(scenario)
-        self._world = CheckedWorld(self._given, scenario)
         self._stop = Stop(scenario.limits.seconds)
         synthesizer = synthesizer or default_synthesizer(scenario)
-        self._asking = Asking(self.state, synthesizer, self._stop, progress)
-        self._strategies = Strategies(self.state)
-        telling: Telling = (
-            BySignals(self.state, self._asking, self._strategies)
-            if scenario.coordination is Coordination.ASSIGNABLE
-            else ByResynthesis(self._asking, self._strategies)
-        )
-        self._coordination = Coordinator(self.state, telling, self._stop)
-        self._traffic = Traffic(self.state, self._coordination, self._stop)
-        self._turns = Turns(
-            self.state, self._world, self._strategies, self._coordination, self._traffic
-        )
-        self._interventions = Interventions(
-            self.state, self._given, self._coordination, self._turns
+        self._search = StrategySearch(scenario.map, synthesizer, self._stop, progress)
+        strategies = Strategies(self.state)
+        self._traffic = Traffic(self.state, self._stop)
+        turns = Turns(self.state, CheckedWorld(self._given, scenario), strategies, self._traffic)
+        self._interventions = Interventions(self.state, self._given, turns)
+        self._algorithm = Algorithm(
+            self.state,
+            turns.world,
+            self._search,
+            strategies,
+            turns,
+            self._traffic,
+            self._interventions,
+            self._stop,
         )
         self.ending = False
         """Whether the run is over, or about to say so."""
@@ -120,7 +116,7 @@ class Mission:
     def look_at_the_clock(self) -> None:
         """Give up a synthesis, or the verification of its strategy, that outlasts the time limit of
         the run, by an exception: to be called in the run's own thread."""
-        if self._asking.busy:
+        if self._search.busy:
             self._stop.check()
 
     def intervene(self, intervention: Intervention) -> None:
@@ -159,7 +155,7 @@ class Mission:
         truths = self._given.truths if isinstance(self._given, SimulatedWorld) else None
         header = scenario_header(self.scenario, truths)
         self.state.emit(records.Header(0, records.VERSION, safenav.__version__, header))
-        self._guarded(self._begin)
+        self._guarded(self._algorithm.begin)
 
     def step(self) -> None:
         """One tick: every robot takes its turn, in the scenario's order.
@@ -170,102 +166,33 @@ class Mission:
             raise UsageError("step() before start(): this mission has not begun")
         if self.result is not None:
             raise UsageError(f"step() after the end: the outcome is {self.result.outcome.value}")
-        self._guarded(self._tick)
+        self._guarded(self._algorithm.tick)
 
     def _guarded(self, part: Callable[[], None]) -> None:
         """The one place where a run ends, whatever ended it."""
         try:
             part()
-        except RunOver as over:
+        except RunEnded as over:
             self._end(over.conclusion)
         except KeyboardInterrupt:
             self._end(Conclusion(Outcome.INTERRUPTED, "interrupted by the user"))
         except SafenavError as error:
             with suppress(SafenavError):  # the trace itself may be what cannot be written
                 self._tell_end("error", Conclusion(Outcome.INTERRUPTED, str(error)))
-            self._asking.close()
+            self._search.close()
             raise
         except BaseException:
-            self._asking.close()
+            self._search.close()
             raise
 
-    def _begin(self) -> None:
-        state = self.state
-        attempt = self._first_attempt(state.robots)
-        for name in attempt.failed:
-            self._strategies.announce(attempt.answers[name], vocabulary.Reason.INITIAL)
-        if attempt.failed:
-            # Imported where it is needed: most runs have nothing to explain.
-            from safenav.explain.summary import explain_unrealizable
-
-            tasks = {name: attempt.answers[name] for name in attempt.failed}
-            said = "; ".join(
-                explain_unrealizable(state.robots[name].robot, answer.task, self.scenario.map)
-                for name, answer in tasks.items()
-            )
-            specs = {name: answer.result.spec_sha256 for name, answer in tasks.items()}
-            raise RunOver(Conclusion(Outcome.UNREALIZABLE, said, unrealizable=specs))
-        errands = self._coordination.errands(set())
-        self._coordination.telling.install(attempt, errands, vocabulary.Reason.INITIAL)
-
-    def _first_attempt(self, names: Collection[str]) -> Attempt:
-        errands = self._coordination.errands(set()).items()
-        return self._coordination.telling.attempt({n: e for n, e in errands if n in names})
-
-    def first_answers(self, names: Collection[str] | None = None) -> dict[str, Answer]:
-        """The synthesizer's answers with which a run begins, for the robots with these names
+    def first_results(self, names: Collection[str] | None = None) -> dict[str, TaskResult]:
+        """The synthesis results with which a run begins, for the robots with these names
         (default: all), in the scenario's order. Nothing runs."""
-        return dict(self._first_attempt(self.state.robots if names is None else names).answers)
-
-    def _tick(self) -> None:
-        state = self.state
-        self._stop.check()
-        state.tick += 1
-        self._interventions.apply()
-        for change in self._world.changes(state.tick, state.occupied()):
-            if not change.appeared and state.knowledge.knows(change.obstacle):
-                self._turns.leave_plan(vocabulary.PlanEndReason.CHANGED, settling=True)
-            self._coordination.changed(change)
-        for robot in state.robots.values():
-            self._stop.check()
-            self._turns.take(robot)
-        if self._traffic.tick():
-            self._turns.leave_plan(vocabulary.PlanEndReason.REACHED)
-        if self._completed():
-            rounds = self.scenario.until.rounds
-            plural = "round" if rounds == 1 else "rounds"
-            said = f"every robot has met its objective for {rounds} {plural}"
-            raise RunOver(Conclusion(Outcome.COMPLETED, said))
-        if state.tick >= self.scenario.limits.ticks:
-            said = "; ".join([self._what_is_left(), *self._turns.monitors.unmet_fairness()])
-            raise RunOver(Conclusion(Outcome.TICK_LIMIT, said))
-
-    def _completed(self) -> bool:
-        """Whether everybody has done its rounds and nobody waits for help that is coming."""
-        wanted = self.scenario.until.rounds
-        found = self._coordination.found
-        return not found.served and all(
-            robot.own.rounds >= wanted for robot in self.state.robots.values()
-        )
-
-    def _what_is_left(self) -> str:
-        """What keeps the run from being completed now."""
-        wanted = self.scenario.until.rounds
-        left = [
-            f"{robot.name} has done {robot.own.rounds} of {wanted} rounds"
-            for robot in self.state.robots.values()
-            if robot.own.rounds < wanted
-        ]
-        left += [
-            f"{' and '.join(request.requesters)} wait for "
-            f"{' and '.join(request.helpers) or 'help'} to resolve {request.obstacle.name}"
-            for request in self._coordination.requests
-        ]
-        return f"not completed after {self.state.tick} ticks: {'; '.join(left)}"
+        return self._algorithm.first_results(self.state.robots if names is None else names)
 
     def _end(self, conclusion: Conclusion) -> None:
         self.ending = True
-        self._asking.close()
+        self._search.close()
         ended = self._tell_end(conclusion.outcome.value, conclusion)
         self.result = RunResult(
             conclusion.outcome,
@@ -283,7 +210,7 @@ class Mission:
     @property
     def lacks(self) -> tuple[Shortfall, ...]:
         """What obstacles lack that could not be resolved at some time."""
-        return tuple(self._coordination.lacks.values())
+        return tuple(self.state.lacks.values())
 
     def _note(self, record: records.Record) -> None:
         if isinstance(record, records.Move):
@@ -299,8 +226,8 @@ class Mission:
             {name: robot.own.rounds for name, robot in self.state.robots.items()},
             self._moved,
             round(self._stop.elapsed, 6),
-            self._asking.syntheses,
-            round(self._asking.seconds, 6),
+            self._search.syntheses,
+            round(self._search.seconds, 6),
             None if conclusion.cause is None else vocabulary.OperatorCause(conclusion.cause),
             conclusion.proof,
             conclusion.unrealizable,
@@ -309,14 +236,14 @@ class Mission:
         return ended
 
 
-def first_answers(
+def first_results(
     scenario: Scenario,
     synthesizer: Synthesizer,
     progress: SynthesisListener | None = None,
     names: Collection[str] | None = None,
-) -> dict[str, Answer]:
-    """What a run of a scenario would begin with (``Mission.first_answers``)."""
-    return Mission(scenario, synthesizer, progress=progress).first_answers(names)
+) -> dict[str, TaskResult]:
+    """What a run of a scenario would begin with (``Mission.first_results``)."""
+    return Mission(scenario, synthesizer, progress=progress).first_results(names)
 
 
 def default_synthesizer(

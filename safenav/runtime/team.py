@@ -13,6 +13,9 @@ from enum import Enum
 
 from safenav.dataclass import dataclass
 from safenav.runtime.beliefs import Beliefs
+from safenav.runtime.coordination.duties import Settled
+from safenav.runtime.coordination.reasons import Shortfall
+from safenav.runtime.coordination.requests import Requests
 from safenav.runtime.knowledge import Knowledge
 from safenav.runtime.navigation import Planner
 from safenav.runtime.progress import Progress
@@ -115,12 +118,21 @@ class RobotState:
 
 @dataclass
 class TeamState:
-    """The robots by name, what is known, and who listens."""
+    """The robots by name, what is known, and who listens.
+
+    ``requests``: the stack; ``settled``: the last settlement, None before the first; ``lacks``:
+    what obstacles lacked that could not be resolved at some time; ``recorded``: the objectives that
+    the trace has named last. Only ``safenav.runtime.algorithm.apply`` changes these.
+    """
 
     scenario: Scenario
     robots: dict[str, RobotState]
     knowledge: Knowledge
     listeners: tuple[Listener, ...] = ()
+    requests: Requests = field(default_factory=Requests)
+    lacks: Mapping[str, Shortfall] = field(default_factory=dict)
+    settled: Settled | None = None
+    recorded: Mapping[str, TracedObjective] = field(default_factory=dict)
     beliefs: Beliefs = field(default_factory=Beliefs)
     introduced: set[str] = field(default_factory=set)
     tick: int = 0
@@ -139,7 +151,15 @@ class TeamState:
                 own,
                 random.Random(f"{scenario.seed}/{robot.name}"),
             )
-        return cls(scenario, robots, Knowledge(scenario), tuple(listeners))
+        team = cls(scenario, robots, Knowledge(scenario), tuple(listeners))
+        team.recorded = team.objectives()
+        return team
+
+    @property
+    def last_settled(self) -> Settled:
+        """The last settlement: there is one from the start of the run on."""
+        assert self.settled is not None
+        return self.settled
 
     @property
     def poses(self) -> dict[str, Pose]:

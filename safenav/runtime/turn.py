@@ -5,21 +5,29 @@ The order of what happens here is the order of lines in a trace (docs/trace.md).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from safenav.dataclass import dataclass
+from safenav.runtime.belief_recorder import BeliefRecorder
 from safenav.runtime.characterization import Characterization, Violation
 from safenav.runtime.checked_world import CheckedWorld
-from safenav.runtime.coordination.algorithm import Coordinator
+from safenav.runtime.coordination.assignable_goals import signal
+from safenav.runtime.coordination.events import (
+    Astray,
+    Event,
+    HelpRequested,
+    ObstacleEncountered,
+    ObstaclesResolved,
+    Unsettled,
+)
 from safenav.runtime.coordination.strategies import Strategies
 from safenav.runtime.formulas import graph_of
 from safenav.runtime.monitor import Monitors
-from safenav.runtime.moves_told import MovesTold
+from safenav.runtime.move_recorder import MoveRecorder
 from safenav.runtime.navigation import Proposal
-from safenav.runtime.over import Conclusion, RunOver
-from safenav.runtime.sightings_told import SightingsTold
 from safenav.runtime.team import RobotState, TeamState, Transit
+from safenav.runtime.termination import Conclusion
 from safenav.runtime.traffic.planning import Traffic
 from safenav.scenario.guarantees import guarantees_of, values_of
 from safenav.scenario.model import Outcome, Tracking
@@ -40,31 +48,30 @@ class Turns:
     state: TeamState
     world: CheckedWorld
     strategies: Strategies
-    coordination: Coordinator
     traffic: Traffic
 
     def __post_init__(self) -> None:
         self.monitors = Monitors(self.state)
-        self.characterization = Characterization(self.world, self.state.knowledge)
-        self.sightings = SightingsTold(self.state)
-        self.tell = MovesTold(self.state, self.sightings)
+        self.characterization = Characterization(self.world, self.state)
+        self.sightings = BeliefRecorder(self.state)
+        self.tell = MoveRecorder(self.state, self.sightings)
 
-    def take(self, robot: RobotState) -> None:
-        """One turn. Raises RunOver if the run cannot go on after it."""
+    def step(self, robot: RobotState) -> Iterator[Event]:
+        """One turn: its events as they happen, each to be settled before the turn continues."""
         if robot.transit is not None:
-            self._travel(robot, robot.transit)
+            yield from self._travel(robot, robot.transit)
         elif not robot.active:
-            self._stand_still(robot)
+            yield from self._stand_still(robot)
         elif self.traffic.active:
-            self._follow_plan(robot)
+            yield from self._follow_plan(robot)
         else:
-            self._follow_strategy(robot)
+            yield from self._follow_strategy(robot)
 
-    def _stand_still(self, robot: RobotState) -> None:
+    def _stand_still(self, robot: RobotState) -> Iterator[Event]:
         """The turn of a robot that is out of service: it looks around, and stays."""
         if robot.planner is not None:
             self._keep_track(robot, robot.planner.task, frozenset())
-        self._move(robot, robot.pose, {}, vocabulary.MovedBy.STAY)
+        yield from self._move(robot, robot.pose, {}, vocabulary.MovedBy.STAY)
 
     def back_in_service(self, robot: RobotState) -> None:
         """The robot goes on from where it is, whatever the others have done meanwhile; a new
@@ -77,7 +84,7 @@ class Turns:
         if alternating(robot.planner.task.objective) == told:
             self.strategies.relocate(robot)  # else it was told something else meanwhile
 
-    def _follow_strategy(self, robot: RobotState) -> None:
+    def _follow_strategy(self, robot: RobotState) -> Iterator[Event]:
         """The strategy's answer to what is observed, unless the world or the team is against."""
         planner = robot.planner
         assert planner is not None
@@ -103,26 +110,26 @@ class Turns:
         before = planner.values()
         planner.follow(proposal)
         if violation is not None:
-            self.coordination.met(violation)
-        self._move(robot, proposal.pose, before, by, proposal.shown)
+            yield ObstacleEncountered(violation)
+        yield from self._move(robot, proposal.pose, before, by, proposal.shown)
         if robot.planner is planner and planner.behind:
             self.strategies.catch_up(robot)
         self.monitors.tell(robot.robot, broken)
         if silent:
             self.tell.no_answer(robot, observed)
         if violation is not None:
-            self.coordination.asked(violation)
+            yield HelpRequested(violation)
         elif lost and robot.transit is None:
-            self._find_a_way_back(robot, broken)
+            yield from self._find_a_way_back(robot, broken)
 
-    def _follow_plan(self, robot: RobotState) -> None:
+    def _follow_plan(self, robot: RobotState) -> Iterator[Event]:
         """The next step of the joint plan, checked like any other move; the robot looks around as
         in any other turn, so that what it knows of others stays true."""
         if robot.planner is not None:
             self._keep_track(robot, robot.planner.task, frozenset())
         pose = self.traffic.next_pose(robot.name)
         if pose is not None and not self.monitors.allows_planned(robot, pose):
-            self.leave_plan(vocabulary.PlanEndReason.CHANGED)
+            yield from self.leave_plan(vocabulary.PlanEndReason.CHANGED)
             pose = None
         violation = None
         if pose is not None:
@@ -131,23 +138,25 @@ class Turns:
                 self.tell.violation(robot, violation)
                 self.state.emit(records.Backtrack(self.state.tick, robot.name, robot.pose.region))
         if violation is not None:
-            self.coordination.met(violation)
+            yield ObstacleEncountered(violation)
         if pose is None or violation is not None:
             by = vocabulary.MovedBy.STAY if violation is None else vocabulary.MovedBy.BACKTRACK
             if robot.planner is not None and robot.planner.task.tracking is not Tracking.NEARBY:
                 robot.planner.node = None  # it remembers where others were, and they move on
-            self._move(robot, robot.pose, {}, by)
+            yield from self._move(robot, robot.pose, {}, by)
         else:
             assert pose.region not in self.state.taken(robot.robot), "plans keep robots apart"
             if robot.planner is not None:
                 self.monitors.watch(robot.robot, robot.planner)
                 robot.planner.node = None
-            self._move(robot, pose, {}, vocabulary.MovedBy.PLAN)
+            yield from self._move(robot, pose, {}, vocabulary.MovedBy.PLAN)
         if violation is not None:
-            self.leave_plan(vocabulary.PlanEndReason.VIOLATION, settling=True)
-            self.coordination.asked(violation)
+            yield from self.leave_plan(vocabulary.PlanEndReason.VIOLATION, settling=True)
+            yield HelpRequested(violation)
 
-    def leave_plan(self, reason: vocabulary.PlanEndReason, *, settling: bool = False) -> None:
+    def leave_plan(
+        self, reason: vocabulary.PlanEndReason, *, settling: bool = False
+    ) -> Iterator[Event]:
         """The plan is over: everybody goes on with a strategy that knows where it is.
         ``settling``: new ones come with what is settled right after it."""
         if not self.traffic.active:
@@ -160,7 +169,7 @@ class Turns:
         }
         self.traffic.end(reason, nodes)
         for robot in () if settling else self._off_their_strategies():
-            self.coordination.resynthesize(robot, vocabulary.Reason.PLAN)
+            yield Astray(robot.name, vocabulary.Reason.PLAN)
 
     def _off_their_strategies(self) -> list[RobotState]:
         """The robots that can decide something and are in no node of their strategy."""
@@ -170,17 +179,17 @@ class Turns:
             if robot.transit is None and robot.planner is not None and robot.planner.node is None
         ]
 
-    def _travel(self, robot: RobotState, transit: Transit) -> None:
+    def _travel(self, robot: RobotState, transit: Transit) -> Iterator[Event]:
         """A tick of a step that takes several."""
         if self.state.tick < transit.arrives:
             self.tell.move(robot, robot.pose.region, None)
-            self._act(robot)
+            yield from self._act(robot)
             return
         robot.transit = None
         by = vocabulary.MovedBy.PLAN if transit.planned else None
-        self._arrive(robot, transit.pose, transit.before, by, transit.planned)
+        yield from self._arrive(robot, transit.pose, transit.before, by, transit.planned)
         if not self.traffic.active:
-            self._go_on(robot)
+            yield from self._go_on(robot)
 
     def _move(
         self,
@@ -189,16 +198,16 @@ class Turns:
         before: Mapping[str, int],
         by: vocabulary.MovedBy,
         shown: frozenset[Region] = frozenset(),
-    ) -> None:
+    ) -> Iterator[Event]:
         """Begin a step; one that takes a single tick ends at once."""
         ticks = self._duration(robot, pose)
         planned = by is vocabulary.MovedBy.PLAN
         if ticks > 1:
             robot.transit = Transit(pose, self.state.tick + ticks - 1, planned, before)
             self.tell.move(robot, robot.pose.region, by, shown)
-            self._act(robot)
+            yield from self._act(robot)
         else:
-            self._arrive(robot, pose, before, by, planned, shown)
+            yield from self._arrive(robot, pose, before, by, planned, shown)
 
     def _arrive(
         self,
@@ -208,7 +217,7 @@ class Turns:
         by: vocabulary.MovedBy | None,
         planned: bool,
         shown: frozenset[Region] = frozenset(),
-    ) -> None:
+    ) -> Iterator[Event]:
         """Bring the robot to ``pose``, let it act there, and count its progress."""
         start = robot.pose
         robot.pose = self.world.move(robot.robot, pose)
@@ -223,7 +232,7 @@ class Turns:
                 before, after = self._step_off(robot, start)
             progress.remember(after)
         robot.arriving = planned
-        self._act(robot)
+        yield from self._act(robot)
         robot.arriving = False
         if not robot.begun:
             self.strategies.begin(robot)
@@ -234,25 +243,25 @@ class Turns:
                     records.Goal(self.state.tick, robot.name, goal, robot.pose.region, rounds)
                 )
         if strayed:
-            self._go_on_from_elsewhere(robot)
+            yield from self._go_on_from_elsewhere(robot)
         elif planned and not self.traffic.active:
-            self._go_on(robot)
+            yield from self._go_on(robot)
 
-    def _go_on_from_elsewhere(self, robot: RobotState) -> None:
+    def _go_on_from_elsewhere(self, robot: RobotState) -> Iterator[Event]:
         """The robot is not where it was told to go: it goes on from where the world says."""
         if robot.planner is not None:
             robot.planner.node = None
         if self.traffic.active:
-            self.leave_plan(vocabulary.PlanEndReason.CHANGED)
+            yield from self.leave_plan(vocabulary.PlanEndReason.CHANGED)
         else:
-            self._go_on(robot)
+            yield from self._go_on(robot)
 
-    def _go_on(self, robot: RobotState) -> None:
+    def _go_on(self, robot: RobotState) -> Iterator[Event]:
         """A robot off its strategy goes on from where it is: in it, if that knows the pose."""
         if robot.planner is None or robot.planner.node is not None:
             return
         if not self.strategies.relocate(robot):
-            self.coordination.resynthesize(robot, vocabulary.Reason.PLAN)
+            yield Astray(robot.name, vocabulary.Reason.PLAN)
 
     def _look(self, robot: RobotState, shown: frozenset[Region]) -> dict[str, int]:
         planner = robot.planner
@@ -260,7 +269,7 @@ class Turns:
         sightings = self._keep_track(robot, planner.task, shown)
         observed = observe(planner.task, self.state.scenario.map, sightings)
         if planner.switch is not None:
-            observed |= self.coordination.telling.signal(robot)
+            observed |= signal(self.state, robot)
         return observed
 
     def _keep_track(self, robot: RobotState, task: Task, shown: frozenset[Region]) -> Sightings:
@@ -325,20 +334,17 @@ class Turns:
             return False
         return self.traffic.certified(robot.name, pose)
 
-    def _find_a_way_back(self, robot: RobotState, broken: Sequence[Constraint]) -> None:
-        """The robot has no answer: another node of its strategy, or a new one. Raises RunOver."""
+    def _find_a_way_back(self, robot: RobotState, broken: Sequence[Constraint]) -> Iterator[Event]:
+        """The robot has no answer: another node of its strategy, or a new one."""
         if self.strategies.relocate(robot):
             return
-        if self.coordination.resynthesize(robot, vocabulary.Reason.BLOCKED):
-            return
         rules = "; ".join(dict.fromkeys(constraint.origin.rule for constraint in broken))
-        raise RunOver(
-            Conclusion(
-                Outcome.ASSUMPTION_VIOLATED,
-                f"the others did what {robot.name} assumed they never do"
-                f"{f' ({rules})' if rules else ''}, and from there it has no strategy",
-            )
+        end = Conclusion(
+            Outcome.ASSUMPTION_VIOLATED,
+            f"the others did what {robot.name} assumed they never do"
+            f"{f' ({rules})' if rules else ''}, and from there it has no strategy",
         )
+        yield Astray(robot.name, vocabulary.Reason.BLOCKED, end)
 
     def _duration(self, robot: RobotState, target: Pose) -> int:
         """Ticks of a step: drawn from the seed if the model leaves it open; staying takes 1."""
@@ -347,7 +353,7 @@ class Turns:
         timing = robot.robot.model.timing
         return robot.clock.randint(timing.least, timing.most)
 
-    def _act(self, robot: RobotState) -> None:
+    def _act(self, robot: RobotState) -> Iterator[Event]:
         """Let the robot do what it can where it stands; what that changes is settled at once."""
         state, knowledge = self.state, self.state.knowledge
         further, met = knowledge.perform(robot.robot, state.regions())
@@ -357,13 +363,13 @@ class Turns:
         gone = {obstacle.name for obstacle, _ in resolved}
         for one in met:
             if not one.last or one.obstacle.name in gone:  # else the world has it that it failed
-                self.coordination.tell.met(robot.robot, one)
+                self.tell.met(robot, one)
         if resolved:
-            self.leave_plan(vocabulary.PlanEndReason.CHANGED, settling=True)
-            self.coordination.resolved(robot.robot, resolved)
+            yield from self.leave_plan(vocabulary.PlanEndReason.CHANGED, settling=True)
+            yield ObstaclesResolved(robot.robot, tuple(resolved))
         elif further:
-            self.leave_plan(vocabulary.PlanEndReason.CHANGED, settling=True)
-            self.coordination.settle(vocabulary.Reason.REQUEST)
+            yield from self.leave_plan(vocabulary.PlanEndReason.CHANGED, settling=True)
+            yield Unsettled(vocabulary.Reason.REQUEST)
 
     def _step_off(self, robot: RobotState, start: Pose) -> tuple[dict[str, int], dict[str, int]]:
         """The variables of formulas around a step that was not their strategy's: poses, and what

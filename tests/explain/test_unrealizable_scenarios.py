@@ -12,7 +12,7 @@ import pytest
 from safenav.errors import InputError
 from safenav.explain.explanation import Explanation, NoStrategyCause, RepairKind, WitnessEnd
 from safenav.runtime.explanation import explain_team
-from safenav.runtime.mission import Mission, default_synthesizer, first_answers
+from safenav.runtime.mission import Mission, default_synthesizer, first_results
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario
 from safenav.spec.compile import compile_task
@@ -95,7 +95,7 @@ def test_every_repair_makes_it_realizable(file: Path) -> None:
     assert kind in {repair.kind for repair in found.repairs}
     for repair in found.repairs:
         if repair.scenario is not None:
-            answers = first_answers(
+            answers = first_results(
                 repair.scenario, Synthesizer(verifier=first_failure), names=[robot]
             )
             assert answers[robot].realizable, repair.change

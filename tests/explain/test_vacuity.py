@@ -14,7 +14,7 @@ from safenav.cli import check, synth
 from safenav.explain.vacuity import Way, can_force, vacuities, vacuous_wins
 from safenav.formula.evaluator import evaluate
 from safenav.formula.parser import parse
-from safenav.runtime.mission import default_synthesizer, first_answers
+from safenav.runtime.mission import default_synthesizer, first_results
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from safenav.spec.parsing import read_specification
 from safenav.spec.specification import Section
@@ -88,7 +88,7 @@ def test_the_shipped_scenarios_are_won_in_earnest() -> None:
     for file in sorted(SCENARIOS.glob("case_study_*.yaml")):
         scenario = load_scenario(file)
         synthesizer = default_synthesizer(scenario)
-        for answer in first_answers(scenario, synthesizer).values():
+        for answer in first_results(scenario, synthesizer).values():
             assert answer.result.strategy is not None
             assert vacuous_wins(answer.result.strategy, synthesizer) == ()
 
@@ -98,7 +98,7 @@ def test_what_is_beside_it_now_cannot_be_driven_anywhere() -> None:
     in the next step, as far as its specification knows."""
     scenario = load_scenario_text(ALLEY.format(tracking="nearby"))
     synthesizer = default_synthesizer(scenario)
-    for answer in first_answers(scenario, synthesizer).values():
+    for answer in first_results(scenario, synthesizer).values():
         strategy = answer.result.strategy
         assert strategy is not None
         assert vacuities(strategy) == ()
@@ -122,7 +122,7 @@ def _fair_nodes(strategy: Strategy) -> set[int]:
 @pytest.mark.parametrize("tracking", ["nearby", "exact", "belief"])
 def test_what_is_told_is_what_the_automaton_does(tracking: str) -> None:
     scenario = load_scenario_text(ALLEY.format(tracking=tracking))
-    answer = first_answers(scenario, default_synthesizer(scenario), names=["hunter"])["hunter"]
+    answer = first_results(scenario, default_synthesizer(scenario), names=["hunter"])["hunter"]
     strategy = answer.result.strategy
     assert strategy is not None
     hopeless = set(range(len(strategy.states))) - _fair_nodes(strategy)
@@ -146,7 +146,7 @@ robots:
 def test_commands_warn_and_strict_commands_refuse(tmp_path: Path, invoke: Invoke) -> None:
     file = tmp_path / "alley.yaml"
     file.write_text(ALLEY.format(tracking="exact"))
-    strategy = first_answers(load_scenario(file), Synthesizer(), names=["hunter"])["hunter"]
+    strategy = first_results(load_scenario(file), Synthesizer(), names=["hunter"])["hunter"]
     assert strategy.result.strategy is not None
     warned = bool(vacuous_wins(strategy.result.strategy, Synthesizer()))
     for command in (check.command, synth.command):

@@ -21,7 +21,7 @@ from safenav.errors import InputError, UsageError
 from safenav.explain.explanation import Explanation
 from safenav.report.terminal.explanation_text import explanation_data, explanation_lines
 from safenav.runtime.explanation import explain_team
-from safenav.runtime.mission import Mission, default_synthesizer, first_answers
+from safenav.runtime.mission import Mission, default_synthesizer, first_results
 from safenav.scenario.model import Outcome, Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.spec.compile import compile_task
@@ -111,7 +111,7 @@ def judge_explanation(found: Explanation, scenario: Scenario) -> None:
         assert realizable(found.core.specification(whole, [member])), member.origin
     for repair in found.repairs:
         if repair.scenario is not None:
-            answers = first_answers(repair.scenario, ask, names=[found.robot])
+            answers = first_results(repair.scenario, ask, names=[found.robot])
             assert answers[found.robot].realizable, repair.change
     assert found.witness is not None
     assert found.cause.value in json.dumps(explanation_data(found, scenario))

@@ -18,7 +18,7 @@ from fuzz.campaign import campaign
 from fuzz.scenarios import scenarios
 from fuzz.test_missions import quiet
 from safenav.errors import InputError, UsageError
-from safenav.runtime.mission import first_answers
+from safenav.runtime.mission import first_results
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.spec.compile import compile_task
 from safenav.spec.parsing import read_specification
@@ -61,7 +61,7 @@ def test_random_scenarios_are_answered_with_proofs(data: dict[str, Any]) -> None
     try:
         scenario = load_scenario_text(yaml.safe_dump(data), "fuzzed.yaml", reachable=False)
         ask = quiet(scenario)
-        answers = first_answers(scenario, ask)
+        answers = first_results(scenario, ask)
     except (InputError, UsageError):
         event("invalid")
         return

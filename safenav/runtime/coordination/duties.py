@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import field
 
 from safenav.dataclass import dataclass
-from safenav.runtime.coordination.problem import Stages
+from safenav.runtime.coordination.problem import Floor, Stages
 from safenav.runtime.coordination.proofs import Proof, refute
 from safenav.runtime.coordination.solve import Plan, Sets, Solver, Step
 from safenav.world.poses import Mask, bits
@@ -44,6 +44,15 @@ class Settlement:
     reserved: frozenset[int] = frozenset()
     kept: tuple[Mask, ...] = ()
     proof: Proof | None = None
+
+
+@dataclass(frozen=True)
+class Settled:
+    """The last settlement of a team: the problem, its solver, and who does what."""
+
+    floor: Floor
+    solver: Solver
+    found: Settlement
 
 
 def settle(

@@ -6,9 +6,14 @@ from collections.abc import Collection, Mapping
 from dataclasses import replace
 from functools import lru_cache
 
-from safenav.dataclass import dataclass
-from safenav.runtime.coordination.problem import Gate, GateNeed, Member, Problem, Stage, Stages
-from safenav.runtime.coordination.requests import Requests
+from safenav.runtime.coordination.problem import (
+    Floor,
+    Gate,
+    GateNeed,
+    Member,
+    Problem,
+    Stage,
+)
 from safenav.runtime.formulas import formulas_of, graph_of
 from safenav.runtime.progress import Progress
 from safenav.runtime.team import RobotState, TeamState
@@ -21,26 +26,8 @@ from safenav.trace.vocabulary import Place
 from safenav.world.poses import Mask, PoseGraph, bits, region_mask
 
 
-@dataclass(frozen=True)
-class Floor:
-    """A moment of a mission as coordination sees it. ``names``: of the robots; ``gates``: of
-    the open obstacles, the oldest request first; ``given_up``: of those that are known to stay
-    because nobody can ever resolve them."""
-
-    problem: Problem
-    stages: Stages
-    poses: tuple[int, ...]
-    names: tuple[str, ...]
-    gates: tuple[str, ...]
-    given_up: tuple[str, ...] = ()
-
-    def index(self, robot: str) -> int:
-        return self.names.index(robot)
-
-
 def floor_of(
     state: TeamState,
-    requests: Requests,
     refused: Collection[tuple[str, str]] = (),
     *,
     hopeful: bool = False,
@@ -51,7 +38,7 @@ def floor_of(
     robots = [entry.robot for entry in state.robots.values()]
     names = tuple(state.robots)
     gates, stages = [], []
-    for request in requests:
+    for request in state.requests:
         work = state.knowledge.pending[request.obstacle.name]
         obstacle = work.obstacle
         needs = tuple(
@@ -85,7 +72,7 @@ def floor_of(
         tuple(stages),
         poses,
         names,
-        tuple(request.obstacle.name for request in requests),
+        tuple(request.obstacle.name for request in state.requests),
         tuple(state.knowledge.given_up()),
     )
 

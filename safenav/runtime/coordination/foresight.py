@@ -7,10 +7,8 @@ not a robot has met it, so a robot that is stuck here is stuck in every run.
 from __future__ import annotations
 
 from safenav.dataclass import dataclass
-from safenav.runtime.coordination.deciding import closed
+from safenav.runtime.coordination.decision import closed
 from safenav.runtime.coordination.reasons import Shortfall, shortfall_words, shortfalls
-from safenav.runtime.coordination.requests import Requests
-from safenav.runtime.over import Stop
 from safenav.runtime.team import TeamState
 from safenav.scenario.model import Scenario
 from safenav.trace.wording import listed
@@ -31,13 +29,13 @@ class Foresight:
 def foresee(scenario: Scenario) -> Foresight:
     """What follows from the scenario alone. Obstacles that come or go by themselves, and what is
     not traversable, are left out: they only take away what robots can do."""
-    state, requests = TeamState.initial(scenario), Requests()
+    state = TeamState.initial(scenario)
     for obstacle in scenario.obstacles:
         if obstacle.appears is None and obstacle.goes is None:
             state.knowledge.meet(obstacle)
             robot = scenario.robots[0]
-            requests.open(obstacle, robot.name, robot.start.region, 0, {})
-    floor, closure = closed(state, requests, Stop())
+            state.requests = state.requests.opened(obstacle, robot.name, robot.start.region)
+    floor, closure = closed(state)
     reach = {
         name: frozenset(bits(member.graph.regions_of(reach.poses)))
         for name, member, reach in zip(

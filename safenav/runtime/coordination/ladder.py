@@ -24,8 +24,8 @@ from safenav.world.poses import region_mask
 
 
 @dataclass(frozen=True)
-class Errand:
-    """What one robot is to be synthesized for: ``objective`` (with assignable goals not that of
+class TaskDraft:
+    """A synthesis task before its form is chosen: ``objective`` (with assignable goals not that of
     its ``assignment``). ``avoid``: pending obstacles that it takes for walls, ``must``: those that
     a strategy which it has must know, too. ``forbidden``: poses that it must keep out of for the
     team's sake."""
@@ -42,79 +42,87 @@ Candidate = tuple[Rung, Task]
 
 @dataclass(frozen=True)
 class Ladder:
-    """Makes the tasks of robots from what the team knows now."""
+    """The specifications to try for a robot's ``objective``: its strongest form and the weakest
+    assumption first."""
 
-    state: TeamState
+    objective: Objective
+    candidates: tuple[Candidate, ...]
 
-    def candidates(self, name: str, errand: Errand) -> Iterator[Candidate]:
-        """The specifications to try for a robot: the strongest form of its objective and the
-        weakest assumption first."""
-        state = self.state.robots[name]
-        for rung, memory in self._forms(state, errand):
-            task = self._task(state, errand, rung.objective, memory)
-            for fairness in rungs(task):
-                yield rung, replace(task, fairness=fairness)
 
-    def _forms(self, state: RobotState, errand: Errand) -> Iterator[tuple[Rung, Memory]]:
-        patrol = isinstance(errand.objective, Patrol)
-        own = errand.assignment.role is Role.OWN or self._is_assignable
-        memory = state.memory if own or isinstance(errand.objective, Ltl) else Memory()
-        walls = self.state.knowledge.walls_for(state.robot, errand.avoid)
-        found = forms(
-            errand.objective,
-            state.own.memory.index if patrol else memory.index,
-            state.next_pose,
-            plain_graph(self.state.scenario.map, state.robot.model.mobility),
-            region_mask(known.region for known in walls),
-            shared=bool(self.state.rivals(state.robot)),
-            assigned=self._is_assignable,
-        )
-        for rung in found:
-            yield rung, Memory(rung.turn) if patrol else memory
+def ladder(team: TeamState, name: str, draft: TaskDraft) -> Ladder:
+    """The ladder of a robot, from what the team knows now."""
+    candidates = tuple(
+        (rung, replace(task, fairness=fairness))
+        for rung, memory in _forms(team, team.robots[name], draft)
+        for task in (_task(team, team.robots[name], draft, rung.objective, memory),)
+        for fairness in rungs(task)
+    )
+    return Ladder(draft.objective, candidates)
 
-    @property
-    def _is_assignable(self) -> bool:
-        return self.state.scenario.coordination is Coordination.ASSIGNABLE
 
-    def _task(
-        self, state: RobotState, errand: Errand, objective: Objective, memory: Memory
-    ) -> Task:
-        """What a robot is to be synthesized for, from where it can next decide anything."""
-        team, robot = self.state, state.robot
-        observed = []
-        for other in team.robots.values():
-            if other is state:
-                continue
-            danger = team.scenario.conflict(robot, other.robot)
-            if danger or other.name in robot.tracks:
-                targets = targets_of(other.assignment.objective)
-                observed.append(self._observed(state, other, targets, danger))
-        cells = team.scenario.partition
-        return Task(
-            robot=robot,
-            pose=state.next_pose,
-            objective=objective,
-            memory=memory,
-            blocked=team.knowledge.walls_for(robot, errand.avoid),
-            observed=tuple(observed),
-            tracking=robot.tracking,
-            assignable=self._is_assignable,
-            partition=None if cells is None else Partition(cells),
-            closed=team.knowledge.standing,
-            forbidden=errand.forbidden,
-        )
+def _forms(team: TeamState, robot: RobotState, draft: TaskDraft) -> Iterator[tuple[Rung, Memory]]:
+    assigned = team.scenario.coordination is Coordination.ASSIGNABLE
+    patrol = isinstance(draft.objective, Patrol)
+    own = draft.assignment.role is Role.OWN or assigned
+    memory = robot.memory if own or isinstance(draft.objective, Ltl) else Memory()
+    walls = team.knowledge.walls_for(robot.robot, draft.avoid)
+    found = forms(
+        draft.objective,
+        robot.own.memory.index if patrol else memory.index,
+        robot.next_pose,
+        plain_graph(team.scenario.map, robot.robot.model.mobility),
+        region_mask(known.region for known in walls),
+        shared=bool(team.rivals(robot.robot)),
+        assigned=assigned,
+    )
+    for rung in found:
+        yield rung, Memory(rung.turn) if patrol else memory
 
-    def _observed(
-        self, state: RobotState, other: RobotState, targets: tuple[Target, ...], danger: bool
-    ) -> Observed:
-        """``other`` as a robot knows it: where it is, or what is believed of it."""
-        where: Region = other.next_pose.region
-        if state.robot.tracking is Tracking.BELIEF:
-            known = self.state.beliefs.of(state.name, other.name, where)
-            if isinstance(known, frozenset):
-                return Observed(other.name, where, targets, danger, known)
-            where = known
-        return Observed(other.name, where, targets, danger)
+
+def _task(
+    team: TeamState, state: RobotState, draft: TaskDraft, objective: Objective, memory: Memory
+) -> Task:
+    """The task of a robot from where it can next decide anything."""
+    robot = state.robot
+    observed = []
+    for other in team.robots.values():
+        if other is state:
+            continue
+        danger = team.scenario.conflict(robot, other.robot)
+        if danger or other.name in robot.tracks:
+            targets = targets_of(other.assignment.objective)
+            observed.append(_observed(team, state, other, targets, danger))
+    cells = team.scenario.partition
+    return Task(
+        robot=robot,
+        pose=state.next_pose,
+        objective=objective,
+        memory=memory,
+        blocked=team.knowledge.walls_for(robot, draft.avoid),
+        observed=tuple(observed),
+        tracking=robot.tracking,
+        assignable=team.scenario.coordination is Coordination.ASSIGNABLE,
+        partition=None if cells is None else Partition(cells),
+        closed=team.knowledge.standing,
+        forbidden=draft.forbidden,
+    )
+
+
+def _observed(
+    team: TeamState,
+    state: RobotState,
+    other: RobotState,
+    targets: tuple[Target, ...],
+    danger: bool,
+) -> Observed:
+    """``other`` as a robot knows it: where it is, or what is believed of it."""
+    where: Region = other.next_pose.region
+    if state.robot.tracking is Tracking.BELIEF:
+        known = team.beliefs.of(state.name, other.name, where)
+        if isinstance(known, frozenset):
+            return Observed(other.name, where, targets, danger, known)
+        where = known
+    return Observed(other.name, where, targets, danger)
 
 
 def rungs(task: Task) -> tuple[Fairness, ...]:

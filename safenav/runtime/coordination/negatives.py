@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
-from safenav.runtime.coordination.asking import Answer, Attempt
-from safenav.runtime.coordination.floor import Floor, poses_in
+from safenav.runtime.coordination.floor import poses_in
+from safenav.runtime.coordination.problem import Floor
 from safenav.runtime.coordination.proofs import Closure, Proof, Tree
 from safenav.runtime.coordination.reasons import (
     Shortfall,
@@ -14,16 +13,14 @@ from safenav.runtime.coordination.reasons import (
     shortfall_words,
     shortfalls,
 )
-from safenav.runtime.over import Conclusion, RunOver
+from safenav.runtime.coordination.strategy_search import TaskResult, failed
 from safenav.runtime.team import TeamState
+from safenav.runtime.termination import Conclusion
 from safenav.scenario.model import Outcome
 from safenav.scenario.objective import Ltl
 from safenav.spec.task import Task
 from safenav.trace import proofs, vocabulary
 from safenav.trace.wording import obstacle_words
-
-if TYPE_CHECKING:
-    from safenav.runtime.coordination.telling import Telling
 
 
 def told(floor: Floor, proof: Proof) -> proofs.Proof:
@@ -63,9 +60,9 @@ def nobody_goes_on(
     state: TeamState,
     floor: Floor,
     proof: Proof,
-    refused: Mapping[tuple[str, str], Answer],
+    refused: Mapping[tuple[str, str], TaskResult],
     lacks: Mapping[str, Shortfall],
-) -> RunOver:
+) -> Conclusion:
     """The end of a run in which the closure, or every choice, leaves somebody stuck. ``lacks``: of
     obstacles that are never resolved."""
     word = state.scenario.map.word
@@ -101,37 +98,30 @@ def nobody_goes_on(
     known = missed and isinstance(proof, Closure)
     cause = cause_of(missed).value if known else vocabulary.OperatorCause.UNREALIZABLE.value
     links = tuple(dict.fromkeys(said))
-    return RunOver(
-        Conclusion(
-            Outcome.OPERATOR_NEEDED,
-            "; ".join(links),
-            cause,
-            told(floor, proof),
-            links=links,
-            stuck=tuple(stuck),
-        )
-    )
-
-
-def no_strategy(state: TeamState, telling: Telling, attempt: Attempt) -> RunOver:
-    """The end of a run in which a robot has no strategy, whoever helps."""
-    from safenav.trace.vocabulary import Reason
-
-    said, specs = [], {}
-    for name in attempt.failed:
-        answer = attempt.answers[name]
-        telling.announce(answer, Reason.BLOCKED)
-        said.append(_why_not(state, name, answer.task))
-        specs[name] = answer.result.spec_sha256
-    conclusion = Conclusion(
+    return Conclusion(
         Outcome.OPERATOR_NEEDED,
-        "; ".join(said),
-        "unrealizable",
-        unrealizable=specs,
-        links=tuple(said),
-        stuck=tuple(specs),
+        "; ".join(links),
+        cause,
+        told(floor, proof),
+        links=links,
+        stuck=tuple(stuck),
     )
-    return RunOver(conclusion)
+
+
+def no_strategy(
+    state: TeamState, results: Mapping[str, TaskResult], outcome: Outcome
+) -> Conclusion:
+    """The end of a run in which a robot has no strategy: ``unrealizable`` before the start, else
+    ``operator_needed``, whichever robot helps."""
+    said = {name: _why_not(state, name, results[name].task) for name in failed(results)}
+    specs = {name: results[name].result.spec_sha256 for name in said}
+    links, stuck = tuple(said.values()), tuple(specs)
+    if outcome is Outcome.UNREALIZABLE:
+        return Conclusion(outcome, "; ".join(links), unrealizable=specs)
+    cause = "unrealizable"
+    return Conclusion(
+        outcome, "; ".join(links), cause, unrealizable=specs, links=links, stuck=stuck
+    )
 
 
 def _why_not(state: TeamState, name: str, task: Task) -> str:
@@ -141,7 +131,7 @@ def _why_not(state: TeamState, name: str, task: Task) -> str:
     return explain_unrealizable(state.robots[name].robot, task, state.scenario.map)
 
 
-def spent(question: str) -> RunOver:
+def spent(question: str) -> Conclusion:
     """The end of a run in which a search has used up its budget."""
     said = f"the budget for finding out {question} is spent; nothing is proven"
-    return RunOver(Conclusion(Outcome.SEARCH_LIMIT, said))
+    return Conclusion(Outcome.SEARCH_LIMIT, said)

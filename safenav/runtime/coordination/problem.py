@@ -147,6 +147,23 @@ class Problem:
         return {}
 
 
+@dataclass(frozen=True)
+class Floor:
+    """A moment of a mission as coordination sees it. ``names``: of the robots; ``gates``: of
+    the open obstacles, the oldest request first; ``given_up``: of those that are known to stay
+    because nobody can ever resolve them."""
+
+    problem: Problem
+    stages: Stages
+    poses: tuple[int, ...]
+    names: tuple[str, ...]
+    gates: tuple[str, ...]
+    given_up: tuple[str, ...] = ()
+
+    def index(self, robot: str) -> int:
+        return self.names.index(robot)
+
+
 def groups(candidates: list[int], size: int) -> Iterator[tuple[int, ...]]:
     """The groups of that size, those with the first candidates first."""
     if size <= len(candidates):

@@ -7,7 +7,7 @@ from enum import Enum
 
 from safenav.dataclass import dataclass
 from safenav.runtime.coordination.duties import Settlement
-from safenav.runtime.coordination.floor import Floor
+from safenav.runtime.coordination.problem import Floor
 from safenav.runtime.coordination.proofs import Closure
 from safenav.scenario.objective import Word
 from safenav.trace.vocabulary import OperatorCause

@@ -1,33 +1,31 @@
-"""The stack of open requests: who asked for help with which obstacle, and what was interrupted.
+"""The stack of open requests: which robots wait for which obstacle.
 
-A request is pushed when a robot cannot pass an obstacle, and leaves the stack, wherever it stands
+A request is pushed when a robot must not pass an obstacle, and leaves the stack, wherever it stands
 in it, when the obstacle is resolved, gone, or known to stay (paper, Section V-D and Algorithm 1).
+Immutable: each change gives another stack.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import field
+from dataclasses import field, replace
 
 from safenav.dataclass import dataclass
 from safenav.scenario.model import Obstacle
-from safenav.trace.objective import Objective
 from safenav.world.map import Region
 
 
-@dataclass
+@dataclass(frozen=True)
 class Request:
     """An open request. ``requesters``: all that met the obstacle, the first first, and where each
-    stood. ``interrupted``: the objectives that were in force. ``helpers``: who serves it now,
-    ``told``: whom the trace named last; ``entries``: requester and helpers of each push."""
+    stood. ``helpers``: who serves it now; ``recorded``: the helpers that the trace named last,
+    None before the first line; ``entries``: requester and helpers of each push."""
 
     obstacle: Obstacle
-    requesters: dict[str, Region]
-    tick: int
-    interrupted: Mapping[str, Objective]
+    requesters: Mapping[str, Region] = field(default_factory=dict)
     helpers: tuple[str, ...] = ()
-    told: tuple[str, ...] | None = None
-    entries: list[tuple[str, tuple[str, ...]]] = field(default_factory=list)
+    recorded: tuple[str, ...] | None = None
+    entries: tuple[tuple[str, tuple[str, ...]], ...] = ()
 
     @property
     def unpushed(self) -> list[str]:
@@ -36,11 +34,13 @@ class Request:
         return [name for name in self.requesters if name not in pushed]
 
 
-@dataclass
+@dataclass(frozen=True)
 class Requests:
-    """The open requests, the oldest first."""
+    """The open requests, the oldest first; ``closed``: those that have left the stack and whose
+    pops the trace does not have yet."""
 
-    stack: list[Request] = field(default_factory=list)
+    stack: tuple[Request, ...] = ()
+    closed: tuple[Request, ...] = ()
 
     def __iter__(self) -> Iterator[Request]:
         return iter(self.stack)
@@ -53,29 +53,22 @@ class Requests:
         """The request for an obstacle of that name."""
         return next((r for r in self.stack if r.obstacle.name == obstacle), None)
 
-    def open(
-        self,
-        obstacle: Obstacle,
-        requester: str,
-        place: Region,
-        tick: int,
-        interrupted: Mapping[str, Objective],
-    ) -> Request:
-        """The request for an obstacle, with one more requester."""
+    def opened(self, obstacle: Obstacle, requester: str, place: Region) -> Requests:
+        """With a request for an obstacle by a robot at ``place``; the trace is to have it."""
         found = self.of(obstacle.name)
         if found is None:
-            found = Request(obstacle, {}, tick, interrupted)
-            self.stack.append(found)
-        found.requesters.pop(requester, None)
-        found.requesters[requester] = place
-        return found
+            return replace(self, stack=(*self.stack, Request(obstacle, {requester: place})))
+        others = {name: at for name, at in found.requesters.items() if name != requester}
+        changed = replace(found, requesters=others | {requester: place}, recorded=None)
+        return replace(self, stack=tuple(changed if r is found else r for r in self.stack))
 
-    def close(self, obstacle: str) -> Request | None:
-        """Drop the request for an obstacle, if there is one."""
+    def without(self, obstacle: str) -> Requests:
+        """Without the request for an obstacle, if there is one."""
         found = self.of(obstacle)
-        if found is not None:
-            self.stack.remove(found)
-        return found
+        if found is None:
+            return self
+        left = tuple(request for request in self.stack if request is not found)
+        return Requests(left, (*self.closed, found))
 
     def waits(self, robot: str) -> list[Request]:
         """The requests that a robot has made."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import pairwise
 
-from safenav.runtime.coordination.floor import Floor
+from safenav.runtime.coordination.problem import Floor
 from safenav.runtime.team import TeamState
 from safenav.runtime.traffic.answers import Answer, Found
 from safenav.runtime.traffic.joint import Course, Joint

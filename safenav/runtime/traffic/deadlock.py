@@ -12,10 +12,9 @@ from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import replace
 from itertools import chain, combinations, islice
 
-from safenav.runtime.coordination.floor import Floor
-from safenav.runtime.coordination.problem import Problem
-from safenav.runtime.over import Conclusion, RunOver
+from safenav.runtime.coordination.problem import Floor, Problem
 from safenav.runtime.team import TeamState
+from safenav.runtime.termination import Conclusion, RunEnded
 from safenav.runtime.traffic.answers import Exhausted
 from safenav.runtime.traffic.joint import Count, Course
 from safenav.runtime.traffic.joint_plan import Search
@@ -99,7 +98,7 @@ def _only(floor: Floor, group: tuple[int, ...]) -> Floor:
     )
 
 
-def deadlocked(state: TeamState, floor: Floor, course: Course, answer: Exhausted) -> RunOver:
+def deadlocked(state: TeamState, floor: Floor, course: Course, answer: Exhausted) -> RunEnded:
     """The end of a run in which no order of moves of the robots of ``floor`` completes."""
     label = state.scenario.map.label
     names = [name for name in floor.names if state.rivals(state.robots[name].robot)]
@@ -130,4 +129,4 @@ def deadlocked(state: TeamState, floor: Floor, course: Course, answer: Exhausted
         len(places),
         hashlib.sha256(text.encode()).hexdigest(),
     )
-    return RunOver(Conclusion(Outcome.OPERATOR_NEEDED, said, "deadlock", proof, stuck=floor.names))
+    return RunEnded(Conclusion(Outcome.OPERATOR_NEEDED, said, "deadlock", proof, stuck=floor.names))

@@ -10,13 +10,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from functools import cached_property
 
 from safenav.dataclass import dataclass
-from safenav.runtime.coordination.floor import Floor, awaited_by
+from safenav.runtime.coordination.floor import awaited_by
+from safenav.runtime.coordination.problem import Floor
 from safenav.runtime.formulas import formulas_of
-from safenav.runtime.over import Conclusion, RunOver, Stop
 from safenav.runtime.team import Role, TeamState
+from safenav.runtime.termination import Conclusion, RunEnded, Stop
 from safenav.runtime.traffic.answers import Answer, Exhausted, Found, Spent
 from safenav.runtime.traffic.certificates import Certificates
 from safenav.runtime.traffic.deadlock import deadlock_of_few, deadlocked
@@ -33,9 +34,6 @@ from safenav.trace.header import heading_in_trace
 from safenav.world.moves import Pose
 from safenav.world.poses import FAR
 
-if TYPE_CHECKING:
-    from safenav.runtime.coordination.algorithm import Coordinator
-
 ROUNDS_FIRST = 4
 """Rounds of search for the first plan that is asked for; every fourth failure adds one."""
 MOST_FAILURES = 24
@@ -48,7 +46,6 @@ class Traffic:
     """Plans for a team, and where each robot is in the plan that is followed, if any."""
 
     state: TeamState
-    coordination: Coordinator
     stop: Stop
     execution: Execution | None = None
     wanted: str | None = None
@@ -58,18 +55,17 @@ class Traffic:
 
     def __post_init__(self) -> None:
         robots = self.state.scenario.robots
-        self._searches = Searches(self.state, self.coordination, self.stop)
+        self._searches = Searches(self.state, self.stop)
         self._certificates = Certificates(self.state, self._searches)
         self._watch = Watch(max(robot.model.timing.most for robot in robots))
         self._rivals = {robot.name: bool(self.state.rivals(robot)) for robot in robots}
-        self._turning = any(
-            member.turns and conflicts
-            for member, conflicts in zip(
-                self.coordination.floor.problem.members,
-                self.coordination.floor.problem.conflicts,
-                strict=True,
-            )
-        )
+
+    @cached_property
+    def _turning(self) -> bool:
+        """Whether a robot with headings shares its floor."""
+        problem = self.state.last_settled.floor.problem
+        pairs = zip(problem.members, problem.conflicts, strict=True)
+        return any(member.turns and conflicts for member, conflicts in pairs)
 
     @property
     def active(self) -> bool:
@@ -79,7 +75,7 @@ class Traffic:
         """The pose that the plan has a robot take now; None if it stays: it is done, must let
         others go first, or has not been told yet to have met what the plan counts on."""
         assert self.execution is not None
-        floor = self.coordination.floor
+        floor = self.state.last_settled.floor
         index = floor.index(name)
         due = self.execution.due(index)
         if due is not None and not self._has_met(floor, index, due):
@@ -87,7 +83,7 @@ class Traffic:
         number = self.execution.next(index)
         if number is None:
             return None
-        return self.coordination.floor.problem.members[index].graph.pose(number)
+        return self.state.last_settled.floor.problem.members[index].graph.pose(number)
 
     def _has_met(self, floor: Floor, index: int, due: Count) -> bool:
         """Whether a robot has met what is due, or cannot by waiting: it does something else, its
@@ -105,10 +101,10 @@ class Traffic:
     def arrived(self, name: str) -> None:
         """A robot has taken its next step of the plan."""
         if self.execution is not None:
-            self.execution.arrived(self.coordination.floor.index(name))
+            self.execution.arrived(self.state.last_settled.floor.index(name))
 
     def tick(self) -> bool:
-        """Look at the team after a tick: whether a plan has just been finished. Raises RunOver if
+        """Look at the team after a tick: whether a plan has just been finished. Raises RunEnded if
         nobody can get on, or a budget is spent."""
         if self.execution is not None:
             return self.execution.finished
@@ -156,7 +152,7 @@ class Traffic:
         return found
 
     def _plan(self, reason: str) -> None:
-        """Make a plan and begin it. Raises RunOver with the proof if there is none."""
+        """Make a plan and begin it. Raises RunEnded with the proof if there is none."""
         plain = self._searches.floor()
         floor = self._searches.aimed(plain)
         helping = any(r.assignment.role is Role.HELPS for r in self.state.robots.values())
@@ -179,7 +175,7 @@ class Traffic:
                 self._watch.begin_anew()
                 if self._failures > MOST_FAILURES:
                     said = f"the budget of the search for a joint plan is spent: {reason}"
-                    raise RunOver(Conclusion(Outcome.SEARCH_LIMIT, said))
+                    raise RunEnded(Conclusion(Outcome.SEARCH_LIMIT, said))
                 return
             answer = local
         self._failures = 0
@@ -193,7 +189,7 @@ class Traffic:
 
     def _look_for_few(self, floor: Floor, course: Course) -> None:
         """When a search has spent its budget for the first time, and now and then: whether a few
-        of the robots can never complete. Raises RunOver with the proof."""
+        of the robots can never complete. Raises RunEnded with the proof."""
         self._spent += 1
         if self._spent not in LOOKS_FOR_FEW:
             return

@@ -1,17 +1,16 @@
-"""Joint searches from where the team stands: the floor as coordination decided it, the rounds that
+"""Joint searches from where the team stands: the floor as it was settled last, the rounds that
 a plan looks ahead, what each robot has counted, and what it is told."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from safenav.runtime.coordination.duties import settle
-from safenav.runtime.coordination.floor import Floor, awaited_by, counts_of
-from safenav.runtime.coordination.problem import Problem, SpentError, Stages
-from safenav.runtime.over import Stop
+from safenav.runtime.coordination.floor import awaited_by, counts_of
+from safenav.runtime.coordination.problem import Floor, Problem, SpentError, Stages
 from safenav.runtime.team import RobotState, Role, TeamState
+from safenav.runtime.termination import Stop
 from safenav.runtime.traffic.aim import Aims
 from safenav.runtime.traffic.joint import Count, Course, Joint
 from safenav.runtime.traffic.joint_plan import Search
@@ -27,9 +26,6 @@ from safenav.synthesis.strategy import Strategy
 from safenav.world.moves import Pose
 from safenav.world.poses import Mask
 
-if TYPE_CHECKING:
-    from safenav.runtime.coordination.algorithm import Coordinator
-
 AHEAD = 2
 """Rounds beyond those that the fastest robot has done that a plan looks ahead."""
 
@@ -37,9 +33,8 @@ AHEAD = 2
 class Searches:
     """What a search for a joint plan starts from now, and such searches."""
 
-    def __init__(self, state: TeamState, coordination: Coordinator, stop: Stop) -> None:
+    def __init__(self, state: TeamState, stop: Stop) -> None:
         self._state = state
-        self._coordination = coordination
         self._stop = stop
         self._aims: dict[str, Aims] = {}
         self._remembering: tuple[Problem | None, frozenset[int], Problem | None]
@@ -47,8 +42,8 @@ class Searches:
         self._hopeless: Problem | None = None
 
     def floor(self) -> Floor:
-        """The problem that coordination decided about, with everybody where they are now."""
-        decided = self._coordination.floor
+        """The problem as it was settled last, with everybody where they are now."""
+        decided = self._state.last_settled.floor
         poses = tuple(
             member.graph.number(robot.next_pose)
             for member, robot in zip(
@@ -165,7 +160,7 @@ class Searches:
         )
 
     def _guide(self, floor: Floor, stages: Stages, poses: tuple[int, ...]) -> list[Mask | None]:
-        """What coordination would tell each robot at a stage."""
+        """Where coordination would send each robot at a stage."""
         if stages == floor.stages:
             wishes: list[Mask | None] = []
             for index, robot in enumerate(self._state.robots.values()):
@@ -180,7 +175,7 @@ class Searches:
         requests = floor.problem.open(stages)
         try:
             plain = plain_poses(floor.problem, poses)
-            found = settle(self._coordination.solver, plain, stages, requests, {})
+            found = settle(self._state.last_settled.solver, plain, stages, requests, {})
         except SpentError:
             return [None] * len(poses)
         goals = {index: _lifted(floor, index, duty.goal) for index, duty in found.duties.items()}

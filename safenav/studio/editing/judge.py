@@ -14,7 +14,7 @@ from typing import Any
 from safenav.errors import ResourceLimitError, SafenavError
 from safenav.report.terminal.explanation_text import explanation_data
 from safenav.runtime.explanation import explain_team
-from safenav.runtime.mission import default_synthesizer, first_answers
+from safenav.runtime.mission import default_synthesizer, first_results
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_draft
 from safenav.studio.run.orders import RunOrder
@@ -42,7 +42,7 @@ def main() -> None:
 
 def _verdict(scenario: Scenario, name: str) -> dict[str, Any]:
     try:
-        answer = first_answers(scenario, default_synthesizer(scenario), None, [name])[name]
+        answer = first_results(scenario, default_synthesizer(scenario), None, [name])[name]
     except ResourceLimitError as error:
         return {"robot": name, "verdict": "limit", "because": str(error)}
     found = {"robot": name, "verdict": "realizable" if answer.realizable else "unrealizable"}

@@ -1,4 +1,4 @@
-"""From duties to objectives: what each robot is told to do, and what its strategy must respect."""
+"""From duties to objectives: the assignment of each robot, and what its strategy must respect."""
 
 from __future__ import annotations
 
@@ -6,10 +6,9 @@ from collections.abc import Collection
 
 from safenav.dataclass import dataclass
 from safenav.runtime.coordination.duties import Duty, Settlement
-from safenav.runtime.coordination.floor import Floor
-from safenav.runtime.coordination.ladder import Errand
+from safenav.runtime.coordination.ladder import TaskDraft
 from safenav.runtime.coordination.objectives import helping, holding
-from safenav.runtime.coordination.requests import Requests
+from safenav.runtime.coordination.problem import Floor
 from safenav.runtime.team import Assignment, RobotState, Role, TeamState
 from safenav.scenario.objective import Hold, Ltl, Target, Visit, targets_of
 from safenav.world.moves import Pose
@@ -17,23 +16,28 @@ from safenav.world.poses import Mask, bits, region_mask
 
 
 @dataclass(frozen=True)
-class Assigning:
-    """Tells robots what to do, at one moment. ``idle``: robots for whose own objective no
-    strategy was found: they wait as long as anything is going to change."""
+class Assigner:
+    """Gives robots work, at one moment. ``idle``: robots for whose own objective no strategy was
+    found: they wait as long as anything is going to change."""
 
     state: TeamState
-    requests: Requests
     floor: Floor
     found: Settlement
     idle: Collection[str] = ()
 
-    def errand(self, robot: RobotState) -> Errand:
-        """What a robot is to do from now on."""
+    def drafts(self) -> dict[str, TaskDraft]:
+        """The task of every robot from now on; its present one if nothing can be decided."""
+        robots = self.state.robots
+        if self.found.proof is not None:
+            return {name: _as_before(robot) for name, robot in robots.items()}
+        return {name: self._draft(robot) for name, robot in robots.items()}
+
+    def _draft(self, robot: RobotState) -> TaskDraft:
         index = self.floor.index(robot.name)
         if not robot.active:  # it keeps what it has, but a duty, which others take
             if robot.assignment.role is Role.HELPS:
                 return self._wait(robot, index)
-            return Errand(robot.assignment, robot.assignment.objective)
+            return _as_before(robot)
         duty = self.found.duties.get(index)
         if duty is not None:
             return self._help(robot, index, duty)
@@ -41,7 +45,7 @@ class Assigning:
             return self._wait(robot, index)
         return self._own(robot, index) or self._wait(robot, index)
 
-    def _help(self, robot: RobotState, index: int, duty: Duty) -> Errand:
+    def _help(self, robot: RobotState, index: int, duty: Duty) -> TaskDraft:
         gate = self.floor.problem.gates[duty.gate]
         member = self.floor.problem.members[index]
         places = frozenset(bits(member.graph.regions_of(duty.goal)))
@@ -58,7 +62,7 @@ class Assigning:
         assignment = Assignment(Role.HELPS, objective, gate.name, duty.goal, kept)
         wanted = (duty.goal,) if own is None else (duty.goal, self._mask(index, own))
         pending = self._pending(index)
-        return Errand(
+        return TaskDraft(
             assignment, objective, pending, pending, self._forbidden(robot, index, wanted)
         )
 
@@ -83,9 +87,11 @@ class Assigning:
 
     def _waits_for_help(self, robot: RobotState) -> bool:
         served = {self.floor.gates[gate] for gate in self.found.served}
-        return any(request.obstacle.name in served for request in self.requests.waits(robot.name))
+        return any(
+            request.obstacle.name in served for request in self.state.requests.waits(robot.name)
+        )
 
-    def _wait(self, robot: RobotState, index: int) -> Errand:
+    def _wait(self, robot: RobotState, index: int) -> TaskDraft:
         """Hold where it met the obstacle, or where it was told to hold before; if it cannot get
         there now, where it stands."""
         here = robot.next_pose.region
@@ -96,22 +102,22 @@ class Assigning:
                 objective = holding(robot.robot.objective, there)
                 forbidden = self._forbidden(robot, index, (self._mask(index, {there}),))
                 again = Assignment(Role.WAITS, objective, kept=kept)
-                return Errand(again, objective, pending, pending, forbidden)
+                return TaskDraft(again, objective, pending, pending, forbidden)
             if there == here:
                 break
         objective = holding(robot.robot.objective, here)
-        return Errand(Assignment(Role.WAITS, objective, kept=kept), objective)
+        return TaskDraft(Assignment(Role.WAITS, objective, kept=kept), objective)
 
     def _waiting_places(self, robot: RobotState) -> list[int]:
-        places = [r.requesters[robot.name] for r in reversed(self.requests.waits(robot.name))]
+        places = [r.requesters[robot.name] for r in reversed(self.state.requests.waits(robot.name))]
         before = robot.assignment
         if before.role is Role.WAITS and isinstance(before.objective, Hold):
             places += before.objective.target
         return places[:1]
 
-    def _own(self, robot: RobotState, index: int) -> Errand | None:
+    def _own(self, robot: RobotState, index: int) -> TaskDraft | None:
         """Its own objective, around what is in its way; None if it gets nowhere now."""
-        met = {request.obstacle.name for request in self.requests.waits(robot.name)}
+        met = {request.obstacle.name for request in self.state.requests.waits(robot.name)}
         kept = self.found.kept[index]
         objective = robot.robot.objective
         assignment = Assignment(Role.OWN, objective, kept=kept)
@@ -128,9 +134,9 @@ class Assigning:
             reach = member.graph.closure(1 << self.floor.poses[index], allowed)
             if reach & member.graph.live(member.targets, allowed):
                 forbidden = self._forbidden(robot, index, member.targets)
-                return Errand(assignment, objective, avoid, must, forbidden)
+                return TaskDraft(assignment, objective, avoid, must, forbidden)
         if not self.found.served and isinstance(objective, Ltl):
-            return Errand(assignment, objective, must, must)
+            return TaskDraft(assignment, objective, must, must)
         return None
 
     def _pending(self, index: int) -> frozenset[str]:
@@ -157,3 +163,7 @@ class Assigning:
 
     def _mask(self, index: int, regions: Collection[int]) -> Mask:
         return self.floor.problem.members[index].graph.poses_on(region_mask(regions))
+
+
+def _as_before(robot: RobotState) -> TaskDraft:
+    return TaskDraft(robot.assignment, robot.assignment.objective)

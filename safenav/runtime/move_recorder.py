@@ -1,21 +1,23 @@
-"""What a turn did, told to the trace: the move, what stopped it, what a strategy did not know."""
+"""The trace lines of a turn: the move, the obstacle that stopped it, the needs that it met, what a
+strategy did not know."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
+from safenav.runtime.belief_recorder import BeliefRecorder
 from safenav.runtime.characterization import Violation
-from safenav.runtime.sightings_told import SightingsTold
+from safenav.runtime.knowledge import Met
 from safenav.runtime.team import RobotState, TeamState
 from safenav.trace import records, vocabulary
 from safenav.trace.header import heading_in_trace
 from safenav.world.map import Region
 
 
-class MovesTold:
+class MoveRecorder:
     """Emits the lines of turns; remembers which signal each robot's moves told last."""
 
-    def __init__(self, state: TeamState, sightings: SightingsTold) -> None:
+    def __init__(self, state: TeamState, sightings: BeliefRecorder) -> None:
         self._state = state
         self._sightings = sightings
         self._signals: dict[str, records.Signal | None] = {}
@@ -72,6 +74,20 @@ class MovesTold:
                 violation.proposed,
                 obstacle.name,
                 action,
+            )
+        )
+
+    def met(self, robot: RobotState, met: Met) -> None:
+        """``robot`` has met one of the needs of an obstacle, with others or alone."""
+        self._state.emit(
+            records.Met(
+                self._state.tick,
+                met.obstacle.name,
+                met.need,
+                met.obstacle.needs[met.need].action,
+                robot.name,
+                robot.pose.region,
+                robots=met.group if len(met.group) > 1 else None,
             )
         )
 

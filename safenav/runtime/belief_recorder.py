@@ -11,7 +11,7 @@ from safenav.spec.task import Task
 from safenav.trace import records
 
 
-class SightingsTold:
+class BeliefRecorder:
     """Remembers what was told of whom."""
 
     def __init__(self, state: TeamState) -> None:

@@ -1,7 +1,5 @@
-"""Asking the synthesizer, for one robot or for several at once: is there a strategy for everybody?
-
-Each robot climbs its ladder of specifications until one is realizable.
-"""
+"""The search for strategies: each robot climbs its ladder until a specification is realizable, all
+robots at once."""
 
 from __future__ import annotations
 
@@ -11,9 +9,8 @@ from weakref import WeakSet
 
 from safenav.dataclass import dataclass
 from safenav.errors import ResourceLimitError
-from safenav.runtime.coordination.ladder import Errand, Ladder
-from safenav.runtime.over import Stop
-from safenav.runtime.team import TeamState
+from safenav.runtime.coordination.ladder import Ladder
+from safenav.runtime.termination import Stop
 from safenav.scenario.objective import Objective, Word, describe
 from safenav.spec.compile import compile_task
 from safenav.spec.forms import Rung, Weakening, concession
@@ -22,14 +19,15 @@ from safenav.synthesis.question import Listener as SynthesisListener
 from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.verdict import SynthesisResult, Verdict
 from safenav.trace import records, vocabulary
+from safenav.world.map import RegionMap
 
 if TYPE_CHECKING:
     from safenav.synthesis.serving.served import ServedStrategy
 
 
 @dataclass(frozen=True)
-class Answer:
-    """The synthesizer's last word on one robot's task. ``told``: the objective that it is for, and
+class TaskResult:
+    """The last synthesis result for a robot's task. ``told``: the objective that it is for, and
     ``rung`` the form of it that stands in the task; ``tried``: what failed before."""
 
     task: Task
@@ -61,32 +59,23 @@ class Answer:
         return describe(self.told, word) + (f" ({allows})" if allows else "")
 
 
-@dataclass(frozen=True)
-class Attempt:
-    """Answers for the robots that were asked about."""
-
-    errands: Mapping[str, Errand]
-    answers: Mapping[str, Answer]
-
-    @property
-    def failed(self) -> list[str]:
-        """The robots that have no strategy."""
-        return [name for name, answer in self.answers.items() if not answer.realizable]
+def failed(results: Mapping[str, TaskResult]) -> list[str]:
+    """The robots that have no strategy."""
+    return [name for name, result in results.items() if not result.realizable]
 
 
-class Asking:
-    """Asks for strategies; counts what that cost (``syntheses``, ``seconds``). ``busy``: a
-    synthesis is under way."""
+class StrategySearch:
+    """Requests syntheses, and counts their cost (``syntheses``, ``seconds``). ``busy``: one is
+    under way."""
 
     def __init__(
         self,
-        state: TeamState,
+        world: RegionMap,
         synthesizer: Synthesizer,
         stop: Stop,
         progress: SynthesisListener | None = None,
     ) -> None:
-        self._ladder = Ladder(state)
-        self._world = state.scenario.map
+        self._world = world
         self._synthesizer = synthesizer
         self._stop = stop
         self._progress = progress
@@ -95,41 +84,31 @@ class Asking:
         self.syntheses = 0
         self.seconds = 0.0
 
-    def attempt(self, errands: Mapping[str, Errand]) -> Attempt:
-        """Ask for strategies for these robots. Raises ResourceLimitError if a synthesis runs out
-        of time or memory, RunOver if the run is to end."""
-        ladders = {name: self._ladder.candidates(name, errand) for name, errand in errands.items()}
-        answers: dict[str, Answer] = {}
-        while True:
-            asked = {
-                name: candidate
+    def synthesize(self, ladders: Mapping[str, Ladder]) -> dict[str, TaskResult]:
+        """The result for each robot: of the first realizable candidate of its ladder, or of the
+        last one. Raises ResourceLimitError if a synthesis runs out of time or memory, RunEnded if
+        the run is to end."""
+        found: dict[str, TaskResult] = {}
+        for rung in range(max((len(ladder.candidates) for ladder in ladders.values()), default=0)):
+            tried = {
+                name: ladder.candidates[rung]
                 for name, ladder in ladders.items()
-                if not (name in answers and answers[name].realizable)
-                and (candidate := next(ladder, None)) is not None
+                if rung < len(ladder.candidates) and not (name in found and found[name].realizable)
             }
-            if not asked:
-                return Attempt(errands, answers)
-            results = self._ask([task for _, task in asked.values()])
-            for (name, (rung, task)), result in zip(asked.items(), results, strict=True):
-                before = answers.get(name)
-                tried = before.tried if before is not None else ()
-                if before is not None:
-                    failed = before.result
-                    verdict = vocabulary.RecordedVerdict(failed.verdict.value)
-                    tried += (
-                        records.Tried(
-                            before.form, before.task.fairness.value, failed.spec_sha256, verdict
-                        ),
-                    )
-                told = errands[name].objective
-                answers[name] = Answer(task, result, told, rung, tried)
+            if not tried:
+                break
+            results = self._request([task for _, task in tried.values()])
+            for (name, (form, task)), result in zip(tried.items(), results, strict=True):
+                earlier = _tried(found[name]) if name in found else ()
+                found[name] = TaskResult(task, result, ladders[name].objective, form, earlier)
+        return found
 
     def close(self) -> None:
         """End the processes that give moves on demand."""
         for served in tuple(self._served):
             served.close()
 
-    def _ask(self, tasks: list[Task]) -> list[SynthesisResult]:
+    def _request(self, tasks: list[Task]) -> list[SynthesisResult]:
         self._stop.check()
         self.busy = True
 
@@ -156,3 +135,10 @@ class Asking:
                     "limits.synthesis_memory in the scenario"
                 )
         return results
+
+
+def _tried(result: TaskResult) -> tuple[records.Tried, ...]:
+    """What has failed by now."""
+    verdict = vocabulary.RecordedVerdict(result.result.verdict.value)
+    fairness, spec = result.task.fairness.value, result.result.spec_sha256
+    return (*result.tried, records.Tried(result.form, fairness, spec, verdict))

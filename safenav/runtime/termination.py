@@ -1,6 +1,6 @@
 """How a run ends: the one way for everything that can end it.
 
-Whatever finds that a run cannot or must not go on raises ``RunOver`` with the conclusion; the
+Whatever finds that a run cannot or must not go on raises ``RunEnded`` with the conclusion; the
 mission catches it in one place. ``Stop`` is asked by everything that searches.
 """
 
@@ -29,7 +29,7 @@ class Conclusion:
     stuck: tuple[str, ...] = ()
 
 
-class RunOver(Exception):  # noqa: N818 - it is no error
+class RunEnded(Exception):  # noqa: N818 - it is no error
     """The run ends with ``conclusion``."""
 
     def __init__(self, conclusion: Conclusion) -> None:
@@ -64,9 +64,9 @@ class Stop:
         return time.monotonic() - self._begun
 
     def check(self) -> None:
-        """Raises RunOver if the run must end now."""
+        """Raises RunEnded if the run must end now."""
         if self.asked is not None:
-            raise RunOver(Conclusion(Outcome.INTERRUPTED, self.asked))
+            raise RunEnded(Conclusion(Outcome.INTERRUPTED, self.asked))
         if self.seconds is not None and self.elapsed > self.seconds:
             said = f"not completed after {self.seconds:g} s, the limit of the run"
-            raise RunOver(Conclusion(Outcome.TIME_LIMIT, said))
+            raise RunEnded(Conclusion(Outcome.TIME_LIMIT, said))

@@ -1,0 +1,96 @@
+"""Assignable goals: strategies with a goal that is assigned at runtime, and never a new one as
+long as the known obstacles stay as they are (the paper's alternative without resynthesis).
+
+A robot is led to its goal one region after the other, along a way on which it meets nothing that
+the team knows; its strategy knows none of that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+from safenav.runtime.coordination.ladder import TaskDraft
+from safenav.runtime.formulas import graph_of
+from safenav.runtime.team import RobotState, Role, TeamState
+from safenav.scenario.objective import Hold
+from safenav.spec.assignable import Signal
+from safenav.world.map import Region
+from safenav.world.poses import FAR, Mask, region_mask
+
+
+def own_objective(robot: RobotState, draft: TaskDraft) -> TaskDraft:
+    """A draft as a strategy with assignable goals sees it: the robot's own objective, whatever its
+    assignment."""
+    own = robot.robot.objective
+    return replace(draft, objective=own, avoid=frozenset(), must=frozenset(), forbidden=frozenset())
+
+
+def signal(team: TeamState, robot: RobotState) -> dict[str, int]:
+    """The inputs of a robot's strategy: continue, wait, or go to the next region on the way."""
+    assert robot.planner is not None
+    switch = robot.planner.switch
+    assert switch is not None
+    here = robot.pose.region
+    place: Region | None = None
+    assignment = robot.assignment
+    if assignment.role is Role.OWN:
+        awaited = robot.own.awaited()
+        led = _meets_something(team, robot) or switch.refused == robot.pose
+        if not awaited or not led:
+            return switch.inputs(None, here)
+        place = _next(team, robot, _poses(team, robot, awaited))
+        if place == here:
+            return switch.inputs(None, here)
+    if assignment.role is Role.HELPS:
+        place = _next(team, robot, assignment.goal)
+    elif isinstance(assignment.objective, Hold):
+        place = _next(team, robot, _poses(team, robot, assignment.objective.target))
+    if place is None or place == here:
+        return switch.inputs(Signal(here, wait=True), here)
+    return switch.inputs(Signal(place, wait=False), here)
+
+
+def _poses(team: TeamState, robot: RobotState, regions: Iterable[Region]) -> Mask:
+    graph = graph_of(robot.robot, team.scenario.map)
+    return graph.poses_on(region_mask(regions))
+
+
+def _meets_something(team: TeamState, robot: RobotState) -> bool:
+    """Whether an open obstacle blocks the robot, of which its strategy does not know."""
+    knowledge = team.knowledge
+    return any(knowledge.closed_to(w.obstacle, robot.robot) for w in knowledge.pending.values())
+
+
+def _next(team: TeamState, robot: RobotState, goal: Mask) -> Region | None:
+    """Where to send a robot that is to come to ``goal``: as far along a shortest way around
+    all that the team knows as there is no shorter way for one that does not know it. A robot
+    whose own way was refused is led step by step."""
+    knowledge = team.knowledge
+    graph = graph_of(robot.robot, team.scenario.map)
+    assert robot.planner is not None and robot.planner.switch is not None
+    switch = robot.planner.switch
+    task = robot.planner.task
+    own = graph.everywhere & ~graph.poses_on(region_mask(k.region for k in task.blocked))
+    walls = knowledge.walls_for(robot.robot, knowledge.pending)
+    allowed = own & ~graph.poses_on(region_mask(known.region for known in walls))
+    if robot.assignment.kept is not None:
+        allowed &= robot.assignment.kept
+    here = graph.number(robot.pose)
+    goal &= allowed | 1 << here
+    field = graph.distances(goal, allowed)
+    found: Region | None = None
+    pose, way = here, 0
+    while 0 < field[pose] < FAR:
+        ahead = field[pose]
+        pose = next(q for q in graph.steps(pose) if allowed >> q & 1 and field[q] < ahead)
+        way += 1
+        region = pose % graph.size
+        there = graph.poses_on(1 << region)
+        if not switch.sending.allows(robot.pose, robot.memory.values, region):
+            continue
+        if graph.steps_between(1 << here, there, own) == way:
+            found = region
+        if switch.refused == robot.pose:
+            break
+    return robot.pose.region if field[here] == 0 else found

@@ -1,0 +1,176 @@
+"""The trace lines of the coordination layer, as functions of its decisions: requests and bids, the
+stack, obstacles that join O. Nothing here changes anything.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+
+from safenav.runtime.coordination.duties import Settlement
+from safenav.runtime.coordination.ladder import TaskDraft
+from safenav.runtime.coordination.problem import Floor
+from safenav.runtime.coordination.reasons import why_nobody
+from safenav.runtime.coordination.requests import Request, Requests
+from safenav.runtime.coordination.strategy_search import TaskResult
+from safenav.runtime.coordination.synthesis_recorder import synthesis_record
+from safenav.runtime.team import Role, TeamState
+from safenav.runtime.world import Change
+from safenav.scenario.model import Coordination, Obstacle
+from safenav.trace import records, vocabulary
+from safenav.trace.header import objective_in_trace
+from safenav.trace.proofs import Proof
+
+
+def changed(team: TeamState, change: Change) -> Iterator[records.Record]:
+    """An obstacle has appeared or disappeared by itself."""
+    name = change.obstacle.name
+    cause = vocabulary.ChangeCause.SCENARIO
+    if change.by_user:
+        cause = vocabulary.ChangeCause.USER
+    elif change.obstacle not in team.scenario.obstacles:
+        cause = vocabulary.ChangeCause.WORLD
+    kind = records.Appeared if change.appeared else records.Gone
+    yield kind(team.tick, name, cause)
+    if change.another and change.truth is not None:
+        yield records.Truth(team.tick, name, change.truth, cause)
+
+
+def resolved(
+    team: TeamState, robot: str, obstacle: Obstacle, traversable: bool | None
+) -> records.Record:
+    """``robot`` has resolved an obstacle."""
+    request = team.requests.of(obstacle.name)
+    helped = team.knowledge.helped(obstacle)
+    return records.Resolved(
+        team.tick,
+        obstacle.name,
+        robot,
+        team.robots[robot].pose.region,
+        request is not None and request.recorded is not None,
+        traversable,
+        robots=helped if len(helped) > 1 else None,
+    )
+
+
+def blocked(
+    team: TeamState,
+    obstacle: Obstacle,
+    reason: vocabulary.BlockReason,
+    proof: Proof | None = None,
+    because: str | None = None,
+) -> records.Record:
+    """An obstacle stays for good."""
+    robots = frozenset(n for n, robot in team.robots.items() if obstacle.blocks(robot.robot))
+    return records.Blocked(team.tick, obstacle.name, robots, reason, proof, because)
+
+
+def stack(
+    team: TeamState,
+    floor: Floor,
+    found: Settlement,
+    drafts: Mapping[str, TaskDraft],
+    refused: Mapping[tuple[str, str], TaskResult],
+) -> tuple[Requests, tuple[records.Record, ...]]:
+    """The lines about the requests once every robot has its task, and the requests after them:
+    pops of those that were closed, then each open one with new helpers, and its pushes."""
+    lines: list[records.Record] = []
+    objectives = {
+        name: objective_in_trace(draft.assignment.objective) for name, draft in drafts.items()
+    }
+    over = team.requests.closed
+    depth = team.requests.depth + sum(len(request.entries) for request in over)
+    changes = any(request.entries for request in over)
+
+    def entry(kind: type[records.Push] | type[records.Pop], request: Request, pair: _Entry) -> None:
+        requester, helpers = pair
+        first, several = helpers[0] if helpers else None, helpers if len(helpers) > 1 else None
+        name = request.obstacle.name
+        line = kind(team.tick, depth, objectives, name, requester, first, helpers=several)
+        lines.append(line)
+
+    for request in over:
+        for pair in reversed(request.entries):
+            depth -= 1
+            entry(records.Pop, request, pair)
+    after = []
+    for request in team.requests:
+        name = request.obstacle.name
+        helpers = tuple(
+            robot
+            for robot, draft in drafts.items()
+            if draft.assignment.role is Role.HELPS and draft.assignment.obstacle == name
+        )
+        if request.recorded is None or helpers not in ((), request.recorded):
+            gate = floor.gates.index(name)
+            because = None
+            if not helpers:
+                because = why_nobody(floor, found, gate, team.scenario.map.word)
+            lines.append(requested(team, request, floor, helpers, because))
+            lines += [
+                synthesis_record(team, result, vocabulary.Reason.REQUEST)
+                for (_, obstacle), result in refused.items()
+                if obstacle == name
+            ]
+            request = replace(request, recorded=helpers)
+        changes = changes or bool(request.unpushed)
+        pushed = [(requester, helpers) for requester in request.unpushed]
+        for pair in pushed:
+            depth += 1
+            entry(records.Push, request, pair)
+        after.append(replace(request, helpers=helpers, entries=(*request.entries, *pushed)))
+    if team.scenario.coordination is Coordination.ASSIGNABLE and not changes:
+        lines += [  # else lines of syntheses say so
+            records.Told(team.tick, name, objective)
+            for name, objective in objectives.items()
+            if objective != team.recorded[name]
+        ]
+    return Requests(tuple(after)), tuple(lines)
+
+
+_Entry = tuple[str, tuple[str, ...]]
+
+
+def requested(
+    team: TeamState,
+    request: Request,
+    floor: Floor,
+    helpers: tuple[str, ...],
+    because: str | None,
+) -> records.Record:
+    """The request with its bids: ticks to the nearest region of the need that is next."""
+    gate = floor.gates.index(request.obstacle.name)
+    need = floor.stages[gate].need
+    bids = {  # one out of service gets nowhere, though it may be counted on to come back
+        name: ticks if team.robots[name].active or ticks == 0 else None
+        for name, ticks in bids_for(floor, gate).items()
+    }
+    return records.Request(
+        team.tick,
+        request.obstacle.name,
+        list(request.requesters)[-1],
+        bids,
+        helpers[0] if helpers else None,
+        request.obstacle.resolution_regions(team.scenario.map, need),
+        helpers=helpers if len(helpers) > 1 else None,
+        need=need if len(request.obstacle.needs) > 1 else None,
+        because=because,
+    )
+
+
+def bids_for(floor: Floor, gate: int) -> dict[str, int | None]:
+    """How many ticks each robot with the action needs to where it can perform it; None if it
+    cannot get there while the open obstacles are walls."""
+    problem, stages = floor.problem, floor.stages
+    need = problem.next_need(gate, stages)
+    found: dict[str, int | None] = {}
+    for index, member in enumerate(problem.members):
+        if need.action not in member.capabilities:
+            continue
+        steps = member.graph.steps_between(
+            1 << floor.poses[index],
+            member.graph.poses_on(need.regions),
+            problem.allowed(index, stages),
+        )
+        found[member.name] = None if steps is None else steps * member.ticks
+    return found

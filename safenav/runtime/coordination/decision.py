@@ -1,0 +1,317 @@
+"""From an event to requests, duties, objectives and synthesis tasks, as one pure function.
+
+``coordinate`` reads the team and changes nothing. What it decides is put in force by ``apply``
+(``safenav.runtime.algorithm``). Source: paper, Section V and Algorithm 1; docs/coordination.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import field, replace
+
+from safenav.dataclass import dataclass
+from safenav.runtime.characterization import Violation
+from safenav.runtime.coordination import coordination_recorder as lines
+from safenav.runtime.coordination.assignable_goals import own_objective
+from safenav.runtime.coordination.assignment import Assigner
+from safenav.runtime.coordination.duties import Settled, settle
+from safenav.runtime.coordination.events import (
+    Astray,
+    Event,
+    HelpRequested,
+    ObstacleChanged,
+    ObstacleEncountered,
+    ObstaclesResolved,
+    Started,
+    Unsettled,
+)
+from safenav.runtime.coordination.floor import floor_of
+from safenav.runtime.coordination.ladder import Ladder, TaskDraft, ladder
+from safenav.runtime.coordination.negatives import (
+    closure_told,
+    no_strategy,
+    nobody_goes_on,
+    spent,
+)
+from safenav.runtime.coordination.problem import Floor, SpentError
+from safenav.runtime.coordination.proofs import Closure, closure_of
+from safenav.runtime.coordination.reasons import Shortfall, shortfall_words, shortfalls
+from safenav.runtime.coordination.requests import Request, Requests
+from safenav.runtime.coordination.solve import Solver
+from safenav.runtime.coordination.strategies import outdated
+from safenav.runtime.coordination.strategy_search import TaskResult, failed
+from safenav.runtime.coordination.synthesis_recorder import synthesis_record
+from safenav.runtime.knowledge import UNTRAVERSABLE, Knowledge
+from safenav.runtime.team import Role, TeamState
+from safenav.runtime.termination import Conclusion
+from safenav.scenario.model import Coordination, Outcome
+from safenav.trace.records import Record
+from safenav.trace.vocabulary import BlockReason, Reason
+
+
+@dataclass(frozen=True)
+class Decision:
+    """The consequences of ``event``. All of it is put in force, or nothing.
+
+    ``knowledge``, ``requests``, ``lacks`` and ``settled``: those of the team from now on.
+    ``records``: what the trace says of it. ``recount``: rounds are counted anew. ``drafts``: the
+    task of each robot; ``tasks``: those of them for which a strategy must be found, with
+    ``reason``. ``next``: the event that follows; ``end``: the run ends so.
+    """
+
+    event: Event
+    knowledge: Knowledge
+    requests: Requests
+    lacks: Mapping[str, Shortfall]
+    settled: Settled | None
+    records: tuple[Record, ...] = ()
+    recount: bool = False
+    drafts: Mapping[str, TaskDraft] = field(default_factory=dict)
+    tasks: Mapping[str, Ladder] = field(default_factory=dict)
+    reason: Reason = Reason.INITIAL
+    next: Event | None = None
+    end: Conclusion | None = None
+
+
+Stopping = Callable[[], None]
+
+
+def coordinate(team: TeamState, event: Event, stopping: Stopping) -> Decision:
+    """Decide what follows from an event. ``stopping`` raises to end a search from outside."""
+    try:
+        return _decided(team, event, stopping)
+    except SpentError:
+        return _unchanged(team, event, end=spent("who could resolve what in which order"))
+
+
+def _decided(team: TeamState, event: Event, stopping: Stopping) -> Decision:
+    match event:
+        case Started():
+            return _assigned(team, event, _settled(team, (), stopping))
+        case ObstacleEncountered(violation):
+            return _encountered(team, event, violation)
+        case HelpRequested(violation):
+            return _requested(team, event, violation)
+        case ObstaclesResolved():
+            return _resolved(team, event)
+        case ObstacleChanged():
+            return _changed(team, event)
+        case Astray(name):
+            assert team.settled is not None
+            return _assigned(team, event, team.settled, only=name)
+        case Unsettled():
+            return _never_resolved(team, event, stopping) or _duties(team, event, stopping)
+
+
+def reconsider(team: TeamState, decision: Decision, results: Mapping[str, TaskResult]) -> Decision:
+    """Decide what follows if some robots have no strategy for their tasks: another robot helps; or
+    a robot waits while anything may change; or the run ends."""
+    names = failed(results)
+    match decision.event:
+        case Astray(end=end):
+            return _unchanged(team, decision.event, end=end)
+        case Unsettled(reason, refused, idle):
+            refused, waiting = dict(refused), set(idle)
+            for name in names:
+                assignment = decision.drafts[name].assignment
+                own = assignment.role is Role.OWN and name not in waiting
+                if assignment.role is Role.HELPS and assignment.obstacle is not None:
+                    refused[name, assignment.obstacle] = results[name]
+                elif own and decision.settled is not None and decision.settled.found.duties:
+                    waiting.add(name)
+                else:
+                    break
+            else:
+                again = Unsettled(reason, refused, frozenset(waiting))
+                return _unchanged(team, decision.event, next=again)
+            outcome, said = Outcome.OPERATOR_NEEDED, Reason.BLOCKED
+        case _:
+            outcome, said = Outcome.UNREALIZABLE, Reason.INITIAL
+    told = tuple(synthesis_record(team, results[name], said) for name in names)
+    end = no_strategy(team, results, outcome)
+    return _unchanged(team, decision.event, records=told, end=end)
+
+
+def _unchanged(
+    team: TeamState,
+    event: Event,
+    *,
+    records: tuple[Record, ...] = (),
+    next: Event | None = None,
+    end: Conclusion | None = None,
+) -> Decision:
+    """A decision that leaves the team as it is."""
+    kept = team.knowledge, team.requests, team.lacks, team.settled
+    return Decision(event, *kept, records=records, next=next, end=end)
+
+
+def _encountered(team: TeamState, event: Event, violation: Violation) -> Decision:
+    """Algorithm 1, line 7: r is encountered; what was in force is pushed with the request. An
+    obstacle in O stays there."""
+    before = _unchanged(team, event)
+    if violation.obstacle.name in team.knowledge.joined:
+        return before
+    knowledge = team.knowledge.copy()
+    knowledge.meet(violation.obstacle)
+    return replace(before, knowledge=knowledge, requests=_opened(team, violation))
+
+
+def _requested(team: TeamState, event: Event, violation: Violation) -> Decision:
+    """The request, from where the robot has backed up to."""
+    requests = team.requests
+    if requests.of(violation.obstacle.name) is not None:
+        requests = _opened(team, violation)
+    return replace(_unchanged(team, event), requests=requests, next=Unsettled(Reason.REQUEST))
+
+
+def _opened(team: TeamState, violation: Violation) -> Requests:
+    robot = team.robots[violation.robot.name]
+    return team.requests.opened(violation.obstacle, robot.name, robot.next_pose.region)
+
+
+def _resolved(team: TeamState, event: ObstaclesResolved) -> Decision:
+    """Algorithm 1, lines 18 to 21: r is resolved, its request is popped; counts begin again."""
+    knowledge, requests = team.knowledge.copy(), team.requests
+    said: list[Record] = []
+    for obstacle, traversable in event.found:
+        said.append(lines.resolved(team, event.robot.name, obstacle, traversable))
+        knowledge.forget(obstacle)
+        if traversable is False:
+            knowledge.join(obstacle, UNTRAVERSABLE)
+            said.append(lines.blocked(team, obstacle, BlockReason.UNTRAVERSABLE))
+        requests = requests.without(obstacle.name)
+    return replace(
+        _unchanged(team, event, records=tuple(said), next=Unsettled(Reason.RESOLVED)),
+        knowledge=knowledge,
+        requests=requests,
+        recount=True,
+    )
+
+
+def _changed(team: TeamState, event: ObstacleChanged) -> Decision:
+    """An obstacle has appeared, where no robot knows it yet, or has disappeared."""
+    obstacle, knowledge = event.change.obstacle, team.knowledge.copy()
+    said = tuple(lines.changed(team, event.change))
+    if event.change.appeared:
+        knowledge.appear(obstacle)
+        return replace(_unchanged(team, event, records=said), knowledge=knowledge)
+    after = Unsettled(Reason.GONE) if knowledge.forget(obstacle) else None
+    requests = team.requests.without(obstacle.name)
+    decision = _unchanged(team, event, records=said, next=after)
+    return replace(decision, knowledge=knowledge, requests=requests)
+
+
+def _never_resolved(team: TeamState, event: Unsettled, stopping: Stopping) -> Decision | None:
+    """Obstacles that can never be brought any further join O, with the proof; None if there are
+    none."""
+    floor, closure = closed(team, stopping)
+    lacks = {each.obstacle: each for each in shortfalls(floor, closure)}
+    lacks = {**team.lacks, **lacks}
+    if not closure.stuck and team.lacks == lacks:
+        return None
+    knowledge, requests, said = team.knowledge.copy(), team.requests, list[Record]()
+    for gate in closure.stuck:
+        request = requests.of(floor.gates[gate])
+        assert request is not None
+        reason = BlockReason.UNRESOLVABLE if _enough(team, request) else NO_CAPABLE_ROBOT
+        because = shortfall_words(lacks[floor.gates[gate]], team.scenario.map.word, "it")
+        if request.recorded is None or reason is NO_CAPABLE_ROBOT:
+            said.append(lines.requested(team, request, floor, (), because))
+        known = reason is NO_CAPABLE_ROBOT
+        knowledge.join(
+            request.obstacle,
+            "too few robots can remove it" if known else "nobody can ever resolve it",
+        )
+        proof = closure_told(floor, closure)
+        said.append(lines.blocked(team, request.obstacle, reason, proof, because))
+        requests = requests.without(request.obstacle.name)
+    return replace(
+        _unchanged(team, event, records=tuple(said), next=event),
+        knowledge=knowledge,
+        requests=requests,
+        lacks=lacks,
+    )
+
+
+NO_CAPABLE_ROBOT = BlockReason.NO_CAPABLE_ROBOT
+
+
+def closed(team: TeamState, stopping: Stopping = lambda: None) -> tuple[Floor, Closure]:
+    """What can ever be resolved, and where each robot gets by that. Robots out of service may come
+    back."""
+    floor = floor_of(team, hopeful=True)
+    solver = Solver(floor.problem, stopping)
+    return floor, closure_of(solver, solver.sets(floor.poses, floor.stages), floor.stages)
+
+
+def _enough(team: TeamState, request: Request) -> bool:
+    """Whether for each need as many robots have the action as it takes."""
+    robots = [robot.robot for robot in team.robots.values()]
+    return all(
+        sum(need.action in robot.capabilities for robot in robots) >= need.robots
+        for need in request.obstacle.needs
+    )
+
+
+def _duties(team: TeamState, event: Unsettled, stopping: Stopping) -> Decision:
+    """Algorithm 1, lines 9 to 16: the requester's objective becomes safe behaviour, a state of S_r
+    is added to that of a robot with c_r; all of it follows from one plan for all requests."""
+    settled = _settled(team, event.refused, stopping)
+    floor, found = settled.floor, settled.found
+    if found.proof is not None:
+        end = nobody_goes_on(team, floor, found.proof, event.refused, team.lacks)
+        return _unchanged(team, event, end=end)
+    decision = _assigned(team, event, settled)
+    requests, said = lines.stack(team, floor, found, decision.drafts, event.refused)
+    return replace(decision, requests=requests, records=said)
+
+
+def _settled(team: TeamState, refused: Collection[tuple[str, str]], stopping: Stopping) -> Settled:
+    """Who does what now. Raises SpentError."""
+    floor = floor_of(team, refused)
+    solver = Solver(floor.problem, stopping)
+    order = range(len(floor.gates))
+    return Settled(
+        floor, solver, settle(solver, floor.poses, floor.stages, order, _present(team, floor))
+    )
+
+
+def _present(team: TeamState, floor: Floor) -> dict[int, tuple[int, ...]]:
+    """Who serves which obstacle already."""
+    found: dict[int, tuple[int, ...]] = {}
+    for index, robot in enumerate(team.robots.values()):
+        obstacle = robot.assignment.obstacle
+        if obstacle in floor.gates:
+            gate = floor.gates.index(obstacle)
+            found[gate] = (*found.get(gate, ()), index)
+    return found
+
+
+def _assigned(
+    team: TeamState, event: Event, settled: Settled, *, only: str | None = None
+) -> Decision:
+    """The tasks of all robots, or of one, and those for which a strategy must be found: where the
+    one in force does not suffice, and always of ``only``."""
+    idle = event.idle if isinstance(event, Unsettled) else ()
+    drafts = Assigner(team, settled.floor, settled.found, idle).drafts()
+    if only is not None:
+        drafts = {only: drafts[only]}
+    assigned = team.scenario.coordination is Coordination.ASSIGNABLE
+    wanted = {
+        name: own_objective(team.robots[name], draft) if assigned else draft
+        for name, draft in drafts.items()
+    }
+    reason = getattr(event, "reason", Reason.INITIAL)
+    if assigned and reason in (Reason.REQUEST, Reason.RESOLVED, Reason.GONE):
+        reason = Reason.BLOCKED  # whatever gave the occasion, the known map has changed
+    return replace(
+        _unchanged(team, event),
+        settled=settled,
+        drafts=drafts,
+        tasks={
+            name: ladder(team, name, draft)
+            for name, draft in wanted.items()
+            if only is not None or outdated(team, name, draft)
+        },
+        reason=reason,
+    )

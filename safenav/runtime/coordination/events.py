@@ -1,0 +1,80 @@
+"""Events: all that makes the coordination layer decide anew."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import field
+
+from safenav.dataclass import dataclass
+from safenav.runtime.characterization import Violation
+from safenav.runtime.coordination.strategy_search import TaskResult
+from safenav.runtime.termination import Conclusion
+from safenav.runtime.world import Change
+from safenav.scenario.model import Obstacle, Robot
+from safenav.trace.vocabulary import Reason
+
+
+@dataclass(frozen=True)
+class Started:
+    """The run begins: every robot needs its first strategy."""
+
+
+@dataclass(frozen=True)
+class ObstacleEncountered:
+    """A robot keeps out of an obstacle. The team knows of it from now on, whatever the robot does
+    where it stands; ``HelpRequested`` follows once it has backed up."""
+
+    violation: Violation
+
+
+@dataclass(frozen=True)
+class HelpRequested:
+    """A robot has backed up from an obstacle, and requests help from where it stands now."""
+
+    violation: Violation
+
+
+@dataclass(frozen=True)
+class ObstaclesResolved:
+    """Obstacles were resolved where ``robot`` stands, requested or not; each with its truth."""
+
+    robot: Robot
+    found: tuple[tuple[Obstacle, bool | None], ...]
+
+
+@dataclass(frozen=True)
+class ObstacleChanged:
+    """An obstacle has appeared, where no robot knows it yet, or has disappeared."""
+
+    change: Change
+
+
+@dataclass(frozen=True)
+class Unsettled:
+    """Duties must be derived from the present state. ``refused``: (robot, obstacle) for which no
+    strategy was found; ``idle``: robots for whose own objective none was found."""
+
+    reason: Reason
+    refused: Mapping[tuple[str, str], TaskResult] = field(default_factory=dict)
+    idle: frozenset[str] = frozenset()
+
+
+@dataclass(frozen=True)
+class Astray:
+    """A robot is in no node of its strategy, and needs one from where it is. ``end``: how the run
+    ends without one; None: the robot stays, and tries again."""
+
+    robot: str
+    reason: Reason
+    end: Conclusion | None = None
+
+
+Event = (
+    Started
+    | ObstacleEncountered
+    | HelpRequested
+    | ObstaclesResolved
+    | ObstacleChanged
+    | Unsettled
+    | Astray
+)
