@@ -145,8 +145,7 @@ class Editor(Studio):
             if kind == "preview":
                 return await asyncio.to_thread(importing.preview, self._plan, cut)
             world = await asyncio.to_thread(importing.divided, self._plan, cut)
-            self._begin_with(beginnings.drawn(world, self._plan.name))
-            self._plan = None
+            self._begin_with(beginnings.drawn(world, self._plan.name))  # a preview may follow
         return None
 
     def _everything(self) -> list[dict[str, Any]]:
