@@ -26,7 +26,14 @@ COUNT = int(os.environ.get("SAFENAV_PROOF", "60"))
 
 
 def built() -> Path:
-    """The folder in which the verified checker is built, as `make proof` does it."""
+    """The folder in which the verified checker is built, as `make proof` does it; that of `make
+    proof` if it is of the present sources."""
+    made = ROOT / "build" / "proof"
+    sources = [path for path in SOURCE.rglob("*") if path.is_file()]
+    if (program := made / "safenav-proved").is_file() and all(
+        path.stat().st_mtime < program.stat().st_mtime for path in sources
+    ):
+        return made
     missing = [tool for tool in TOOLS if shutil.which(tool) is None]
     if missing:
         pytest.skip(f"no {missing[0]}: apt install --no-install-recommends coq ocaml ocaml-findlib")

@@ -23,6 +23,7 @@ from certify.making import Files, files_of, rewrite, shipped
 from certify.proving import COUNT, ROOT, SOURCE, Case, built, disagreements, with_measures
 from certify.strategy_mutants import KINDS
 from certify.test_bundles import COMPLETED, UNREALIZABLE
+from certify.test_findings import EXACT, bundle_of
 from certify.test_strategies import random_game, text_of
 from oracle import (
     build_game,
@@ -274,6 +275,14 @@ def test_robots_that_start_in_one_region_are_refused(program: Path, tmp_path: Pa
     files["scenario.json"] = json.dumps(scenario).encode()
     said = asked(program, rewrite(shipped("two_digits"), files, tmp_path / "bundle"))
     assert [each["kind"] for each in said if each["verdict"] == "refused"] == ["apart"]
+
+
+def test_a_robot_that_tracks_positions_is_said_to_be_not_covered(program: Path) -> None:
+    said = {each["kind"]: each for each in asked(program, bundle_of(EXACT))}
+    assert said["apart"]["verdict"] == "not covered"
+    assert "line 2: a knows positions of others" in said["apart"]["reason"]
+    assert "answers" not in said
+    assert said["realizes"]["verdict"] == "proved"
 
 
 def test_the_command_says_what_each_claim_rests_on(
