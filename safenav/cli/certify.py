@@ -18,9 +18,11 @@ Examples:
   safenav new lab.yaml && safenav certify lab.yaml -o bundle
   python3 -I -S bundle/check.py bundle
   safenav certify lab.yaml -o lab.zip
-  safenav certify lab.yaml --proved -o proved
-  safenav run lab.yaml --trace lab.jsonl --motion lab.motion.jsonl
+  safenav run lab.yaml --trace lab.jsonl --motion lab.motion.jsonl   # extra 'motion'
   safenav certify --trace lab.jsonl --motion lab.motion.jsonl -o moved
+\b
+With the verified checker (docs/proof.md):
+  safenav certify lab.yaml --proved -o proved
 \b
 Exit codes:
   0  the bundle is written, and its checker accepts it

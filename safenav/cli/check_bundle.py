@@ -15,6 +15,8 @@ Examples:
   safenav new lab.yaml && safenav certify lab.yaml -o bundle
   safenav check-bundle bundle
   safenav check-bundle bundle --json
+\b
+With the verified checker (docs/proof.md):
   safenav check-bundle --proved bundle
 \b
 Exit codes:

@@ -69,6 +69,8 @@ def test_the_examples_run_one_after_the_other(name: str, tmp_path: Path) -> None
                 timeout=300,
                 check=False,
             )
+        if "--proved" in words and "safenav-proved, is not installed" in done.stderr:
+            continue  # it is built apart: tests/certify runs it
         assert done.returncode == 0, f"{command}\n{done.stdout}{done.stderr}"
 
 
