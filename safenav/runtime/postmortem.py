@@ -152,7 +152,8 @@ class _Failure:
 def _beside(failed: _Failure) -> list[Region]:
     """The walls beside what the stuck robots reach, those between the robots first."""
     world = failed.scenario.map
-    fields = [world.distances([failed.scenario.robot(name).start.region]) for name in failed.stuck]
+    stuck = failed.stuck or [robot.name for robot in failed.scenario.robots]
+    fields = [world.distances([failed.scenario.robot(name).start.region]) for name in stuck]
     ranked = []
     for wall in world.walls:
         beside = [r for r in world.neighbours(wall) if all(r in field for field in fields)]

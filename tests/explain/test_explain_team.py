@@ -90,6 +90,25 @@ def test_a_lonely_lifter_gets_a_colleague_or_a_lighter_crate() -> None:
     assert found.tried > len(found.repairs)
 
 
+def test_lifters_that_fit_on_one_side_only_get_an_answer() -> None:
+    """No robot is named as stuck: it ended in an empty maximum."""
+    found = explained(
+        """
+safenav: 1
+map: {grid: ["#########", "#...#...#", "#.......#", "#...#...#", "#########"]}
+catalogue:
+  robots: {lifter: {mobility: free, layer: ground, capabilities: [lift]}}
+  obstacles: {crate: {needs: [{action: lift, robots: 2, at: neighbours, together: true}]}}
+robots:
+  leo: {model: lifter, start: [2, 1], objective: {visit: [[2, 1], [2, 7]]}}
+  mia: {model: lifter, start: [1, 1], objective: {patrol: [[1, 1], [3, 1]]}}
+obstacles: [{type: crate, region: [2, 4]}]
+"""
+    )
+    assert found.result.outcome.value == "operator_needed"
+    assert found.tried
+
+
 def test_who_stands_in_each_other_s_way_gets_a_place_to_give_way() -> None:
     found = explained(NARROW)
     assert found.result.cause == "deadlock"
