@@ -24,7 +24,7 @@ const TOLD: ReadonlySet<EventKind> = new Set([
 ]);
 
 /** More than these are told closely, whatever the height of the window. */
-const MANY_ROBOTS = 4;
+const MANY_ROBOTS = 3;
 
 interface AppProps {
   run: Run;

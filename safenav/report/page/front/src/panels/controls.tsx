@@ -157,6 +157,8 @@ const RANK = [...STORY, ...REST];
 const MARK = 18;
 /** Rows of marks: those of the story that are close together stand above each other. */
 const ROWS = 3;
+/** By how many marks one of the story may stand beside its place. */
+const ASIDE = [0, 1, -1, 2, -2];
 
 interface TimelineMark {
   /** Percent of the width. */
@@ -168,9 +170,9 @@ interface TimelineMark {
 }
 
 /**
- * The marks of a timeline of so many pixels. The story comes first, by rank: a mark for which no row
- * has room becomes part of the nearest one of its kind, else of the nearest one. Other events take a
- * place in the lowest row where the story leaves one, else their words are added to a mark.
+ * The marks of a timeline of so many pixels. The story comes first, by rank: its marks stand above or
+ * beside others that are close. Other events take a place in the lowest row where the story leaves
+ * one. Where there is no room at all, the words of an event are added to the nearest mark.
  */
 export function marksOf(run: Run, player: Player, width: number): TimelineMark[] {
   const marks: (TimelineMark & { x: number })[] = [];
@@ -178,19 +180,23 @@ export function marksOf(run: Run, player: Player, width: number): TimelineMark[]
   ranked.sort((a, b) => RANK.indexOf(a[1]) - RANK.indexOf(b[1]) || a[0] - b[0]);
   for (const event of ranked) {
     const place = player.end ? player.timeOf(event[0]) / player.end : 0;
-    const x = place * width;
-    const rows = STORY.includes(event[1]) ? ROWS : 1;
-    const near = marks.filter((mark) => Math.abs(mark.x - x) < MARK);
-    const same = near.find((mark) => mark.event[0] === event[0] && mark.event[1] === event[1]);
-    const free = [...Array(rows).keys()].find((row) => near.every((mark) => mark.row !== row));
+    const matters = STORY.includes(event[1]);
     const title = `tick ${event[0]}: ${event[2]}`;
+    const same = marks.find((mark) => mark.event[0] === event[0] && mark.event[1] === event[1]);
+    const spots = (matters ? ASIDE : [0]).flatMap((aside) =>
+      [...Array(matters ? ROWS : 1).keys()].map((row) => ({ x: place * width + aside * MARK, row })),
+    );
+    const free = spots.find(
+      ({ x, row }) =>
+        x >= 0 && x <= width && marks.every((mark) => mark.row !== row || Math.abs(mark.x - x) >= MARK),
+    );
     if (same === undefined && free !== undefined) {
-      marks.push({ place: 100 * place, x, row: free, event, title });
+      marks.push({ ...free, place: (100 * free.x) / width, event, title });
       continue;
     }
     const away = (mark: { x: number; event: RunEvent }): number =>
-      Math.abs(mark.x - x) + (mark.event[1] === event[1] ? 0 : MARK);
-    const host = same ?? near.sort((a, b) => away(a) - away(b))[0]!;
+      Math.abs(mark.x - place * width) + (mark.event[1] === event[1] ? 0 : MARK);
+    const host = same ?? [...marks].sort((a, b) => away(a) - away(b))[0]!;
     if (host.title.length < 600) host.title += `\n${title}`;
   }
   return marks.sort((a, b) => a.x - b.x || a.row - b.row);
