@@ -116,6 +116,7 @@ CASES_OF_PLANS: list[Case] = [
     ),
     ("told", "lifted", told("cart", {"visit": [8]}), 1, "cart"),
     ("told", "lifted", both(BY_SIGNALS, BACK, told("right", {"visit": [9]})), 1, "right"),
+    ("order", "lifted", edit("met", {"need": 0}, tick=2), 2, "cart", 2),
     ("need", "lifted", drop("met", need=0), 1, "cart"),
     ("need", "lifted", edit("met", {"need": 0}, need=1), 1, "cart", 2),
     ("need", "lifted", edit("met", {"need": 0}, action="lift"), 1, "cart"),

@@ -176,6 +176,7 @@ def given_up() -> list[Line]:
             "digit": {"poses": way(8, 9), "live": True},
         },
     }
+    s.block("gate@10", "no_capable_robot", proof, "drone", "digit")
     rounds = {"drone": 0, "digit": 1}
     return s.end("operator_needed", rounds, cause="no_capable_robot", proof=proof)
 

@@ -11,6 +11,7 @@ from random import Random
 import pytest
 
 from certify.making import SCENARIOS, files_of, rewrite, run_checker, shipped
+from certify.mutants import lines_of, with_lines
 from safenav import Mission, TraceWriter, load_scenario
 from safenav.certify.record import bundle_of_run, bundle_of_trace
 from safenav.errors import NotCertifiedError
@@ -110,3 +111,15 @@ def test_the_motion_of_a_run_goes_along(tmp_path: Path) -> None:
     status, said = run_checker(rewrite(forged, files, tmp_path / "forged"))
     assert status == 1
     assert "the motion of another trace" in said
+
+
+def test_no_obstacle_stands_where_a_robot_is_that_it_stops(tmp_path: Path) -> None:
+    files = files_of(shipped("case_study_1"))
+    lines = lines_of(files)
+    quad = lines[0]["scenario"]["robots"]["quad"]["start"]
+    door = lines[0]["scenario"]["obstacles"][0]
+    lines[0]["scenario"]["obstacles"].append({**door, "name": "gate@0", "region": quad})
+    forged = rewrite(shipped("case_study_1"), with_lines(files, lines), tmp_path / "forged")
+    status, said = run_checker(forged)
+    assert status == 1
+    assert "gate@0 stands where quad is" in said

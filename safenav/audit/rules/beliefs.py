@@ -31,6 +31,9 @@ class BeliefRule(Rule):
 
     def _problems(self, record: Belief, now: Situation) -> Iterator[str]:
         robot, other = record.robot, record.of
+        before = now.beliefs.get((robot, other))
+        if before is not None and (before.seen, before.regions) == (record.seen, record.regions):
+            yield f"{robot} knows no more of {other} than it did before"
         if record.seen and len(record.regions) != 1:
             places = ", ".join(now.show(region) for region in sorted(record.regions))
             yield f"{robot} sees {other} at once at {places or 'no place'}"
@@ -103,8 +106,10 @@ class MissedBeliefRule(Rule):
         own, there = now.turn.origin, now.region[other]
         if own is None or there not in belief.regions or not now.grid.is_free(own):
             return
-        if not belief.seen and belief.regions == {there}:
-            return  # it waits, or a cell of one region: nothing can be missed
+        waits = now.objectives[other].kind in ("hold", "ltl") or other in now.out
+        alone = any(set(cell) == {there} for cell in now.header.partition or ())
+        if not belief.seen and belief.regions == {there} and (waits or alone):
+            return  # one that waits is not looked for; of a cell of one region nothing is missed
         place = now.show(there)
         if belief.seen and not self._may_see(robot, own, there, now):
             yield f"{robot} sees {other} at {place}, which is out of its sight"

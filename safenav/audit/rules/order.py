@@ -40,6 +40,8 @@ _AFTER_THE_MOVE = (Met, Resolved, Blocked, Pop, Synthesis, Goal, Request, Push, 
 """When in a turn a line may come (T, Time). An assumption may be violated, and a belief told, at
 any moment. What follows a move has no order of its own: a settlement may follow on anything."""
 _AT_ANY_MOMENT = (Discovered, Appeared, Gone, Truth, NewObjective, Service, Plan, PlanEnd)
+_SETTLING = (Blocked, Pop, Goal, Request, Push, Told)
+"""Lines that come before the first move of a tick only after one of what has changed there."""
 _BEFORE_THE_FIRST_MOVE = (Synthesis, Goal, Assumption)
 
 
@@ -92,8 +94,17 @@ class OrderRule(Rule):
     def __init__(self) -> None:
         self._tick = 1
         self._index = 0
+        self._last = 0
 
     def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        found = list(self._of_the_turn(record, now))
+        if record.tick < self._last and not found:
+            problem = f"a line of tick {record.tick} after one of tick {self._last}"
+            found.append(self.broken_by(record, None, problem))
+        self._last = record.tick
+        yield from found
+
+    def _of_the_turn(self, record: Record, now: Situation) -> Iterator[Finding]:
         if isinstance(record, _AT_ANY_MOMENT):  # within a turn, or before the first line of one
             if record.tick not in (now.turn.tick, self._tick):
                 problem = f"a line of tick {record.tick} among those of tick {now.turn.tick}"
@@ -142,7 +153,10 @@ class OrderRule(Rule):
         any_moment = isinstance(record, Assumption | Belief)
         if not (any_moment or isinstance(record, (*_BEFORE_THE_MOVE, *_AFTER_THE_MOVE, Move))):
             return  # the outcome
-        if record.tick not in (turn.tick, self._tick):
+        early = isinstance(record, Met | Resolved | Belief) or (
+            isinstance(record, _SETTLING) and turn.tick == self._last
+        )
+        if record.tick != turn.tick and (early or record.tick != self._tick):
             problem = f"a {kind} line of tick {record.tick} among those of tick {turn.tick}"
             yield self.broken_by(record, turn.robot, problem)
         if turn.robot is None:

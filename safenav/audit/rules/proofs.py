@@ -14,7 +14,7 @@ from safenav.audit.proofs.moment import Gate, Moment, Need, Pose, Robot
 from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.situation import Situation, Status
 from safenav.trace.objective import Objective
-from safenav.trace.proofs import Proof
+from safenav.trace.proofs import Closure, Proof
 from safenav.trace.records import (
     Appeared,
     Blocked,
@@ -60,6 +60,9 @@ class ProofRule(Rule):
                         record, None, "an operator is needed, but that is not proven"
                     )
                 return
+            for name in _could_be_given_up(record.proof, now):
+                problem = f"no need of {name} can ever be met, but it does not join the obstacles"
+                yield self.broken_by(record, None, problem)
             for problem in problems_of(
                 _as_json(record.proof), moment_of(now, self._goals, self._never)
             ):
@@ -88,6 +91,23 @@ class ProofRule(Rule):
         else:
             yield self.broken_by(record, None, f"{record.obstacle} is given up without proof")
         self._never.add(record.obstacle)
+
+
+def _could_be_given_up(proof: Proof, now: Situation) -> Iterator[str]:
+    """The open obstacles of which, as a closure tells, not even the next need can ever be met."""
+    if not isinstance(proof, Closure) or now.out:
+        return
+    regions = {name: {r for r, _ in reach.poses} for name, reach in proof.robots.items()}
+    for name in proof.never:
+        if name in now.obstacles and now.status[name] is Status.UNRESOLVED:
+            need = now.need(name)
+            there = [
+                robot
+                for robot in now.capable(name) - (set() if need.together else now.done[name])
+                if regions.get(robot, set()) & set(need.regions)
+            ]
+            if len(there) < need.robots - (0 if need.together else len(now.done[name])):
+                yield name
 
 
 def moment_of(

@@ -9,24 +9,60 @@ from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.situation import RESYNTHESIS, Situation, helpers_of
 from safenav.audit.team import Duty, Settlement, TooManyError
 from safenav.trace.objective import Objective
-from safenav.trace.records import Blocked, Pop, Push, Record, Request, Synthesis, Told, Violation
-from safenav.trace.vocabulary import RecordedVerdict
+from safenav.trace.records import (
+    Appeared,
+    Blocked,
+    Gone,
+    Pop,
+    Push,
+    Record,
+    Request,
+    Resolved,
+    Synthesis,
+    Told,
+    Violation,
+)
+from safenav.trace.vocabulary import BlockReason, RecordedVerdict
+
+UNTRAVERSABLE = BlockReason.UNTRAVERSABLE
 
 
 class RequestRule(Rule):
     """A robot that meets an obstacle asks for help in the same turn, for the need that is next and
-    the regions where that is met. Each request has its entry on the stack, one for each robot
-    that made it, unless the obstacle joins O (D 5.2, T Time)."""
+    the regions where that is met. The request is told again only when another robot has met
+    the obstacle, other robots serve it now, or it joins O. Each request has its entry on the stack,
+    one for each robot that made it, unless the obstacle joins O (D 5.2, T Time)."""
 
     name = "request"
+
+    def __init__(self) -> None:
+        self._told: dict[str, tuple[str, ...]] = {}
+        self._again: list[Request] = []
 
     def line(self, record: Record, now: Situation) -> Iterator[Finding]:
         if isinstance(record, Request):
             for problem in self._problems(record, now):
                 yield self.broken_by(record, record.requester, problem)
+            helpers = helpers_of(record)
+            if record.obstacle in self._told and helpers in ((), self._told[record.obstacle]):
+                self._again.append(record)
+            self._told[record.obstacle] = helpers
+        elif isinstance(record, Violation | Resolved | Gone | Appeared | Blocked):
+            unasked = record.obstacle not in self._told
+            given_up = isinstance(record, Blocked) and record.reason is not UNTRAVERSABLE
+            if unasked and given_up:
+                problem = f"{record.obstacle} is given up, though no robot has asked for help"
+                yield self.broken_by(record, now.turn.robot, problem)
+            self._told.pop(record.obstacle, None)
 
     def turn(self, now: Situation) -> Iterator[Finding]:
         turn, violation = now.turn, now.turn.first(Violation)
+        given_up = {record.obstacle for record in turn.all(Blocked)}
+        for request in self._again:
+            if helpers_of(request) or request.obstacle not in given_up:
+                problem = f"the request for {request.obstacle} is told again without a reason"
+                yield self.broken_by(request, request.requester, problem)
+        self._again.clear()
         if turn.torn or now.is_cut_short():
             return
         asked = {record.obstacle for record in turn.all(Request)}
@@ -99,6 +135,11 @@ class HelperRule(Rule):
         self._before: Mapping[str, Objective] = {}
 
     def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        if isinstance(record, Request):
+            for robot in helpers_of(record):
+                if record.bids.get(robot) is None:
+                    problem = f"{robot} is chosen for {record.obstacle} without a bid"
+                    yield self.broken_by(record, robot, problem)
         settles = isinstance(record, Blocked | Pop | Request | Push | Told | Synthesis)
         again = isinstance(record, Request) and any(
             isinstance(line, Request) and line.obstacle == record.obstacle for line in self._lines
@@ -133,6 +174,8 @@ class HelperRule(Rule):
             for finding in self._helpers(line, found, now)
         ]
         yield from wrong
+        if now.header.coordination == RESYNTHESIS:
+            yield from _other_syntheses(lines)
         for line in () if wrong else said:  # what robots do follows from who helps
             if isinstance(line, Push | Pop):
                 for robot, objective in line.objectives.items():
@@ -191,6 +234,19 @@ class HelperRule(Rule):
         if objective != own and objective.kind != "hold":
             return f"{robot} has no part in this, but gets {objective}"
         return ""
+
+
+def _other_syntheses(lines: list[Record]) -> Iterator[Finding]:
+    """Strategies that are installed for something else than the stack says."""
+    said: Mapping[str, Objective] = {}
+    for line in lines:
+        if isinstance(line, Push | Pop):
+            said = line.objectives
+        elif isinstance(line, Synthesis) and line.node is not None:
+            objective = said.get(line.robot, line.objective)
+            if objective != line.objective:
+                problem = f"{line.robot} is to {objective}, but gets {line.objective}"
+                yield Finding("synthesis", line.tick, line.robot, line.line, problem)
 
 
 def _serves(objective: Objective, duty: Duty) -> bool:

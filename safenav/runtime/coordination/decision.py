@@ -153,20 +153,16 @@ def _encountered(team: TeamState, event: Event, violation: Violation) -> Decisio
         return before
     knowledge = team.knowledge.copy()
     knowledge.meet(violation.obstacle)
-    return replace(before, knowledge=knowledge, requests=_opened(team, violation))
+    here = team.robots[violation.robot.name].next_pose.region
+    requests = team.requests.opened(violation.obstacle, violation.robot.name, here)
+    return replace(before, knowledge=knowledge, requests=requests)
 
 
 def _requested(team: TeamState, event: Event, violation: Violation) -> Decision:
     """The request, from where the robot has backed up to."""
-    requests = team.requests
-    if requests.of(violation.obstacle.name) is not None:
-        requests = _opened(team, violation)
-    return replace(_unchanged(team, event), requests=requests, next=Unsettled(Reason.REQUEST))
-
-
-def _opened(team: TeamState, violation: Violation) -> Requests:
     robot = team.robots[violation.robot.name]
-    return team.requests.opened(violation.obstacle, robot.name, robot.next_pose.region)
+    requests = team.requests.waiting(violation.obstacle.name, robot.name, robot.next_pose.region)
+    return replace(_unchanged(team, event), requests=requests, next=Unsettled(Reason.REQUEST))
 
 
 def _resolved(team: TeamState, event: ObstaclesResolved) -> Decision:

@@ -62,6 +62,16 @@ class Requests:
         changed = replace(found, requesters=others | {requester: place}, recorded=None)
         return replace(self, stack=tuple(changed if r is found else r for r in self.stack))
 
+    def waiting(self, obstacle: str, requester: str, place: Region) -> Requests:
+        """With another place where a robot waits that has made the request."""
+        stack = (
+            replace(r, requesters={**r.requesters, requester: place})
+            if r.obstacle.name == obstacle
+            else r
+            for r in self.stack
+        )
+        return replace(self, stack=tuple(stack))
+
     def without(self, obstacle: str) -> Requests:
         """Without the request for an obstacle, if there is one."""
         found = self.of(obstacle)
