@@ -45,6 +45,7 @@ def audited(data: bytes) -> Audit | None:
         return None
 
 
+@settings(deadline=None)
 @given(st.sampled_from(NAMES), st.data())
 def test_flipped_bytes_never_crash(name: str, data: st.DataObject) -> None:
     raw = bytearray(content(GOOD[name]()))
@@ -53,11 +54,13 @@ def test_flipped_bytes_never_crash(name: str, data: st.DataObject) -> None:
     audited(bytes(raw))
 
 
+@settings(deadline=None)
 @given(st.binary(max_size=200))
 def test_arbitrary_bytes_never_crash(raw: bytes) -> None:
     audited(raw)
 
 
+@settings(deadline=None)
 @given(st.sampled_from(NAMES), st.randoms(use_true_random=False))
 def test_shuffled_dropped_and_doubled_lines_never_crash(name: str, rng: random.Random) -> None:
     header, *lines = GOOD[name]()
@@ -65,6 +68,7 @@ def test_shuffled_dropped_and_doubled_lines_never_crash(name: str, rng: random.R
     audited(content([header, *chosen]))
 
 
+@settings(deadline=None)
 @given(st.sampled_from(NAMES), st.data())
 def test_any_value_in_any_field_never_crashes(name: str, data: st.DataObject) -> None:
     lines = GOOD[name]()
@@ -79,6 +83,7 @@ def test_any_value_in_any_field_never_crashes(name: str, data: st.DataObject) ->
     audited(content(lines))
 
 
+@settings(deadline=None)
 @given(st.sampled_from(NAMES), st.data())
 def test_a_trace_cut_at_any_byte_breaks_no_rule(name: str, data: st.DataObject) -> None:
     """A crash loses the end of the trace; what is there is still right."""
