@@ -14,12 +14,11 @@ from itertools import pairwise
 
 from safenav.formula.evaluator import evaluate
 from safenav.formula.parser import parse
+from safenav.runtime.traffic.budgets import AIM_NODES
 from safenav.scenario.objective import Ltl
 from safenav.synthesis.strategy import Strategy
 from safenav.world.map import Heading
 from safenav.world.moves import Pose
-
-MOST_NODES = 20_000
 
 Row = tuple[int, ...]
 """What formulas speak of in a node: region, heading if there is one, memory."""
@@ -52,7 +51,7 @@ class Aims:
         rows, transitions = self._rows, self.strategy.transitions
         before: dict[int, int | None] = {node: None}
         queue = deque([node])
-        while queue and len(before) < MOST_NODES:
+        while queue and len(before) < AIM_NODES:
             here = queue.popleft()
             for after in transitions[here]:
                 if self._goals_of(rows[here], rows[after]) - met:

@@ -12,16 +12,17 @@ from itertools import pairwise
 from safenav.runtime.coordination.problem import Floor
 from safenav.runtime.team import TeamState
 from safenav.runtime.traffic.answers import Answer, Found
+from safenav.runtime.traffic.budgets import (
+    CERTIFICATE_ROUNDS,
+    CERTIFICATE_STATES,
+    CERTIFICATES_KEPT,
+)
 from safenav.runtime.traffic.joint import Course, Joint
 from safenav.runtime.traffic.rejoin import rejoined
 from safenav.runtime.traffic.remembering import StateGraph
 from safenav.runtime.traffic.searches import Searches
 from safenav.world.moves import Pose
 from safenav.world.poses import region_mask
-
-ROUNDS = 1
-LARGEST_PROOF = 2_000
-MOST_KEPT = 10_000
 
 
 class Certificates:
@@ -67,9 +68,9 @@ class Certificates:
             answer: Answer | None = self.again(course, start)
             if answer is None:
                 search = self._searches.search(floor, course, start)
-                answer = search.run(ROUNDS, LARGEST_PROOF)
+                answer = search.run(CERTIFICATE_ROUNDS, CERTIFICATE_STATES)
             known = isinstance(answer, Found)
-            if len(self._known) > MOST_KEPT:
+            if len(self._known) > CERTIFICATES_KEPT:
                 self._known.clear()
             self._known[key] = known
             if isinstance(answer, Found):

@@ -16,18 +16,13 @@ from safenav.runtime.coordination.problem import Floor, Problem
 from safenav.runtime.team import TeamState
 from safenav.runtime.termination import Conclusion, RunEnded
 from safenav.runtime.traffic.answers import Exhausted
+from safenav.runtime.traffic.budgets import FEW_GROUPS, FEW_SIZES, FEW_STATES
 from safenav.runtime.traffic.joint import Count, Course
 from safenav.runtime.traffic.joint_plan import Search
 from safenav.runtime.traffic.stuck import Stuck
 from safenav.scenario.model import Outcome
 from safenav.trace import proofs
 from safenav.trace.header import heading_in_trace
-
-SIZES = (2, 3)
-MOST_GROUPS = 300
-"""Of each size, those who stand nearest to each other first."""
-STATES = 20_000
-"""Joint states of a group that are looked at."""
 
 
 def deadlock_of_few(
@@ -45,8 +40,8 @@ def deadlock_of_few(
     now = whole.begun(floor.poses, tuple(counts), floor.stages)
     stuck = Stuck(whole).cannot_complete(now)
     groups = [tuple(sorted(stuck))] if stuck and stuck <= {*among} else []
-    sizes = [size for size in SIZES if size < len(floor.names)]
-    by_size = (islice(_groups(floor, among, size), MOST_GROUPS) for size in sizes)
+    sizes = [size for size in FEW_SIZES if size < len(floor.names)]
+    by_size = (islice(_groups(floor, among, size), FEW_GROUPS) for size in sizes)
     for group in chain(groups, *by_size):
         stopping()
         few = _only(floor, group)
@@ -54,7 +49,7 @@ def deadlock_of_few(
         start = course.begun(few.poses, tuple(counts[i] for i in group), ())
         wishes = [None] * len(group)
         search = Search(course, lambda *_, w=wishes: w, start, course.completed, stopping=stopping)
-        answer = search.singles(STATES) if group in groups else search.run(1, STATES)
+        answer = search.singles(FEW_STATES) if group in groups else search.run(1, FEW_STATES)
         if isinstance(answer, Exhausted):
             return few, course, answer
     return None

@@ -20,18 +20,19 @@ from itertools import count as counting
 
 from safenav.runtime.coordination.problem import Stages
 from safenav.runtime.traffic.answers import Answer, Exhausted, Found, Spent, way_to
+from safenav.runtime.traffic.budgets import (
+    CHAIN_BUDGET,
+    FIRST_BUDGET,
+    MOST_FOR_AN_ORDER,
+    PROOF_BUDGET,
+    ROUNDS_OF_SEARCH,
+    SINGLES_BUDGET,
+)
 from safenav.runtime.traffic.joint import Count, Course, Joint
-from safenav.runtime.traffic.legs import CHAIN_BUDGET, by_legs
+from safenav.runtime.traffic.legs import by_legs
 from safenav.runtime.traffic.pibt import Field, Generator
 from safenav.runtime.traffic.stuck import Stuck
 from safenav.world.poses import FAR, Mask
-
-FIRST_BUDGET = 200
-ROUNDS_OF_SEARCH = 7
-"""Of the four variants; the budget doubles from the second round on."""
-MOST_FOR_AN_ORDER = 800
-SINGLES_BUDGET = 4_000
-PROOF_BUDGET = 60_000
 
 Guide = Callable[[Stages, tuple[int, ...]], Sequence[Mask | None]]
 """What coordination wants of each robot at stages and poses: a set of poses to go to, 0 for

@@ -13,15 +13,9 @@ from itertools import chain
 from typing import Protocol
 
 from safenav.runtime.traffic.answers import Answer, Found, Spent
+from safenav.runtime.traffic.budgets import LEG_BUDGET, LEGS_OF_A_ROBOT
 from safenav.runtime.traffic.joint import Joint
 from safenav.runtime.traffic.pibt import Field
-
-LEG_BUDGET = 30
-"""States that a leg may take beyond two for each of its steps."""
-CHAIN_BUDGET = 3_000
-"""States looked at in vain, after which the first chain is given up."""
-LEGS_OF_A_ROBOT = 50
-"""More of them on the average lead nowhere: robots push each other from where they want to be."""
 
 
 class LegSearch(Protocol):

@@ -11,15 +11,12 @@ from itertools import count as counting
 from typing import TYPE_CHECKING
 
 from safenav.runtime.traffic.answers import Found, way_to
+from safenav.runtime.traffic.budgets import LOCAL_ROBOTS, LOCAL_STATES
 from safenav.runtime.traffic.joint import Course, Joint
 from safenav.world.poses import FAR
 
 if TYPE_CHECKING:
     from safenav.runtime.traffic.joint_plan import Search
-
-BUDGET = 3_000
-MOST = 3
-"""Robots that may move besides the one that the plan is for."""
 
 
 def local_plan(search: Search) -> Found | None:
@@ -27,7 +24,7 @@ def local_plan(search: Search) -> Found | None:
     start = search.start
     fields = search.fields(start)
     wanting = [i for i, f in enumerate(fields) if f is not None and f[start.poses[i]] > 0]
-    for others in range(MOST + 1):
+    for others in range(LOCAL_ROBOTS + 1):
         for robot in wanting:
             movable = {robot, *_nearest(search, robot, others)}
             found = _leg(search, robot, movable)
@@ -61,7 +58,7 @@ def _leg(search: Search, robot: int, movable: set[int]) -> Found | None:
     cost = {start: 0}
     before: dict[Joint, Joint | None] = {start: None}
     heap = [(field[start.poses[robot]], next(ticket), start)]
-    while heap and len(before) < BUDGET:
+    while heap and len(before) < LOCAL_STATES:
         search.stopping()
         _, _, state = heapq.heappop(heap)
         if field[state.poses[robot]] == 0 or state.stages != start.stages:

@@ -19,6 +19,7 @@ from safenav.runtime.formulas import formulas_of
 from safenav.runtime.team import Role, TeamState
 from safenav.runtime.termination import Conclusion, RunEnded, Stop
 from safenav.runtime.traffic.answers import Answer, Exhausted, Found, Spent
+from safenav.runtime.traffic.budgets import LOOKS_FOR_FEW, MOST_FAILURES, ROUNDS_FIRST
 from safenav.runtime.traffic.certificates import Certificates
 from safenav.runtime.traffic.deadlock import deadlock_of_few, deadlocked
 from safenav.runtime.traffic.execution import Execution, Schedule, dues_of, schedule
@@ -33,12 +34,6 @@ from safenav.trace import records, vocabulary
 from safenav.trace.header import heading_in_trace
 from safenav.world.moves import Pose
 from safenav.world.poses import FAR
-
-ROUNDS_FIRST = 4
-"""Rounds of search for the first plan that is asked for; every fourth failure adds one."""
-MOST_FAILURES = 24
-LOOKS_FOR_FEW = (1, 6, MOST_FAILURES)
-"""After which searches that spent their budgets it is asked whether a few robots are deadlocked."""
 
 
 @dataclass

@@ -12,10 +12,8 @@ from collections import deque
 from collections.abc import Sequence
 from itertools import pairwise
 
+from safenav.runtime.traffic.budgets import REJOIN_PLACES
 from safenav.runtime.traffic.joint import Course, Joint
-
-PLACES_TRIED = 3
-"""Where the way back may lead: the joint poses of the plan that most robots are in."""
 
 
 def rejoined(course: Course, start: Joint, plan: Sequence[Joint]) -> tuple[Joint, ...] | None:
@@ -26,7 +24,7 @@ def rejoined(course: Course, start: Joint, plan: Sequence[Joint]) -> tuple[Joint
         pairs = zip(plan[at].poses, start.poses, strict=True)
         return sum(pose != now for pose, now in pairs), -at
 
-    for at in sorted(range(len(plan)), key=apart)[:PLACES_TRIED]:
+    for at in sorted(range(len(plan)), key=apart)[:REJOIN_PLACES]:
         if plan[at].stages != start.stages:
             continue
         states = _return(course, start, plan[at].poses)

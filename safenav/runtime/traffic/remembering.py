@@ -12,13 +12,12 @@ from dataclasses import replace
 from functools import cached_property, lru_cache
 
 from safenav.runtime.coordination.problem import Problem
+from safenav.runtime.traffic.budgets import REMEMBERED_STATES
 from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.objective import Ltl
 from safenav.world.map import RegionMap
 from safenav.world.moves import Mobility, Pose
 from safenav.world.poses import Mask, PoseGraph, bits
-
-MOST_STATES = 4_000
 
 
 class StateGraph(PoseGraph):
@@ -136,7 +135,7 @@ def state_graph(objective: Ltl, world: RegionMap, mobility: Mobility) -> StateGr
     guarantees = guarantees_of(objective)
     poses = len(world.free) * (4 if mobility is Mobility.HEADING else 1)
     count = len(guarantees.memories)
-    if not guarantees.remember_something or not 0 < count * poses <= MOST_STATES:
+    if not guarantees.remember_something or not 0 < count * poses <= REMEMBERED_STATES:
         return None
     return _state_graph(objective, world, mobility)
 

@@ -12,6 +12,7 @@ from safenav.runtime.coordination.problem import Floor, Problem, SpentError, Sta
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.runtime.termination import Stop
 from safenav.runtime.traffic.aim import Aims
+from safenav.runtime.traffic.budgets import ROUNDS_AHEAD
 from safenav.runtime.traffic.joint import Count, Course, Joint
 from safenav.runtime.traffic.joint_plan import Search
 from safenav.runtime.traffic.remembering import (
@@ -25,9 +26,6 @@ from safenav.scenario.objective import Ltl
 from safenav.synthesis.strategy import Strategy
 from safenav.world.moves import Pose
 from safenav.world.poses import Mask
-
-AHEAD = 2
-"""Rounds beyond those that the fastest robot has done that a plan looks ahead."""
 
 
 class Searches:
@@ -132,7 +130,7 @@ class Searches:
         """The rounds that a plan from here looks ahead."""
         wanted = self._state.scenario.until.rounds
         done = max(robot.own.rounds for robot in self._state.robots.values())
-        return Course(floor.problem, min(wanted, done + AHEAD))
+        return Course(floor.problem, min(wanted, done + ROUNDS_AHEAD))
 
     def counts(self, floor: Floor, rounds: int) -> tuple[Count, ...]:
         """What each robot has met so far, up to so many rounds."""

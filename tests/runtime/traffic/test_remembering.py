@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from safenav.runtime.traffic.remembering import MOST_STATES, StateGraph, state_graph
+from safenav.runtime.traffic.budgets import REMEMBERED_STATES
+from safenav.runtime.traffic.remembering import StateGraph, state_graph
 from safenav.scenario.objective import Ltl
 from safenav.world.map import Heading, RegionMap
 from safenav.world.moves import Mobility, Pose
@@ -61,7 +62,7 @@ def test_headings_and_memories_do_not_mix() -> None:
 def test_too_much_to_remember_is_left_alone(bounds: tuple[int, int] | None, known: bool) -> None:
     objective = Ltl(liveness=("region = 7",), memory={"m": bounds})
     assert (state_graph(objective, WORLD, Mobility.FREE) is not None) == known
-    wide = RegionMap.from_grid(["." * 100] * (MOST_STATES // 100))
+    wide = RegionMap.from_grid(["." * 100] * (REMEMBERED_STATES // 100))
     assert state_graph(objective, wide, Mobility.FREE) is None
 
 

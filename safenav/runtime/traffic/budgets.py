@@ -1,0 +1,66 @@
+"""Which joint search runs when, and its budget: all of them in one place.
+
+    occasion                      search                         exhausted    budget spent
+    a robot starves:              (planning._searched)
+      all moves can be undone       to the next goal of each       the mission  few, local, later
+      some turn, or remember        for the mission, one round     deadlock     last plan, next row
+      some turn                     for the mission, more rounds   deadlock     few, later
+    a plan moves no robot         to the goal of that robot      keep it      keep it
+    1st, 6th, last spent search   few robots alone (deadlock)    deadlock     no verdict
+    a move with no way back       last plan again (rejoin),      refused      refused
+                                  then for the mission
+
+*few*: ``deadlock_of_few``; *local*: one robot, few others move; *later*: once the watch's patience
+is over again. ``deadlock`` ends the run with the proof. A round is the four variants of
+``joint_plan.Variant`` and one chain of legs. After ``MOST_FAILURES`` failures in a row the run ends
+at ``search_limit``. Budgets are states unless said otherwise; they were measured on random teams:
+small and often beats large.
+"""
+
+ROUNDS_FIRST = 4
+"""Rounds of search for the first plan; every fourth failure adds one: a team that moves on for a
+while often has it easier, so each effort is made four times before a larger one."""
+MOST_FAILURES = 24
+LOOKS_FOR_FEW = (1, 6, MOST_FAILURES)
+"""After which spent searches a few robots are examined: the first, and now and then."""
+ROUNDS_AHEAD = 2
+"""Rounds of the mission beyond those that the fastest robot has done: enough to serve everybody."""
+
+FIRST_BUDGET = 200
+"""Of each variant in the first two rounds; doubled from then on. One deep search makes plans of
+thousands of steps where 38 do."""
+ROUNDS_OF_SEARCH = 7
+MOST_FOR_AN_ORDER = 800
+"""Of one drawn order: a lucky one needs few states, an unlucky one any number."""
+SINGLES_BUDGET = 4_000
+"""Of the breadth-first search of at most four robots, after the first round."""
+PROOF_BUDGET = 60_000
+"""Of the same as a proof: the joint states that an auditor enumerates again."""
+
+LEG_BUDGET = 30
+"""Of a leg, beyond two for each of its steps."""
+CHAIN_BUDGET = 3_000
+"""States examined in vain until the first chain is given up; doubled with each round."""
+LEGS_OF_A_ROBOT = 50
+"""More on the average lead nowhere: robots push each other from where they want to be."""
+
+LOCAL_STATES = 3_000
+LOCAL_ROBOTS = 3
+"""Robots that may move besides the one that the plan is for."""
+
+FEW_SIZES = (2, 3)
+FEW_GROUPS = 300
+"""Of each size, those that stand nearest to each other first."""
+FEW_STATES = 20_000
+
+CERTIFICATE_ROUNDS = 1
+CERTIFICATE_STATES = 2_000
+"""A move is refused without one, and may be tried again in the next tick."""
+CERTIFICATES_KEPT = 10_000
+REJOIN_PLACES = 3
+"""Places of the last plan to which the way back may lead: those that most robots are in."""
+
+AIM_NODES = 20_000
+"""Nodes of a strategy that are searched for the next thing that a robot remembers."""
+REMEMBERED_STATES = 4_000
+"""Poses with a formula's memory; with more, plans are made over poses alone."""
