@@ -195,6 +195,7 @@ CASES: list[Case] = [
         "rover",
     ),
     ("request", "door", insert_after("request", {}), 2, "quad"),
+    ("request", "door", edit("request", {}, helper="quad", helpers=["digit"]), 2, "quad"),
     ("request", "operator", drop("request"), 2, "rover"),
     ("proof", "operator", drop("blocked"), 2, None),
     ("helper", "detour", edit("request", {}, helper="rover"), 1, "rover"),

@@ -140,6 +140,12 @@ class HelperRule(Rule):
                 if record.bids.get(robot) is None:
                     problem = f"{robot} is chosen for {record.obstacle} without a bid"
                     yield self.broken_by(record, robot, problem)
+        if (
+            isinstance(record, Request | Push | Pop)
+            and record.helper != (*helpers_of(record), None)[0]
+        ):
+            problem = f"the first of its helpers is not {record.helper}"
+            yield Finding(record.type, record.tick, record.requester, record.line, problem)
         settles = isinstance(record, Blocked | Pop | Request | Push | Told | Synthesis)
         again = isinstance(record, Request) and any(
             isinstance(line, Request) and line.obstacle == record.obstacle for line in self._lines
