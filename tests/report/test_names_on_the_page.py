@@ -47,9 +47,8 @@ def boxes(browser: Browser, selector: str) -> dict[str, Box]:
 
 
 def apart(a: Box, b: Box) -> bool:
-    """With a pixel of tolerance: the box of a text is a little higher than its letters."""
-    across = a["right"] <= b["left"] + 1 or b["right"] <= a["left"] + 1
-    return across or a["bottom"] <= b["top"] + 3 or b["bottom"] <= a["top"] + 3
+    across = a["right"] <= b["left"] or b["right"] <= a["left"]
+    return across or a["bottom"] <= b["top"] or b["bottom"] <= a["top"]
 
 
 def test_all_names_are_legible_and_none_lies_over_another(browser: Browser, page: Path) -> None:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from safenav.report.picture.glyphs import NOSE, STATUS_MARKS, Look, looks
+from safenav.report.picture.names import AREA
 from safenav.report.picture.svg import SvgWriter
 from safenav.report.picture.text import text_width, wrapped
 from safenav.report.replay.timeline import ObstacleStatus, Scene, StackRow, StoryKind
@@ -240,7 +241,12 @@ def _marks(scene: Scene, style: tuple[Look, ...], more: Sequence[Row]) -> Block:
         arrow = f"M{x - 9:.0f},{y:.0f}h17m-5,-4.5l5,4.5l-5,4.5"
         page.path(arrow, stroke=colour, stroke_width=2.6, fill="none")
 
+    def area(page: SvgWriter, x: float, y: float) -> None:
+        page.rect(x - 8, y - 8, 16, 16, fill="none", stroke=AREA, stroke_dasharray="4 2")
+
     rows = [Row(wall, lines_of("wall", 12))]
+    if scene.map.areas:
+        rows.append(Row(area, lines_of("area", 12)))
     if style:
         rows.append(Row(target, lines_of("target of the robot with this shape and colour", 12)))
     if any(len(robot.trail) > 1 for robot in scene.robots):
