@@ -410,6 +410,11 @@ def test_on_a_phone_the_map_comes_first_and_nothing_is_cut(house: Board) -> None
     browser.run("document.querySelector('.text').scrollIntoView()")
     assert top(".map") >= 0, "the map stays in sight"
     browser.run("scrollTo(0, 0)")
+    browser.press("1")
+    _touch(house, 20, 21, 22)
+    house.until("    #.###...#\n")
+    browser.button("Undo").click()
+    house.until("    #.......#\n")
     for menu in ("New", "Save"):
         browser.one(f'[data-menu="{menu}"] summary').click()
         (box,) = rectangles(browser, f'[data-menu="{menu}"] > div').values()
@@ -418,6 +423,18 @@ def test_on_a_phone_the_map_comes_first_and_nothing_is_cut(house: Board) -> None
     start(house)
     assert width() <= 380
     assert top(".map") < top(".world") < top(".events")
+
+
+def _touch(board: Board, *regions: int) -> None:
+    """A finger from the first region to the last."""
+    command = board.browser.driver.execute_cdp_cmd
+    command("Emulation.setTouchEmulationEnabled", {"enabled": True})
+    for index, region in enumerate(regions):
+        x, y = board.at(region)
+        kind = "touchMove" if index else "touchStart"
+        command("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [{"x": x, "y": y}]})
+    command("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+    command("Emulation.setTouchEmulationEnabled", {"enabled": False})
 
 
 def test_the_help_lists_each_key_once_and_is_true_of_a_live_run(house: Board) -> None:
