@@ -189,12 +189,12 @@ def test_commands_say_what_they_can_of_moves_on_demand(tmp_path: Path) -> None:
     file, trace = str(on_demand_file(tmp_path)), str(tmp_path / "trace.jsonl")
     runner = CliRunner()
     shown = runner.invoke(group, ["synth", file, "-o", str(tmp_path / "out"), "--plot"])
-    assert (shown.exit_code, shown.output.count("each move")) == (0, 2)
-    assert "quad: nothing is listed" in shown.output
+    assert (shown.exit_code, shown.output.count("each move")) == (0, 4)
+    assert "quad: no explicit strategy" in shown.output
     assert {p.suffix for p in (tmp_path / "out").iterdir()} == {".structuredslugs"}
     checked = runner.invoke(group, ["check", file])
     assert checked.exit_code == 0
-    assert "nothing is listed" in checked.output
+    assert "no explicit strategy" in checked.output
     assert runner.invoke(group, ["explain", file]).exit_code == 0
     told = runner.invoke(group, ["run", file, "--trace", trace])
     assert told.exit_code == 0
