@@ -7,6 +7,7 @@ from collections.abc import Collection, Mapping
 from itertools import product
 
 from safenav.audit.grid import opposite
+from safenav.audit.progress import ENDS
 from safenav.audit.proofs.formulas import Formulas, UnreadError, read_formulas
 from safenav.audit.situation import Situation, Status
 from safenav.audit.team import Gate, Member, Need, Pose, Poses, Team
@@ -68,7 +69,7 @@ def _member(name: str, now: Situation) -> Member:
     free = [r for r in range(now.grid.rows * now.grid.cols) if now.grid.is_free(r)]
     poses: list[Pose] = list(product(free, HEADINGS if now.has_heading(name) else (None,)))
     steps = {pose: tuple(_steps(pose, now)) for pose in poses}
-    targets = robot.objective.targets
+    targets = robot.objective.targets[-1 if robot.objective.kind in ENDS else 0 :]
     aims = tuple(frozenset(p for p in poses if p[0] in target) for target in targets)
     if robot.objective.kind == "ltl":
         formulas = read_formulas(json.loads(robot.objective.body))

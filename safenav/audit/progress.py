@@ -12,6 +12,12 @@ from safenav.trace.objective import Objective
 from safenav.trace.records import Goal
 from safenav.trace.vocabulary import Region
 
+IN_ORDER = ("patrol", "visit", "once")
+"""Objectives whose targets are met in their order."""
+ENDS = ("once",)
+"""Those that are met once; the robot stays at the last target."""
+KNOWN = (*IN_ORDER, "cover", "hold")
+
 
 @dataclass
 class Progress:
@@ -34,7 +40,7 @@ class Progress:
         """Before the first move: a visit begins with its first target unless the robot is
         there already (whether that counts is the strategy's business)."""
         first = objective.targets[0] if objective.targets else frozenset()
-        in_order = objective.kind == "visit" and start not in first
+        in_order = objective.kind in IN_ORDER and objective.kind != "patrol" and start not in first
         return cls(objective, awaited=0 if in_order else None, fresh=start not in first)
 
     def reset(self, objective: Objective, line: int) -> None:
@@ -53,8 +59,9 @@ class Progress:
 
     def meet(self, goal: Goal) -> None:
         count = len(self.objective.targets)
-        if self.objective.kind in ("patrol", "visit") and goal.goal < count:
-            self.awaited = (goal.goal + 1) % count
+        if self.objective.kind in IN_ORDER and goal.goal < count:
+            over = self.objective.kind in ENDS and goal.goal == count - 1
+            self.awaited = None if over else (goal.goal + 1) % count
         elif self.objective.kind == "cover":
             self.covered.add(goal.goal)
             counted = self.last_round is not None and goal.round > self.last_round

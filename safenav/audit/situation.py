@@ -128,6 +128,9 @@ class Situation:
         self.heading: dict[str, Heading | None] = {n: r.heading for n, r in robots.items()}
         self.objectives: dict[str, Objective] = {n: r.objective for n, r in robots.items()}
         self.progress = {n: Progress.at_start(r.objective, r.start) for n, r in robots.items()}
+        self.ahead = dict.fromkeys(robots, 0)
+        """Of an objective that ends: how many of its targets the robot has met, whatever it did
+        meanwhile."""
         self.toward: dict[str, Region | None] = dict.fromkeys(robots)
         self.signals: dict[str, Signal] = {}
         """What each robot was told last, where robots are told by signals."""
@@ -313,6 +316,7 @@ class Situation:
                 robots = dict(self.header.robots)
                 robots[record.robot] = replace(robots[record.robot], objective=record.objective)
                 self.header = replace(self.header, robots=robots)
+                self.ahead[record.robot] = 0
                 if record.at_once:
                     self.objectives[record.robot] = record.objective
                     self.progress[record.robot].reset(record.objective, record.line)
@@ -352,6 +356,9 @@ class Situation:
             case Assumption():
                 self.progress[record.robot].reset(self.objectives[record.robot], record.line)
             case Goal():
+                own = self.objectives[record.robot] == self.header.robots[record.robot].objective
+                if own and record.goal == self.ahead[record.robot]:
+                    self.ahead[record.robot] += 1
                 met = self.progress[record.robot]
                 if met.reset_line < self.turn.line:
                     met.meet(record)

@@ -2,7 +2,7 @@
 
 The one-player game is explicit and small (poses times the objective's memory), so this takes
 milliseconds where a synthesis would have to be asked. The objective is played by its automaton
-(``scenario.pursuit``); one in raw formulas (``ltl``) is beyond it.
+(``scenario.objective``); one in raw formulas (``ltl``) is beyond it.
 """
 
 from __future__ import annotations
@@ -10,8 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from safenav.dataclass import dataclass
-from safenav.scenario.objective import Ltl, Objective
-from safenav.scenario.pursuit import Pursuit
+from safenav.scenario.objective import Ltl, Objective, TargetObjective
 from safenav.spec.objective import Memory
 from safenav.verify.cycles import cyclic_parts
 from safenav.world.map import Region, RegionMap
@@ -45,7 +44,7 @@ def play(
 ) -> Solo:
     """Explore everything that the robot can do. ``objective`` must not be ``Ltl``."""
     assert not isinstance(objective, Ltl)
-    pursuit = Pursuit(objective)
+    pursuit = objective
     first = State(pose, pursuit.begin(pose.region, memory.index) if pursuit.in_turn else 0)
     number = {first: 0}
     states = [first]
@@ -64,12 +63,16 @@ def play(
         met.setdefault(part, set()).update(pursuit.met(state.memory, state.pose.region))
     return Solo(
         frozenset(state.pose.region for state in states),
-        any(len(goals) == len(pursuit.targets) for goals in met.values()),
+        any(len(goals) == len(pursuit.listed()) for goals in met.values()),
     )
 
 
 def _steps(
-    mobility: Mobility, state: State, pursuit: Pursuit, world: RegionMap, blocked: frozenset[Region]
+    mobility: Mobility,
+    state: State,
+    pursuit: TargetObjective,
+    world: RegionMap,
+    blocked: frozenset[Region],
 ) -> Iterator[State]:
     """What the robot may do next; in a region that is blocked it may not even stay."""
     here, memory = state.pose.region, state.memory

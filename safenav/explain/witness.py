@@ -20,7 +20,7 @@ from safenav.explain.explanation import (
     WitnessEnd,
 )
 from safenav.formula.evaluator import evaluate
-from safenav.scenario.objective import Cover, Patrol, Target, Visit
+from safenav.scenario.objective import Ltl, Target
 from safenav.spec.specification import Constraint, Owner, Section, Specification
 from safenav.spec.task import Task
 from safenav.synthesis.strategy import Strategy
@@ -147,16 +147,11 @@ class _Play:
         return self._fields[awaited].get(region, far)
 
     def _awaited(self, values: Mapping[str, int]) -> Target:
-        match self._task.objective:
-            case Patrol(first, second):
-                return second if values.get("scout") else first
-            case Visit(targets):
-                return targets[values.get("goal", 0)]
-            case Cover(targets):
-                here = values.get("region")
-                return frozenset().union(*(t for t in targets if here not in t))
-            case _:
-                return frozenset().union(*self._task.targets)
+        objective, here = self._task.objective, values.get("region")
+        if not isinstance(objective, Ltl) and objective.in_turn:
+            return objective.awaited(values.get(objective.turn, 0))
+        left = (target for target in self._task.targets if here not in target)
+        return frozenset().union(*left) or frozenset().union(*self._task.targets)
 
     def starved(self, cycle: Sequence[int]) -> Constraint | None:
         """A goal that is met on no transition of the cycle."""

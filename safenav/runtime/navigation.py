@@ -11,7 +11,7 @@ from typing import Protocol
 
 from safenav.dataclass import dataclass
 from safenav.runtime.progress import Progress
-from safenav.scenario.objective import Ltl, Patrol, Visit
+from safenav.scenario.objective import Ltl
 from safenav.spec.assignable import Switch
 from safenav.spec.specification import Specification
 from safenav.spec.task import Task
@@ -146,13 +146,11 @@ def _where(task: Task, pose: Pose) -> dict[str, int]:
 
 def _memories(task: Task, pose: Pose, progress: Progress) -> Iterator[dict[str, int]]:
     """The values of the memory that mean what is left of an objective."""
-    match task.objective:
-        case Patrol():
-            yield from ({"scout": m} for m in (0, 1) if progress.means(m, pose.region))
-        case Visit(targets) if len(targets) > 1:
-            numbers = range(len(targets))
-            yield from ({"goal": m} for m in numbers if progress.means(m, pose.region))
-        case Ltl():
-            yield {name: int(value) for name, value in progress.memory.values.items()}
-        case _:
-            yield {}
+    objective = task.objective
+    if isinstance(objective, Ltl):
+        yield {name: int(value) for name, value in progress.memory.values.items()}
+    elif objective.remembers:
+        numbers = range(len(objective.listed()))
+        yield from ({objective.turn: m} for m in numbers if progress.means(m, pose.region))
+    else:
+        yield {}

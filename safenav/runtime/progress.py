@@ -1,9 +1,8 @@
 """How far a robot is with its objective: which target is next, how many rounds are done.
 
 The count is taken from where the robot really is, not from its strategy, so that a wrong one
-cannot claim a goal. What counts where is the objective's own automaton (``scenario.pursuit``); raw
-formulas are evaluated on each step. A round is complete when every target has been met since the
-last one; each tick on its target is a round of ``hold``.
+cannot claim a goal. What counts where, and what completes a round, is the objective's own automaton
+(``scenario.objective``); raw formulas are evaluated on each step.
 """
 
 from __future__ import annotations
@@ -13,8 +12,7 @@ from functools import lru_cache
 
 from safenav.formula.evaluator import evaluate
 from safenav.formula.parser import parse
-from safenav.scenario.objective import Hold, Ltl, Objective, Patrol, Target
-from safenav.scenario.pursuit import Pursuit
+from safenav.scenario.objective import Ltl, Objective, Patrol, Target
 from safenav.spec.objective import NO_MEMORY, Memory
 from safenav.world.map import Region
 
@@ -27,7 +25,7 @@ class Progress:
     def __init__(self, objective: Objective, memory: Memory = NO_MEMORY) -> None:
         self.objective = objective
         self.rounds = 0
-        self._pursuit = None if isinstance(objective, Ltl) else Pursuit(objective)
+        self._pursuit = None if isinstance(objective, Ltl) else objective
         self._state = memory.index  # of the pursuit
         self._values: Mapping[str, int] = memory.values
         self._seen: set[int] = set()
@@ -94,14 +92,16 @@ class Progress:
         """Count a turn that ended in ``region``, and tell the goals as ``begin`` does; ``before``
         and ``after`` are the values of the specification's variables around it (used by ``ltl``
         goals only)."""
+        before_it = self._state
         if isinstance(self.objective, Ltl):
             met, count = self._met_by_formulas(self.objective, before, after)
         else:
             met, count = self._met(region)
-        again, self._holding = self._holding, isinstance(self.objective, Hold) and bool(met)
+        stays = self._pursuit is not None and self._pursuit.stays(before_it, region)
+        again, self._holding = self._holding, stays
         fresh = [goal for goal in met if goal not in self._seen]
         self._seen.update(fresh)
-        self._completed = bool(fresh) and len(self._seen) == count
+        self._completed = bool(fresh) and self._ends_round(count)
         if self._completed:
             self.rounds += 1
             self._seen.clear()
@@ -117,6 +117,11 @@ class Progress:
         last = len(goals) - 1
         return [(goal, self.rounds if k == last else before) for k, goal in enumerate(goals)]
 
+    def _ends_round(self, count: int) -> bool:
+        if self._pursuit is None:
+            return len(self._seen) == count
+        return self._pursuit.ends_round(self._seen)
+
     @property
     def _in_turn(self) -> bool:
         return self._pursuit is not None and self._pursuit.in_turn
@@ -126,7 +131,7 @@ class Progress:
         assert self._pursuit is not None
         met = self._pursuit.met(self._state, region)
         self._state = self._pursuit.turned(self._state, region)
-        return met, len(self._pursuit.targets)
+        return met, len(self._pursuit.listed())
 
     def _met_by_formulas(
         self, objective: Ltl, before: Mapping[str, int], after: Mapping[str, int]

@@ -1,14 +1,22 @@
-"""Objectives as data: the task that a robot pursues (DESIGN section 3).
+"""Objectives: what a robot is asked to do (DESIGN section 3), one class for each kind.
 
-A target is a set of regions, any of which counts. How an objective becomes GR(1) is
-``safenav.spec.objective``'s business.
+A target is a set of regions, any of which counts. A kind is its data, its words, and a small
+automaton over regions: what counts when, which target is next, what is forbidden. The specification
+states that automaton in formulas (``spec.objective``), the runtime counts by it
+(``runtime.progress``, ``runtime.traffic.joint``), graph search plays it (``explain.undisturbed``).
+The audit and the checker of bundles have their own, on purpose. All else treats kinds alike.
+
+The memory of an automaton is a number: the target whose turn it is, or the set of targets met in
+this round as bits, or nothing. Raw formulas (``ltl``) are no automaton of this kind: theirs is what
+the synthesizer makes of them.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import field
+from typing import ClassVar
 
 from safenav.dataclass import dataclass
 from safenav.world.map import Region
@@ -25,36 +33,229 @@ def number_word(place: Region | Target) -> str:
     return str(place) if isinstance(place, int) else "|".join(map(str, sorted(place)))
 
 
+EMPTY = "is empty"
+"""What is wrong with an objective without targets."""
+
+
+class TargetObjective:
+    """An objective about targets, which are numbered in its own order. ``kind``: its key in a
+    scenario; ``one``: it has a single target, no list of them;
+    ``least``: how many it has at least; ``in_turn``: its targets count in
+    their order only; ``turn``: the variable of specifications that remembers whose turn it is, if
+    there is more than one target. ``settles``: it ends at its last target and stays there, where
+    each tick is a round."""
+
+    kind: ClassVar[str]
+    one: ClassVar[bool] = False
+    least: ClassVar[int] = 1
+    in_turn: ClassVar[bool] = False
+    turn: ClassVar[str] = ""
+    settles: ClassVar[bool] = False
+
+    def listed(self) -> tuple[Target, ...]:
+        """The targets."""
+        raise NotImplementedError
+
+    @classmethod
+    def made(cls, targets: Sequence[Target]) -> TargetObjective:
+        """An objective of this kind about these targets."""
+        raise NotImplementedError
+
+    @classmethod
+    def wrong(cls, targets: Sequence[Target]) -> tuple[str, str] | None:
+        """What is wrong with these targets, and what to do; None if nothing is."""
+        return None if targets else (EMPTY, "name at least one target")
+
+    def words(self, word: Word) -> str:
+        """The objective in a few words."""
+        return f"{self.kind} " + ", ".join(map(word, self.listed()))
+
+    @property
+    def remembers(self) -> bool:
+        """Whether its specification needs a variable for whose turn it is."""
+        return bool(self.turn) and len(self.listed()) > 1
+
+    def begin(self, region: Region, memory: int = 0) -> int:
+        """The memory of a robot that gets the objective in ``region``, having remembered
+        ``memory``."""
+        del region
+        return memory
+
+    def met(self, memory: int, region: Region) -> tuple[int, ...]:
+        """The targets that count for being in ``region``."""
+        targets = self.listed()
+        if self.in_turn:
+            return (memory,) if region in targets[memory] else ()
+        return tuple(i for i, target in enumerate(targets) if region in target)
+
+    def turned(self, memory: int, region: Region) -> int:
+        """The memory of a robot that leaves ``region``, or goes on staying there."""
+        if not self.in_turn or not self.met(memory, region):
+            return memory
+        last = len(self.listed()) - 1
+        return min(memory + 1, last) if self.settles else (memory + 1) % (last + 1)
+
+    def forbidden(self, memory: int, region: Region, after: Region) -> bool:
+        """Whether the objective itself forbids the step from ``region`` to ``after``."""
+        return self.stays(memory, region) and after != region
+
+    def stays(self, memory: int, region: Region) -> bool:
+        """Whether a robot that is in ``region`` may not leave it any more."""
+        return self.settles and len(self.listed()) - 1 in self.met(memory, region)
+
+    def awaited(self, memory: int) -> Target:
+        """The regions of which the robot must reach one next."""
+        targets = self.listed()
+        if self.in_turn:
+            return targets[memory]
+        return frozenset().union(*(t for i, t in enumerate(targets) if not memory >> i & 1))
+
+    def ends_round(self, seen: Collection[int]) -> bool:
+        """Whether a round is complete in which these targets were met."""
+        count = len(self.listed())
+        return count - 1 in seen if self.settles else len(seen) == count
+
+
 @dataclass(frozen=True)
-class Patrol:
+class Patrol(TargetObjective):
     """Alternate between two targets by the paper's Patrol formula (Section VI), which also
     forbids to touch the target whose turn it is not. Unless it is to be ``literal``, plain
     alternation will do where the formula cannot be kept (``spec.forms``)."""
 
+    kind: ClassVar[str] = "patrol"
+    least: ClassVar[int] = 2
+    in_turn: ClassVar[bool] = True
+    turn: ClassVar[str] = "scout"
     first: Target
     second: Target
     literal: bool = False
 
+    def listed(self) -> tuple[Target, ...]:
+        return (self.first, self.second)
+
+    @classmethod
+    def made(cls, targets: Sequence[Target]) -> Patrol:
+        return cls(targets[0], targets[1])
+
+    @classmethod
+    def wrong(cls, targets: Sequence[Target]) -> tuple[str, str] | None:
+        if len(targets) != 2:
+            found = f"{len(targets)} targets, and a patrol has two"
+            return found, "use 'visit' or 'cover' for any number of targets"
+        first, second = targets
+        if first == second:
+            return "both targets are the same", "use 'hold' to stay at one place"
+        if first & second:
+            shared = ", ".join(str(region) for region in sorted(first & second))
+            return f"the targets share region {shared}", "use 'visit', which allows it"
+        return None
+
+    def words(self, word: Word) -> str:
+        strictly = " (form: literal)" if self.literal else ""
+        return f"patrol {word(self.first)} <-> {word(self.second)}{strictly}"
+
+    def begin(self, region: Region, memory: int = 0) -> int:
+        """Standing on a target settles it: the formula forbids the first one with ``scout`` and the
+        second one without (paper, Section VI)."""
+        if region in self.second:
+            return 1
+        return 0 if region in self.first else memory
+
+    def forbidden(self, memory: int, region: Region, after: Region) -> bool:
+        """It turns round at once at its target, and never touches the one whose turn it is not."""
+        now = self.turned(memory, region)
+        left = self.listed()[memory] if now != memory else frozenset()
+        return after in left or after in (self.first if now == 1 else self.second)
+
 
 @dataclass(frozen=True)
-class Visit:
+class Visit(TargetObjective):
     """Visit the targets in order, forever; passing another target on the way is allowed."""
 
+    kind: ClassVar[str] = "visit"
+    in_turn: ClassVar[bool] = True
+    turn: ClassVar[str] = "goal"
     targets: tuple[Target, ...]
+
+    def listed(self) -> tuple[Target, ...]:
+        return self.targets
+
+    @classmethod
+    def made(cls, targets: Sequence[Target]) -> Visit:
+        return cls(tuple(targets))
+
+    def words(self, word: Word) -> str:
+        return "visit " + ", ".join(map(word, self.targets)) + " in turn"
 
 
 @dataclass(frozen=True)
-class Cover:
+class Cover(TargetObjective):
     """Visit all targets in any order, forever."""
 
+    kind: ClassVar[str] = "cover"
     targets: tuple[Target, ...]
+
+    def listed(self) -> tuple[Target, ...]:
+        return self.targets
+
+    @classmethod
+    def made(cls, targets: Sequence[Target]) -> Cover:
+        return cls(tuple(targets))
+
+    def turned(self, memory: int, region: Region) -> int:
+        seen = memory | sum(1 << i for i in self.met(memory, region))
+        return 0 if seen == (1 << len(self.targets)) - 1 else seen
 
 
 @dataclass(frozen=True)
-class Hold:
+class Hold(TargetObjective):
     """Go to the target and stay there (the paper's Patrol(s, s))."""
 
+    kind: ClassVar[str] = "hold"
+    one: ClassVar[bool] = True
+    settles: ClassVar[bool] = True
     target: Target
+
+    def listed(self) -> tuple[Target, ...]:
+        return (self.target,)
+
+    @classmethod
+    def made(cls, targets: Sequence[Target]) -> Hold:
+        return cls(targets[0])
+
+
+@dataclass(frozen=True)
+class Once(TargetObjective):
+    """Visit each target once, in order, and stay at the last one."""
+
+    kind: ClassVar[str] = "once"
+    in_turn: ClassVar[bool] = True
+    turn: ClassVar[str] = "goal"
+    settles: ClassVar[bool] = True
+    targets: tuple[Target, ...]
+
+    def listed(self) -> tuple[Target, ...]:
+        return self.targets
+
+    @classmethod
+    def made(cls, targets: Sequence[Target]) -> Once:
+        return cls(tuple(targets))
+
+    @classmethod
+    def wrong(cls, targets: Sequence[Target]) -> tuple[str, str] | None:
+        if len(targets) > 1 and (shared := targets[-1] & targets[-2]):
+            found = f"the last two targets share region {', '.join(map(str, sorted(shared)))}"
+            return found, "leave one of them out: where it stays is reached by then"
+        return super().wrong(targets)
+
+    def words(self, word: Word) -> str:
+        return "visit " + ", ".join(map(word, self.targets)) + " once and stay there"
+
+
+KINDS: Mapping[str, type[TargetObjective]] = {
+    found.kind: found for found in (Patrol, Visit, Cover, Hold, Once)
+}
+"""The kinds of objectives about targets, by their key in a scenario."""
 
 
 @dataclass(frozen=True)
@@ -74,35 +275,17 @@ class Ltl:
         return hash((self.init, self.safety, self.liveness, tuple(sorted(self.memory))))
 
 
-Objective = Patrol | Visit | Cover | Hold | Ltl
+Objective = TargetObjective | Ltl
 
 
 def targets_of(objective: Objective) -> tuple[Target, ...]:
     """The objective's targets in its own order; none for ``ltl``."""
-    match objective:
-        case Patrol(first, second, _):
-            return (first, second)
-        case Visit(targets) | Cover(targets):
-            return targets
-        case Hold(target):
-            return (target,)
-        case Ltl():
-            return ()
+    return () if isinstance(objective, Ltl) else objective.listed()
 
 
 def with_targets(objective: Objective, targets: Sequence[Target]) -> Objective:
-    """The same objective with other targets, as many as it has."""
-    match objective:
-        case Patrol():
-            return Patrol(targets[0], targets[1], objective.literal)
-        case Visit():
-            return Visit(tuple(targets))
-        case Cover():
-            return Cover(tuple(targets))
-        case Hold():
-            return Hold(targets[0])
-        case Ltl():
-            return objective
+    """An objective of the same kind with other targets, as many as it has."""
+    return objective if isinstance(objective, Ltl) else objective.made(targets)
 
 
 def to_data(objective: Objective) -> dict[str, object]:
@@ -110,25 +293,19 @@ def to_data(objective: Objective) -> dict[str, object]:
 
     A target of one region is a number, a larger one a sorted list.
     """
-    match objective:
-        case Patrol(first, second, literal):
-            told: dict[str, object] = {"patrol": [_target_data(first), _target_data(second)]}
-            return {**told, "form": "literal"} if literal else told
-        case Visit(targets):
-            return {"visit": [_target_data(t) for t in targets]}
-        case Cover(targets):
-            return {"cover": [_target_data(t) for t in targets]}
-        case Hold(target):
-            return {"hold": _target_data(target)}
-        case Ltl():
-            memory = {n: list(b) if b else "bool" for n, b in objective.memory.items()}
-            parts = {
-                "init": list(objective.init),
-                "safety": list(objective.safety),
-                "liveness": list(objective.liveness),
-                "memory": memory,
-            }
-            return {"ltl": {key: value for key, value in parts.items() if value}}
+    if isinstance(objective, Ltl):
+        memory = {n: list(b) if b else "bool" for n, b in objective.memory.items()}
+        parts = {
+            "init": list(objective.init),
+            "safety": list(objective.safety),
+            "liveness": list(objective.liveness),
+            "memory": memory,
+        }
+        return {"ltl": {key: value for key, value in parts.items() if value}}
+    listed = [_target_data(target) for target in objective.listed()]
+    told: dict[str, object] = {objective.kind: listed[0] if objective.one else listed}
+    literal = isinstance(objective, Patrol) and objective.literal
+    return {**told, "form": "literal"} if literal else told
 
 
 def _target_data(target: Target) -> int | list[int]:
@@ -138,19 +315,10 @@ def _target_data(target: Target) -> int | list[int]:
 def describe(objective: Objective, word: Word = number_word) -> str:
     """The objective in a few words, for people: ``patrol 58 <-> 28``, or with ``RegionMap.word``
     ``patrol dock <-> ward_a``."""
-    match objective:
-        case Patrol(first, second, literal):
-            strictly = " (form: literal)" if literal else ""
-            return f"patrol {word(first)} <-> {word(second)}{strictly}"
-        case Visit(targets):
-            return "visit " + ", ".join(word(t) for t in targets) + " in turn"
-        case Cover(targets):
-            return "cover " + ", ".join(word(t) for t in targets)
-        case Hold(target):
-            return f"hold {word(target)}"
-        case Ltl():
-            safety, liveness = len(objective.safety), len(objective.liveness)
-            return f"meet its formulas ({safety} safety, {liveness} liveness)"
+    if isinstance(objective, Ltl):
+        safety, liveness = len(objective.safety), len(objective.liveness)
+        return f"meet its formulas ({safety} safety, {liveness} liveness)"
+    return objective.words(word)
 
 
 def written(objective: Objective, word: Word = number_word) -> str:
@@ -164,5 +332,5 @@ def written(objective: Objective, word: Word = number_word) -> str:
         return json.dumps(to_data(objective))
     kind, *form = to_data(objective)
     listed = [target(regions) for regions in targets_of(objective)]
-    told = listed[0] if kind == "hold" else f"[{', '.join(listed)}]"
+    told = listed[0] if objective.one else f"[{', '.join(listed)}]"
     return f"{{{kind}: {told}{', form: literal' if form else ''}}}"

@@ -7,7 +7,7 @@ that a map of a quarter of a million regions takes seconds.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 
 from safenav.scenario.objective import Target
 from safenav.world.map import Heading, Region, RegionMap
@@ -27,6 +27,16 @@ class Reachability:
     def reaches(self, target: Target) -> bool:
         """Whether some region of the target can be reached."""
         return any(pose in self._reached for pose in self._poses(target))
+
+    def follows(self, targets: Sequence[Target]) -> bool:
+        """Whether the robot can visit the targets once, one after the other."""
+        reached = self._reached
+        for target in targets:
+            there = [pose for pose in self._poses(target) if pose in reached]
+            if not there:
+                return False
+            reached = _explore(there, self._after)
+        return True
 
     def recurs(self, targets: Collection[Target]) -> bool:
         """Whether the robot can visit all the targets infinitely often: whether some strongly

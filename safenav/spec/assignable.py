@@ -189,7 +189,7 @@ def elsewhere(task: Task, world: RegionMap) -> Iterator[Constraint]:
 def excused(constraint: Constraint, holds: bool = False) -> Constraint:
     """A goal of its own, excused while a request is open; one that ``holds`` may also leave the
     place where it stays."""
-    stays = holds and constraint.section is Section.SYS_TRANS
+    stays = holds and constraint.origin.rule.endswith(", stay")
     if constraint.section is not Section.SYS_LIVENESS and not stays:
         return constraint
     origin = replace(constraint.origin, rule=f"{constraint.origin.rule}, unless it is asked to go")

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from safenav.scenario.objective import Hold, describe
+from safenav.scenario.objective import Ltl, describe
 from safenav.spec import assignable
 from safenav.spec.movement import heading_rules, stepping, walls
 from safenav.spec.objective import encode
@@ -72,7 +72,7 @@ def _steering(
         tuple(assignable.assumptions(task, world)),
         tuple(assignable.guarantees(task, world)),
     )
-    holds = isinstance(task.objective, Hold)
+    holds = not isinstance(task.objective, Ltl) and task.objective.settles
     return encoding, lambda constraint: assignable.excused(constraint, holds)
 
 

@@ -23,7 +23,6 @@ from safenav.scenario.objective import (
     number_word,
     targets_of,
 )
-from safenav.scenario.pursuit import Pursuit
 from safenav.spec.task import Task
 from safenav.world.moves import Mobility, Pose
 from safenav.world.poses import Mask, PoseGraph, region_mask
@@ -158,7 +157,7 @@ def can_patrol(
     The letter is strict (paper, Section VI): a robot leaves a target at once, and never touches the
     one whose turn it is not. A game of one player on sets of poses, in a fraction of a millisecond.
     """
-    begun = Pursuit(patrol).begin(pose.region, memory)
+    begun = patrol.begin(pose.region, memory)
     targets = [graph.poses_on(region_mask(target)) for target in (patrol.first, patrol.second)]
     open_poses = graph.everywhere & ~graph.poses_on(blocked)
     # Where the robot may be on its way, and of each target the poses that it can go on from.

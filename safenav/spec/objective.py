@@ -13,8 +13,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import field
 
 from safenav.dataclass import dataclass
-from safenav.scenario.objective import Cover, Hold, Ltl, Objective, Patrol, Visit, describe
-from safenav.scenario.pursuit import Pursuit
+from safenav.scenario.objective import Ltl, Objective, Patrol, TargetObjective, describe
 from safenav.spec.movement import one_of
 from safenav.spec.specification import Constraint, Origin, Owner, Section, Variable
 from safenav.world.map import Region
@@ -51,27 +50,21 @@ def encode(objective: Objective, item: str, region: Region, memory: Memory) -> O
 
     ``item`` is the scenario item that the constraints' origins name.
     """
-    variables: tuple[Variable, ...]
-    match objective:
-        case Patrol():
-            variables = (Variable("scout", Owner.OUTPUT, None, "true: the second target is next"),)
-            return ObjectiveEncoding(variables, tuple(_patrol(objective, item, region, memory)))
-        case Visit(targets):
-            if len(targets) == 1:
-                return ObjectiveEncoding((), tuple(_recur(objective, item)))
-            bounds = (0, len(targets) - 1)
-            variables = (Variable("goal", Owner.OUTPUT, bounds, "the target whose turn it is"),)
-            return ObjectiveEncoding(variables, tuple(_visit(objective, item, memory)))
-        case Cover():
-            return ObjectiveEncoding((), tuple(_recur(objective, item)))
-        case Hold():
-            return ObjectiveEncoding((), tuple(_hold(objective, item)))
-        case Ltl():
-            variables = tuple(
-                Variable(name, Owner.OUTPUT, bounds, "memory of the objective")
-                for name, bounds in objective.memory.items()
-            )
-            return ObjectiveEncoding(variables, tuple(_ltl(objective, item, memory)))
+    if isinstance(objective, Ltl):
+        variables = tuple(
+            Variable(name, Owner.OUTPUT, bounds, "memory of the objective")
+            for name, bounds in objective.memory.items()
+        )
+        return ObjectiveEncoding(variables, tuple(_ltl(objective, item, memory)))
+    if isinstance(objective, Patrol):
+        variables = (Variable("scout", Owner.OUTPUT, None, "true: the second target is next"),)
+        return ObjectiveEncoding(variables, tuple(_patrol(objective, item, region, memory)))
+    if objective.remembers:
+        bounds = (0, len(objective.listed()) - 1)
+        variables = (Variable(objective.turn, Owner.OUTPUT, bounds, "the target whose turn it is"),)
+        return ObjectiveEncoding(variables, tuple(_in_turn(objective, item, memory)))
+    encoding = _settled(objective, item) if objective.settles else _recur(objective, item)
+    return ObjectiveEncoding((), tuple(encoding))
 
 
 def _patrol(patrol: Patrol, item: str, region: Region, memory: Memory) -> Iterator[Constraint]:
@@ -79,7 +72,7 @@ def _patrol(patrol: Patrol, item: str, region: Region, memory: Memory) -> Iterat
     first_next = one_of("region", patrol.first, "'")
     second_next = one_of("region", patrol.second, "'")
     about_first, about_second = tuple(sorted(patrol.first)), tuple(sorted(patrol.second))
-    scout = Pursuit(patrol).begin(region, memory.index) == 1
+    scout = patrol.begin(region, memory.index) == 1
     what = describe(patrol)
 
     def origin(rule: str) -> Origin:
@@ -111,49 +104,58 @@ def _patrol(patrol: Patrol, item: str, region: Region, memory: Memory) -> Iterat
     yield Constraint(Section.SYS_LIVENESS, f"{second_next} & scout'", recur, about_second)
 
 
-def _visit(visit: Visit, item: str, memory: Memory) -> Iterator[Constraint]:
-    count = len(visit.targets)
-    what = describe(visit)
+def _in_turn(objective: TargetObjective, item: str, memory: Memory) -> Iterator[Constraint]:
+    targets, goal = objective.listed(), objective.turn
+    what = describe(objective)
     begin = Origin(item, f"{what}: which target comes first", SOURCE_OBJECTIVE)
-    yield Constraint(Section.SYS_INIT, f"goal = {memory.index}", begin)
+    yield Constraint(Section.SYS_INIT, f"{goal} = {memory.index}", begin)
     turn = Origin(item, f"{what}: at the target whose turn it is, on to the next", SOURCE_OBJECTIVE)
     recur = Origin(item, f"{what}: infinitely often at each target in turn", SOURCE_OBJECTIVE)
-    for index, target in enumerate(visit.targets):
+    for index, target in enumerate(targets):
         there = one_of("region", target)
         about = tuple(sorted(target))
-        following = (index + 1) % count
+        following = objective.turned(index, next(iter(target)))
         yield Constraint(
-            Section.SYS_TRANS, f"goal = {index} & {there} -> goal' = {following}", turn, about
+            Section.SYS_TRANS, f"{goal} = {index} & {there} -> {goal}' = {following}", turn, about
         )
         yield Constraint(
-            Section.SYS_TRANS, f"goal = {index} & !({there}) -> goal' = {index}", turn, about
+            Section.SYS_TRANS, f"{goal} = {index} & !({there}) -> {goal}' = {index}", turn, about
         )
-    for index, target in enumerate(visit.targets):
-        there_next = one_of("region", target, "'")
-        formula = f"goal' = {index} & {there_next}"
-        yield Constraint(Section.SYS_LIVENESS, formula, recur, tuple(sorted(target)))
+    last = len(targets) - 1
+    if objective.settles:
+        stay = Origin(item, f"{what}: at the last one, stay", SOURCE_OBJECTIVE)
+        for region in sorted(targets[last]):
+            formula = f"{goal} = {last} & region = {region} -> region' = {region}"
+            yield Constraint(Section.SYS_TRANS, formula, stay, (region,))
+        recur = Origin(item, f"{what}: infinitely often at the last one", SOURCE_OBJECTIVE)
+    for index, target in enumerate(targets):
+        if index == last or not objective.settles:
+            there = one_of("region", target, "'")
+            formula = f"{goal}' = {index} & {there}"
+            yield Constraint(Section.SYS_LIVENESS, formula, recur, tuple(sorted(target)))
 
 
-def _recur(objective: Visit | Cover, item: str) -> Iterator[Constraint]:
+def _recur(objective: TargetObjective, item: str) -> Iterator[Constraint]:
     """Each target infinitely often, in any order: GR(1) needs no memory for that."""
     rule = f"{describe(objective)}: infinitely often at each target"
     origin = Origin(item, rule, SOURCE_OBJECTIVE)
-    for target in objective.targets:
+    for target in objective.listed():
         yield Constraint(
             Section.SYS_LIVENESS, one_of("region", target, "'"), origin, tuple(sorted(target))
         )
 
 
-def _hold(hold: Hold, item: str) -> Iterator[Constraint]:
+def _settled(hold: TargetObjective, item: str) -> Iterator[Constraint]:
     what = describe(hold)
     stay = Origin(item, f"{what}: once there, stay", "paper, Section VI, Patrol(s, s)")
-    for region in sorted(hold.target):
+    (target,) = hold.listed()
+    for region in sorted(target):
         yield Constraint(
             Section.SYS_TRANS, f"region = {region} -> region' = {region}", stay, (region,)
         )
     come = Origin(item, f"{what}: infinitely often there", "paper, Section VI, Patrol(s, s)")
     yield Constraint(
-        Section.SYS_LIVENESS, one_of("region", hold.target, "'"), come, tuple(sorted(hold.target))
+        Section.SYS_LIVENESS, one_of("region", target, "'"), come, tuple(sorted(target))
     )
 
 

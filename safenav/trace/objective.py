@@ -7,8 +7,6 @@ from collections.abc import Mapping
 
 from safenav.dataclass import dataclass
 
-_LISTED = ("patrol", "visit", "cover")
-
 
 @dataclass(frozen=True)
 class Objective:
@@ -35,13 +33,9 @@ class Objective:
             return None
         kind, body = next((k, v) for k, v in value.items() if k != "form" or not literal)
         targets: list[frozenset[int]] = []
-        if kind in (*_LISTED, "hold"):
+        if kind == "hold" or isinstance(body, list):
             listed = [body] if kind == "hold" else body
-            if (
-                not isinstance(listed, list)
-                or not listed
-                or (kind == "patrol") > (len(listed) == 2)
-            ):
+            if not listed or (kind == "patrol") > (len(listed) == 2):
                 return None
             for item in listed:
                 regions = item if isinstance(item, list) else [item]
@@ -50,6 +44,8 @@ class Objective:
                 targets.append(frozenset(regions))
             plain = [_plain(target) for target in targets]
             body = plain[0] if kind == "hold" else plain
+        elif kind in ("patrol", "visit", "cover"):
+            return None
         try:
             return cls(str(kind), tuple(targets), json.dumps(body, sort_keys=True), literal)
         except (RecursionError, TypeError, ValueError):

@@ -9,16 +9,14 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import field
+from dataclasses import field, replace
 
 from safenav.dataclass import dataclass
 from safenav.scenario.objective import (
-    Cover,
-    Hold,
+    KINDS,
     Ltl,
     Objective,
     Patrol,
-    Visit,
     Word,
     describe,
     number_word,
@@ -40,18 +38,13 @@ _UNCOUNTED = {"debris", "dirt", "dust", "fire", "fog", "glass", "gravel", "ice",
 
 def objective_of(told: TracedObjective) -> Objective | None:
     """The objective that a trace names; None for a kind that is not known here."""
-    match told.kind, told.targets:
-        case "patrol", (first, second):
-            return Patrol(first, second, told.literal)
-        case "visit", targets:
-            return Visit(targets)
-        case "cover", targets:
-            return Cover(targets)
-        case "hold", (target,):
-            return Hold(target)
-        case "ltl", _:
-            return _ltl(told.body)
-    return None
+    if told.kind == "ltl":
+        return _ltl(told.body)
+    kind = KINDS.get(told.kind)
+    if kind is None or kind.wrong(told.targets) or kind.one > (len(told.targets) == 1):
+        return None
+    found = kind.made(told.targets)
+    return replace(found, literal=True) if told.literal and isinstance(found, Patrol) else found
 
 
 def _ltl(spelled: str) -> Ltl:

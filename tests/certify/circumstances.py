@@ -11,7 +11,6 @@ from typing import Any
 
 from safenav.scenario.model import Tracking
 from safenav.scenario.objective import Ltl, Patrol, Visit
-from safenav.scenario.pursuit import Pursuit
 from safenav.spec.others.belief import models
 from safenav.spec.sending import sending
 from safenav.spec.task import Fairness, Task
@@ -72,7 +71,7 @@ def _memory(task: Task) -> dict[str, int]:
     """The variables that remember how far the objective is, and their values at the start."""
     match task.objective:
         case Patrol():
-            first = Pursuit(task.objective).begin(task.pose.region, task.memory.index)
+            first = task.objective.begin(task.pose.region, task.memory.index)
             return {"scout": first}
         case Visit(targets) if len(targets) > 1:
             return {"goal": task.memory.index}

@@ -9,8 +9,16 @@ import pytest
 from safenav.runtime.coordination.problem import Member, Problem
 from safenav.runtime.progress import Progress
 from safenav.runtime.traffic.joint import Course
-from safenav.scenario.objective import Cover, Hold, Ltl, Objective, Patrol, Visit, targets_of
-from safenav.scenario.pursuit import Pursuit
+from safenav.scenario.objective import (
+    Cover,
+    Hold,
+    Ltl,
+    Objective,
+    Patrol,
+    TargetObjective,
+    Visit,
+    targets_of,
+)
 from safenav.spec.objective import Memory
 from safenav.world.map import RegionMap
 from safenav.world.moves import Mobility
@@ -76,10 +84,10 @@ def test_a_specification_means_the_same_before_its_memory_has_changed() -> None:
 
 
 @pytest.mark.parametrize("objective", [Visit((A, B, C)), Patrol(B, D), Cover((A, B, D))])
-def test_joint_plans_count_as_progress_does(objective: Objective) -> None:
+def test_joint_plans_count_as_progress_does(objective: TargetObjective) -> None:
     """A walk that waits a tick after each step: plans count at once what is met by waiting."""
     graph = PoseGraph(WORLD, Mobility.FREE)
-    pursuit = Pursuit(objective)  # type: ignore[arg-type]
+    pursuit = objective
     targets = tuple(graph.poses_on(1 << min(target)) for target in targets_of(objective))
     member = Member("r", graph, graph.everywhere, targets, pursuit.in_turn, False, frozenset())
     course = Course(Problem((member,), (), (frozenset(),)), rounds=1000)

@@ -10,7 +10,7 @@ from random import Random
 import pytest
 
 from safenav.explain.undisturbed import play
-from safenav.scenario.objective import Cover, Hold, Objective, Patrol, Visit
+from safenav.scenario.objective import Cover, Hold, Objective, Once, Patrol, Visit
 from safenav.spec.forms import Rung, Weakening, can_patrol, concession, forms
 from safenav.spec.objective import Memory
 from safenav.world.map import Heading, RegionMap
@@ -83,7 +83,9 @@ def climbed(objective: Objective, start: int, turn: int = 0, **about: bool) -> l
 PLAIN = Visit((at(1), at(4)))
 
 
-@pytest.mark.parametrize("objective", [Visit((at(0), at(4))), Cover((at(0),)), Hold(at(3))])
+@pytest.mark.parametrize(
+    "objective", [Visit((at(0), at(4))), Cover((at(0),)), Hold(at(3)), Once((at(0),))]
+)
 def test_other_objectives_have_one_form(objective: Objective) -> None:
     assert climbed(objective, 2, shared=True) == [Rung(objective, 0)]
 

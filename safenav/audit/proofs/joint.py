@@ -146,7 +146,10 @@ class _Enumeration:
     def _starts(self) -> list[_State]:
         choices: list[list[Left]] = []
         for robot in self._robots:
-            if robot.in_order:
+            if robot.ends:
+                (first,) = robot.awaited
+                choices.append([((len(robot.targets) - first) * (robot.rounds_left > 0), first)])
+            elif robot.in_order:
                 count = len(robot.targets)
                 goals = max(robot.rounds_left * count - robot.met, 0)
                 choices.append([(goals, k) for k in robot.awaited])
@@ -225,6 +228,8 @@ class _Enumeration:
     def _anew(self, robot: Robot, left: Left) -> Left:
         """Rounds count from the last resolution; the order of the targets goes on."""
         rounds, count = self._moment.rounds, len(robot.targets)
+        if robot.ends:
+            return count - left[1], left[1]
         return (rounds * count, left[1]) if robot.in_order else (rounds, 0)
 
     def _performed(self, stage: Stage, poses: tuple[Pose, ...]) -> Stage | None:
@@ -249,7 +254,8 @@ class _Enumeration:
         count = len(robot.targets)
         if robot.in_order:
             while goals and region in robot.targets[covered]:
-                goals, covered = goals - 1, (covered + 1) % count
+                last = robot.ends and covered == count - 1
+                goals, covered = goals - 1, covered if last else (covered + 1) % count
             return goals, covered
         here = sum(1 << k for k, target in enumerate(robot.targets) if region in target)
         while goals:

@@ -64,6 +64,7 @@ class Robot:
     not. ``formulas``: what it demands where it is written in formulas; None and not ``judged``
     if they cannot be read. ``conflicts``: those it must not share a region with.
 
+    ``ends``: its targets are to be met once, and it stays at the last one.
     ``out``: it is out of service, so it stands still and wants nothing else.
 
     What it has still to do, as far as its goal lines tell: ``rounds_left``, of which ``met``
@@ -82,6 +83,7 @@ class Robot:
     rounds_left: int
     formulas: Formulas | None = None
     judged: bool = True
+    ends: bool = False
     out: bool = False
 
 
@@ -152,7 +154,7 @@ class Moment:
                     before[to].append(pose)
         while True:
             size = len(kept)
-            for target in robot.targets:
+            for target in robot.targets[-1 if robot.ends else 0 :]:
                 kept = _reaching({pose for pose in kept if pose[0] in target}, before, kept)
             if len(kept) == size:
                 return frozenset(kept)
@@ -162,12 +164,22 @@ class Moment:
     ) -> bool:
         """Whether a robot alone can go on for ever from where it is, with the ``memory`` of its
         formulas if that is known."""
+        if robot.ends:
+            return self._ends(robot, walls)
         inside = self.closure(robot, [robot.pose], walls)
         if robot.formulas is None or memory not in robot.formulas.valuations:
             return bool(self.live(robot, inside, walls))
         kept = {pose for pose in inside if pose[0] not in walls}
         number = robot.formulas.valuations.index(memory)
         return (robot.pose, number) in self._states(robot, robot.formulas, kept)
+
+    def _ends(self, robot: Robot, walls: frozenset[int]) -> bool:
+        """Whether a robot alone can meet the targets that are left, one after the other."""
+        at = {robot.pose}
+        for target in robot.targets[robot.awaited[0] :]:
+            reach = self.closure(robot, at, walls)
+            at = {pose for pose in reach if pose[0] in target and pose[0] not in walls}
+        return bool(at)
 
     def _states(self, robot: Robot, formulas: Formulas, inside: set[Pose]) -> set[tuple[Pose, int]]:
         """What ``live`` is where goals are met by steps, and staying is a step, too: poses with the

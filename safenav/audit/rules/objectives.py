@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from safenav.audit.progress import Progress
+from safenav.audit.progress import ENDS, IN_ORDER, KNOWN, Progress
 from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.situation import Situation, Turn
 from safenav.trace.objective import Objective
@@ -69,6 +69,11 @@ class GoalOrderRule(Rule):
                     record, robot, f"{robot} meets target {goal.goal} twice at once"
                 )
                 return
+        own = now.objectives[robot] == now.header.robots[robot].objective
+        if own and now.objectives[robot].kind in ENDS and record.goal > now.ahead[robot]:
+            problem = f"{robot} meets target {record.goal}, but {now.ahead[robot]} is next"
+            yield self.broken_by(record, robot, problem)
+            return
         if progress.reset_line >= now.turn.line > now.header_line:
             return  # may be counted by the objective before
         if progress.awaited is not None and record.goal != progress.awaited:
@@ -231,19 +236,26 @@ class HoldRule(Rule):
         if turn.robot is None or turn.first(Violation) is not None:
             return
         objective = turn.objectives[turn.robot]
-        if objective.kind != "hold" or not _by_strategy(turn):
+        ended = objective.kind in ENDS and _ended(turn.robot, now)
+        if not (objective.kind == "hold" or ended) or not _by_strategy(turn):
             return
         if turn.on_the_way:
             return  # that was decided when it set out
         toward = now.toward[turn.robot]
         here = now.region[turn.robot] if toward is None else toward
-        target = objective.targets[0]
+        target = objective.targets[-1]
         signal = now.signals.get(turn.robot)
         if signal is not None and signal.request and signal.assigned not in target:
             return  # it is told to go elsewhere, for the next of several needs
         if turn.origin in target and here not in target:
             problem = f"{turn.robot} holds, but leaves for {now.show(here)}"
             yield self.broken(turn.tick, turn.robot, turn.line, problem)
+
+
+def _ended(robot: str, now: Situation) -> bool:
+    """Whether a robot has met all targets of its own objective, and pursues that."""
+    own = now.header.robots[robot].objective
+    return now.objectives[robot] == own and now.ahead[robot] >= len(own.targets)
 
 
 def _by_strategy(turn: Turn) -> bool:
@@ -253,7 +265,7 @@ def _by_strategy(turn: Turn) -> bool:
 
 
 def _is_target(objective: Objective, index: int, region: Region) -> bool:
-    if objective.kind not in ("patrol", "visit", "cover", "hold"):
+    if objective.kind not in KNOWN:
         return True  # what counts there is not written in the trace
     return index < len(objective.targets) and region in objective.targets[index]
 
@@ -265,7 +277,7 @@ def _is_due(progress: Progress, index: int, origin: Region | None) -> bool:
     match objective.kind:
         case "patrol":
             return progress.awaited == index or (progress.awaited is None and came)
-        case "visit":
+        case kind if kind in IN_ORDER:
             return progress.awaited == index and (came or len(objective.targets) > 1)
         case "cover":
             return progress.fresh and came and index not in progress.covered

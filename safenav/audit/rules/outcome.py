@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from safenav.audit.progress import ENDS
 from safenav.audit.rules.objectives import COUNTED_KINDS
 from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.situation import Situation
@@ -139,7 +140,7 @@ class CompletedRule(Rule):
                 return  # what it does while it waits or helps is no round of its own
             if isinstance(record, Goal):
                 self._goals.setdefault(record.robot, []).append(record)
-            elif objective.kind == "hold" and record.to in objective.targets[0]:
+            elif _stays(record.robot, now) and record.to in objective.targets[-1]:
                 self._held[record.robot] = self._held.get(record.robot, 0) + 1
 
     def ending(self, now: Situation) -> Iterator[Finding]:
@@ -165,7 +166,9 @@ class CompletedRule(Rule):
                 yield f"{robot} has {told} rounds of {wanted}, so the run is not completed"
             elif most is not None and most < wanted:
                 yield f"{robot} has {most} rounds of {wanted} since the last resolution"
-            elif objective.kind == "hold" and self._held.get(robot, 0) + 1 < wanted:
+            elif objective.kind in ENDS and now.ahead[robot] < len(objective.targets):
+                yield f"{robot} has met {now.ahead[robot]} of its {len(objective.targets)} targets"
+            elif _stays(robot, now) and self._held.get(robot, 0) + 1 < wanted:
                 # Where it stands when counting begins may count, too.
                 yield f"{robot} has held for {self._held.get(robot, 0)} ticks of {wanted}"
 
@@ -181,6 +184,13 @@ class CompletedRule(Rule):
         if objective.kind == "hold":
             return len(self._goals.get(robot, []))
         return _bounds(self._goals.get(robot, []), objective)[0]
+
+
+def _stays(robot: str, now: Situation) -> bool:
+    """Whether each tick at its last target is a round of a robot's own objective."""
+    own = now.header.robots[robot].objective
+    ended = own.kind in ENDS and now.ahead[robot] >= len(own.targets)
+    return own.kind == "hold" or ended
 
 
 def _bounds(goals: list[Goal], objective: Objective) -> tuple[int, int | None]:

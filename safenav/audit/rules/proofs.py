@@ -8,6 +8,7 @@ from dataclasses import asdict, replace
 from itertools import product
 from typing import Any
 
+from safenav.audit.progress import ENDS
 from safenav.audit.proofs.formulas import UnreadError, read_formulas
 from safenav.audit.proofs.judging import never_resolved_problems, problems_of
 from safenav.audit.proofs.moment import Gate, Moment, Need, Pose, Robot
@@ -183,10 +184,13 @@ def _robot(name: str, now: Situation, goals: list[Goal]) -> Robot:
         conflicts=frozenset(
             other for other in now.header.robots if other != name and now.conflict(name, other)
         ),
-        awaited=_awaited(objective, goals),
+        awaited=(min(now.ahead[name], len(objective.targets) - 1),)
+        if objective.kind in ENDS
+        else _awaited(objective, goals),
         covered=frozenset(goal for goal in covered if goal < len(objective.targets)),
         met=len(covered),
         rounds_left=max(rounds - done, 0),
+        ends=objective.kind in ENDS,
     )
     if objective.kind != "ltl":
         return robot

@@ -109,8 +109,10 @@ class Robot:
 
     def held(self) -> list[int]:
         """The goals that are met by ending a turn here: of one that is to hold, that."""
-        holds = self.own.kind == "hold" and self.objective == self.own
-        return [0] if holds and self.places <= self.own.targets[0] else []
+        holds = self.own.settles and self.objective == self.own
+        last = len(self.own.targets) - 1
+        due = not self.own.ordered or self.turn >= last
+        return [last] if holds and due and self.places <= self.own.targets[last] else []
 
 
 def freedom(world: World, robot: Robot) -> tuple[dict[Pose, set[Pose]], list[Poses]]:
@@ -152,7 +154,7 @@ class Team:
 
     def can_go_on(self, name: str, poses: Poses, obstacles: tuple[Obstacle, ...]) -> bool:
         """Whether, from some pose that a robot can get to, it can meet every goal for ever."""
-        first, *others = self.free[name][1]
+        first, *others = self.free[name][1][-1 if self.robots[name].own.settles else 0 :]
         for pose in self.reach(name, poses, obstacles) & first:
             ahead = self.reach(name, frozenset([pose]), obstacles).intersection(chain(*others))
             back = {p for p in ahead if pose in self.reach(name, frozenset([p]), obstacles)}
@@ -198,8 +200,12 @@ class Team:
             for (name, pose), (turn, *met) in zip(at.items(), counts, strict=True):
                 times = [0] * len(met) if anew else met
                 here = [goal for goal, aim in enumerate(self.free[name][1]) if pose in aim]
-                for goal in here * rounds:  # a round is each of them once
-                    due = turn % len(times) == goal or not self.robots[name].own.ordered
+                own, last = self.robots[name].own, len(self.free[name][1]) - 1
+                for goal in here * (own.settles and own.ordered):
+                    turn += goal == turn < last
+                    times = [rounds] if goal == last <= turn else times
+                for goal in here * (0 if own.settles and own.ordered else rounds):
+                    due = turn % len(times) == goal or not own.ordered
                     if due and times[goal] == min(times) < rounds:
                         turn, times[goal] = turn + 1, times[goal] + 1
                 now.append((turn, *times))
@@ -391,7 +397,7 @@ class Run:
                 if task and task.objective.kind == "ltl":
                     there = task.meets(goal, robot.came_from, robot.nodes)
                 require(there, f"{robot.name} is not at its goal {goal}")
-                robot.goals += [goal] if own.kind != "hold" or not robot.goals else []
+                robot.goals += [goal] if not own.settles or goal not in robot.goals else []
                 robot.turn += 1
             case "outcome":
                 require(record is self.trace[-1], "a line follows the outcome")

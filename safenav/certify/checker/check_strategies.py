@@ -449,7 +449,8 @@ class Objective:
 
     def __init__(self, data: Json) -> None:
         ((self.kind, value),) = ((kind, value) for kind, value in data.items() if kind != "form")
-        self.data, self.ordered = data, self.kind in ("patrol", "visit")
+        self.data, self.ordered = data, self.kind in ("patrol", "visit", "once")
+        self.settles = self.kind in ("hold", "once")  # it stays at its last target
         listed: Any = {"ltl": (), "hold": (value,)}.get(self.kind, value)
         self.targets = [frozenset([t] if isinstance(t, int) else t) for t in listed]
         own: Json = value if self.kind == "ltl" else {}
@@ -459,7 +460,10 @@ class Objective:
         listed = ([t] if isinstance(t, str) else t for t in texts)
         parts = ([read_clause(text, truths) for text in part] for part in listed)
         self.init, self.safety, self.liveness = parts
-        self.goals = frozenset(range(len(self.targets) or len(self.liveness) or 1))
+        count = len(self.targets) or len(self.liveness) or 1
+        self.goals = frozenset(range(count - 1 if self.settles else 0, count))
+        once = self.kind == "once" and count > 1 and self.targets[-1] & self.targets[-2]
+        require(not once, "the last two targets share a region")
         bounds = {name: (0, 1) if given == "bool" else given for name, given in memory.items()}
         self.memory = {name: range(least, most + 1) for name, (least, most) in bounds.items()}
         self.ranges = self.memory | {f"{name}'": values for name, values in self.memory.items()}
@@ -483,6 +487,8 @@ class Objective:
         listed = ["|".join(map(str, sorted(target))) for target in self.targets]
         if self.kind == "hold":
             return f"go to {listed[0]} and stay"
+        if self.kind == "once":
+            return f"be at {', '.join(listed)} once, in this order, and stay at the last"
         if self.kind == "cover":
             return f"be at each of {', '.join(listed)} again and again, in any order"
         how = {"literal": STRICTLY, "alternation": LOOSELY}.get(form, "") * (self.kind == "patrol")
@@ -550,6 +556,9 @@ class Task:
             last = graph.columns.get(next(iter(self.memory), ""), nothing)
             here = zip(last, self.regions, strict=True)
             awaited = [(k + (region in targets[k])) % len(targets) for k, region in here]
+            if self.objective.settles:  # from the last one on it awaits that
+                here, last_one = zip(last, self.regions, strict=True), len(targets) - 1
+                awaited = [min(k + (region in targets[k]), last_one) for k, region in here]
         self.before = [*zip(self.poses, awaited, own, strict=True)]
         self.done = [*zip(self.poses, last, own, strict=True)]
         names, inputs = [*self.told, *self.busy, *self.positions], graph.spec.inputs
@@ -623,7 +632,9 @@ class Task:
         """The poses that are left after an observation, the target that was awaited, the memory."""
         (pose, awaited, memory), kind = before, self.objective.kind
         seen = dict(zip(self.graph.spec.inputs, row, strict=True))
-        held = kind == "hold" and pose[0] in self.targets[0] and not seen.get("request")
+        due = not self.objective.ordered or awaited == len(self.targets) - 1
+        held = self.objective.settles and due and pose[0] in self.targets[-1]
+        held = held and not seen.get("request")
         stays = held or seen.get("wait")
         moves = {pose} if stays else self.world.moves(self.robot["mobility"], pose)
         shut = self.taken(pose[0], seen) | self.closed
@@ -658,10 +669,12 @@ class Task:
     def met(self, edges: Edges) -> tuple[list[Met], list[Met]]:
         """While the robot is sent somewhere its own goals can wait."""
         graph, regions, targets = self.graph, self.regions, self.targets
+        counts = self.objective.goals
         wishes = [[regions[node] in target for node in edges[1]] for target in targets]
         if self.objective.ordered:
             steps = zip(*edges, strict=True)
-            wishes = [[regions[after] in targets[self.before[node][1]] for node, after in steps]]
+            ends = [(self.before[node][1], after) for node, after in steps]
+            wishes = [[regions[after] in targets[k] and k in counts for k, after in ends]]
         wishes += [graph.holds([clause], edges) for clause in self.objective.liveness]
         if self.told:
             request, wait, place = (graph.columns[name] for name in TOLD)

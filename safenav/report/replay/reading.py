@@ -27,7 +27,7 @@ from safenav.report.replay.timeline import (
     StackRow,
     StoryKind,
 )
-from safenav.scenario.objective import Hold, Objective
+from safenav.scenario.objective import Objective, TargetObjective
 from safenav.trace import records, setting
 from safenav.trace.objective import Objective as TracedObjective
 from safenav.trace.reading import read_trace
@@ -280,7 +280,8 @@ class ReplayBuilder:
         self._known(line.robot)
         told = self.progress[line.robot]
         before = told[-1][1] if told else RobotProgress()
-        holding = isinstance(self._objective(line.robot), Hold)
+        objective = self._objective(line.robot)
+        holding = isinstance(objective, TargetObjective) and objective.settles
         rounds = 0 if holding else line.round  # ticks on the spot are no rounds to show
         told.append((line.tick, RobotProgress(rounds, _on_map(self.map, line.region))))
         if not holding:

@@ -132,7 +132,7 @@ class Assigner:
             lost = within_reach & ~kept
             allowed = member.floor & ~member.graph.poses_on(walls) & ~lost
             reach = member.graph.closure(1 << self.floor.poses[index], allowed)
-            if reach & member.graph.live(member.targets, allowed):
+            if reach & member.live(allowed):
                 forbidden = self._forbidden(robot, index, member.targets)
                 return TaskDraft(assignment, objective, avoid, must, forbidden)
         if not self.found.served and isinstance(objective, Ltl):
@@ -158,7 +158,8 @@ class Assigner:
         allowed = self.floor.problem.allowed(index, self.floor.stages)
         lost = graph.forward(kept) & allowed & ~kept
         if lost and not isinstance(robot.robot.objective, Ltl):
-            lost &= graph.live(targets, allowed)
+            own = targets == member.targets
+            lost &= member.live(allowed) if own else graph.live(targets, allowed)
         return frozenset(graph.pose(number) for number in bits(lost))
 
     def _mask(self, index: int, regions: Collection[int]) -> Mask:

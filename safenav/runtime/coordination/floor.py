@@ -19,8 +19,7 @@ from safenav.runtime.progress import Progress
 from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.traffic.joint import Count
 from safenav.scenario.model import Robot, Scenario
-from safenav.scenario.objective import Hold, Ltl, targets_of
-from safenav.scenario.pursuit import Pursuit
+from safenav.scenario.objective import Ltl, targets_of
 from safenav.trace.header import heading_in_trace
 from safenav.trace.vocabulary import Place
 from safenav.world.poses import Mask, PoseGraph, bits, region_mask
@@ -82,9 +81,10 @@ def counts_of(floor: Floor, owns: Mapping[str, Progress], rounds: int) -> tuple[
     found = []
     for name, member in zip(floor.names, floor.problem.members, strict=True):
         progress = owns[name]
-        if member.holds:
-            found.append((0, 0, int(progress.rounds >= rounds)))
-        elif member.cyclic:
+        if member.settles:
+            turn = progress.memory.index if member.in_turn else 0
+            found.append((turn, 0, int(progress.rounds >= rounds)))
+        elif member.in_turn:
             met = progress.rounds * len(member.targets) + len(progress.seen)
             found.append((progress.memory.index, 0, met))
         else:
@@ -98,7 +98,7 @@ def awaited_by(floor: Floor, robot: str, progress: Progress) -> Mask:
     member = floor.problem.members[floor.index(robot)]
     if not member.targets:
         return 0
-    if member.cyclic or len(member.targets) == 1:
+    if member.in_turn or len(member.targets) == 1:
         return member.targets[progress.memory.index]
     found = 0
     for number, target in enumerate(member.targets):
@@ -120,8 +120,8 @@ def _member(robot: Robot, state: TeamState) -> Member:
         graph,
         graph.everywhere & ~graph.poses_on(closed),
         targets,
-        not isinstance(robot.objective, Ltl) and Pursuit(robot.objective).in_turn,
-        isinstance(robot.objective, Hold),
+        not isinstance(robot.objective, Ltl) and robot.objective.in_turn,
+        not isinstance(robot.objective, Ltl) and robot.objective.settles,
         robot.capabilities,
         robot.model.timing.most,
     )
@@ -131,7 +131,7 @@ def _out_of_service(robot: RobotState, state: TeamState) -> Member:
     """A robot that stands still: it can do what is done from there, and wants nothing else."""
     member = _member(robot.robot, state)
     here = 1 << member.graph.number(robot.next_pose)
-    return replace(member, floor=here, targets=(here,), cyclic=False, holds=True)
+    return replace(member, floor=here, targets=(here,), in_turn=False, settles=True)
 
 
 @lru_cache(maxsize=64)

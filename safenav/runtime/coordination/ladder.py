@@ -13,7 +13,7 @@ from safenav.dataclass import dataclass
 from safenav.runtime.formulas import plain_graph
 from safenav.runtime.team import Assignment, RobotState, Role, TeamState
 from safenav.scenario.model import Coordination, Tracking
-from safenav.scenario.objective import Hold, Ltl, Objective, Patrol, Target, Visit, targets_of
+from safenav.scenario.objective import Ltl, Objective, Patrol, Target, targets_of
 from safenav.spec.forms import Rung, forms
 from safenav.spec.objective import Memory
 from safenav.spec.task import LADDERS, Fairness, Observed, Task
@@ -138,7 +138,7 @@ def rungs(task: Task) -> tuple[Fairness, ...]:
     objective = task.objective
     if task.tracking is Tracking.NEARBY and not isinstance(objective, Ltl):
         targets = task.targets
-        settled = isinstance(objective, Hold | Visit) and len(targets) == 1
+        settled = len(targets) == 1 and (objective.settles or objective.in_turn)
         if task.assignable or not (settled and task.pose.region in targets[0]):
             return (Fairness.OUT_OF_MY_WAY,)
     return LADDERS[task.tracking]

@@ -47,17 +47,23 @@ class Gate:
 @dataclass(frozen=True, eq=False)
 class Member:
     """A robot as coordination sees it. ``floor``: the poses that it may be in as far as walls,
-    obstacles that stay and its own safety lines go. ``targets``: pose masks, in order; ``cyclic``:
-    they count in this order only. ``ticks``: of its slowest step."""
+    obstacles that stay and its own safety lines go. ``targets``: pose masks, in order; ``in_turn``:
+    they count in this order only; ``settles``: it stays at the last one. ``ticks``: of its slowest
+    step."""
 
     name: str
     graph: PoseGraph
     floor: Mask
     targets: tuple[Mask, ...]
-    cyclic: bool
-    holds: bool
+    in_turn: bool
+    settles: bool
     capabilities: frozenset[str]
     ticks: int = 1
+
+    def live(self, allowed: Mask) -> Mask:
+        """The ``allowed`` poses from which it can go on for ever inside them. Of what settles at
+        its last target that one counts: the way there is for its strategy to find."""
+        return self.graph.live(self.targets[-1:] if self.settles else self.targets, allowed)
 
     @property
     def turns(self) -> bool:

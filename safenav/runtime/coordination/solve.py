@@ -95,7 +95,7 @@ class Solver:
         member = self.problem.members[robot]
         allowed = self.problem.allowed(robot, stages)
         reach = member.graph.closure(poses, allowed)
-        return bool(reach & member.graph.live(member.targets, allowed))
+        return bool(reach & member.live(allowed))
 
     def reach(self, robot: int, poses: Mask, stages: Stages) -> Mask:
         """Where a robot can get while the open obstacles are walls."""

@@ -5,8 +5,7 @@ from __future__ import annotations
 from safenav.runtime.coordination.strategy_search import TaskResult
 from safenav.runtime.team import TeamState
 from safenav.scenario.model import Tracking
-from safenav.scenario.objective import Ltl, Patrol, Visit
-from safenav.scenario.pursuit import Pursuit
+from safenav.scenario.objective import Ltl
 from safenav.spec.assignable import neutral
 from safenav.spec.compile import assumption_names
 from safenav.spec.others.belief import models
@@ -91,15 +90,12 @@ def _verified(result: SynthesisResult) -> bool | vocabulary.Verified | None:
 
 def _memory(task: Task) -> dict[str, int] | None:
     """The variables that remember, and their values at the start."""
-    match task.objective:
-        case Patrol():
-            return {"scout": Pursuit(task.objective).begin(task.pose.region, task.memory.index)}
-        case Visit(targets) if len(targets) > 1:
-            return {"goal": task.memory.index}
-        case Ltl():
-            return dict(task.memory.values)
-        case _:
-            return None
+    objective = task.objective
+    if isinstance(objective, Ltl):
+        return dict(task.memory.values)
+    if not objective.remembers:
+        return None
+    return {objective.turn: objective.begin(task.pose.region, task.memory.index)}
 
 
 def _places(poses: frozenset[Pose]) -> tuple[Place, ...]:

@@ -92,7 +92,7 @@ class Course:
         found = self._hopeful.get(stages)
         if found is None:
             found = self._hopeful[stages] = tuple(
-                Steps(m.graph, steps.allowed & m.graph.live(m.targets, m.floor))
+                Steps(m.graph, steps.allowed & m.live(m.floor))
                 for m, steps in zip(self.problem.members, self.steps(stages), strict=True)
             )
         return found
@@ -115,11 +115,11 @@ class Course:
     def is_done(self, robot: int, count: Count) -> bool:
         """Whether a robot has done all its rounds."""
         member = self.problem.members[robot]
-        if member.holds:
+        if member.settles:
             return count[2] >= DONE_HOLDING
         if not member.targets:
             return True
-        return count[2] >= self.rounds * (len(member.targets) if member.cyclic else 1)
+        return count[2] >= self.rounds * (len(member.targets) if member.in_turn else 1)
 
     def completed(self, state: Joint) -> bool:
         """Whether everybody has done its rounds and can go on for ever from where it is."""
@@ -133,7 +133,7 @@ class Course:
         if self.is_done(robot, count):
             return 0
         member = self.problem.members[robot]
-        if member.cyclic:
+        if member.in_turn:
             return member.targets[count[0]]
         found = 0
         for index, target in enumerate(member.targets):
@@ -159,7 +159,7 @@ class Course:
         if found is None:
             alive = []
             for i, member in enumerate(self.problem.members):
-                alive.append(member.graph.live(member.targets, self.problem.allowed(i, stages)))
+                alive.append(member.live(self.problem.allowed(i, stages)))
             found = self._alive[stages] = tuple(alive)
         return found
 
@@ -192,10 +192,12 @@ class Course:
         member = self.problem.members[robot]
         index, seen, met = count
         while not self.is_done(robot, (index, seen, met)):
-            if member.cyclic:
+            if member.in_turn:
                 if not member.targets[index] >> pose & 1:
                     break
-                index, met = (index + 1) % len(member.targets), met + 1
+                last = index == len(member.targets) - 1
+                met += last if member.settles else 1
+                index = index if last and member.settles else (index + 1) % len(member.targets)
                 continue
             fresh = [k for k, t in enumerate(member.targets) if t >> pose & 1 and not seen >> k & 1]
             if not fresh:

@@ -20,7 +20,7 @@ class Stuck:
         self._members = course.problem.members
         self._conflicts = course.problem.conflicts
         self._sizes = [member.graph.size for member in self._members]
-        self._after = [_Regions(m.graph, m.graph.live(m.targets, m.floor)) for m in self._members]
+        self._after = [_Regions(m.graph, m.live(m.floor)) for m in self._members]
         self._rivals = [i for i, conflicts in enumerate(self._conflicts) if conflicts]
         self._possible = any(self._members[i].turns for i in self._rivals)
 

@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
 from dataclasses import replace
 
 from safenav.formula.checking import check
 from safenav.formula.parser import FormulaError, parse
 from safenav.formula.printer import to_text
 from safenav.formula.syntax import RESERVED_WORDS, Comparison, Name, resolve_constants
-from safenav.scenario.objective import Cover, Hold, Ltl, Objective, Patrol, Target, Visit
+from safenav.scenario.objective import (
+    EMPTY,
+    KINDS,
+    Ltl,
+    Objective,
+    Patrol,
+    TargetObjective,
+)
 from safenav.scenario.reading.regions import RegionReader
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Node, Place, Scalar, Sequence, clipped
@@ -21,9 +27,8 @@ from safenav.world.moves import Mobility
 IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 OWN_VARIABLES = frozenset({"region", "heading"})
-KINDS = ("patrol", "visit", "cover", "hold", "ltl")
 FORM = "form"
-KEYS = (*KINDS, FORM)
+KEYS = (*KINDS, "ltl", FORM)
 LTL_KEYS = ("init", "safety", "liveness", "memory")
 
 
@@ -44,7 +49,7 @@ class ObjectiveReader:
         item = read.mapping(node, what, self._findings, KEYS)
         if item is None:
             return None
-        given = [(key.text, value) for key, value in item.entries if key.text in KINDS]
+        given = [(key.text, value) for key, value in item.entries if key.text in (*KINDS, "ltl")]
         if not given:
             hint = "give it one, for example {patrol: [14, 20]}"
             if not item.entries or item.get(FORM) is not None:
@@ -55,14 +60,12 @@ class ObjectiveReader:
         if len(given) != 1:
             return None
         kind, value = given[0]
-        readers: dict[str, Callable[[Node, str], Objective | None]] = {
-            "patrol": self._patrol,
-            "visit": lambda n, w: self._several(n, w, Visit),
-            "cover": lambda n, w: self._several(n, w, Cover),
-            "hold": self._hold,
-            "ltl": lambda n, w: self._ltl(n, w, mobility),
-        }
-        found = readers[kind](value, f"'{kind}' of {robot}")
+        what = f"'{kind}' of {robot}"
+        found = (
+            self._ltl(value, what, mobility)
+            if kind == "ltl"
+            else self._about_targets(KINDS[kind], value, what)
+        )
         return self._formed(found, item.get(FORM), kind, robot)
 
     def _formed(
@@ -82,43 +85,22 @@ class ObjectiveReader:
             return replace(objective, literal=True)
         return objective
 
-    def _patrol(self, node: Node, what: str) -> Patrol | None:
-        targets = self._regions.targets(node, what, least=2)
-        if targets is None:
+    def _about_targets(
+        self, kind: type[TargetObjective], node: Node, what: str
+    ) -> TargetObjective | None:
+        if kind.one:
+            target = self._regions.target(node, what)
+            return None if target is None else kind.made((target,))
+        listed = self._regions.targets(node, what, kind.least)
+        if listed is None:
             return None
-        if len(targets) != 2:
-            found = f"{what}: {len(targets)} targets, and a patrol has two"
-            self._findings.add(node, found, "use 'visit' or 'cover' for any number of targets")
-            return None
-        first, second = targets
-        if first is None or second is None:
-            return None
-        if first == second:
-            hint = "use 'hold' to stay at one place"
-            self._findings.add(node, f"{what}: both targets are the same", hint)
-            return None
-        if first & second:
-            shared = ", ".join(str(region) for region in sorted(first & second))
-            found = f"{what}: the targets share region {shared}"
-            self._findings.add(node, found, "use 'visit', which allows it")
-            return None
-        return Patrol(first, second)
-
-    def _several(
-        self, node: Node, what: str, kind: type[Visit] | type[Cover]
-    ) -> Visit | Cover | None:
-        found = self._regions.targets(node, what)
-        if found is None:
-            return None
-        if not found:
-            self._findings.add(node, f"{what} is empty", "name at least one target")
-            return None
-        targets: tuple[Target, ...] = tuple(target for target in found if target is not None)
-        return kind(targets) if len(targets) == len(found) else None
-
-    def _hold(self, node: Node, what: str) -> Hold | None:
-        target = self._regions.target(node, what)
-        return None if target is None else Hold(target)
+        # What was reported already counts as a target of its own.
+        told = [frozenset({-1 - k}) if t is None else t for k, t in enumerate(listed)]
+        problem = kind.wrong(told)
+        if problem is not None:
+            found, hint = problem
+            self._findings.add(node, f"{what}{' ' if found == EMPTY else ': '}{found}", hint)
+        return None if problem is not None or None in listed else kind.made(told)
 
     def _ltl(self, node: Node, what: str, mobility: Mobility | None) -> Ltl | None:
         before = len(self._findings)

@@ -8,12 +8,11 @@ from itertools import combinations
 
 from safenav.formula.syntax import RESERVED_WORDS
 from safenav.scenario.model import Catalogue, Robot, RobotModel, Tracking, conflict
-from safenav.scenario.objective import Hold, Objective, targets_of
+from safenav.scenario.objective import Hold, Ltl, Objective, targets_of
 from safenav.scenario.reachability import Reachability
 from safenav.scenario.reading.catalogue import read_vision
 from safenav.scenario.reading.objective import (
     IDENTIFIER,
-    KINDS,
     OWN_VARIABLES,
     ObjectiveReader,
 )
@@ -226,7 +225,11 @@ def _check_reachable(robot: Robot, node: Node | None, world: RegionMap, findings
         regions = " or ".join(world.label(region) for region in sorted(target))
         found = f"objective of {robot.name}: {clipped(regions, 80)} cannot be reached from {start}"
         findings.add(place, found, _why(robot, target, world))
-    if not missed and not reach.recurs(targets):
+    settles = not isinstance(robot.objective, Ltl) and robot.objective.settles
+    if not missed and settles and not reach.follows(targets):
+        found = f"objective of {robot.name}: it cannot get from target to target in this order"
+        findings.add(node, found, "with heading mobility it cannot turn round where it gets to")
+    elif not missed and not settles and not reach.recurs(targets):
         found = f"objective of {robot.name}: it cannot visit all targets infinitely often"
         hint = "with heading mobility it cannot turn round where it gets to"
         findings.add(node, found, hint)
@@ -235,8 +238,11 @@ def _check_reachable(robot: Robot, node: Node | None, world: RegionMap, findings
 def _target_nodes(objective: Objective, node: Node | None) -> tuple[Node, ...]:
     """Where each target is written."""
     assert isinstance(node, Mapping)
-    value = next(value for key, value in node.entries if key.text in KINDS)
-    if isinstance(objective, Hold):
+    if isinstance(objective, Ltl):
+        return ()
+    value = node.get(objective.kind)
+    assert value is not None
+    if objective.one:
         return (value,)
     assert isinstance(value, Sequence)
     return value.items

@@ -20,7 +20,7 @@ from safenav.report.replay.timeline import (
     RobotTrack,
 )
 from safenav.scenario.model import Catalogue
-from safenav.scenario.objective import Cover, Hold, Objective, Patrol, Visit
+from safenav.scenario.objective import KINDS, Objective
 from safenav.scenario.yaml.document import (
     DocumentError,
     Mapping,
@@ -29,7 +29,7 @@ from safenav.scenario.yaml.document import (
     Sequence,
     read_document,
 )
-from safenav.studio.editing.places import LISTS
+from safenav.studio.editing.places import LISTS, OBJECTIVES
 from safenav.world.map import Heading, Region, RegionMap
 from safenav.world.moves import Mobility
 
@@ -128,7 +128,7 @@ def _robots(root: Node, placing: _Placing) -> Iterable[dict[str, Any]]:
             if name in LISTS and isinstance(told, Sequence):
                 kind, targets = name, [placing.target(item) for item in told.items]
                 areas = [_text(item) for item in told.items]
-            elif name == "hold":
+            elif name in OBJECTIVES:
                 kind, targets = name, [placing.target(told)]
                 areas = [_text(told)]
             elif name == "ltl":
@@ -215,11 +215,8 @@ def _objective(kind: str | None, targets: list[list[Region]]) -> Objective | Non
     sets = tuple(frozenset(target) for target in targets if target)
     if not sets or kind is None:
         return None
-    if kind == "hold":
-        return Hold(sets[0])
-    if kind == "patrol" and len(sets) == 2:
-        return Patrol(*sets)
-    return Cover(sets) if kind == "cover" else Visit(sets)
+    found = KINDS.get(kind)
+    return None if found is None or found.wrong(sets) else found.made(sets)
 
 
 def _get(node: Node | None, key: str) -> Node | None:

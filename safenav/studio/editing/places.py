@@ -8,9 +8,10 @@ from typing import Any
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
 from safenav.errors import UsageError
+from safenav.scenario.objective import KINDS
 
-OBJECTIVES = ("patrol", "visit", "cover", "hold")
-LISTS = ("patrol", "visit", "cover")
+OBJECTIVES = tuple(KINDS)
+LISTS = tuple(kind for kind, found in KINDS.items() if not found.one)
 
 
 class MapPlaces:
@@ -92,7 +93,7 @@ class MapPlaces:
             if kind in LISTS and isinstance(told, list):
                 for index in range(len(told)):
                     yield from self._target(told, index)
-            elif kind == "hold" and told is not None:
+            elif told is not None:
                 yield from self._target(objective, kind)
 
     def _target(self, holder: Any, key: Any) -> Iterator[tuple[Any, Callable[[Any], None]]]:

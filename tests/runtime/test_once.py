@@ -1,0 +1,136 @@
+"""A finite task: each target once, in order, then the robot stays at the last one."""
+
+from __future__ import annotations
+
+import json
+import textwrap
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from runtime.played import Runner
+from safenav.audit.check import check_trace
+from safenav.certify.record import bundle_of_run
+from safenav.errors import InputError
+from safenav.runtime.mission import Mission
+from safenav.scenario.reading.loader import load_scenario_text
+from safenav.trace.writing import TraceWriter
+
+ROOMS = """
+safenav: 1
+map:
+  grid: |
+    #############
+    #.......#...#
+    #.......#...#
+    #...#.......#
+    #.......#...#
+    #.......#...#
+    #############
+robots:
+  quad: {model: quadcopter, start: 14, objective: {once: [54, 49, 37]}}
+  digit: {model: digit, start: 71, heading: east, objective: {once: [58, 28]}}
+obstacles: [{type: door, region: 47}]
+until: {rounds: 2}
+limits: {ticks: 200}
+"""
+DEAD_END = """
+safenav: 1
+map: {grid: ["#########", "#.......#", "#.#####.#", "#.#####.#", "#########"]}
+robots:
+  digit: {model: digit, start: [1, 3], heading: east, objective: {once: [[1, 5], [3, 7]]}}
+until: {rounds: 3}
+"""
+
+
+@pytest.mark.parametrize("coordination", ["resynthesis", "assignable"])
+def test_targets_are_met_once_in_order_also_after_helping(run: Runner, coordination: str) -> None:
+    trace = run(f"{ROOMS}coordination: {coordination}\n")
+    assert trace.outcome["outcome"] == "completed"
+    for robot, targets in (("quad", [54, 49, 37]), ("digit", [58, 28])):
+        path = trace.path(robot)
+        assert path[-1] == targets[-1]
+        met = [path.index(target) for target in targets[:-1]]
+        assert met == sorted(met)
+    assert [g["goal"] for g in trace.all("goal", robot="quad") if g["region"] != 46] == [0, 1, 2]
+
+
+def test_a_robot_may_end_where_it_cannot_turn_round(run: Runner) -> None:
+    trace = run(DEAD_END)
+    assert trace.outcome["outcome"] == "completed"
+    assert trace.path("digit")[-3:] == [34, 34, 34]  # each tick there is a round
+    with pytest.raises(InputError, match="cannot visit all targets infinitely often"):
+        load_scenario_text(DEAD_END.replace("once", "visit"))
+
+
+@pytest.mark.parametrize(
+    ("targets", "says"),
+    [
+        ("[]", "is empty"),
+        ("[[3, 7], [1, 5]]", "in this order"),
+        ("[{any: [12, 13]}, 13]", "the last two targets share region 13"),
+    ],
+)
+def test_what_cannot_be_done_once_is_refused(targets: str, says: str) -> None:
+    with pytest.raises(InputError, match=says):
+        load_scenario_text(DEAD_END.replace("[[1, 5], [3, 7]]", targets))
+
+
+def test_robots_in_each_other_s_way_give_way_or_prove_that_nobody_can(run: Runner) -> None:
+    narrow = """
+        safenav: 1
+        map: {grid: ["######", "#....#", "##.###", "######"]}
+        robots:
+          a: {model: quadcopter, start: 7, objective: {once: [8, 10]}}
+          b: {model: quadcopter, start: 10, objective: {once: [9, 7]}}
+        until: {rounds: 1}
+        limits: {ticks: 80}
+        """
+    assert run(narrow).outcome["outcome"] == "completed"
+    trace = run(narrow.replace("##.###", "######"))
+    assert (trace.outcome["outcome"], trace.outcome["cause"]) == ("operator_needed", "deadlock")
+
+
+Line = dict[str, Any]
+
+
+def skip_a_target(lines: list[Line]) -> None:
+    goal = next(k for k, line in enumerate(lines) if line["type"] == "goal" and line["goal"] == 0)
+    del lines[goal]
+
+
+def leave_the_last(lines: list[Line]) -> None:
+    moves = [line for line in lines if line["type"] == "move"]
+    moves[-1].update({"to": 16 + 9, "heading": "north"})
+
+
+def end_too_early(lines: list[Line]) -> None:
+    moves = [k for k, line in enumerate(lines) if line["type"] == "move"]
+    del lines[moves[-1]]
+    lines[-1].update({"tick": lines[-1]["tick"] - 1, "ticks": lines[-1]["ticks"] - 1})
+
+
+@pytest.mark.parametrize("alter", [skip_a_target, leave_the_last, end_too_early])
+def test_a_trace_that_does_it_otherwise_is_refused(
+    alter: Callable[[list[Line]], None], tmp_path: Path
+) -> None:
+    path = tmp_path / "trace.jsonl"
+    with TraceWriter(path) as trace:
+        Mission(load_scenario_text(DEAD_END), listeners=[trace]).run()
+    assert check_trace(path).findings == ()
+    lines = [json.loads(line) for line in path.read_text().splitlines()]
+    alter(lines)
+    path.write_text("".join(json.dumps(line) + "\n" for line in lines))
+    assert check_trace(path).findings != ()
+
+
+@pytest.mark.parametrize("text", [ROOMS, DEAD_END], ids=["rooms", "dead end"])
+def test_a_bundle_proves_it(text: str, tmp_path: Path) -> None:
+    scenario = tmp_path / "once.yaml"
+    scenario.write_text(textwrap.dedent(text))
+    made = bundle_of_run(scenario, tmp_path / "bundle")
+    assert made.verdict.accepted
+    said = [claim["text"] for claim in made.verdict.claims if claim["kind"] == "form"]
+    assert said[-1].endswith("once, in this order, and stay at the last.")
