@@ -49,6 +49,7 @@ WELL_SHAPED = {
     "bad_tiles": False,
     "bad_tracking": False,
     "bad_truths": False,
+    "form_before_targets": True,
     "duplicate_keys": True,
     "empty_map": False,
     "empty_objectives": False,

@@ -189,8 +189,8 @@ class RoundsRule(Rule):
     def ending(self, now: Situation) -> Iterator[Finding]:
         outcome = now.outcome
         for robot, objective in now.objectives.items():
-            if outcome is None or objective.kind == "hold":
-                continue  # a tick of holding has no line
+            if outcome is None or objective.kind in ("hold", *ENDS):
+                continue  # a tick of staying at the last target has no line
             if now.stack and objective != now.header.robots[robot].objective:
                 continue  # it helps or waits; the outcome tells the rounds of its own objective
             last, told = self._last.get(robot, 0), outcome.rounds.get(robot)
