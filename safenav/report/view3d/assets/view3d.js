@@ -1,4 +1,4 @@
-/* sources 9cb65e253a32050fd99f81ce6f8ae85b6682cc6095142de80ddd5fecdf65fe24 */
+/* sources 02fa05dfe8c2628bb4adfc6690a5da184eb715f2d28ed25d76d4abe4abd63570 */
 /* Contains Preact:
 The MIT License (MIT)
 

@@ -213,7 +213,7 @@ function hintOf(pen: Pen, drawing: Drawing): string {
       const { robot, kind, targets } = pen;
       if (kind === "hold") return `${robot} holds one region: click it.`;
       if (kind === "patrol") return `${robot} patrols between two regions: click the ${targets.length === 0 ? "first" : "second"}.`;
-      return `${robot} ${kind === "visit" ? "visits regions in order" : "covers regions in any order"}: click them${targets.length > 0 ? `, ${targets.length} so far` : ""}.`;
+      return `${robot} ${kind === "cover" ? "covers regions in any order" : "visits regions in order"}${kind === "once" ? ", once" : ""}: click them${targets.length > 0 ? `, ${targets.length} so far` : ""}.`;
     }
     default:
       return drawing.robots.length === 0

@@ -125,6 +125,7 @@ const KINDS: [kind: string, words: string, meaning: string][] = [
   ["visit", "Visit", "all of its targets, in order"],
   ["cover", "Cover", "all of its targets, in any order"],
   ["hold", "Hold", "go to a region and stay there"],
+  ["once", "Once", "each target once, in order, then stay at the last"],
 ];
 
 export function Selection({ doc, drawing, pen, setPen, chosen, choose, say, verdict }: Drawn & { verdict: Verdict | null }) {
