@@ -83,7 +83,7 @@ def test_a_missing_extra_is_named(
 ) -> None:
     svg = svg_of(replays["door"].scene(0))
     monkeypatch.setitem(sys.modules, "resvg_py", None)
-    with pytest.raises(UsageError, match=r"safenav\[pictures\]"):
+    with pytest.raises(UsageError, match="resvg-py>="):
         png_of(svg)
     monkeypatch.setitem(sys.modules, "PIL", None)
     with pytest.raises(UsageError, match="pillow"):

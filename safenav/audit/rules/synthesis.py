@@ -40,8 +40,9 @@ _PROVEN = (RecordedVerdict.REALIZABLE, RecordedVerdict.UNREALIZABLE)
 class SynthesisRule(Rule):
     """Before the first move each robot is synthesized for the objective of the header, and in no
     later tick for that reason; a robot that gets another objective is synthesized for it in the
-    same turn, unless it is told by signals, and what the reason names has happened in that turn
-    (D 5.3, T Time). A realizable synthesis yields a strategy, others do not."""
+    same turn, unless it has command inputs or is out of service; the event that the reason names
+    has happened in that turn (D 5.3, T Time). A realizable synthesis yields a strategy, others do
+    not."""
 
     name = "synthesis"
 
@@ -75,7 +76,8 @@ class SynthesisRule(Rule):
         done = {(s.robot, s.objective) for s in turn.all(Synthesis)}
         for robot, objective in now.objectives.items():
             same = _alternating(objective) == _alternating(turn.objectives[robot])
-            if not same and (robot, objective) not in done:
+            owed = not same and robot not in now.out  # else it is owed on its return
+            if owed and (robot, objective) not in done:
                 problem = f"{robot} gets {objective} but no strategy for it"
                 yield self.broken(turn.tick, robot, turn.records[-1].line, problem)
 
