@@ -212,7 +212,7 @@ def starts(type_: str, start: str = "[1, 4]", avoids: str = "[]", blocks: str = 
         (starts("button_door", blocks="[b]"), None),
         (starts("button_door", blocks="[a]"), "button_door@10 is where a starts, and blocks it"),
         (starts("plate", start="[1, 3]"), None),
-        (starts("plate", start="[1, 3]", avoids="[a]").replace("[a]", "[b]", 1), "also starts in region"),
+        (starts("plate", start="[1, 3]", avoids="[a]").replace("[a]", "[b]", 1), "also starts"),
         (starts("plate", blocks="[c]"), "'c' is not a layer, a robot model or a robot"),
     ],
 )
