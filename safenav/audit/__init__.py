@@ -1,1 +1,1 @@
-"""Reads traces and checks them, knowing nothing of the program that wrote them."""
+"""Trace reader and checker, independent of the program that wrote the trace."""

@@ -1,8 +1,7 @@
-"""Checks a trace: replays it line by line and asks every rule.
+"""Trace check: replays a trace line by line and applies every rule.
 
-The joint-trace checker of the design (section 10). It shares no code with what happens in a run:
-it reads the format (safenav.trace.records) and works out the rest from the header.
-"""
+The joint-trace checker of the design (section 10). It shares no code with what happens in a run: it
+reads the format (safenav.trace.records) and computes the rest from the header."""
 
 from __future__ import annotations
 
@@ -109,10 +108,10 @@ RULES: tuple[type[Rule], ...] = (
     CompletedRule,
     ProofRule,
 )
-"""Every rule, in the order in which findings on one line are told."""
+"""Every rule, in the order in which findings on one line are reported."""
 
 NAMES_RULE = "names"
-"""Lines speak of robots and obstacles of the header only, or of obstacles that were discovered
+"""Lines refer only to robots and obstacles of the header, or to obstacles that were discovered
 before. Kept here, since lines that break it mean nothing to the other rules and are left out."""
 
 
@@ -125,7 +124,7 @@ _ROLES = (
 
 @dataclass(frozen=True)
 class Statistics:
-    """What the trace holds, by count. ``steps`` are the moves that were no stays."""
+    """Counts of what the trace holds. ``steps`` are the moves other than stays."""
 
     robots: int
     ticks: int
@@ -143,8 +142,8 @@ class Statistics:
 
 @dataclass(frozen=True)
 class Audit:
-    """What was found. ``complete``: the trace has its outcome; otherwise it was cut off (by a
-    crash, say), and nothing is said about what came after."""
+    """Result of a check. ``complete``: the trace has its outcome; otherwise it was cut off (by a
+    crash, say), and the result does not cover what came after."""
 
     source: str
     outcome: str | None
@@ -154,19 +153,19 @@ class Audit:
 
     @property
     def ok(self) -> bool:
-        """Whether no rule was broken, as far as the trace goes."""
+        """Return whether no rule was broken, as far as the trace goes."""
         return not self.findings
 
 
 def check_trace(trace: str | Path | Iterable[str]) -> Audit:
-    """Check a trace in a file (its path) or in lines. Raises InputError if it is no trace."""
+    """Check a trace in a file (its path) or in lines. Raises InputError if it is not a trace."""
     if isinstance(trace, str | Path):
         return audit(read_trace(trace))
     return audit(read_lines(trace))
 
 
 def audit(trace: Trace) -> Audit:
-    """Check a trace that was read. Findings come in the order of the lines they are about."""
+    """Check a trace that was read. Findings come in the order of the lines they concern."""
     rank = {rule.name: position for position, rule in enumerate(RULES, start=1)}
     findings = sorted(_findings(trace), key=lambda f: (f.line, rank.get(f.rule, 0)))
     outcome = trace.outcome
@@ -218,7 +217,7 @@ def _after_the_end(record: Record) -> Iterator[Finding]:
 
 
 def _stranger(record: Record, team: Collection[str], announced: Collection[str]) -> str | None:
-    """A robot or obstacle that the line speaks of and nothing before it has announced."""
+    """Return a robot or obstacle that the line refers to and that no earlier line has announced."""
     obstacle = getattr(record, "obstacle", None)
     robots = [robot for role in _ROLES for robot in _listed(getattr(record, role, None))]
     if isinstance(record, Discovered):

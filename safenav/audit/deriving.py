@@ -1,4 +1,4 @@
-"""The team at a line of the trace, and what follows from it: who gets where, who serves what."""
+"""The team at a line of the trace, and what follows from it: reachable poses and duties."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ HEADINGS = ("north", "east", "south", "west")
 
 
 def pose_of(name: str, now: Situation) -> Pose:
-    """Where the robot is; one on its way is where it will arrive."""
+    """Return the robot's pose; for a robot in transit, the pose where it will arrive."""
     toward = now.toward[name]
     if toward is None:
         return now.region[name], now.heading[name] if now.has_heading(name) else None
@@ -112,7 +112,7 @@ def _met(formulas: Formulas, goal: int, steps: Mapping[Pose, tuple[Pose, ...]]) 
 
 
 def serving(now: Situation) -> dict[str, frozenset[str]]:
-    """Who serves each requested obstacle, as the objectives in force tell."""
+    """Return the robots that serve each requested obstacle, by the objectives in force."""
     found = {}
     for name in now.requests:
         regions = [frozenset(need.regions) for need in now.obstacles[name].all_needs]

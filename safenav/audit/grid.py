@@ -1,8 +1,7 @@
-"""Regions, walls and moves, worked out again from the header of a trace.
+"""Regions, walls and moves, recomputed from the header of a trace.
 
-Written apart from ``safenav.world`` on purpose: a mistake there must not hide here.
-Regions count from 0 in reading order from the north-west: ``region = row * cols + col``.
-"""
+Independent of ``safenav.world`` on purpose: a mistake there must not hide here. Regions count from
+0 in reading order from the north-west: ``region = row * cols + col``."""
 
 from __future__ import annotations
 
@@ -23,7 +22,7 @@ _WALL = "#"
 
 
 class Grid:
-    """The map of a trace. Regions off the map may be asked about; they are not free."""
+    """The map of a trace. Regions off the map are accepted as arguments; they are not free."""
 
     def __init__(self, world: MapHeader) -> None:
         self.rows = world.rows
@@ -34,15 +33,15 @@ class Grid:
         return 0 <= region < self.rows * self.cols
 
     def is_free(self, region: Region) -> bool:
-        """Whether the region is on the map and no wall."""
+        """Return whether the region is on the map and not a wall."""
         if not self.on_map(region):
             return False
         row, col = divmod(region, self.cols)
         return row < len(self._grid) and self._grid[row][col : col + 1] not in ("", _WALL)
 
     def direction(self, origin: Region, to: Region) -> Heading | None:
-        """The heading of a single step between two regions, or None if they are no
-        4-neighbours (the east end of a row is no neighbour of the next row's west end)."""
+        """Return the heading of a single step between two regions, or None if they are not
+        4-neighbours (the east end of a row is not a neighbour of the next row's west end)."""
         if not (self.on_map(origin) and self.on_map(to)):
             return None
         (row, col), (to_row, to_col) = divmod(origin, self.cols), divmod(to, self.cols)
@@ -52,7 +51,7 @@ class Grid:
         return None
 
     def neighbours(self, region: Region) -> list[Region]:
-        """The free regions that one step leads to."""
+        """Return the free regions that one step leads to."""
         row, col = divmod(region, self.cols)
         return [
             (row + south) * self.cols + col + east
@@ -61,7 +60,7 @@ class Grid:
         ]
 
     def show(self, region: Region) -> str:
-        """``47 (3, 8)``: how regions are told to people."""
+        """``47 (3, 8)``: region numbers as shown to people."""
         if not self.on_map(region):
             return f"{region} (off the map)"
         row, col = divmod(region, self.cols)
@@ -75,11 +74,11 @@ class Grid:
         targets: Collection[Region],
         closed: Collection[Region],
     ) -> int | None:
-        """Steps of a shortest path to the nearest target; None if there is none.
+        """Return the number of steps of a shortest path to the nearest target; None if there is no
+        path.
 
         A robot with a heading neither turns on the spot nor steps backwards, so the search
-        runs over pairs of region and heading. ``closed`` regions cannot be entered.
-        """
+        runs over pairs of region and heading. ``closed`` regions cannot be entered."""
         start = (origin, heading if has_heading else None)
         seen = {start}
         queue = deque([(start, 0)])

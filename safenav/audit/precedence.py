@@ -1,4 +1,5 @@
-"""What the orders of a joint plan imply: which arrival comes before which setting out."""
+"""Precedence implied by the action dependency graph of a joint plan: which arrival comes before
+which departure."""
 
 from __future__ import annotations
 
@@ -6,9 +7,9 @@ from collections.abc import Iterable, Mapping
 
 
 class Precedence:
-    """Events of a plan: each robot sets out to its place ``i`` (from 1) and arrives there. A robot
-    does so in order; ``(first, i, then, j)``: ``then`` sets out to its place ``j`` when
-    ``first`` has arrived at its place ``i``."""
+    """Events of a plan: each robot departs for its place ``i`` (from 1) and arrives there. A robot
+    does so in order; ``(first, i, then, j)``: ``then`` departs for its place ``j`` when ``first``
+    has arrived at its place ``i``."""
 
     def __init__(
         self, lengths: Mapping[str, int], orders: Iterable[tuple[str, int, str, int]]
@@ -27,7 +28,7 @@ class Precedence:
             waits[other] += 1
 
         for (robot, place), arrival in self._number.items():
-            edge(arrival + 1, arrival)  # an odd number is setting out to the place
+            edge(arrival + 1, arrival)  # an odd number is departing for the place
             if place:
                 edge(self._number[robot, place - 1], arrival + 1)
         for first, i, then, j in orders:
@@ -49,8 +50,8 @@ class Precedence:
                 self._later[event] |= self._later[other] | 1 << other
 
     def left_before(self, one: str, i: int, other: str, j: int) -> bool:
-        """Whether ``one`` has surely left its place ``i`` (arrived at the next) when ``other``
-        sets out to its place ``j``."""
+        """Return whether ``one`` has certainly left its place ``i`` (arrived at the next) when
+        ``other`` departs for its place ``j``."""
         if i + 1 >= self._lengths[one] or j == 0:
             return False
         arrival = self._number[one, i + 1]

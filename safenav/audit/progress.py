@@ -1,8 +1,7 @@
-"""How far a robot is with its objective, as far as its goal lines tell.
+"""A robot's progress with its objective, as far as its goal lines show.
 
-A new strategy may begin the objective at any of its targets, since nothing in the format says
-that memory survives a resynthesis. So after each the next goal is unknown until one is met.
-"""
+A new strategy may begin the objective at any of its targets, since the format does not state that
+memory survives a resynthesis. So after each the next goal is unknown until one is met."""
 
 from __future__ import annotations
 
@@ -15,7 +14,7 @@ from safenav.trace.vocabulary import Region
 IN_ORDER = ("patrol", "visit", "once")
 """Objectives whose targets are met in their order."""
 ENDS = ("once",)
-"""Those that are met once; the robot stays at the last target."""
+"""Objectives whose targets are met once; the robot stays at the last target."""
 KNOWN = (*IN_ORDER, "cover", "hold")
 
 
@@ -25,8 +24,7 @@ class Progress:
 
     ``covered``: the targets of a cover met in this round, meaningful only if ``fresh`` (the
     beginning of the round was seen). ``reset_line``: since when all this is counted.
-    ``last_round``: of the last goal since then; None where there was none.
-    """
+    ``last_round``: of the last goal since then; None if there was none."""
 
     objective: Objective
     awaited: int | None = None
@@ -37,8 +35,8 @@ class Progress:
 
     @classmethod
     def at_start(cls, objective: Objective, start: Region) -> Progress:
-        """Before the first move: a visit begins with its first target unless the robot is
-        there already (whether that counts is the strategy's business)."""
+        """Return the progress before the first move: a visit begins with its first target unless
+        the robot is in it at the start (whether that counts is the strategy's decision)."""
         first = objective.targets[0] if objective.targets else frozenset()
         in_order = objective.kind in IN_ORDER and objective.kind != "patrol" and start not in first
         return cls(objective, awaited=0 if in_order else None, fresh=start not in first)
@@ -52,8 +50,8 @@ class Progress:
         self.last_round = None
 
     def recount(self) -> None:
-        """An obstacle was resolved: rounds count from here, and a cover may begin anew. The
-        strategy goes on, so the order of its targets does, too."""
+        """Reset the rounds after a resolution: they count from here, and a cover may restart. The
+        strategy continues, so the order of its targets is kept."""
         self.covered.clear()
         self.fresh = False
 

@@ -1,8 +1,7 @@
-"""Who can see whom, worked out again from the header of a trace (docs/beliefs.md, Visibility).
+"""Visibility between robots, recomputed from the header of a trace (docs/beliefs.md, Visibility).
 
-Written apart from ``safenav.world.sight`` on purpose: one line of sight at a time, by where it
-crosses the borders of regions, in whole numbers.
-"""
+Independent of ``safenav.world.sight`` on purpose: one line of sight at a time, by its crossings of
+region borders, in whole numbers."""
 
 from __future__ import annotations
 
@@ -15,7 +14,7 @@ from safenav.trace.vocabulary import Region
 def sees(
     grid: Grid, radius: float | None, closed: Collection[Region], one: Region, other: Region
 ) -> bool:
-    """Whether two free regions see each other. ``closed``: regions whose obstacle blocks the
+    """Return whether two free regions see each other. ``closed``: regions whose obstacle blocks the
     view. ``radius`` is in regions, None without limit."""
     (row, col), (to_row, to_col) = divmod(one, grid.cols), divmod(other, grid.cols)
     down, right = abs(to_row - row), abs(to_col - col)

@@ -1,8 +1,7 @@
-"""The state of the run at a trace line: replayed from the lines before it, and nothing else.
+"""The state of the run at a trace line, replayed from the lines before it alone.
 
-Rules look at a situation before a line takes effect, and again when a turn is over. After a
-broken rule the situation follows the trace, so that one fault is not reported for ever.
-"""
+Rules examine a situation before a line takes effect, and again when a turn is over. After a broken
+rule the situation follows the trace, so that one fault is not reported forever."""
 
 from __future__ import annotations
 
@@ -54,21 +53,21 @@ RESYNTHESIS = "resynthesis"
 
 
 class Status(Enum):
-    """What has become of an obstacle."""
+    """Status of an obstacle."""
 
     ABSENT = auto()
-    """It has not appeared yet, or has gone by itself."""
+    """It has not appeared yet, or has disappeared."""
     UNRESOLVED = auto()
     RESOLVED = auto()
     UNTRAVERSABLE = auto()
-    """Resolved, and found to be an obstacle for good."""
+    """Resolved, and found to be a permanent obstacle."""
     GIVEN_UP = auto()
-    """Nobody can resolve it: those whom it blocks plan around it."""
+    """No robot can resolve it: the robots that it blocks plan around it."""
 
 
 @dataclass(frozen=True)
 class StackEntry:
-    """An entry of the objective stack: who helps whom with what."""
+    """An entry of the objective stack: helpers, requester and obstacle."""
 
     obstacle: str | None
     requester: str | None
@@ -80,11 +79,10 @@ class StackEntry:
 class Turn:
     """One robot's turn, or (robot None) what happens before the first.
 
-    ``origin``, ``on_the_way`` (from an earlier turn) and ``progress`` are the robot's when the
-    turn began, ``objectives`` those of
-    the whole team. ``final``: nothing comes after it but the outcome. ``torn``: the run ended
-    from outside, or the trace breaks off, so that lines may be missing here.
-    """
+    ``origin``, ``on_the_way`` (from an earlier turn) and ``progress`` are the robot's when the turn
+    began, ``objectives`` those of the whole team. ``final``: only the outcome comes after it.
+    ``torn``: the run ended from outside, or the trace breaks off, so that lines may be missing
+    here."""
 
     tick: int
     robot: str | None
@@ -99,8 +97,8 @@ class Turn:
     advanced: set[str] = field(default_factory=set)
     """Obstacles of which a need was met in this turn, as far as that follows from the moves."""
     met: dict[tuple[str, int], frozenset[str]] = field(default_factory=dict)
-    """The needs of obstacles that were met in this turn, and by whom; of the last need of each,
-    who could have met it."""
+    """The needs of obstacles that were met in this turn, with the robots that met them; for the
+    last need of each, the robots that could have met it."""
 
     def all(self, kind: type[L]) -> list[L]:
         return [record for record in self.records if isinstance(record, kind)]
@@ -110,7 +108,7 @@ class Turn:
 
 
 def helpers_of(record: Request | Push | Pop) -> tuple[str, ...]:
-    """All helpers that a line names."""
+    """Return all helpers that a line names."""
     return record.helpers or (() if record.helper is None else (record.helper,))
 
 
@@ -129,22 +127,23 @@ class Situation:
         self.objectives: dict[str, Objective] = {n: r.objective for n, r in robots.items()}
         self.progress = {n: Progress.at_start(r.objective, r.start) for n, r in robots.items()}
         self.ahead = dict.fromkeys(robots, 0)
-        """Of an objective that ends: how many of its targets the robot has met, whatever it did
+        """Number of targets that each robot has met of an objective that ends, whatever it did
         meanwhile."""
         self.toward: dict[str, Region | None] = dict.fromkeys(robots)
         self.signals: dict[str, Signal] = {}
-        """What each robot was told last, where robots are told by signals."""
+        """Each robot's last command inputs, where robots are driven by command inputs."""
         self.beliefs: dict[tuple[str, str], Belief] = {}
         self.stack: list[StackEntry] = []
         self.requests: dict[str, dict[str, Region]] = {}
-        """The open requests, the oldest first: obstacle -> requesters, and where each waits."""
+        """The open requests, the oldest first: obstacle -> requesters, each with the region where
+        it waits."""
         self.helping: dict[str, frozenset[str]] = {}
-        """Who was named last as the helpers of an obstacle."""
+        """The helpers of each obstacle that were named last."""
         self.listed = {
             name: [o for o in self.header.obstacles if o.name == name] or [obstacle]
             for name, obstacle in self.obstacles.items()
         }
-        """All of one name: an obstacle may come back."""
+        """All obstacles of one name: an obstacle may reappear."""
         self.status = {
             name: Status.ABSENT if all(o.from_ for o in listed) else Status.UNRESOLVED
             for name, listed in self.listed.items()
@@ -152,7 +151,7 @@ class Situation:
         self.stage = dict.fromkeys(self.obstacles, 0)
         self.done: dict[str, set[str]] = {name: set() for name in self.obstacles}
         self.introduced = {obstacle.name for obstacle in self.header.obstacles}
-        """Those that the scenario lists, or that a line has described."""
+        """Obstacles that the scenario lists, or that a line has described."""
         self.discovered: set[str] = set()
         self.out: set[str] = set()
         """The robots that are out of service."""
@@ -164,12 +163,12 @@ class Situation:
         return self.header.robots[robot].mobility == "heading"
 
     def taken_by(self, robot: str) -> set[Region]:
-        """The regions that a robot takes up: two while it is on its way."""
+        """Return the regions that a robot occupies: two while it is in transit."""
         toward = self.toward[robot]
         return {self.region[robot]} if toward is None else {self.region[robot], toward}
 
     def conflict(self, one: str, other: str) -> bool:
-        """Whether two robots must never share a region."""
+        """Return whether two robots must never share a region."""
         robots = self.header.robots
         listed = robots[one].conflicts
         if listed is None:
@@ -177,38 +176,39 @@ class Situation:
         return other in listed
 
     def capable(self, obstacle: str) -> set[str]:
-        """The robots that have the action which the obstacle needs next."""
+        """Return the robots that have the action which the obstacle needs next."""
         action = self.need(obstacle).action
         return {n for n, r in self.header.robots.items() if action in r.capabilities}
 
     def alternates(self, robot: str) -> bool:
-        """Whether the robot was synthesized for its objective as plain alternation."""
+        """Return whether the robot was synthesized for its objective as plain alternation."""
         return self.form.get((robot, self.objectives[robot])) is Form.ALTERNATION
 
     def need(self, obstacle: str) -> NeedHeader:
-        """What the obstacle needs next, or needed last."""
+        """Return the obstacle's next need, or its last one if all are met."""
         needs = self.obstacles[obstacle].all_needs
         return needs[min(self.stage[obstacle], len(needs) - 1)]
 
     def too_few(self, need: NeedHeader) -> bool:
-        """Whether fewer robots have the action than the need takes."""
+        """Return whether fewer robots have the action than the need takes."""
         robots = self.header.robots.values()
         return sum(need.action in robot.capabilities for robot in robots) < need.robots
 
     def stopped_by(self, obstacle: str) -> set[str]:
-        """The robots that the obstacle physically stops."""
+        """Return the robots that the obstacle physically stops."""
         return set(self.obstacles[obstacle].blocks & self.header.robots.keys())
 
     def blocked_by(self, obstacle: str) -> set[str]:
-        """The robots that must not enter the obstacle's region now: those that it stops, but for
-        one that resolves it by entering, as long as it may yet be resolved."""
+        """Return the robots that must not enter the obstacle's region now: those that it stops,
+        except one that resolves it by entering, as long as it may yet be resolved."""
         stopped = self.stopped_by(obstacle)
         if self.status[obstacle] is not Status.UNRESOLVED:
             return stopped
         return {name for name in stopped if not self._resolves_by_entering(obstacle, name)}
 
     def _resolves_by_entering(self, obstacle: str, robot: str) -> bool:
-        """Whether one need is left, which the robot alone meets in the obstacle's own region."""
+        """Return whether one need is left, which the robot alone meets in the obstacle's own
+        region."""
         left = self.obstacles[obstacle].all_needs[self.stage[obstacle] :]
         return (
             len(left) == 1
@@ -218,24 +218,24 @@ class Situation:
         )
 
     def is_cut_short(self) -> bool:
-        """Whether the run ended within this turn, so that the rest of it never happened."""
+        """Return whether the run ended within this turn, so that the rest of it never happened."""
         if not self.turn.final:
             return False
         endings = (Ending.COMPLETED, Ending.TICK_LIMIT)
         return self.outcome is None or self.outcome.outcome not in endings
 
     def is_requested(self, obstacle: str) -> bool:
-        """Whether a request for the obstacle is on the stack and not yet answered."""
+        """Return whether a request for the obstacle is on the stack and not yet fulfilled."""
         return any(entry.obstacle == obstacle for entry in self.stack)
 
     def entry_of(self, record: Pop) -> StackEntry | None:
-        """The entry that a pop drops: that of its request, wherever it stands in the stack."""
+        """Return the entry that a pop drops: that of its request, wherever it is in the stack."""
         why = (record.obstacle, record.requester, helpers_of(record))
         entries = reversed(self.stack)
         return next((e for e in entries if (e.obstacle, e.requester, e.helpers) == why), None)
 
     def _drop(self, record: Pop) -> None:
-        """Take an entry off the stack, be it not quite the one that the line names."""
+        """Remove an entry from the stack, even if it is not exactly the one that the line names."""
         found = [e for e in self.stack if e.obstacle == record.obstacle] or self.stack
         dropped = self.entry_of(record) or (found[-1] if found else None)
         if dropped is not None:
@@ -248,8 +248,8 @@ class Situation:
         return self.grid.show(region)
 
     def starts_turn(self, record: Record) -> bool:
-        """Whether a new turn begins with this line: its violation, or else its move (or, in a
-        trace that is wrong, a backtrack from nothing)."""
+        """Return whether a new turn begins with this line: its violation, or else its move (or, in
+        a trace that is wrong, a backtrack from nothing)."""
         turn = self.turn
         if isinstance(record, Violation):
             return True
@@ -368,18 +368,19 @@ class Situation:
                 pass
 
     def finish_turn(self, last: bool) -> None:
-        """Say of the turn that is over whether it was the last of the trace."""
+        """Note of the turn that is over whether it was the last of the trace."""
         self.turn.final = last
         from_outside = (Ending.INTERRUPTED, Ending.ERROR)
         self.turn.torn = last and (self.outcome is None or self.outcome.outcome in from_outside)
 
     def standing(self, obstacle: str) -> set[str]:
-        """Who has the action that the obstacle needs next and stands where it is performed."""
+        """Return the robots that have the action that the obstacle needs next and stand where it is
+        performed."""
         regions = self.need(obstacle).regions
         return {robot for robot in self.capable(obstacle) if self.region[robot] in regions}
 
     def _wait_here(self, robot: str) -> None:
-        """Who meets an obstacle waits where it has backed up to."""
+        """Note that a robot that encounters an obstacle waits where it has backed up to."""
         violation = self.turn.first(Violation)
         if violation is not None and robot in self.requests.get(violation.obstacle, ()):
             toward = self.toward[robot]
@@ -387,8 +388,8 @@ class Situation:
             self.requests[violation.obstacle][robot] = here
 
     def _perform(self, robot: str) -> None:
-        """Note what the robot does where it stands: its part in the needs that are next. One that
-        is met makes way for the next."""
+        """Note what the robot does where it stands: its part in the needs that are next. A need
+        that is met gives way to the next."""
         for name, obstacle in self.obstacles.items():
             # Needs of an obstacle that no scenario lists count from its discovery on.
             counted = name in self.introduced or len(obstacle.all_needs) == 1

@@ -1,9 +1,8 @@
-"""The team's possibilities at one moment: where robots get, who resolves what, who helps.
+"""The team's possibilities at one moment: reachable poses, resolutions and helpers.
 
 Obstacles are walls for the robots that they stop, as long as they are open; robots are sets of
-poses, and do not collide (docs/coordination.md, Resolving). Written from that page, apart from the
-code that decides in a run.
-"""
+poses, and do not collide (docs/coordination.md, Resolving). Written from that page, independently
+of the code that decides in a run."""
 
 from __future__ import annotations
 
@@ -18,7 +17,7 @@ MOST_NODES = 20_000
 
 
 class TooManyError(Exception):
-    """A search grew larger than this check takes on."""
+    """A search that grew larger than this check accepts."""
 
 
 class Need(NamedTuple):
@@ -65,7 +64,7 @@ class Member(NamedTuple):
 
 
 Gates = tuple[Gate, ...]
-Sets = tuple[Poses, ...]  # where each robot may choose to be
+Sets = tuple[Poses, ...]  # poses that each robot may choose
 
 
 class Step(NamedTuple):
@@ -87,14 +86,14 @@ class Duty(NamedTuple):
 
 
 class Settlement(NamedTuple):
-    """``served``: obstacles that will be resolved; ``duties``: by robot."""
+    """``served``: obstacles that will be resolved; ``duties``: duty of each robot."""
 
     served: tuple[str, ...]
     duties: dict[str, Duty]
 
 
 class Team:
-    """What robots can do, whatever the order of their moves."""
+    """The robots' possibilities, whatever the order of their moves."""
 
     def __init__(self, members: Mapping[str, Member]) -> None:
         self.members, self.names = members, [*members]
@@ -110,21 +109,23 @@ class Team:
         return frozenset(gate.region for gate in gates if gate.closes(name))
 
     def reach(self, name: str, poses: Poses, gates: Gates) -> Poses:
-        """Where a robot gets from some poses."""
+        """Return the poses that a robot can reach from some poses."""
         return self._reach(name, poses, self.walls(name, gates))
 
     def around(self, name: str, pose: Pose, gates: Gates) -> Poses:
-        """The poses that a robot can go back and forth between."""
+        """Return the poses that a robot can go back and forth between."""
         there, walls = self.reach(name, frozenset([pose]), gates), self.walls(name, gates)
         back = _spread({pose}, lambda p: (q for q in self._before[name].get(p, ()) if q in there))
         return frozenset(p for p in back if p == pose or p[0] not in walls)
 
     def goes_on(self, name: str, poses: Poses, gates: Gates) -> bool:
-        """Whether a robot can meet each of its targets infinitely often from some of the poses."""
+        """Return whether a robot can meet each of its targets infinitely often from some of the
+        poses."""
         return bool(self.reach(name, poses, gates) & self._live(name, self.walls(name, gates)))
 
     def ticks(self, name: str, poses: Poses, there: Poses, gates: Gates) -> int | None:
-        """How long it takes at most to the nearest of some poses; None: there is no way."""
+        """Return an upper bound on the ticks to the nearest of some poses; None if there is no
+        path."""
         walls, steps = self.walls(name, gates), self.members[name].steps
         seen, edge, count = set(poses), set(poses), 0
         while edge and not edge & there:
@@ -151,7 +152,8 @@ class Team:
                 return kept
 
     def fits(self, group: Iterable[str], at: Mapping[str, Poses]) -> bool:
-        """Whether all can stand there at one time, those in conflict in different regions."""
+        """Return whether all can stand there at the same time, those in conflict in different
+        regions."""
         crowd = [name for name in group if self.members[name].rivals & {*group}]
         ways = product(*({region for region, _ in at[name]} for name in crowd))
         return any(
@@ -224,8 +226,8 @@ class Team:
         wanted: frozenset[str],
         present: Mapping[str, frozenset[str]],
     ) -> list[Step] | None:
-        """Steps after which what is wanted is resolved and every robot can go on; None: there are
-        none. Raises TooManyError."""
+        """Return steps after which all ``wanted`` obstacles are resolved and every robot can
+        continue; None if there are none. Raises TooManyError."""
         failed, nodes = set[tuple[Sets, Gates]](), 0
 
         def search(sets: Sets, origins: Sets, gates: Gates) -> list[Step] | None:
@@ -243,7 +245,7 @@ class Team:
                 if rest is not None:
                     return [step, *rest]
                 if step.lossless:
-                    break  # nothing was lost by it, so nothing else would do either
+                    break  # nothing was lost by it, so no other step would suffice either
             failed.add((sets, gates))
             return None
 
@@ -257,8 +259,9 @@ class Team:
     def settle(
         self, at: Mapping[str, Pose], gates: Gates, present: Mapping[str, frozenset[str]]
     ) -> Settlement | None:
-        """Who serves which obstacle; None if no order of resolutions lets every robot go on.
-        ``gates``: the open ones, the oldest request first; ``present``: who serves them now."""
+        """Return the robots that serve each obstacle; None if no order of resolutions lets every
+        robot continue. ``gates``: the open ones, the oldest request first; ``present``: the robots
+        that serve them now."""
         origins = tuple(frozenset([at[name]]) for name in self.names)
         sets = tuple(self.around(name, at[name], gates) for name in self.names)
         served = frozenset[str]()
@@ -289,14 +292,14 @@ class Team:
         return Settlement(tuple(gate.name for gate in gates if gate.name in served), duties)
 
     def _spots(self, name: str, sets: Sets, gates: Gates, k: int) -> Poses:
-        """Where a robot can meet the next need of an obstacle."""
+        """Return the poses where a robot can meet the next need of an obstacle."""
         reached = self.reach(name, sets[self.names.index(name)], gates)
         return frozenset(p for p in reached if p[0] in gates[k].left[0].regions)
 
     def _lasting(
         self, step: Step, name: str, there: Poses, sets: Sets, gates: Gates, served: frozenset[str]
     ) -> Poses:
-        """The poses from which every robot can go on once the step is done."""
+        """Return the poses from which every robot can continue once the step is done."""
         (after, then), k = self.after(step, sets, gates), self.names.index(name)
         good, bad = set[Pose](), set[Pose]()
         for pose in sorted(there, key=str):
@@ -311,7 +314,8 @@ class Team:
     def _replayed(
         self, plan: list[Step], sets: Sets, gates: Gates, wanted: frozenset[str]
     ) -> list[Step] | None:
-        """The same steps with the poses as they are then; None if that no longer suffices."""
+        """Return the same steps with the poses as they are then; None if that no longer
+        suffices."""
         found = []
         for step in plan:
             at = {name: self._spots(name, sets, gates, step.gate) for name in step.group}
@@ -324,7 +328,7 @@ class Team:
 
 
 def _spread(starts: Iterable[Pose], after: Callable[[Pose], Iterator[Pose]]) -> Poses:
-    """All poses that are reached from some."""
+    """Return all poses that are reached from some poses."""
     found = set(starts)
     queue = list(found)
     while queue:

@@ -1,1 +1,1 @@
-"""Proofs of negatives, checked by code of its own: closures, trees of choices, joint searches."""
+"""Independent checks of infeasibility proofs: closures, trees of choices, joint searches."""

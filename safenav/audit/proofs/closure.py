@@ -1,10 +1,10 @@
 """Closure tables: a set of poses for each robot that it cannot leave, whatever is resolved.
 
-Accepted if each robot begins inside its set, no step leads out of it, every obstacle that is said
-to be never resolved has a need for which too few robots get to where it is met, and somebody
-cannot go on for ever in its set. By induction over the steps nobody ever leaves, and nothing of
-what is never resolved is. Collisions are left out of account: they only take away.
-"""
+Accepted if each robot begins inside its set, no step leads out of it, every obstacle that the proof
+lists as never resolved has a need for which too few robots reach the regions where it is met, and
+some robot cannot continue forever in its set. By induction over the steps no robot ever leaves its
+set, and no obstacle listed as never resolved is resolved. Collisions are ignored: they only remove
+moves."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ Sets = Mapping[str, frozenset[Pose]]
 def closure_problems(
     proof: Mapping[str, object], moment: Moment, lame: bool, start: Sets | None = None
 ) -> Iterator[str]:
-    """Why a closure table does not hold. ``lame``: somebody must be unable to go on in it.
-    ``start``: where each robot may be (default: where it is)."""
+    """Yield why a closure table does not hold. ``lame``: some robot must be unable to continue in
+    it. ``start``: where each robot may be (default: where it is)."""
     never = [name for name in names(proof.get("never"), "never") if name not in moment.shut]
     away = names(proof.get("resolved"), "resolved")
     tables = {
@@ -58,7 +58,7 @@ def closure_problems(
 
 
 def _stuck_at(gate: Gate, moment: Moment, inside: Sets) -> Iterator[int]:
-    """The stages at which too few robots can get to where the need is met."""
+    """Yield the stages at which too few robots can reach the regions where the need is met."""
     for stage in range(gate.stage, len(gate.needs)):
         need = gate.needs[stage]
         able = {

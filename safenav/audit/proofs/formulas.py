@@ -1,9 +1,8 @@
-"""What an objective in formulas demands of one robot, judged by a reading of its own.
+"""Demands of an objective in formulas on one robot, by an independent reader.
 
 The language is that of docs/scenario.md (raw guarantees), over ``region``, ``heading`` and the
-objective's memory. A step is a pair of poses with the memory before and after; safety must hold
-on each, and every goal again and again.
-"""
+objective's memory. A step is a pair of poses with the memory before and after; safety must hold on
+each, and every goal infinitely often."""
 
 from __future__ import annotations
 
@@ -48,18 +47,18 @@ class Formulas:
         )
 
     def allows(self, before: Pose, after: Pose) -> bool:
-        """Whether the step is allowed with some memory."""
+        """Return whether the step is allowed with some memory."""
         return any(True for _ in self.steps(before, after))
 
     def meets(self, goal: int, before: Pose, after: Pose) -> bool:
-        """Whether the step may meet a goal, with some memory."""
+        """Return whether the step may meet a goal, with some memory."""
         line, old, new = self.liveness[goal], _values(before), _values(after)
         pairs = product(self.valuations, repeat=2)
         return any(line({**old, **one}, {**new, **other}) for one, other in pairs)
 
     def goal_regions(self, poses: Iterable[Pose]) -> tuple[frozenset[int], ...]:
-        """For each goal the regions in which a robot that stays may meet it; all of them for
-        one that only a move can meet."""
+        """Return for each goal the regions in which a robot that stays may meet it; all regions for
+        a goal that only a move can meet."""
         places = list(poses)
         everywhere = frozenset(region for region, _ in places)
 

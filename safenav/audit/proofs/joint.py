@@ -1,10 +1,9 @@
 """Joint proofs: robots that share a floor cannot complete, whatever each of them does.
 
-The states are enumerated again: where each robot is, what it has still to meet, how far each
-obstacle is. One robot moves at a time into a region that nobody in conflict with it takes up.
-Accepted if no state that can be reached completes the mission, and if the poses that can be
-reached are those that the proof counts.
-"""
+The joint states are enumerated again: each robot's pose, the goals that it has still to meet, the
+stage of each obstacle. One robot moves at a time into a region that no robot in conflict with it
+occupies. Accepted if no reachable state completes the mission, and if the reachable poses are those
+that the proof counts."""
 
 from __future__ import annotations
 
@@ -21,8 +20,8 @@ from safenav.audit.proofs.reading import mapping, names, pose, whole
 MOST_STATES = 200_000
 
 Left = tuple[int, int]
-"""What a robot has still to do: in order, the goals left and which is next; otherwise the rounds
-left and the targets covered in this one, bit by bit."""
+"""Remaining work of a robot: in order, the goals left and which is next; otherwise the rounds left
+and the targets covered in this one, bit by bit."""
 
 Stage = tuple[str, int, frozenset[str]]
 
@@ -35,12 +34,13 @@ class _State:
 
     @property
     def rank(self) -> int:
-        """States with less to do are looked at first: a false proof is found out soon."""
+        """Rank of a state: those with less to do are examined first, so that a false proof is
+        refuted early."""
         return sum(goals for goals, _ in self.left)
 
 
 def joint_problems(proof: Mapping[str, object], moment: Moment) -> Iterator[str]:
-    """Why a joint proof does not hold."""
+    """Yield why a joint proof does not hold."""
     listed = names(proof.get("robots"), "robots")
     start = {
         name: pose(one, f"the start of {name}")
@@ -205,7 +205,7 @@ class _Enumeration:
         return self._live[key]
 
     def _settled(self, state: _State) -> _State:
-        """With all done that is done where the robots stand: actions, then goals."""
+        """Return the state after all that is done where the robots stand: actions, then goals."""
         stages: list[Stage] = []
         resolved = False
         for stage in state.stages:
@@ -226,14 +226,15 @@ class _Enumeration:
         return _State(state.poses, left, tuple(stages))
 
     def _anew(self, robot: Robot, left: Left) -> Left:
-        """Rounds count from the last resolution; the order of the targets goes on."""
+        """Rounds count from the last resolution; the order of the targets is kept."""
         rounds, count = self._moment.rounds, len(robot.targets)
         if robot.ends:
             return count - left[1], left[1]
         return (rounds * count, left[1]) if robot.in_order else (rounds, 0)
 
     def _performed(self, stage: Stage, poses: tuple[Pose, ...]) -> Stage | None:
-        """The stage after what the robots where they stand can do; None: resolved."""
+        """Return the stage after the actions that the robots can perform where they stand; None:
+        resolved."""
         name, index, done = stage
         need = self._gates[name].needs[index]
         here = {

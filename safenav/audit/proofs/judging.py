@@ -1,8 +1,8 @@
-"""Checks the proofs with which a run says that its mission cannot be completed.
+"""Check of the proofs with which a run claims that its mission cannot be completed.
 
-Nothing here is taken from what writes proofs: sets of poses, what obstacles close, joint states
-are all worked out again from the trace. A proof that is not accepted gets a sentence why.
-"""
+Nothing here is taken from the code that writes proofs: sets of poses, regions closed by obstacles
+and joint states are all recomputed from the trace. A proof that is not accepted gets a sentence
+stating why."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from safenav.audit.proofs.tree import tree_problems
 
 
 def problems_of(proof: Mapping[str, object], moment: Moment) -> Iterator[str]:
-    """Why this proof does not show that nothing can be completed from that moment on."""
+    """Yield why this proof does not show that nothing can be completed from that moment on."""
     try:
         match proof.get("kind"):
             case "closure":
@@ -34,7 +34,7 @@ def problems_of(proof: Mapping[str, object], moment: Moment) -> Iterator[str]:
 def never_resolved_problems(
     proof: Mapping[str, object], moment: Moment, obstacle: str
 ) -> Iterator[str]:
-    """Why this proof does not show that an obstacle can never be resolved."""
+    """Yield why this proof does not show that an obstacle can never be resolved."""
     try:
         if proof.get("kind") != "closure":
             yield f"it takes a closure to show that {obstacle} can never be resolved"

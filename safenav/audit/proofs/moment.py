@@ -1,4 +1,4 @@
-"""The moment that a proof is about: who is where, what stands in whose way."""
+"""The moment that a proof concerns: each robot's pose, and the obstacles in its way."""
 
 from __future__ import annotations
 
@@ -43,15 +43,15 @@ class Gate:
     done: frozenset[str] = frozenset()
 
     def closes(self, robot: Robot, stage: int | None = None) -> bool:
-        """Whether the robot may not enter: it is blocked, and does not resolve by entering what
-        is left at that stage (default: the present one)."""
+        """Return whether the robot may not enter: it is blocked, and does not resolve the obstacle
+        by entering, given the needs unmet at that stage (default: the present one)."""
         last = self.needs[-1]
         only = (self.stage if stage is None else stage) == len(self.needs) - 1 and last.robots == 1
         enters = only and self.region in last.regions and last.action in robot.capabilities
         return robot.name in self.blocks and not enters
 
     def missing(self, stage: int) -> int:
-        """How many robots must still have a part in the need of that stage."""
+        """Return how many robots must still have a part in the need of that stage."""
         need = self.needs[stage]
         if stage != self.stage or need.together:
             return need.robots
@@ -60,14 +60,14 @@ class Gate:
 
 @dataclass(frozen=True)
 class Robot:
-    """``pose``: where it is, or will arrive. ``targets`` of its objective, met ``in_order`` or
-    not. ``formulas``: what it demands where it is written in formulas; None and not ``judged``
-    if they cannot be read. ``conflicts``: those it must not share a region with.
+    """``pose``: where it is, or will arrive. ``targets`` of its objective, met ``in_order`` or not.
+    ``formulas``: what it demands where it is written in formulas; None and not ``judged`` if they
+    cannot be read. ``conflicts``: robots with which it must not share a region.
 
     ``ends``: its targets are to be met once, and it stays at the last one.
     ``out``: it is out of service, so it stands still and wants nothing else.
 
-    What it has still to do, as far as its goal lines tell: ``rounds_left``, of which ``met``
+    What it has still to do, as far as its goal lines show: ``rounds_left``, of which ``met``
     targets (those of ``covered``) are met already, and one of ``awaited`` is next."""
 
     name: str
@@ -89,9 +89,9 @@ class Robot:
 
 @dataclass(frozen=True)
 class Moment:
-    """``sealed``: regions that are closed for good, by robot; among them those of ``shut``,
-    obstacles that can never be resolved. ``rounds``: how often an objective is to be met after
-    a resolution."""
+    """``sealed``: regions that are permanently closed, by robot; among them those of ``shut``,
+    obstacles that can never be resolved. ``rounds``: how often an objective is to be met after a
+    resolution."""
 
     rows: int
     cols: int
@@ -103,7 +103,7 @@ class Moment:
     shut: frozenset[str] = frozenset()
 
     def steps(self, robot: Robot, pose: Pose) -> list[Pose]:
-        """The poses one step away on the free map, never backwards with a heading."""
+        """Return the poses one step away on the free map, never backwards with a heading."""
         region, faced = pose
         found: list[Pose] = []
         if robot.out:
@@ -122,14 +122,14 @@ class Moment:
         return found
 
     def walls(self, robot: Robot, gates: Iterable[Gate]) -> frozenset[int]:
-        """The regions that the gates close to a robot, and those that are sealed."""
+        """Return the regions that the gates close to a robot, and the sealed ones."""
         closed = {gate.region for gate in gates if gate.closes(robot)}
         return self.sealed[robot.name] | closed
 
     def closure(
         self, robot: Robot, start: Iterable[Pose], walls: frozenset[int]
     ) -> frozenset[Pose]:
-        """All poses that the robot alone reaches from some without entering walls."""
+        """Return all poses that the robot alone reaches from ``start`` without entering walls."""
         found = set(start)
         pending = list(found)
         while pending:
@@ -140,8 +140,8 @@ class Moment:
         return frozenset(found)
 
     def live(self, robot: Robot, inside: frozenset[Pose], walls: frozenset[int]) -> frozenset[Pose]:
-        """The greatest part of a set of poses from which the robot reaches every target within
-        that part, again and again."""
+        """Return the greatest subset of a set of poses from which the robot reaches every target
+        infinitely often without leaving that subset."""
         kept = {pose for pose in inside if pose[0] not in walls}
         if robot.out:
             return frozenset(kept)
@@ -162,8 +162,8 @@ class Moment:
     def goes_on(
         self, robot: Robot, walls: frozenset[int], memory: Mapping[str, int] | None
     ) -> bool:
-        """Whether a robot alone can go on for ever from where it is, with the ``memory`` of its
-        formulas if that is known."""
+        """Return whether a robot alone can continue forever from where it is, with the ``memory``
+        of its formulas if that is known."""
         if robot.ends:
             return self._ends(robot, walls)
         inside = self.closure(robot, [robot.pose], walls)
@@ -174,7 +174,7 @@ class Moment:
         return (robot.pose, number) in self._states(robot, robot.formulas, kept)
 
     def _ends(self, robot: Robot, walls: frozenset[int]) -> bool:
-        """Whether a robot alone can meet the targets that are left, one after the other."""
+        """Return whether a robot alone can meet its remaining targets, one after the other."""
         at = {robot.pose}
         for target in robot.targets[robot.awaited[0] :]:
             reach = self.closure(robot, at, walls)
@@ -182,8 +182,8 @@ class Moment:
         return bool(at)
 
     def _states(self, robot: Robot, formulas: Formulas, inside: set[Pose]) -> set[tuple[Pose, int]]:
-        """What ``live`` is where goals are met by steps, and staying is a step, too: poses with the
-        memory of the objective, by number."""
+        """Variant of ``live`` where goals are met by steps, and staying is also a step: poses with
+        the memory of the objective, by number."""
         steps = [
             ((pose, i), (to, j), goals)
             for pose in inside
@@ -205,14 +205,14 @@ class Moment:
                 return kept
 
     def without(self, gates: Iterable[str]) -> Moment:
-        """The same with these gates away."""
+        """Return the same moment without these gates."""
         gone = set(gates)
         rest = {name: gate for name, gate in self.gates.items() if name not in gone}
         return replace(self, gates=rest)
 
     def enough(self, need: Need, missing: int, places: Mapping[str, frozenset[int]]) -> bool:
-        """Whether so many of these robots can perform the need at once (``together``) or one
-        after the other, each from one of its places."""
+        """Return whether this many of these robots can perform the need simultaneously
+        (``together``) or one after the other, each from one of its places."""
         useful = {name: at & need.regions for name, at in places.items() if at & need.regions}
         if len(useful) < missing:
             return False
@@ -221,8 +221,8 @@ class Moment:
         return any(self.fits(group, useful) for group in combinations(sorted(useful), missing))
 
     def fits(self, group: tuple[str, ...], places: Mapping[str, frozenset[int]]) -> bool:
-        """Whether the robots of a group can stand at a place each, those in conflict at
-        different ones."""
+        """Return whether the robots of a group can stand at one of their places each, those in
+        conflict at different ones."""
         return self._fits(list(group), places, {})
 
     def _fits(
@@ -238,7 +238,7 @@ class Moment:
 
 
 def _reaching(wanted: set[S], before: Mapping[S, list[S]], kept: set[S]) -> set[S]:
-    """Those of ``kept`` from which steps lead to what is wanted."""
+    """Return the members of ``kept`` from which steps lead to ``wanted``."""
     found = set(wanted)
     pending = list(found)
     while pending:

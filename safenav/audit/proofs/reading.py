@@ -1,4 +1,5 @@
-"""Values of a proof, which is plain JSON: each is what it should be, or a MalformedError."""
+"""Values of a proof, which is plain JSON: each has the expected form, or a MalformedError is
+raised."""
 
 from __future__ import annotations
 
@@ -10,7 +11,7 @@ _HEADINGS = ("north", "east", "south", "west")
 
 
 class MalformedError(Exception):
-    """A proof that lacks something, or has something else in its place."""
+    """A proof that lacks something, or has a value of another form."""
 
 
 def mapping(value: object, what: str) -> Mapping[str, object]:

@@ -1,9 +1,8 @@
-"""Trees: where one-way choices matter, every choice that there is, and a proof after each.
+"""Trees: where irreversible choices matter, every possible choice, and a proof after each.
 
-A choice is the present need of an obstacle and a group of robots that meets it. One from which
-each robot of the group can come back to wherever it could be loses nothing, so that it stands
-for all others.
-"""
+A choice is the present need of an obstacle and a group of robots that meets it. A choice from which
+each robot of the group can return to every pose that it could reach before loses nothing, so it
+stands for all others."""
 
 from __future__ import annotations
 
@@ -32,7 +31,7 @@ class _Budget:
 
 
 def tree_problems(proof: Mapping[str, object], moment: Moment) -> Iterator[str]:
-    """Why a tree does not hold."""
+    """Yield why a tree does not hold."""
     sets = {name: frozenset([robot.pose]) for name, robot in moment.robots.items()}
     yield from _problems(proof, moment, sets, _Budget(), 0)
 
@@ -84,7 +83,8 @@ def _option(data: Mapping[str, object]) -> _Option:
 
 
 def _options(moment: Moment, closed: Sets) -> list[_Option]:
-    """Every need that is next for its obstacle, with every group of robots that could meet it."""
+    """Return every need that is next for its obstacle, with every group of robots that could meet
+    it."""
     found = []
     for name, gate in moment.gates.items():
         need = gate.needs[gate.stage]

@@ -1,4 +1,4 @@
-"""Rules on what robots know of each other: where they see them, or what they believe."""
+"""Rules on robots' knowledge of each other: sightings and beliefs."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from safenav.trace.vocabulary import Region
 
 
 class BeliefRule(Rule):
-    """What a robot believes of another one contains where that one is, after every turn in
-    which it looked around; what it sees is one region; nobody is believed in a wall, and what
-    is believed is made of whole cells of the partition (D 4, Beliefs)."""
+    """A robot's belief about another one contains that one's region, after every turn in which it
+    looked around; a sighting is one region; no robot is believed in a wall, and a belief is made of
+    whole cells of the partition (D 4, Beliefs)."""
 
     name = "belief"
 
@@ -59,11 +59,11 @@ class BeliefRule(Rule):
 
 
 class MissedBeliefRule(Rule):
-    """A belief line follows whenever what a robot knows of another one has changed with its
-    look: whom it keeps track of from its first look on, who is in sight is seen, who is not is
-    not, and a belief grows by all steps out of sight and loses the cells that it sees wholly
-    (D 4, Beliefs). Where the trace does not say which obstacles block the view, it gets the
-    benefit of the doubt. One who waits, believed exactly where it is, is not looked for."""
+    """A belief line follows whenever a robot's knowledge of another one has changed with its look:
+    it tracks robots from its first look on, a robot in sight is seen, one out of sight is not, and
+    a belief grows by all steps out of sight and loses the cells that it sees wholly (D 4, Beliefs).
+    Where the trace does not record which obstacles block the view, it gets the benefit of the
+    doubt. A robot that waits, believed exactly where it is, is not looked for."""
 
     name = "missed-belief"
 

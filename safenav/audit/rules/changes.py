@@ -1,4 +1,4 @@
-"""Rules on what robots are told while a run goes on."""
+"""Rules on the changes that robots receive during a run."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from safenav.trace.vocabulary import ChangeCause
 
 
 class ServiceRule(Rule):
-    """A robot that is out of service begins no step; one that it has begun it ends (T)."""
+    """A robot that is out of service begins no step; it ends a step that it has begun (T)."""
 
     name = "service"
 
@@ -20,15 +20,15 @@ class ServiceRule(Rule):
         if not isinstance(record, Move) or record.robot not in now.out:
             return
         if now.toward[record.robot] is not None:
-            return  # it is on its way
+            return  # it is in transit
         if record.to != record.from_ or record.toward is not None:
             problem = f"{record.robot} moves, but is out of service"
             yield self.broken_by(record, record.robot, problem)
 
 
 class ChangesRule(Rule):
-    """What the scenario lets robots be told, they are told at its tick, and nothing else in the
-    scenario's name; a robot that is out of service already is not told so again (T)."""
+    """Each robot receives the changes of the scenario at their tick, and no others in the
+    scenario's name; a robot that is out of service is not taken out of service again (T)."""
 
     name = "changes"
 

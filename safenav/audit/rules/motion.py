@@ -1,4 +1,4 @@
-"""Rules on where robots are: the map, mobility, obstacles, each other."""
+"""Rules on robot positions: the map, mobility, obstacles, each other."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ class MapRule(Rule):
 
 
 class MobilityRule(Rule):
-    """A move is a stay or a step to a 4-neighbour. With a heading: staying keeps it, a step is
-    not backwards, and afterwards the robot faces the way it stepped (D 3, Mobility)."""
+    """A move is a stay or a step to a 4-neighbour. With a heading: staying keeps it, a step is not
+    backwards, and afterwards the robot faces the direction of the step (D 3, Mobility)."""
 
     name = "mobility"
 
@@ -69,10 +69,10 @@ class MobilityRule(Rule):
 
 
 class UnresolvedObstacleRule(Rule):
-    """No robot is in the region of an unresolved obstacle that stops it, or on its way there, but
-    for one that resolves it by entering: one need is left, one robot suffices for it, the robot
-    has the action, and the obstacle's region is among those where it is performed (D 5.1). A trace
-    of an external world does not tell what is really there."""
+    """No robot is in the region of an unresolved obstacle that stops it, or in transit to it,
+    except a robot that resolves it by entering: one need is left, one robot suffices for it, the
+    robot has the action, and the obstacle's region is among those where it is performed (D 5.1). A
+    trace of an external world omits the true state."""
 
     name = "unresolved-obstacle"
 
@@ -88,8 +88,8 @@ class UnresolvedObstacleRule(Rule):
 
 
 class KnownObstacleRule(Rule):
-    """An obstacle that was found untraversable, or that nobody can resolve, has joined O for
-    those whom it stops, whatever they can do: none of them enters it (D 5.1)."""
+    """An obstacle that was found untraversable, or that no robot can resolve, has joined O for the
+    robots that it stops, whatever they can do: none of them enters it (D 5.1)."""
 
     name = "known-obstacle"
 
@@ -102,8 +102,8 @@ class KnownObstacleRule(Rule):
 
 
 class TransitRule(Rule):
-    """A step of several ticks: on its way a robot stands where it set out, bound for one and
-    the same neighbouring free region, until it is there (T, Time)."""
+    """A step of several ticks: a robot in transit stands where it departed, in transit to one and
+    the same neighbouring free region, until it arrives (T, Time)."""
 
     name = "transit"
 
@@ -132,8 +132,8 @@ class TransitRule(Rule):
 
 
 class CollisionRule(Rule):
-    """Robots that must not meet never share a region, at no moment of a tick; one that is on
-    its way takes up two (D 4, Layers)."""
+    """Robots in conflict never share a region, at any moment of a tick; one in transit occupies two
+    (D 4, Layers)."""
 
     name = "collision"
 
@@ -176,7 +176,7 @@ class SwapRule(Rule):
 
 
 def _taken(move: Move) -> set[int]:
-    """The regions that a robot takes up after a move."""
+    """Return the regions that a robot occupies after a move."""
     return {move.to} if move.toward is None else {move.to, move.toward}
 
 

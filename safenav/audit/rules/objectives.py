@@ -1,4 +1,4 @@
-"""Rules on what robots achieve: goals, their order, rounds, the paper's Patrol, holding."""
+"""Rules on objectives: goals, their order, rounds, the paper's Patrol, holding."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ COUNTED_KINDS = ("patrol", "visit", "cover")
 
 
 class GoalRule(Rule):
-    """A goal line is true: the robot is in that region, which belongs to the target with that
-    index in its objective in force. In a turn that changes the objective, that may be the one
-    before or the one after (T)."""
+    """A goal line is true: the robot is in that region, which belongs to the target with that index
+    in its objective in force. In a turn that changes the objective, this may be the objective
+    before or after the change (T)."""
 
     name = "goal"
 
@@ -54,8 +54,8 @@ class GoalRule(Rule):
 
 
 class GoalOrderRule(Rule):
-    """The targets of patrol and visit are met in turn, for ever; those of a cover once each in
-    a round; none twice in one turn (D 3, Objectives). After a resynthesis any may be next."""
+    """The targets of patrol and visit are met in turn, forever; those of a cover once each in a
+    round; none twice in one turn (D 3, Objectives). After a resynthesis any target may be next."""
 
     name = "goal-order"
 
@@ -85,9 +85,9 @@ class GoalOrderRule(Rule):
 
 
 class PatrolRule(Rule):
-    """The paper's Patrol (its equation for Patrol_p): on meeting a target the robot leaves it
-    with its next step, and it never touches the target whose turn it is not; save where it is
-    told to alternate, or moved by a joint plan (D 5.3 and 5.4)."""
+    """The paper's Patrol (its equation for Patrol_p): on meeting a target the robot leaves it with
+    its next step, and it never touches the target whose turn it is not; except where it is assigned
+    alternation, or moved by a joint plan (D 5.3 and 5.4)."""
 
     name = "patrol"
 
@@ -103,7 +103,7 @@ class PatrolRule(Rule):
             if here not in target:
                 continue
             if now.toward[robot] is not None:
-                continue  # it is leaving, which takes more than a tick
+                continue  # it is leaving: a step of several ticks
             if turn.origin in target:
                 problem = f"{robot} met {now.show(here)} and does not leave it at once"
                 yield self.broken(turn.tick, robot, turn.line, problem)
@@ -113,7 +113,7 @@ class PatrolRule(Rule):
 
 
 class MissedGoalRule(Rule):
-    """A robot that comes to the target it has to meet next says so with a goal line (T)."""
+    """A robot that reaches the target it has to meet next has a goal line (T)."""
 
     name = "missed-goal"
 
@@ -124,7 +124,7 @@ class MissedGoalRule(Rule):
             return
         robot, here = turn.robot, now.region[turn.robot]
         if now.toward[robot] is not None:
-            return  # it is leaving: only who ends a step, or stays, meets something
+            return  # it is leaving: only a robot that ends a step, or stays, meets a target
         met = {goal.goal for goal in turn.all(Goal)}
         crosses = progress.objective.kind == "patrol" and not _by_strategy(turn)
         if progress.awaited is None and (now.alternates(robot) or crosses):
@@ -136,11 +136,11 @@ class MissedGoalRule(Rule):
 
 
 class RoundsRule(Rule):
-    """Rounds add up: of as many goals in a row as there are targets, exactly one completes a
-    round, and the outcome tells the last number. Counting may begin anew when the robot gets
-    another objective or strategy, and when an obstacle is resolved or joins O (of robots told by
-    signals: when a need of it is met); with a pop, or a synthesis for the robot's own objective, it
-    may also go on where it was before (D 5.8, T)."""
+    """Rounds add up: of as many goals in a row as there are targets, exactly one completes a round,
+    and the outcome records the last number. Counting may restart when the robot gets another
+    objective or strategy, and when an obstacle is resolved or joins O (for robots driven by command
+    inputs: when a need of it is met); with a pop, or a synthesis for the robot's own objective, it
+    may also continue from the number before (D 5.8, T)."""
 
     name = "rounds"
 
@@ -192,7 +192,7 @@ class RoundsRule(Rule):
             if outcome is None or objective.kind in ("hold", *ENDS):
                 continue  # a tick of staying at the last target has no line
             if now.stack and objective != now.header.robots[robot].objective:
-                continue  # it helps or waits; the outcome tells the rounds of its own objective
+                continue  # it helps or waits; the outcome records the rounds of its own objective
             last, told = self._last.get(robot, 0), outcome.rounds.get(robot)
             if told is None or told == last or (robot in self._unsure and told == 0):
                 continue
@@ -246,32 +246,33 @@ class HoldRule(Rule):
         target = objective.targets[-1]
         signal = now.signals.get(turn.robot)
         if signal is not None and signal.request and signal.assigned not in target:
-            return  # it is told to go elsewhere, for the next of several needs
+            return  # it is assigned another region, for the next of several needs
         if turn.origin in target and here not in target:
             problem = f"{turn.robot} holds, but leaves for {now.show(here)}"
             yield self.broken(turn.tick, turn.robot, turn.line, problem)
 
 
 def _ended(robot: str, now: Situation) -> bool:
-    """Whether a robot has met all targets of its own objective, and pursues that."""
+    """Return whether a robot has met all targets of its own objective, and pursues that."""
     own = now.header.robots[robot].objective
     return now.objectives[robot] == own and now.ahead[robot] >= len(own.targets)
 
 
 def _by_strategy(turn: Turn) -> bool:
-    """Whether its strategy decided what the robot did in this turn, as far as is told."""
+    """Return whether its strategy decided the robot's move in this turn, as far as the trace
+    shows."""
     move = turn.first(Move)
     return move is None or move.by in (None, MovedBy.STRATEGY)
 
 
 def _is_target(objective: Objective, index: int, region: Region) -> bool:
     if objective.kind not in KNOWN:
-        return True  # what counts there is not written in the trace
+        return True  # the trace does not record what counts there
     return index < len(objective.targets) and region in objective.targets[index]
 
 
 def _is_due(progress: Progress, index: int, origin: Region | None) -> bool:
-    """Whether reaching the target of that index is a goal beyond doubt."""
+    """Return whether reaching the target of that index is certainly a goal."""
     objective = progress.objective
     came = origin not in objective.targets[index]
     match objective.kind:
@@ -286,7 +287,7 @@ def _is_due(progress: Progress, index: int, origin: Region | None) -> bool:
 
 
 def _steady(turn: Turn, now: Situation) -> Progress | None:
-    """How far the robot was when its turn began, if the same strategy drove it through."""
+    """Return the robot's progress when its turn began, if the same strategy drove it throughout."""
     if turn.robot is None or turn.progress is None or turn.first(Violation) is not None:
         return None
     if now.progress[turn.robot].reset_line >= turn.line:

@@ -59,8 +59,8 @@ class ViolationRule(Rule):
 
 
 class BacktrackRule(Rule):
-    """A violation is answered by a backtrack, and by nothing else; the move of that turn goes
-    where the backtrack says (T Time; D 5.3)."""
+    """A violation is followed by a backtrack, and by nothing else; the move of that turn goes where
+    the backtrack states (T Time; D 5.3)."""
 
     name = "backtrack"
 
@@ -85,9 +85,9 @@ class BacktrackRule(Rule):
 
 
 class ResolutionRule(Rule):
-    """An obstacle is resolved once, when its last need is met: by as many distinct robots as that
-    takes, who have its action and stand, simultaneously if they have to, where it is performed. It
-    reveals the truth of the header, if the world is simulated. The line says rightly whether a
+    """An obstacle is resolved once, when its last need is met: by as many distinct robots as it
+    takes, which have its action and stand, simultaneously if required, where it is performed. It
+    reveals the truth of the header, if the world is simulated. The line states correctly whether a
     request was open (D 3, 5.1 and 5.2, T)."""
 
     name = "resolution"
@@ -126,7 +126,7 @@ class ResolutionRule(Rule):
 
 
 def _group_problems(record: Resolved, now: Situation) -> Iterator[str]:
-    """What is wrong with those who took part together."""
+    """Yield the errors in the group of robots that took part together."""
     name, need = record.obstacle, now.need(record.obstacle)
     able = now.standing(name) if need.together else now.done[name]
     group = able | {record.robot}
@@ -141,8 +141,8 @@ def _group_problems(record: Resolved, now: Situation) -> Iterator[str]:
 
 class NeedRule(Rule):
     """Each of several needs has a line when it is met: it is the one that is next, and met in this
-    turn by those who have its action and stand, simultaneously if they have to, where it is
-    performed (D 3, T)."""
+    turn by robots that have its action and stand, simultaneously if required, where it is performed
+    (D 3, T)."""
 
     name = "need"
 
@@ -184,8 +184,8 @@ class NeedRule(Rule):
 
 
 class MissedResolutionRule(Rule):
-    """Robots that have the action which an obstacle needs next, and stand after a turn where it
-    is performed, as many as it takes, have met the need, whether or not they were asked (D 5.2).
+    """Robots that have the action which an obstacle needs next, and stand after a turn where it is
+    performed, as many as it takes, have met the need, whether or not a request was made (D 5.2).
     Where two could be resolved and the first ended the run, the second is not missed; where the
     world is not simulated, actions may fail."""
 
@@ -211,8 +211,8 @@ class MissedResolutionRule(Rule):
 
 
 class BlockedRule(Rule):
-    """An obstacle joins O once, for all whom it stops, and for a reason that is true: it was just
-    found untraversable, or a request for it is open and it is proven that it can never be
+    """An obstacle joins O once, for all robots that it stops, and for a reason that is true: it was
+    just found untraversable, or a request for it is open and it is proven that it can never be
     resolved; ``no_capable_robot`` if a need takes more robots with the action than there are. One
     that is found untraversable does join O (D 5.1 and 5.2)."""
 
@@ -260,7 +260,7 @@ class BlockedRule(Rule):
 
 
 def _lacks_robots(obstacle: str, now: Situation) -> bool:
-    """Whether too few robots have an action that the obstacle still needs."""
+    """Return whether too few robots have an action that the obstacle still needs."""
     return any(map(now.too_few, now.obstacles[obstacle].all_needs[now.stage[obstacle] :]))
 
 

@@ -41,7 +41,7 @@ _AFTER_THE_MOVE = (Met, Resolved, Blocked, Pop, Synthesis, Goal, Request, Push, 
 any moment. What follows a move has no order of its own: a settlement may follow on anything."""
 _AT_ANY_MOMENT = (Discovered, Appeared, Gone, Truth, NewObjective, Service, Plan, PlanEnd)
 _SETTLING = (Blocked, Pop, Goal, Request, Push, Told)
-"""Lines that come before the first move of a tick only after one of what has changed there."""
+"""Lines that come before the first move of a tick only after a line that records a change there."""
 _BEFORE_THE_FIRST_MOVE = (Synthesis, Goal, Assumption)
 
 
@@ -85,9 +85,9 @@ class HeaderRule(Rule):
 
 
 class OrderRule(Rule):
-    """Ticks follow one another; in each every robot has one turn with one move, in the order
-    of the header; the lines of a turn come in the order of the format, and all are about the
-    robot whose turn it is; nothing comes after the outcome (D 4 and 5, T Time)."""
+    """Ticks follow one another; in each every robot has one turn with one move, in the order of the
+    header; the lines of a turn come in the order of the format, and all concern the robot whose
+    turn it is; nothing comes after the outcome (D 4 and 5, T Time)."""
 
     name = "order"
 
@@ -180,8 +180,9 @@ class OrderRule(Rule):
 
 
 def _begins_on_its_target(record: Goal, now: Situation) -> bool:
-    """Whether the goal may be one that is met where an objective begins: told at once, in
-    whosever turn that is. A robot told by signals needs no new strategy for that."""
+    """Return whether the goal may be one that is met where an objective begins: recorded
+    immediately, in any robot's turn. A robot driven by command inputs needs no new strategy for
+    that."""
     name = record.robot
     begun = {line.robot for line in now.turn.all(Synthesis)}
     begun |= {line.robot for line in now.turn.all(NewObjective)}
@@ -192,5 +193,5 @@ def _begins_on_its_target(record: Goal, now: Situation) -> bool:
 
 
 def _actor(record: Record) -> str | None:
-    """The robot of a line that only tells what the robot whose turn it is does."""
+    """Return the robot of a line that only records what the robot whose turn it is does."""
     return record.robot if isinstance(record, Backtrack | Met | Resolved | Goal | Belief) else None

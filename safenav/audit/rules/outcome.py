@@ -24,9 +24,9 @@ from safenav.trace.vocabulary import Ending, OperatorCause, RecordedVerdict
 
 
 class OutcomeRule(Rule):
-    """The outcome agrees with the run: ticks and syntheses are counted rightly, the tick limit
-    is neither passed nor claimed early, a negative has its cause in the last turn (D 5.7, T).
-    A synthesis that is told may have taken several attempts, so there may be more of them."""
+    """The outcome agrees with the run: ticks and syntheses are counted correctly, the tick limit is
+    neither passed nor claimed early, a negative has its cause in the last turn (D 5.7, T). A
+    recorded synthesis may have taken several attempts, so there may be more of them."""
 
     name = "outcome"
 
@@ -92,7 +92,7 @@ class OutcomeRule(Rule):
 
 
 def _causes(proof: Proof | None, now: Situation) -> tuple[OperatorCause, ...]:
-    """What a proof shows."""
+    """Return the causes that a proof shows."""
     if isinstance(proof, Joint):
         return (OperatorCause.DEADLOCK,)
     if not (isinstance(proof, Closure) and proof.never):
@@ -137,7 +137,7 @@ class CompletedRule(Rule):
         elif isinstance(record, Goal | Move):
             objective = now.objectives[record.robot]
             if objective != now.header.robots[record.robot].objective:
-                return  # what it does while it waits or helps is no round of its own
+                return  # goals met while it waits or helps are not rounds of its own
             if isinstance(record, Goal):
                 self._goals.setdefault(record.robot, []).append(record)
             elif _stays(record.robot, now) and record.to in objective.targets[-1]:
@@ -169,11 +169,11 @@ class CompletedRule(Rule):
             elif objective.kind in ENDS and now.ahead[robot] < len(objective.targets):
                 yield f"{robot} has met {now.ahead[robot]} of its {len(objective.targets)} targets"
             elif _stays(robot, now) and self._held.get(robot, 0) + 1 < wanted:
-                # Where it stands when counting begins may count, too.
+                # The region where it stands when counting begins may also count.
                 yield f"{robot} has held for {self._held.get(robot, 0)} ticks of {wanted}"
 
     def _over(self, now: Situation) -> bool:
-        """Whether the run is completed for sure."""
+        """Return whether the run is certainly completed."""
         wanted = now.header.until.rounds
         if wanted is None or now.stack or not now.header.robots:
             return False
@@ -187,14 +187,15 @@ class CompletedRule(Rule):
 
 
 def _stays(robot: str, now: Situation) -> bool:
-    """Whether each tick at its last target is a round of a robot's own objective."""
+    """Return whether each tick at its last target is a round of a robot's own objective."""
     own = now.header.robots[robot].objective
     ended = own.kind in ENDS and now.ahead[robot] >= len(own.targets)
     return own.kind == "hold" or ended
 
 
 def _bounds(goals: list[Goal], objective: Objective) -> tuple[int, int | None]:
-    """The least and the greatest number of rounds that these goals can be (None: no bound)."""
+    """Return the least and the greatest number of rounds that these goals can be (None: no
+    bound)."""
     if objective.kind not in COUNTED_KINDS:
         return 0, None
     count = len(objective.targets)
@@ -203,7 +204,7 @@ def _bounds(goals: list[Goal], objective: Objective) -> tuple[int, int | None]:
         return whole, max(whole, 1 + _covers(goals[1:], count)) if goals else 0
     by_last = sum(goal.goal == count - 1 for goal in goals)
     by_count = len(goals) // count
-    # One who makes way again and again may come back to the same target again and again.
+    # A robot that makes way repeatedly may reach the same target repeatedly.
     return min(by_last, by_count, _covers(goals, count)), max(by_last, by_count)
 
 

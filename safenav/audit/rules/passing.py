@@ -1,4 +1,4 @@
-"""Rules on obstacles that come and go by themselves."""
+"""Rules on obstacles that appear and disappear."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from safenav.trace.vocabulary import ChangeCause
 
 
 class AppearedRule(Rule):
-    """An obstacle appears where none of that name is, never on a robot that is there or on its
-    way there, and if the scenario lets it appear, not before its time (T)."""
+    """An obstacle appears where none of that name is, never on a robot that is there or in transit
+    to it, and if the scenario lets it appear, not before its time (T)."""
 
     name = "appeared"
 
@@ -38,8 +38,8 @@ class AppearedRule(Rule):
 
 
 class GoneRule(Rule):
-    """Only what is there goes by itself, and if the scenario lets it go, not before its time
-    (T)."""
+    """Only an obstacle that is present disappears, and if the scenario lets it disappear, not
+    before its time (T)."""
 
     name = "gone"
 

@@ -1,4 +1,4 @@
-"""Rules on joint plans: what a plan says, and whether the moves follow it."""
+"""Rules on joint plans: their contents, and whether the moves follow them."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ from safenav.trace.vocabulary import MovedBy, Place, PlanEndReason
 
 class PlanRule(Rule):
     """A joint plan begins where its robots are, consists of steps that they can make, enters
-    nothing that is known to be closed to them, and its orders keep those in conflict apart
-    however long each step takes (T)."""
+    nothing that is known to be closed to them, and its orders keep robots in conflict apart however
+    long each step takes (T)."""
 
     name = "plan"
 
@@ -46,9 +46,9 @@ class PlanRule(Rule):
 
 
 class FollowsPlanRule(Rule):
-    """While a plan is in force, its robots make its steps and no others, each only when the
-    orders allow it. One plan follows on the end of another; it ends as reached when all its
-    steps were made, and otherwise for a reason that is told in the same turn (T)."""
+    """While a plan is in force, its robots make its steps and no others, each only when the orders
+    allow it. One plan follows on the end of another; it ends as reached when all its steps were
+    made, and otherwise for a reason that is recorded in the same turn (T)."""
 
     name = "follows-plan"
 
@@ -91,7 +91,7 @@ class FollowsPlanRule(Rule):
 
 @dataclass
 class _Running:
-    """How far each robot is in a plan: ``at`` is the index of its place."""
+    """Each robot's progress in a plan: ``at`` is the index of its place."""
 
     plan: Plan
     at: dict[str, int] = field(default_factory=dict)
@@ -101,7 +101,7 @@ class _Running:
         self.at = dict.fromkeys(self.plan.robots, 0)
 
     def problem(self, move: Move, now: Situation) -> str:
-        """What is wrong with a move; the robot is put where it went anyway."""
+        """Return what is wrong with a move, or an empty text; the robot is moved in either case."""
         robot, places = move.robot, self.plan.robots[move.robot]
         entered = move.to if move.toward is None else move.toward
         if entered == now.region[robot]:
@@ -166,7 +166,8 @@ def _way_problems(robot: str, places: tuple[Place, ...], now: Situation) -> Iter
 
 
 def _meetings(plan: Plan, now: Situation) -> Iterator[tuple[str | None, str]]:
-    """Pairs of robots in conflict that the orders do not keep out of one region at one time."""
+    """Yield pairs of robots in conflict that the orders do not keep out of one region at the same
+    time."""
     order = Precedence({name: len(places) for name, places in plan.robots.items()}, plan.orders)
     if order.has_circle:
         yield None, "the orders of the plan wait for each other in a circle"

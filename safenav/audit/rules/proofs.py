@@ -1,4 +1,4 @@
-"""Rules on negatives: an operator is needed only where a proof shows it."""
+"""Rules on infeasibility: an operator is needed only where a proof shows it."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ from safenav.trace.vocabulary import BlockReason, Ending
 
 
 class ProofRule(Rule):
-    """Who says that an operator is needed proves it: from where the robots are, with what they
-    know, nothing that they can do completes the mission (D 5.6, T). An obstacle that joins the
-    known ones because nobody can ever resolve it has its proof, too."""
+    """A run that claims that an operator is needed proves it: from where the robots are, with what
+    they know, no sequence of their moves completes the mission (D 5.6, T). An obstacle that joins
+    the known ones because no robot can ever resolve it also has its proof."""
 
     name = "proof"
 
@@ -40,7 +40,7 @@ class ProofRule(Rule):
         self._goals: dict[str, list[Goal]] = {}
         self._never: set[str] = set()
         self._memory: dict[tuple[str, str], Mapping[str, int] | None] = {}
-        """What a robot remembered that had no strategy, by its name and specification."""
+        """Memory of each robot that had no strategy, by its name and specification."""
 
     def line(self, record: Record, now: Situation) -> Iterator[Finding]:
         if isinstance(record, Goal):
@@ -70,8 +70,8 @@ class ProofRule(Rule):
                 yield self.broken_by(record, None, problem)
 
     def _unrealizable(self, record: Outcome, now: Situation) -> bool:
-        """Whether some robot has lost its objective for good, as a synthesis says: alone, and
-        with all away that may yet be resolved, it cannot go on for ever."""
+        """Return whether some robot has permanently lost its objective, as a synthesis states:
+        alone, and without any obstacle that may yet be resolved, it cannot continue forever."""
         moment = moment_of(now, self._goals, self._never)
         for name, spec in (record.unrealizable or {}).items():
             robot = moment.robots.get(name)
@@ -83,8 +83,8 @@ class ProofRule(Rule):
         return False
 
     def _given_up(self, record: Blocked, now: Situation) -> Iterator[Finding]:
-        """An obstacle that can never be resolved, even if everybody is back in service, is closed
-        for good to those whom it blocks."""
+        """An obstacle that can never be resolved, even if every robot is back in service, is
+        permanently closed to the robots that it blocks."""
         moment = moment_of(now, self._goals, self._never, hopeful=True)
         if record.proof is not None:
             for problem in never_resolved_problems(_as_json(record.proof), moment, record.obstacle):
@@ -95,7 +95,7 @@ class ProofRule(Rule):
 
 
 def _could_be_given_up(proof: Proof, now: Situation) -> Iterator[str]:
-    """The open obstacles of which, as a closure tells, not even the next need can ever be met."""
+    """Yield the open obstacles whose next need, as a closure shows, can never be met."""
     if not isinstance(proof, Closure) or now.out:
         return
     regions = {name: {r for r, _ in reach.poses} for name, reach in proof.robots.items()}
@@ -118,9 +118,9 @@ def moment_of(
     *,
     hopeful: bool = False,
 ) -> Moment:
-    """The moment at a line of the trace. ``goals``: those since the last resolution. ``never``:
-    obstacles of which it was shown that nobody can ever resolve them. ``hopeful``: as if everybody
-    were in service."""
+    """Return the moment at a line of the trace. ``goals``: those since the last resolution.
+    ``never``: obstacles that were shown to be never resolvable by any robot. ``hopeful``: as if
+    every robot were in service."""
     out = frozenset() if hopeful else frozenset(now.out)
     world = now.grid
     gates = {
@@ -172,7 +172,7 @@ def _robot(name: str, now: Situation, goals: list[Goal]) -> Robot:
     rounds = now.header.until.rounds or 1
     done = goals[-1].round if goals else 0
     this_round = [goal.goal for goal in goals if goal.round == done]
-    # The goal that completes a round is the last of that one, not the first of the next.
+    # The goal that completes a round is the last goal of that round, not the first of the next.
     covered = this_round[1:] if done else this_round
     robot = Robot(
         name=name,
@@ -204,7 +204,8 @@ def _robot(name: str, now: Situation, goals: list[Goal]) -> Robot:
 
 
 def _awaited(objective: Objective, goals: list[Goal]) -> tuple[int, ...]:
-    """The targets that may be next: a patrol that has met none may begin with either."""
+    """Return the targets that may be next: a patrol that has met no target may begin with
+    either."""
     count = len(objective.targets)
     if goals and goals[-1].goal < count:
         return ((goals[-1].goal + 1) % count,)
@@ -212,7 +213,7 @@ def _awaited(objective: Objective, goals: list[Goal]) -> tuple[int, ...]:
 
 
 def _pose(name: str, now: Situation) -> Pose:
-    """Where the robot is; one on its way is where it will arrive."""
+    """Return the robot's pose; for a robot in transit, the pose where it will arrive."""
     toward = now.toward[name]
     if toward is None:
         return now.region[name], now.heading[name] if now.has_heading(name) else None
@@ -221,6 +222,6 @@ def _pose(name: str, now: Situation) -> Pose:
 
 
 def _as_json(proof: Proof) -> dict[str, Any]:
-    """A proof as the file has it."""
+    """Return a proof as the file has it."""
     found: dict[str, Any] = json.loads(json.dumps(asdict(proof)))
     return found

@@ -1,4 +1,4 @@
-"""Rules on asking for help: requests, bids, the choice of helpers, and what everybody does then."""
+"""Rules on requests: requests, bids, the choice of helpers, and the objectives that follow."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ UNTRAVERSABLE = BlockReason.UNTRAVERSABLE
 
 
 class RequestRule(Rule):
-    """A robot that meets an obstacle asks for help in the same turn, for the need that is next and
-    the regions where that is met. The request is told again only when another robot has met
-    the obstacle, other robots serve it now, or it joins O. Each request has its entry on the stack,
-    one for each robot that made it, unless the obstacle joins O (D 5.2, T Time)."""
+    """A robot that encounters an obstacle requests help in the same turn, for the need that is next
+    and the regions where that is met. The request is recorded again only when another robot has
+    encountered the obstacle, other robots serve it now, or it joins O. Each request has its entry
+    on the stack, one for each robot that made it, unless the obstacle joins O (D 5.2, T Time)."""
 
     name = "request"
 
@@ -91,8 +91,9 @@ class RequestRule(Rule):
 
 class BidsRule(Rule):
     """Exactly the robots with the action of the next need bid, in ticks at their slowest step to
-    the nearest region where it is met, null where they cannot get there: around walls, obstacles
-    that stay, and open ones that they may not enter. One out of service gets nowhere (D 5.2)."""
+    the nearest region where it is met, null where they cannot reach one: around walls, permanent
+    obstacles, and open ones that they may not enter. A robot out of service reaches none (D 5.2).
+    """
 
     name = "bids"
 
@@ -120,12 +121,12 @@ class BidsRule(Rule):
 
 
 class HelperRule(Rule):
-    """Helpers are those whom the rules of docs/coordination.md (Who helps) give a duty, worked
-    out again from where all robots are and what is known: among robots that lose nothing by it
-    those that serve the obstacle already, then the lowest bid, then the order of the team. A robot
-    without a strategy for it is passed over. So is the rest of what robots are to do: the helper
-    goes to where it can meet the need, a requester that is going to be helped waits, the others
-    have their own objective or wait (D 5.2)."""
+    """Helpers are the robots to which the rules of docs/coordination.md (Who helps) give a duty,
+    recomputed from the positions of all robots and the known state: among robots that lose
+    nothing by it those that serve the obstacle already, then the lowest bid, then the order of the
+    team. A robot without a strategy for it is passed over. The other objectives are recomputed
+    likewise: the helper goes to where it can meet the need, a requester that is going to be helped
+    waits, the others have their own objective or wait (D 5.2)."""
 
     name = "helper"
 
@@ -164,7 +165,7 @@ class HelperRule(Rule):
         yield from self._judged(now)
 
     def _judged(self, now: Situation) -> Iterator[Finding]:
-        """What is wrong with the last settlement, whose lines have taken effect."""
+        """Yield what is wrong with the last settlement, whose lines have taken effect."""
         lines, self._lines = self._lines, []
         said = [line for line in lines if isinstance(line, Request | Push | Pop | Told)]
         if not said or now.turn.torn or now.is_cut_short() or now.external:
@@ -182,7 +183,7 @@ class HelperRule(Rule):
         yield from wrong
         if now.header.coordination == RESYNTHESIS:
             yield from _other_syntheses(lines)
-        for line in () if wrong else said:  # what robots do follows from who helps
+        for line in () if wrong else said:  # the robots' objectives follow from the helpers
             if isinstance(line, Push | Pop):
                 for robot, objective in line.objectives.items():
                     problem = self._wrong(robot, objective, found, now)
@@ -219,7 +220,7 @@ class HelperRule(Rule):
             yield self.broken_by(line, (wrong or [*told])[0], problem)
 
     def _wrong(self, robot: str, objective: Objective, found: Settlement, now: Situation) -> str:
-        """Why an objective does not follow from what is known."""
+        """Return why an objective does not follow from the known state, or an empty text."""
         own = now.header.robots[robot].objective
         duty = found.duties.get(robot)
         if objective.kind == "ltl" == own.kind:
@@ -243,7 +244,7 @@ class HelperRule(Rule):
 
 
 def _other_syntheses(lines: list[Record]) -> Iterator[Finding]:
-    """Strategies that are installed for something else than the stack says."""
+    """Yield strategies that are installed for something other than the stack states."""
     said: Mapping[str, Objective] = {}
     for line in lines:
         if isinstance(line, Push | Pop):

@@ -1,4 +1,4 @@
-"""What a rule is, and what it finds."""
+"""Base class of rules, and their findings."""
 
 # ruff: noqa: ARG002 (a rule answers the questions that concern it and ignores the others)
 
@@ -14,8 +14,8 @@ from safenav.trace.records import Record
 
 @dataclass(frozen=True)
 class Finding:
-    """A broken rule: in which tick, by whom (None: by nobody in particular), told by which
-    line of the trace, and what is wrong in the words of the scenario."""
+    """A broken rule: its tick, the robot (None: no robot in particular), the line of the trace that
+    shows it, and what is wrong in the words of the scenario."""
 
     rule: str
     tick: int
@@ -29,28 +29,27 @@ class Finding:
 
 
 class Rule:
-    """One thing that must hold of every run. One object checks one trace, and may remember.
+    """A condition that must hold for every run. One object checks one trace, and may keep state.
 
-    ``name`` is how the rule is called in reports; the docstring says what it demands and by
-    which right (D: the design's section, T: docs/trace.md).
-    """
+    ``name`` is the rule's name in reports; the docstring states its demand and the source (D: the
+    design's section, T: docs/trace.md)."""
 
     name: ClassVar[str]
 
     def opening(self, now: Situation) -> Iterable[Finding]:
-        """Asked once, with the header alone."""
+        """Check the header alone; called once."""
         return ()
 
     def line(self, record: Record, now: Situation) -> Iterable[Finding]:
-        """Asked for each line, before it takes effect."""
+        """Check a line before it takes effect; called for each line."""
         return ()
 
     def turn(self, now: Situation) -> Iterable[Finding]:
-        """Asked when a turn is over (``now.turn``)."""
+        """Check a turn that is over (``now.turn``)."""
         return ()
 
     def ending(self, now: Situation) -> Iterable[Finding]:
-        """Asked once, after the last line."""
+        """Check the whole run; called once, after the last line."""
         return ()
 
     def broken(self, tick: int, robot: str | None, line: int, explanation: str) -> Finding:

@@ -1,4 +1,4 @@
-"""Rules on the stack of requests; what the lines say of objectives, the rule on helpers derives."""
+"""Rules on the stack of requests; the rule on helpers derives the objectives in its lines."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from safenav.trace.records import Pop, Push, Record, Told
 
 
 class PushRule(Rule):
-    """A push adds an entry for an open request, with helpers that have its action, and says what
-    each robot does from now on, which follows from what is known (D 5.2; see ``helper``)."""
+    """A push adds an entry for an open request, with helpers that have its action, and states each
+    robot's objective from now on, which follows from the known state (D 5.2; see ``helper``)."""
 
     name = "push"
 
@@ -35,8 +35,8 @@ class PushRule(Rule):
 
 
 class ToldRule(Rule):
-    """Only a robot that is told by signals gets another objective without a push or a pop; which
-    one, follows from what is known (D 5.2 and 5.5; see ``helper``)."""
+    """Only a robot driven by command inputs gets another objective without a push or a pop; that
+    objective follows from the known state (D 5.2 and 5.5; see ``helper``)."""
 
     name = "told"
 
@@ -46,8 +46,8 @@ class ToldRule(Rule):
 
 
 class PopRule(Rule):
-    """A pop drops the entry of a request that is over, wherever it stands in the stack, and says
-    what each robot does from now on, which follows from what is known (D 5.2; see ``helper``)."""
+    """A pop drops the entry of a request that is over, wherever it is in the stack, and states each
+    robot's objective from now on, which follows from the known state (D 5.2; see ``helper``)."""
 
     name = "pop"
 

@@ -1,4 +1,4 @@
-"""Rules on synthesis: who needs a strategy, and who drives by which."""
+"""Rules on synthesis: which robots need a strategy, and which strategy drives each."""
 
 from __future__ import annotations
 
@@ -101,9 +101,9 @@ class SynthesisRule(Rule):
 
 
 class StrategyRule(Rule):
-    """Nobody moves without a strategy: the last synthesis for its objective in force exists,
-    was realizable, and its strategy was not refuted (D 1 and 10). Once an assumption was
-    violated a robot may hold without one."""
+    """No robot moves without a strategy: the last synthesis for its objective in force exists, was
+    realizable, and its strategy was not refuted (D 1 and 10). Once an assumption was violated a
+    robot may hold without a strategy."""
 
     name = "strategy"
 
@@ -138,7 +138,7 @@ class StrategyRule(Rule):
 
 
 class VerdictsRule(Rule):
-    """Equal specifications (by their sha256) are not realizable and unrealizable at once."""
+    """Equal specifications (by their sha256) are not both realizable and unrealizable."""
 
     name = "verdicts"
 
@@ -154,7 +154,7 @@ class VerdictsRule(Rule):
 
 
 def _alternating(objective: Objective) -> tuple[str, object]:
-    """The objective as plain alternation, which does for a patrol as well."""
+    """Return the objective as plain alternation, which also covers a patrol."""
     if objective.kind in ("patrol", "visit"):
         return "visit", objective.targets
     return objective.kind, objective.body
