@@ -79,8 +79,8 @@ class Algorithm:
         self._end_if_due()
 
     def settle(self, events: Iterable[Event]) -> None:
-        """Let the team come to terms with events as they happen: 7 to 15 of one that a robot has
-        encountered, 17 to 20 of one that is resolved. What goes on after it is 16 and 21."""
+        """Make the team react to events as they happen: lines 7 to 15 for an obstacle that a robot
+        has encountered, 17 to 20 for one that is resolved. Lines 16 and 21 follow elsewhere."""
         for happened in events:
             event: Event | None = happened
             while event is not None:
@@ -130,7 +130,7 @@ class Algorithm:
             raise RunEnded(Conclusion(Outcome.TICK_LIMIT, said))
 
     def _what_is_left(self) -> str:
-        """What keeps the run from being completed now."""
+        """Return the reasons why the run is not completed yet."""
         wanted = self.team.scenario.until.rounds
         left = [
             f"{robot.name} has done {robot.own.rounds} of {wanted} rounds"

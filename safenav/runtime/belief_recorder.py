@@ -1,4 +1,4 @@
-"""What robots learn of each other by looking, told to the trace where it is new."""
+"""Records in the trace what robots newly observe or believe about each other."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from safenav.trace import records
 
 
 class BeliefRecorder:
-    """Remembers what was told of whom."""
+    """Remembers the last record of each robot about each other robot."""
 
     def __init__(self, state: TeamState) -> None:
         self._state = state

@@ -1,8 +1,8 @@
-"""What robots know of each other during a run: where they see them, or what they believe.
+"""Knowledge of robots about each other during a run: a seen region, or a belief.
 
-Kept up to date with the same function from which the specifications were written
-(``safenav.spec.others.knowledge``), one look a turn: what a strategy observes is what it was
-made for.
+Updated with the same function from which the specifications were written
+(``safenav.spec.others.knowledge``), by one look per turn: a strategy observes exactly what it was
+synthesized for.
 """
 
 from __future__ import annotations
@@ -37,11 +37,11 @@ class BeliefTracker:
         return cls(watch.world, watch.partition, visibility.radius, visibility.closed)
 
     def observe(self, own: Region, other: Region, knowledge: Knowledge) -> Knowledge:
-        """What is known after a look from region ``own`` when the other has come to ``other``;
+        """Return the knowledge after a look from region ``own`` while the other is in ``other``;
         ``knowledge`` is from the look before.
 
-        The other's region is only used to tell whether it is seen. If it is not, although all
-        that it can have come to by a single step is in sight, it may be anywhere: in all cells.
+        The other's region only decides whether it is seen. If it is not seen although every region
+        that it can have reached by a single step is in sight, it may be anywhere: in all cells.
         """
         if self._watch.visibility.sees(own, other):
             return other
@@ -52,14 +52,14 @@ class BeliefTracker:
 
 
 class Beliefs:
-    """What every robot of a team knows of those that its task is about."""
+    """The knowledge of every robot of a team about the robots that its task is about."""
 
     def __init__(self) -> None:
         self._known: dict[tuple[str, str], Knowledge] = {}
 
     def of(self, robot: str, other: str, told: Region) -> Knowledge:
-        """What ``robot`` knows of ``other``. Where it has not kept track so far it is ``told``:
-        the start of the mission is known, and whoever waits says where."""
+        """Return the knowledge of ``robot`` about ``other``, or ``told`` if it has not kept track
+        so far: the start of the mission is known, and a waiting robot reports its region."""
         return self._known.get((robot, other), told)
 
     def look(

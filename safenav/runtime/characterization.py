@@ -25,14 +25,15 @@ class Violation:
 
 @dataclass(frozen=True)
 class Characterization:
-    """Checks moves against the world and what is known of it."""
+    """Checks moves against the world and the team's knowledge of it."""
 
     world: CheckedWorld
     team: TeamState
 
     def check(self, robot: Robot, pose: Pose, target: Region) -> Violation | None:
-        """Whether moving from ``pose`` to ``target`` violates what is known or observed. What is
-        known stays closed until an event opens it, whatever a sensor finds now."""
+        """Return the violation of knowledge or observation by moving from ``pose`` to ``target``,
+        or None. A known obstacle stays closed until an event opens it, whatever a sensor finds
+        now."""
         if target == pose.region:
             return None
         knowledge = self.team.knowledge

@@ -55,13 +55,13 @@ class CheckedWorld:
         return found
 
     def act(self, robot: Robot) -> list[tuple[Obstacle, bool | None]]:
-        """What the robot has resolved, checked to be something that it can."""
+        """Return the obstacles that the robot has resolved, each checked to be one that it can."""
         call = f"act({robot.name!r})"
         found = self._asked(call, lambda: list(self._world.act(robot)))
         return [self._resolved(call, robot, entry) for entry in found]
 
     def changes(self, tick: int, occupied: Collection[Region]) -> list[Change]:
-        """What has come and gone; nothing in a world that knows no such things."""
+        """Return the obstacles that appeared or disappeared; none in a world without changes."""
         world = self._world
         if not isinstance(world, ChangingWorld):
             return []

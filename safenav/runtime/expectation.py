@@ -19,7 +19,7 @@ _KINDS = frozenset(kind.value for kind in EventKind)
 class Ledger:
     """A listener that keeps what an expectation can be about.
 
-    ``events``: those that a pattern can speak of.
+    ``events``: those that a pattern can refer to.
     """
 
     resolved: list[str] = field(default_factory=list)
@@ -47,8 +47,8 @@ class Ledger:
 
 
 def differences(expect: Expect, ledger: Ledger, word: Word = number_word) -> list[str]:
-    """What is not as expected, one sentence each; empty if all is. ``word``: how regions are
-    called."""
+    """Return the differences from ``expect``, one sentence each; empty if there are none.
+    ``word``: the name of a region."""
     found = []
     if expect.outcome is not None and ledger.outcome != expect.outcome.value:
         found.append(f"outcome: expected {expect.outcome.value}, got {ledger.outcome}")

@@ -1,4 +1,4 @@
-"""Why a run cannot begin or cannot go on, in the scenario's terms.
+"""Reasons why a run cannot begin or cannot continue, in the scenario's terms.
 
 What ``safenav.explain`` knows about one robot is brought together here with the team: its
 state in a run, and the synthesizer's answers for the start of a scenario.

@@ -57,7 +57,7 @@ class Formulas:
 
 
 def formulas_of(robot: Robot, world: RegionMap) -> Formulas | None:
-    """What a robot's own objective says in formulas; None if it is of another kind."""
+    """Return the formulas of a robot's own objective; None if it is of another kind."""
     return _formulas(robot, world) if isinstance(robot.objective, Ltl) else None
 
 

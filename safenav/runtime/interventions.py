@@ -1,7 +1,7 @@
-"""What somebody who watches a run does to its world, between two ticks, and the scenario's changes.
+"""Changes to the world between two ticks, by a user who watches a run or by the scenario.
 
-The team meets a closed region, an opened one or another truth as it meets what the scenario holds.
-Another objective is told to the robot whose it is; who is out of service, everybody knows.
+The team encounters a closed region, an opened one or another truth like any part of the scenario.
+A new objective is assigned to its robot; every robot knows which robots are out of service.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class TakeAway:
 
 @dataclass(frozen=True)
 class SetTruth:
-    """What resolving an obstacle reveals is another truth."""
+    """Another truth that resolving an obstacle reveals."""
 
     obstacle: str
     traversable: bool
@@ -135,7 +135,8 @@ class Interventions:
     def _serve(
         self, robot: RobotState, active: bool, cause: vocabulary.ChangeCause
     ) -> Iterator[Event]:
-        """What it was to do for the team others do, if they can; what it wants itself waits."""
+        """Put a robot in or out of service. While it is out, other robots take over its duties if
+        they can, and its own objective waits."""
         if robot.active == active:
             return
         yield from self.turns.leave_plan(vocabulary.PlanEndReason.CHANGED, settling=True)

@@ -1,8 +1,8 @@
-"""What the team has found out about obstacles (the paper's environment characterization).
+"""The team's knowledge about obstacles (the paper's environment characterization).
 
-An obstacle that somebody met is ``pending`` until it is resolved, goes by itself, or joins the
-known ones for good (the paper's set O). How far a pending one is resolved follows from where robots
-have stood since it was there.
+An obstacle that a robot encountered is ``pending`` until it is resolved, disappears, or becomes
+permanent (the paper's set O). How far a pending one is resolved follows from where robots have
+stood since it was there.
 """
 
 from __future__ import annotations

@@ -3,7 +3,8 @@
     result = Mission(load_scenario(path)).run()
 
 or one tick after the other with ``start`` and ``step``. Source: paper, Section V; DESIGN,
-section 5. Nothing here depends on a simulation: whoever implements ``World`` drives real robots.
+section 5. Nothing here depends on a simulation: an implementation of ``World`` can drive real
+robots.
 """
 
 from __future__ import annotations
@@ -38,8 +39,8 @@ from safenav.verify.verification import first_failure
 
 @dataclass(frozen=True)
 class RunResult:
-    """How a run ended. ``cause`` says more about ``operator_needed``, ``links`` its reasons one by
-    one; ``stuck``: the robots that cannot go on."""
+    """The end of a run. ``cause`` explains ``operator_needed``, ``links`` lists its reasons one by
+    one; ``stuck``: the robots that cannot continue."""
 
     outcome: Outcome
     explanation: str
@@ -108,8 +109,8 @@ class Mission:
 
     def stop(self, why: str = "interrupted by the user") -> None:
         """End the run, ``interrupted``, at the next opportunity: between two turns, or within a
-        search. A synthesis that is under way is given up at once, by an exception, so this is to
-        be called in the run's own thread."""
+        search. A running synthesis is given up immediately, by an exception, so this must be
+        called in the run's own thread."""
         self._stop.ask(why)
         self.look_at_the_clock()
 
@@ -120,8 +121,8 @@ class Mission:
             self._stop.check()
 
     def intervene(self, intervention: Intervention) -> None:
-        """Let somebody change the world at the beginning of the next tick: nobody is told before
-        they meet it. Raises UsageError, with the reason, for a change that cannot be."""
+        """Change the world at the beginning of the next tick; the robots are not notified and must
+        encounter it. Raises UsageError, with the reason, for an impossible change."""
         self._interventions.ask(intervention)
 
     def rested(self, seconds: float) -> None:
@@ -130,12 +131,12 @@ class Mission:
 
     @property
     def stopping(self) -> bool:
-        """Whether the run was told to stop."""
+        """Whether a stop of the run was requested."""
         return self._stop.asked is not None
 
     def give_up(self, explanation: str = "interrupted by the user") -> RunResult:
         """End a run that was started, with the outcome ``interrupted``: for programs that call
-        ``step`` and will not go on. A run that has ended stays as it is."""
+        ``step`` and will not continue. A run that has ended stays as it is."""
         if not self._started:
             raise UsageError("give_up() before start(): this mission has not begun")
         if self.result is None:
@@ -209,7 +210,7 @@ class Mission:
 
     @property
     def lacks(self) -> tuple[Shortfall, ...]:
-        """What obstacles lack that could not be resolved at some time."""
+        """The shortfalls of obstacles that could not be resolved at some time."""
         return tuple(self.state.lacks.values())
 
     def _note(self, record: records.Record) -> None:
@@ -242,7 +243,7 @@ def first_results(
     progress: SynthesisListener | None = None,
     names: Collection[str] | None = None,
 ) -> dict[str, TaskResult]:
-    """What a run of a scenario would begin with (``Mission.first_results``)."""
+    """Return the results that a run of a scenario would begin with (``Mission.first_results``)."""
     return Mission(scenario, synthesizer, progress=progress).first_results(names)
 
 

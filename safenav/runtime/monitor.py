@@ -1,10 +1,10 @@
 """Monitors: every assumption and guarantee of every robot, checked at every step of a run.
 
-A specification's formulas are evaluated on what the robot was about to do and on what it
-observes, apart from the strategy that chose it. A violated assumption is the others' doing: it
-is told, and the run goes on as safely as it can. A violated guarantee is a defect, caught before
-the robot moves. Fairness can never be seen to fail in a finite run; what has not held for long
-is said at its end.
+A specification's formulas are evaluated on the robot's intended move and on its observations,
+independently of the strategy that chose the move. A violated assumption is caused by other robots:
+it is recorded, and the run continues as safely as it can. A violated guarantee is a defect, caught
+before the robot moves. No finite run can show that fairness fails; a fairness formula that has not
+held for long is reported at the end of the run.
 """
 
 from __future__ import annotations
@@ -60,15 +60,15 @@ class Monitors:
     def broken_assumptions(
         self, robot: Robot, planner: Planner, observed: Values
     ) -> list[Constraint]:
-        """What the others did against a robot's assumptions since its last step; nothing is
-        known of a robot that has left its automaton, or did not answer the last look."""
+        """Return a robot's assumptions that the other robots violated since its last step. Nothing
+        is known of a robot that has left its automaton, or did not answer the last look."""
         watched = self._of(robot, planner)
         if planner.node is None or planner.behind or not self._complete(watched.spec, observed):
             return []
         return list(_violated(watched.spec, Section.ENV_TRANS, planner.values(), observed))
 
     def watch(self, robot: Robot, planner: Planner) -> None:
-        """Judge the beginning of a strategy now, if it is new: its robot will go on elsewhere."""
+        """Check the start of a strategy now, if it is new: its robot will continue elsewhere."""
         self._of(robot, planner)
 
     def tell(self, robot: Robot, broken: Sequence[Constraint]) -> None:
@@ -100,7 +100,7 @@ class Monitors:
 
     def allows_planned(self, robot: RobotState, pose: Pose) -> bool:
         """Whether the formulas of a robot allow a step of a joint plan with what it remembers.
-        Plans may be made without that, so only formulas that speak of memory can be against one.
+        Plans may be made without that, so only formulas that refer to memory can forbid a step.
 
         Raises GuaranteeError.
         """
@@ -129,7 +129,7 @@ class Monitors:
         return [f"{rule}, which has not held for {ticks} ticks" for rule, ticks in found.items()]
 
     def _of(self, robot: Robot, planner: Planner) -> _Watched:
-        """The robot's watch; a new one when it was synthesized anew."""
+        """Return the robot's watch; a new one if its strategy was synthesized again."""
         watched = self._watched.get(robot.name)
         spec = planner.strategy.specification
         if watched is None or watched.spec is not spec:

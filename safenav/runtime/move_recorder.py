@@ -50,7 +50,7 @@ class MoveRecorder:
         self._sightings.tell(robot)
 
     def _signal(self, robot: RobotState) -> records.Signal | None:
-        """What an assignable strategy is told, where that has changed."""
+        """Return the command inputs of an assignable strategy if they have changed, else None."""
         planner = robot.planner
         if planner is None or planner.switch is None or planner.node is None:
             return None
@@ -62,7 +62,7 @@ class MoveRecorder:
         return told
 
     def violation(self, robot: RobotState, violation: Violation) -> None:
-        """What the robot must not enter, and the action of the need that is next."""
+        """Record the obstacle that the robot must not enter, and the action of its next need."""
         obstacle = violation.obstacle
         self._state.introduce(obstacle)
         action = obstacle.needs[self._state.knowledge.need_of(obstacle)].action

@@ -22,8 +22,8 @@ from safenav.world.moves import Mobility, Pose
 @dataclass(frozen=True)
 class Proposal:
     """A next pose; ``node`` is the automaton's state after it, None off the automaton. ``answers``:
-    the automaton goes there; else the robot stays, and so does the node. ``shown``: regions that
-    it was shown as taken although nobody is there."""
+    the automaton goes there; else robot and node both stay. ``shown``: regions that were shown to
+    it as occupied although no robot is there."""
 
     pose: Pose
     node: int | None
@@ -32,8 +32,8 @@ class Proposal:
 
 
 class Controller(Protocol):
-    """A strategy that a planner can follow: nodes, and what comes after them. The listed
-    ``Strategy`` is one, and so is ``OnDemand``."""
+    """A strategy that a planner can follow: nodes and their successors. The explicit ``Strategy``
+    and ``OnDemand`` are two."""
 
     @property
     def specification(self) -> Specification: ...
@@ -87,16 +87,17 @@ class Planner:
     def alternatives(
         self, pose: Pose, observed: Mapping[str, int], refused: Proposal
     ) -> list[Proposal]:
-        """What else can be done from the state before ``refused``: the automaton's other
+        """Return the alternatives in the state before ``refused``: the automaton's other
         successors for the same inputs, and last the mobility's stay, which keeps the node and is
-        safe whatever the others do."""
+        safe whatever the other robots do."""
         others = [p for p in self._successors(observed) if p.pose.region != refused.pose.region]
         if self.switch is not None:
             others += self._successors({**observed, **self.switch.stop()})
         return [*others, Proposal(pose, self.node)]
 
     def held_back(self, pose: Pose, observed: Mapping[str, int]) -> Proposal:
-        """What a robot does that is not to move: it is told to wait, or its node is left alone."""
+        """Return the proposal for a robot that must not move: a command to wait, or the same
+        node."""
         waiting = None
         if self.switch is not None:
             waiting = self.propose({**observed, **self.switch.stop()})
@@ -108,9 +109,9 @@ class Planner:
         self.behind = not proposal.answers
 
     def relocate(self, pose: Pose, progress: Progress, inputs: Mapping[str, int]) -> bool:
-        """Go to a node of the automaton for a pose, for what is left of an objective and for
-        inputs that it remembers; whether there is one. Every node is a state from which the
-        strategy meets its goals, so any of them will do."""
+        """Go to a node of the automaton for a pose, for the rest of an objective and for inputs
+        that it remembers; return whether there is one. The strategy meets its goals from every
+        node, so any of them suffices."""
         wanted = {**_where(self.task, pose), **inputs}
         if self.switch is not None:
             wanted["request"] = 0
@@ -145,7 +146,7 @@ def _where(task: Task, pose: Pose) -> dict[str, int]:
 
 
 def _memories(task: Task, pose: Pose, progress: Progress) -> Iterator[dict[str, int]]:
-    """The values of the memory that mean what is left of an objective."""
+    """Yield the values of the memory that represent the rest of an objective."""
     objective = task.objective
     if isinstance(objective, Ltl):
         yield {name: int(value) for name, value in progress.memory.values.items()}

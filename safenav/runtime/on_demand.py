@@ -1,7 +1,7 @@
-"""A strategy whose moves are asked for one at a time, as a planner follows it.
+"""A strategy whose moves are requested one at a time, as a planner follows it.
 
-A node is a position that the play has come to; they are numbered as they are met. Every answer
-is checked against the text of the specification before anybody sees it.
+A node is a position that the play has reached; they are numbered as they are first reached. Every
+result is checked against the text of the specification before it is used.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class OnDemand:
 
     @property
     def pid(self) -> int:
-        """Of the process."""
+        """Process id."""
         return self._served.pid
 
     def values(self, node: int) -> dict[str, int]:
@@ -37,7 +37,7 @@ class OnDemand:
         return dict(self._positions[node].values)
 
     def find_initial(self, values: Mapping[str, int]) -> int | None:
-        """The first initial node with these values, None without one."""
+        """Return the first initial node with these values, None if there is none."""
         position = self._served.start(values)
         if position is None:
             return None
@@ -45,8 +45,8 @@ class OnDemand:
         return self._number(position)
 
     def find(self, values: Mapping[str, int]) -> int | None:
-        """The node that a list has first with these values, None without one. Where a list would
-        be too long, the first node of those that were met."""
+        """Return the first node with these values in the explicit strategy, None if there is none.
+        Where that would be too large, return the first such node among those reached."""
         position = self._served.find(values, self._most)
         if position is not None:
             self._check.position(position)

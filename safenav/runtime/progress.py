@@ -34,7 +34,7 @@ class Progress:
 
     @property
     def memory(self) -> Memory:
-        """What the next specification of this objective must begin with."""
+        """The memory that the next specification of this objective must begin with."""
         return Memory(self._state if self._in_turn else 0, self._values)
 
     @property
@@ -43,7 +43,7 @@ class Progress:
         return frozenset(self._seen)
 
     def other_way_round(self) -> None:
-        """Let a patrol go on with its other target."""
+        """Let a patrol continue with its other target."""
         assert isinstance(self.objective, Patrol)
         self._state = 1 - self._state
 
@@ -73,8 +73,8 @@ class Progress:
             self._state = 0
 
     def begin(self, region: Region, values: Mapping[str, int]) -> list[int]:
-        """Count what is met already where the robot stands when it gets the objective; the goals
-        that are worth telling (of holding, the first tick).
+        """Count the goals that are already met where the robot stands when it gets the objective;
+        return the goals to record (for holding, those of the first tick).
 
         ``values``: the variables of its specification there. A robot that stands on a target
         of a patrol begins with that one, as its specification does.
@@ -107,11 +107,11 @@ class Progress:
             self._seen.clear()
         if again or (isinstance(self.objective, Ltl) and not self.objective.liveness):
             return []
-        # In turn a target may count again in a round that began anew with the other one.
+        # In turn a target may count again in a round that restarted with the other one.
         return list(met if self._in_turn else fresh)
 
     def counted(self, goals: Sequence[int]) -> list[tuple[int, int]]:
-        """The goals that were just met at once, each with the rounds that are done after it: the
+        """Return the goals just met simultaneously, each with the rounds completed after it: the
         last of them completes one, if any does."""
         before = self.rounds - self._completed
         last = len(goals) - 1

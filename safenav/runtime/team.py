@@ -34,7 +34,7 @@ from safenav.world.poses import Mask
 
 
 class Role(Enum):
-    """What a robot is doing at the moment."""
+    """Current role of a robot."""
 
     OWN = "its own objective"
     HELPS = "resolves an obstacle"
@@ -43,8 +43,8 @@ class Role(Enum):
 
 @dataclass(frozen=True)
 class Assignment:
-    """What one robot does now. ``obstacle``: which one it resolves, if it helps, and at which
-    poses (``goal``, a mask). ``kept``: the poses that it may go to (a mask; None: all)."""
+    """Current assignment of one robot. ``obstacle``: the one that it resolves, if it helps, and at
+    which poses (``goal``, a mask). ``kept``: the poses that it may go to (a mask; None: all)."""
 
     role: Role
     objective: Objective
@@ -96,7 +96,7 @@ class RobotState:
 
     @property
     def memory(self) -> Memory:
-        """What it remembers of its own objective; of formulas, whatever it does meanwhile."""
+        """The memory of its own objective; for formulas, also while it does something else."""
         return Memory(self.own.memory.index, self.progress.memory.values)
 
     @property
@@ -118,7 +118,7 @@ class RobotState:
 
 @dataclass
 class TeamState:
-    """The robots by name, what is known, and who listens.
+    """The robots by name, their knowledge, and the trace listeners.
 
     ``requests``: the stack; ``settled``: the last settlement, None before the first; ``lacks``:
     what obstacles lacked that could not be resolved at some time; ``recorded``: the objectives that
@@ -177,8 +177,8 @@ class TeamState:
             robot.progress.restart_count()
 
     def introduce(self, obstacle: Obstacle, truth: bool | None = None) -> None:
-        """Tell of an obstacle that the scenario does not list, when it is met or, where it is
-        known what resolving it will reveal (``truth``), when it appears."""
+        """Record an obstacle that the scenario does not list, when it is encountered or, if the
+        truth that resolving it will reveal is known (``truth``), when it appears."""
         listed = {known.name for known in self.scenario.obstacles}
         if obstacle.name not in listed | self.introduced:
             self.introduced.add(obstacle.name)
@@ -199,15 +199,15 @@ class TeamState:
         return set().union(*(other.occupied for other in self.rivals(robot)))
 
     def sightings(self, state: RobotState, task: Task, shown: frozenset[Region]) -> Sightings:
-        """What a robot can observe of those that its task is about; regions ``shown`` count as
-        taken. Call once a turn: it takes a look."""
+        """Return what a robot observes of the robots that its task is about; regions ``shown``
+        count as occupied. Call once per turn: it takes a look."""
         here = state.pose.region
         positions = {o.name: self.robots[o.name].pose.region for o in task.observed}
         known = self.beliefs.look(task, self.scenario.map, here, positions)
         moving = [self.robots[o.name] for o in task.observed if o.danger]
         taken: set[Region] = set().union(*(other.occupied for other in moving))
         sides = set(self.scenario.map.neighbours(here))
-        # A specification counts on no more busy sides than there are others (spec.others.nearby).
+        # A specification assumes at most as many busy sides as other robots (spec.others.nearby).
         room = len(moving) - len(sides & taken)
         taken |= set(sorted(shown - taken)[: max(0, room)])
         return Sightings(here, frozenset(taken), positions, known)

@@ -1,7 +1,7 @@
-"""How a run ends: the one way for everything that can end it.
+"""Termination of a run, in one way for every cause.
 
-Whatever finds that a run cannot or must not go on raises ``RunEnded`` with the conclusion; the
-mission catches it in one place. ``Stop`` is asked by everything that searches.
+Code that finds that a run cannot or must not continue raises ``RunEnded`` with the conclusion; the
+mission catches it in one place. Every search queries ``Stop``.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class Conclusion:
     stuck: tuple[str, ...] = ()
 
 
-class RunEnded(Exception):  # noqa: N818 - it is no error
+class RunEnded(Exception):  # noqa: N818 - it is not an error
     """The run ends with ``conclusion``."""
 
     def __init__(self, conclusion: Conclusion) -> None:
@@ -52,7 +52,7 @@ class Stop:
         self._begun = time.monotonic()
 
     def rest(self, seconds: float) -> None:
-        """Do not count so many seconds."""
+        """Exclude this many seconds from the time limit."""
         self._begun += seconds
 
     def ask(self, why: str) -> None:

@@ -74,18 +74,18 @@ class Turns:
         yield from self._move(robot, robot.pose, {}, vocabulary.MovedBy.STAY)
 
     def back_in_service(self, robot: RobotState) -> None:
-        """The robot goes on from where it is, whatever the others have done meanwhile; a new
-        strategy, if it takes one, comes with what is settled right after it."""
+        """Continue the robot from where it is, whatever the others have done meanwhile. If it
+        needs a new strategy, the decision right after this brings one."""
         if robot.planner is None or robot.transit is not None:
             return
         self.monitors.watch(robot.robot, robot.planner)
         robot.planner.node = None
         told = alternating(robot.progress.objective)
         if alternating(robot.planner.task.objective) == told:
-            self.strategies.relocate(robot)  # else it was told something else meanwhile
+            self.strategies.relocate(robot)  # else its assignment has changed meanwhile
 
     def _follow_strategy(self, robot: RobotState) -> Iterator[Event]:
-        """The strategy's answer to what is observed, unless the world or the team is against."""
+        """Take the strategy's successor for the observation, unless world or team forbid it."""
         planner = robot.planner
         assert planner is not None
         observed = self._look(robot, frozenset())
@@ -157,8 +157,8 @@ class Turns:
     def leave_plan(
         self, reason: vocabulary.PlanEndReason, *, settling: bool = False
     ) -> Iterator[Event]:
-        """The plan is over: everybody goes on with a strategy that knows where it is.
-        ``settling``: new ones come with what is settled right after it."""
+        """End the joint plan: every robot continues with a strategy that knows where it is.
+        ``settling``: new strategies come with the decision right after this."""
         if not self.traffic.active:
             return
         for robot in self._off_their_strategies():
@@ -199,7 +199,7 @@ class Turns:
         by: vocabulary.MovedBy,
         shown: frozenset[Region] = frozenset(),
     ) -> Iterator[Event]:
-        """Begin a step; one that takes a single tick ends at once."""
+        """Begin a step; one that takes a single tick ends immediately."""
         ticks = self._duration(robot, pose)
         planned = by is vocabulary.MovedBy.PLAN
         if ticks > 1:
@@ -248,7 +248,7 @@ class Turns:
             yield from self._go_on(robot)
 
     def _go_on_from_elsewhere(self, robot: RobotState) -> Iterator[Event]:
-        """The robot is not where it was told to go: it goes on from where the world says."""
+        """Continue from the pose that the world reports if it is not the commanded one."""
         if robot.planner is not None:
             robot.planner.node = None
         if self.traffic.active:
@@ -257,7 +257,7 @@ class Turns:
             yield from self._go_on(robot)
 
     def _go_on(self, robot: RobotState) -> Iterator[Event]:
-        """A robot off its strategy goes on from where it is: in it, if that knows the pose."""
+        """Continue a robot off its strategy from where it is: in it, if that knows the pose."""
         if robot.planner is None or robot.planner.node is not None:
             return
         if not self.strategies.relocate(robot):
@@ -273,7 +273,7 @@ class Turns:
         return observed
 
     def _keep_track(self, robot: RobotState, task: Task, shown: frozenset[Region]) -> Sightings:
-        """Look around; once a turn, since a look lets beliefs grow by a step of the others."""
+        """Look around; once per turn, since a look lets beliefs grow by a step of the others."""
         sightings = self.state.sightings(robot, task, shown)
         self.sightings.looked(task, sightings.known)
         return sightings
@@ -325,7 +325,7 @@ class Turns:
         return planner.held_back(robot.pose, observed)
 
     def _may_move(self, robot: RobotState, pose: Pose) -> bool:
-        """Whether a move loses nothing: the team can go on from there, alone and together."""
+        """Whether a move loses nothing: the team can continue from there, alone and together."""
         if pose == robot.pose:
             return True
         graph = graph_of(robot.robot, self.state.scenario.map)
@@ -354,7 +354,7 @@ class Turns:
         return robot.clock.randint(timing.least, timing.most)
 
     def _act(self, robot: RobotState) -> Iterator[Event]:
-        """Let the robot do what it can where it stands; what that changes is settled at once."""
+        """Let the robot perform its actions where it stands; changes are decided immediately."""
         state, knowledge = self.state, self.state.knowledge
         further, met = knowledge.perform(robot.robot, state.regions())
         resolved = self.world.act(robot.robot)

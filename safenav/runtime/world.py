@@ -18,9 +18,9 @@ from safenav.world.moves import Pose
 
 
 class World(Protocol):
-    """The actual world: whoever implements these three drives real robots.
+    """The actual world: an implementation of these three methods can drive real robots.
 
-    What it answers is checked (``CheckedWorld``); what it raises ends the run with a typed error.
+    Its results are checked (``CheckedWorld``); an exception ends the run with a typed error.
     """
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
@@ -28,8 +28,8 @@ class World(Protocol):
         ...
 
     def move(self, robot: Robot, pose: Pose) -> Pose | None:
-        """Bring the robot to ``pose``: its own region or a neighbouring one. A pose that is
-        returned is where it really is now; None says that it is where it was told to go."""
+        """Bring the robot to ``pose``: its own region or a neighbouring one. Return the pose that
+        it really has now, or None if that is the commanded one."""
         ...
 
     def act(self, robot: Robot) -> Iterable[tuple[Obstacle, bool | None]]:
@@ -58,8 +58,9 @@ class ChangingWorld(Protocol):
     """A world in which obstacles come and go by themselves."""
 
     def changes(self, tick: int, occupied: Collection[Region]) -> Iterable[Change]:
-        """What has come and gone by the beginning of a tick. ``occupied``: the regions in which
-        robots stand or which they are entering; nothing may appear there."""
+        """Return the obstacles that appeared or disappeared by the beginning of a tick.
+        ``occupied``: the regions in which robots stand or which they are entering; nothing may
+        appear there."""
         ...
 
 
