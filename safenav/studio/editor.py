@@ -211,8 +211,8 @@ class Editor(Studio):
         self._catalogue = self._draft.catalogue
 
     def _changed(self) -> None:
-        """The text is another one: tell everybody, and judge it. Whether robots can get to their
-        targets takes longer on large maps, and is told when it is known."""
+        """Send the changed text to every page, and check it. Whether robots can reach their targets
+        takes longer on large maps, and is sent when it is known."""
         before = self._draft.scenario
         self._draft, self._checked = self._drafted(reachable=False), False
         first = _altered(before, self._draft.scenario)

@@ -1,9 +1,9 @@
 """Access to the studio: for pages that it served itself alone.
 
 The server listens on the loopback interface, which every program and every web page in a browser
-of this machine can reach. So each request must know the token of the address, come to an address
-of ours (else a name that somebody points at 127.0.0.1 would do: DNS rebinding), and, if a browser
-says which page it comes from, come from our own.
+of this machine can reach. So each request must contain the token of the address, use an address of
+this server (else a foreign name that resolves to 127.0.0.1 would suffice: DNS rebinding), and, if a
+browser reports the page that it comes from, come from a page of this server.
 """
 
 from __future__ import annotations

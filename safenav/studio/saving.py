@@ -1,4 +1,4 @@
-"""What is saved of a run: a replay, one in 3D, a picture of each tick, a bundle."""
+"""Files saved from a run: a replay, one in 3D, a picture of each tick, a bundle."""
 
 from __future__ import annotations
 

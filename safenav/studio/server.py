@@ -30,7 +30,7 @@ PORTS = 20
 """Ports that are tried, from the first on."""
 
 PAGES = 64
-"""Pages that may be open at once."""
+"""Pages that may be open simultaneously."""
 
 ABANDONED = 60.0
 """Seconds after the last page was closed until the studio ends."""
@@ -42,7 +42,7 @@ Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 
 
 class Server:
-    """Serves one studio. ``keep``: go on without any page."""
+    """Serves one studio. ``keep``: continue without any page."""
 
     def __init__(
         self, studio: Studio, *, port: int | None, keep: bool, abandoned: float = ABANDONED
@@ -134,7 +134,7 @@ class Server:
         if made is None:
             raise web.HTTPNotFound(text="there is nothing to save yet\n")
         file, content, kind = made
-        if name == "3d":  # to be looked at, by itself
+        if name == "3d":  # shown as a page of its own
             headers = {"Content-Security-Policy": APART}
             return web.Response(body=content, content_type=kind, headers=headers)
         disposition = f'attachment; filename="{PurePath(file).name}"'
@@ -170,7 +170,7 @@ class Server:
         return page_
 
     async def _take(self, text: str, queue: asyncio.Queue[str | None]) -> None:
-        """A message of a page; what is wrong with it is told to that page alone."""
+        """Handle a message of a page; errors in it are sent to that page alone."""
         try:
             data = json.loads(text)
             if not isinstance(data, dict):

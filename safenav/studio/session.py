@@ -27,8 +27,8 @@ Made = tuple[str, bytes, str]
 
 
 class Studio:
-    """``editor``: the drawing side, None where only a run is shown. ``pages``: what is to be
-    sent to each of them."""
+    """A studio session. ``editor``: the drawing side, None where only a run is shown. ``pages``:
+    the queue of messages to each of them."""
 
     def __init__(self, order: RunOrder, catalogue: Catalogue, *, trace: Path | None = None) -> None:
         self.pages: set[asyncio.Queue[str | None]] = set()
@@ -61,11 +61,11 @@ class Studio:
 
     @property
     def title(self) -> str:
-        """What the page is called before it knows more."""
+        """The title of the page before it knows more."""
         return f"{Path(self._order.file).stem}: safenav studio"
 
     def join(self, page: asyncio.Queue[str | None]) -> None:
-        """A page was opened: it is told everything."""
+        """Send everything to a page that was opened."""
         self.pages.add(page)
         for data in self._everything():
             page.put_nowait(json.dumps(data))
@@ -96,7 +96,7 @@ class Studio:
         await wanted(data)
 
     async def made(self, name: str) -> Made | None:
-        """What a page saves of the run."""
+        """Return the file ``name`` to save from the run; None if there is none."""
         if self.run is None or not self.run.lines:
             return None
         if name not in SAVERS:
@@ -122,18 +122,18 @@ class Studio:
                 page.put_nowait(None)
 
     def _everything(self) -> list[dict[str, Any]]:
-        """What a page that has just been opened needs."""
+        """Return the messages that a page needs just after it was opened."""
         told = [self._hello()]
         if self.run is not None:
             told.append({"is": "run", "run": self.run.whole, "state": self.run.state})
         return told
 
     def _hello(self) -> dict[str, Any]:
-        """What this studio is."""
+        """Return the description of this studio."""
         return {"is": "hello", "editor": False, "types": obstacle_kinds(self._catalogue)}
 
     def _ordered(self) -> RunOrder:
-        """What is to be run now. Raises InputError for a scenario that cannot be."""
+        """Return the run to start now. Raises InputError for a scenario that cannot be run."""
         return self._order
 
     async def _begin(self, seed: int | None) -> StudioRun:

@@ -78,7 +78,7 @@ class LiveView:
             self._loop.call_soon_threadsafe(studio.hear, as_data(record))
 
     def wait(self) -> None:
-        """Go on serving until the last page has been closed, or Ctrl-C."""
+        """Serve until the last page has been closed, or Ctrl-C."""
         last = time.monotonic()
         with suppress(KeyboardInterrupt):
             while self._thread.is_alive() and time.monotonic() - last < _GONE:

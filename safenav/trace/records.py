@@ -287,7 +287,7 @@ class Push(StackEntry):
 
 @dataclass(frozen=True)
 class Pop(StackEntry):
-    """What was pushed is over; the fields tell the entry that was dropped."""
+    """The end of a stack entry; the fields identify the dropped entry."""
 
     type: ClassVar[str] = "pop"
 

@@ -186,7 +186,8 @@ class Wording:
         raise TypeError(f"{line.type} is not an event")
 
     def objectives(self, line: records.Push | records.Pop, names: Iterable[str]) -> str:
-        """What these robots have to do after the line, in brackets; nothing without any."""
+        """Return the objectives of these robots after the line, in brackets; empty if no robot has
+        one."""
         told = [
             f"{name}: {self.objective(line.objectives[name])}"
             for name in names
@@ -304,7 +305,7 @@ def regions_words(regions: Iterable[Region], word: Word = number_word) -> str:
 
 
 def listed(names: Iterable[str]) -> str:
-    """``a``, ``a and b``, ``a, b and c``; ``nobody`` without any."""
+    """Return ``a``, ``a and b`` or ``a, b and c``; ``nobody`` for no names."""
     words = list(names)
     if len(words) < 2:
         return words[0] if words else "nobody"

@@ -63,9 +63,9 @@ def _meets_something(team: TeamState, robot: RobotState) -> bool:
 
 
 def _next(team: TeamState, robot: RobotState, goal: Mask) -> Region | None:
-    """Where to send a robot that is to come to ``goal``: as far along a shortest way around
-    all that the team knows as there is no shorter way for one that does not know it. A robot
-    whose own way was refused is led step by step."""
+    """Return the region to which a robot with goal poses ``goal`` is sent: the farthest region on
+    a shortest path around all known obstacles to which no shorter path exists for a strategy that
+    does not know them. A robot whose own path was refused is led step by step."""
     knowledge = team.knowledge
     graph = graph_of(robot.robot, team.scenario.map)
     assert robot.planner is not None and robot.planner.switch is not None

@@ -57,7 +57,7 @@ class Assigner:
         if same and not stays and isinstance(before.objective, Visit):
             former = before.objective
             if former.targets[0] == places and self._goes_between(index, duty.goal, former):
-                objective = former  # it goes on with what it has begun
+                objective = former  # it continues what it has begun
         kept = self.found.kept[index]
         assignment = Assignment(Role.HELPS, objective, gate.name, duty.goal, kept)
         wanted = (duty.goal,) if own is None else (duty.goal, self._mask(index, own))
@@ -92,8 +92,8 @@ class Assigner:
         )
 
     def _wait(self, robot: RobotState, index: int) -> TaskDraft:
-        """Hold where it met the obstacle, or where it was told to hold before; if it cannot get
-        there now, where it stands."""
+        """Hold where it encountered the obstacle, or where it was assigned to hold before; if it
+        cannot get there now, where it stands."""
         here = robot.next_pose.region
         kept = self.found.kept[index]
         pending = self._pending(index)

@@ -60,7 +60,7 @@ def blocked(
     proof: Proof | None = None,
     because: str | None = None,
 ) -> records.Record:
-    """An obstacle stays for good."""
+    """Return the record of an obstacle that becomes permanent."""
     robots = frozenset(n for n, robot in team.robots.items() if obstacle.blocks(robot.robot))
     return records.Blocked(team.tick, obstacle.name, robots, reason, proof, because)
 
@@ -141,7 +141,7 @@ def requested(
     """The request with its bids: ticks to the nearest region of the need that is next."""
     gate = floor.gates.index(request.obstacle.name)
     need = floor.stages[gate].need
-    bids = {  # one out of service gets nowhere, though it may be counted on to come back
+    bids = {  # one out of service gets nowhere, although it is assumed that it may come back
         name: ticks if team.robots[name].active or ticks == 0 else None
         for name, ticks in bids_for(floor, gate).items()
     }

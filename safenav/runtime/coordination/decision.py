@@ -54,9 +54,9 @@ class Decision:
     """The consequences of ``event``. All of it is put in force, or nothing.
 
     ``knowledge``, ``requests``, ``lacks`` and ``settled``: those of the team from now on.
-    ``records``: what the trace says of it. ``recount``: rounds are counted anew. ``drafts``: the
-    task of each robot; ``tasks``: those of them for which a strategy must be found, with
-    ``reason``. ``next``: the event that follows; ``end``: the run ends so.
+    ``records``: its trace records. ``recount``: the rounds are reset. ``drafts``: the task of each
+    robot; ``tasks``: those of them for which a strategy must be found, with ``reason``. ``next``:
+    the event that follows; ``end``: the conclusion, if the run ends.
     """
 
     event: Event
@@ -233,8 +233,8 @@ NO_CAPABLE_ROBOT = BlockReason.NO_CAPABLE_ROBOT
 
 
 def closed(team: TeamState, stopping: Stopping = lambda: None) -> tuple[Floor, Closure]:
-    """What can ever be resolved, and where each robot gets by that. Robots out of service may come
-    back."""
+    """Return which obstacles can ever be resolved, and where each robot gets by that. Robots out of
+    service may come back."""
     floor = floor_of(team, hopeful=True)
     solver = Solver(floor.problem, stopping)
     return floor, closure_of(solver, solver.sets(floor.poses, floor.stages), floor.stages)

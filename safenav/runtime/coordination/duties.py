@@ -1,8 +1,8 @@
-"""Duties: who does what now, derived afresh from where everybody is and what is known.
+"""Current duties of the robots, derived afresh from all poses and the team's knowledge.
 
 The rules (docs/coordination.md): requests are served oldest first, as many as can be served
 together; one plan for all of them is walked in order, and a step is a duty now if nothing before
-it concerns its obstacle or its robots. Nothing here remembers anything.
+it concerns its obstacle or its robots. The functions of this module keep no state.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from safenav.world.poses import Mask, bits
 
 @dataclass(frozen=True)
 class Duty:
-    """``gate`` is to be served by the robot; ``goal``: the poses where it may do so and the team
-    can go on afterwards."""
+    """A duty of a robot to serve ``gate``. ``goal``: the poses where it may do so and the team can
+    continue afterwards."""
 
     gate: int
     need: int
@@ -30,12 +30,13 @@ class Duty:
 
 @dataclass(frozen=True)
 class Settlement:
-    """What follows from a state of the team.
+    """The duties that follow from a state of the team.
 
     ``served``: the obstacles that will be resolved, in the order of their requests; the other
-    open ones are walls for now. ``plan``: the steps to come. ``duties``: by robot. ``reserved``:
-    robots of later steps. ``kept``: for each robot the poses that it may go to without anybody
-    losing what can still be completed. ``proof``: why nobody can go on; nothing else counts then.
+    open ones are walls for now. ``plan``: the steps to come. ``duties``: duty of each robot.
+    ``reserved``: robots of later steps. ``kept``: for each robot the poses that it may go to while
+    the team can still complete all that it can now. ``proof``: why no robot can continue; no other
+    field counts then.
     """
 
     served: tuple[int, ...] = ()
@@ -118,7 +119,7 @@ def _lasting(
     stages: Stages,
     served: frozenset[int],
 ) -> Mask:
-    """The poses of ``there`` from which everybody can go on once the step is done."""
+    """Return the poses of ``there`` from which every robot can continue after the step."""
     after, then = solver.after(step, sets, stages)
     return _sifted(solver, robot, there, after, then, served)
 
@@ -131,7 +132,7 @@ def _kept(
     served: frozenset[int],
     duty: Duty | None,
 ) -> Mask:
-    """The poses that a robot may go to: it can come back, or the team can go on from there."""
+    """Return the poses that a robot may go to: it can come back, or the team can continue."""
     reach = solver.reach(robot, sets[robot], stages)
     lost = reach & ~sets[robot]
     found = sets[robot] | _sifted(solver, robot, lost, sets, stages, served)
@@ -146,7 +147,7 @@ def _sifted(
     stages: Stages,
     served: frozenset[int],
 ) -> Mask:
-    """The candidate poses from which ``served`` can be served and everybody go on.
+    """Return the candidate poses where ``served`` can be served and every robot can continue.
 
     If that is possible from a pose, it is from all those that lead there; if it is not, it is
     from none that the pose leads to. So each question settles many poses.

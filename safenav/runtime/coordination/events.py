@@ -1,4 +1,4 @@
-"""Events: all that makes the coordination layer decide anew."""
+"""Events: all that makes the coordination layer decide again."""
 
 from __future__ import annotations
 
@@ -61,8 +61,8 @@ class Unsettled:
 
 @dataclass(frozen=True)
 class Astray:
-    """A robot is in no node of its strategy, and needs one from where it is. ``end``: how the run
-    ends without one; None: the robot stays, and tries again."""
+    """A robot is in no node of its strategy, and needs one from where it is. ``end``: conclusion of
+    the run if there is none; None: the robot stays, and tries again."""
 
     robot: str
     reason: Reason

@@ -128,7 +128,8 @@ def _member(robot: Robot, state: TeamState) -> Member:
 
 
 def _out_of_service(robot: RobotState, state: TeamState) -> Member:
-    """A robot that stands still: it can do what is done from there, and wants nothing else."""
+    """Return a robot out of service: it can only perform actions from where it stands, and has no
+    other objective."""
     member = _member(robot.robot, state)
     here = 1 << member.graph.number(robot.next_pose)
     return replace(member, floor=here, targets=(here,), in_turn=False, settles=True)

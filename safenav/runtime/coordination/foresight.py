@@ -1,7 +1,7 @@
-"""What can be told of a scenario before any run: who can never go on, and what that lacks.
+"""Foresight about a scenario before any run: robots that can never continue, and the reasons.
 
 The closure with every hidden obstacle known, robots at their start. An obstacle blocks whether or
-not a robot has met it, so a robot that is stuck here is stuck in every run.
+not a robot has encountered it, so a robot that is stuck here is stuck in every run.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from safenav.world.poses import bits
 @dataclass(frozen=True)
 class Foresight:
     """``reach``: where each robot can get with all resolved that can be, as regions. ``stuck``: the
-    robots that cannot meet their objective again and again; ``lacks``: what obstacles lack that are
-    never resolved."""
+    robots that cannot meet their objective infinitely often; ``lacks``: the shortfalls of obstacles
+    that are never resolved."""
 
     reach: dict[str, frozenset[int]]
     stuck: tuple[str, ...]
@@ -27,8 +27,8 @@ class Foresight:
 
 
 def foresee(scenario: Scenario) -> Foresight:
-    """What follows from the scenario alone. Obstacles that come or go by themselves, and what is
-    not traversable, are left out: they only take away what robots can do."""
+    """Return the foresight that follows from the scenario alone. Obstacles that appear or disappear
+    and untraversable ones are left out: they only take away what robots can do."""
     state = TeamState.initial(scenario)
     for obstacle in scenario.obstacles:
         if obstacle.appears is None and obstacle.goes is None:

@@ -1,7 +1,7 @@
-"""What a robot is to be synthesized for: a ladder of specifications, the strongest form first.
+"""The ladder of specifications to synthesize for a robot, the strongest form first.
 
-The forms of its objective (``spec.forms``), and for each the weakest assumption about others that
-will do.
+The forms of its objective (``spec.forms``), and for each the weakest sufficient assumption about
+other robots.
 """
 
 from __future__ import annotations
@@ -115,7 +115,7 @@ def _observed(
     targets: tuple[Target, ...],
     danger: bool,
 ) -> Observed:
-    """``other`` as a robot knows it: where it is, or what is believed of it."""
+    """Return ``other`` as a robot knows it: its region, or a belief about it."""
     where: Region = other.next_pose.region
     if state.robot.tracking is Tracking.BELIEF:
         known = team.beliefs.of(state.name, other.name, where)
@@ -126,12 +126,11 @@ def _observed(
 
 
 def rungs(task: Task) -> tuple[Fairness, ...]:
-    """The assumptions that a task can make about others, from weakest to strongest, without
-    those that cannot do.
+    """Return the assumptions that a task can make about others, from weakest to strongest, without
+    those that cannot suffice.
 
-    By what is next to it, a robot that has anywhere to go can be kept from it for ever: whoever is
-    in the way may always be on the side of the target. So only one that is where it stays needs no
-    assumption.
+    With ``nearby`` tracking, others can block any moving robot forever: one in the way may always
+    be on the side of the target. So only a robot already at its destination needs no assumption.
     """
     if not task.endangered:
         return (Fairness.NONE,)

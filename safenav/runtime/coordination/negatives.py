@@ -1,4 +1,4 @@
-"""Verdicts of the coordination layer: why nobody can go on, in words and as data."""
+"""Negative verdicts of the coordination layer: why no robot can continue, in words and as data."""
 
 from __future__ import annotations
 

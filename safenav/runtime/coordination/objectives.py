@@ -1,4 +1,4 @@
-"""What robots do for a while instead of their own objective: wait, or help."""
+"""Temporary objectives of robots in place of their own: wait, or help."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from safenav.world.map import Region
 
 
 def holding(objective: Objective, region: Region) -> Objective:
-    """What a requester does while it waits: stay in ``region``.
+    """Return the objective of a waiting requester: stay in ``region``.
 
     An ``ltl`` robot keeps its safety guarantees: they hold always, also while it waits.
     """
@@ -23,8 +23,8 @@ def holding(objective: Objective, region: Region) -> Objective:
 
 
 def helping(objective: Objective, places: Target, own: Target | None, *, stays: bool) -> Objective:
-    """What a helper does: go to ``places`` first, then alternate with its ``own`` target, or wait
-    there for others that are needed as well.
+    """Return the objective of a helper: go to ``places`` first, then alternate with its ``own``
+    target, or wait there for others that are also needed.
 
     Plain alternation, not the literal Patrol formula, which would forbid a robot that leaves a
     doorway on the far side to come back through it.

@@ -1,9 +1,9 @@
-"""What coordination decides about, as data: robots that get around, obstacles that need actions.
+"""Input data of the coordination solver: robots that move, obstacles that need actions.
 
 Frozen and without any reference to a running mission, so that every decision of this package is
-a function of it. Robots are numbered in the scenario's order, obstacles as they were met.
-Obstacles that are known to stay (the paper's set O) are no longer among them: they are missing
-from the ``floor`` of those whom they block.
+a function of it. Robots are numbered in the scenario's order, obstacles in the order of encounter.
+Permanent obstacles (the paper's set O) are no longer among them: they are missing from the
+``floor`` of the robots that they block.
 """
 
 from __future__ import annotations
@@ -61,8 +61,8 @@ class Member:
     ticks: int = 1
 
     def live(self, allowed: Mask) -> Mask:
-        """The ``allowed`` poses from which it can go on for ever inside them. Of what settles at
-        its last target that one counts: the way there is for its strategy to find."""
+        """Return the ``allowed`` poses from which it can continue forever inside them. Only the
+        last target counts if it settles there: its strategy finds the path."""
         return self.graph.live(self.targets[-1:] if self.settles else self.targets, allowed)
 
     @property

@@ -16,7 +16,7 @@ from safenav.world.poses import Mask
 
 @dataclass(frozen=True)
 class Reach:
-    """Where a robot can get, and whether it can go on for ever there."""
+    """The poses that a robot can reach, and whether it can continue forever there."""
 
     poses: Mask
     live: bool
@@ -24,8 +24,8 @@ class Reach:
 
 @dataclass(frozen=True)
 class Closure:
-    """What can be resolved and what never can; where each robot gets with the former resolved.
-    ``stuck``: of what never is, that of which not even the next need can ever be met. ``left``: how
+    """The obstacles that can be resolved and that never can; where each robot gets with the former
+    resolved. ``stuck``: those of the latter whose next need can never be fulfilled. ``left``: how
     far each obstacle is brought."""
 
     resolved: tuple[int, ...]
@@ -38,7 +38,7 @@ class Closure:
 @dataclass(frozen=True)
 class Choice:
     """A step that could come next, and why it does not help. ``lossless``: no other step need be
-    looked at, for this one loses nothing."""
+    examined, because this one loses nothing."""
 
     gate: int
     need: int

@@ -16,7 +16,7 @@ from safenav.world.poses import bits
 
 
 class Hindrance(Enum):
-    """What keeps a robot that has the action from a need."""
+    """Hindrance of a robot that has the action of a need."""
 
     NOTHING = "gets there"
     GATES = "obstacles are in its way"
@@ -36,9 +36,10 @@ class Helper:
 
 @dataclass(frozen=True)
 class Shortfall:
-    """What an obstacle lacks that is never resolved. ``met``: the actions of its needs that are
-    met, or will be; ``action``: of the one that never is, which takes ``robots``, ``together`` in
-    one tick; ``done``: who has met a part of it; ``helpers``: who else has the action."""
+    """The unfulfilled need of an obstacle that is never resolved. ``met``: the actions of its needs
+    that are fulfilled, or will be; ``action``: that of the need that never is, which takes
+    ``robots``, ``together`` in one tick; ``done``: robots that have fulfilled a part of it;
+    ``helpers``: the other robots that have the action."""
 
     obstacle: str
     action: str
@@ -55,7 +56,8 @@ class Shortfall:
 
 
 def shortfalls(floor: Floor, closure: Closure, out: Collection[str] = ()) -> tuple[Shortfall, ...]:
-    """What each obstacle lacks that a closure never resolves; ``out``: robots out of service."""
+    """Return the shortfall of each obstacle that a closure never resolves; ``out``: robots out of
+    service."""
     return tuple(_shortfall(floor, closure, gate, out) for gate in closure.never)
 
 
@@ -170,8 +172,8 @@ def need_words(action: str, robots: int, *, together: bool) -> str:
 
 
 def why_nobody(floor: Floor, found: Settlement, gate: int, word: Word) -> str | None:
-    """Why no robot is told to help with an obstacle now, although some could get there; None where
-    the bids say it: nobody has the action, or nobody gets there."""
+    """Return why no robot is assigned to help with an obstacle now, although some could get there;
+    None where the bids show it: no robot has the action, or none gets there."""
     problem = floor.problem
     need = problem.next_need(gate, floor.stages)
     able = problem.able(gate, floor.stages)

@@ -1,11 +1,11 @@
-"""SOLVE: in which order who resolves what, so that everybody can go on in the end.
+"""SOLVE: an order in which robots resolve obstacles, so that every robot can continue in the end.
 
 Robots are sets of poses here, those that each may choose to be in, and do not collide. A step
-meets one need of one obstacle: a group of capable robots goes where it can be met. Resolving only
-opens ways, and a step after which each robot of the group can come back to wherever it may have
-been loses nothing. So such a step is taken at once, and only one-way choices are branched over.
-Without collisions the search fails iff no order of moves and resolutions keeps everybody able to
-go on (docs/coordination.md).
+fulfils one need of one obstacle: a group of capable robots goes where it can be fulfilled.
+Resolving only opens paths, and a step after which each robot of the group can come back to wherever
+it may have been loses nothing. So such a step is taken immediately, and the search branches only
+over irreversible choices. Without collisions the search fails iff no order of moves and resolutions
+keeps every robot able to continue (docs/coordination.md).
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ class Solver:
         return self.problem.members[robot].graph.around(poses, self.problem.allowed(robot, stages))
 
     def feasible(self, sets: Sets, stages: Stages, wanted: frozenset[int] = frozenset()) -> bool:
-        """Whether ``wanted`` can be resolved and everybody go on for ever. Raises SpentError."""
+        """Whether ``wanted`` can be resolved and all robots continue forever. Raises SpentError."""
         self._nodes = 0
         return self._solve(sets, None, stages, wanted, {}) is not None
 
@@ -82,8 +82,9 @@ class Solver:
         wanted: frozenset[int],
         present: Mapping[int, tuple[int, ...]],
     ) -> Plan | None:
-        """The steps, without those that nothing needs: by whoever is there first, in ticks, but
-        by the ``present`` helpers of an obstacle where they will do. Raises SpentError."""
+        """Return the steps, without those that nothing needs: by the robots that are there first,
+        in ticks, but by the ``present`` helpers of an obstacle where they suffice. Raises
+        SpentError."""
         self._nodes = 0
         sets = self.sets(poses, stages)
         origins = tuple(1 << pose for pose in poses)
@@ -91,7 +92,7 @@ class Solver:
         return None if found is None else self._pruned(found, sets, stages, wanted)
 
     def goes_on(self, robot: int, poses: Mask, stages: Stages) -> bool:
-        """Whether a robot can go on for ever from some of ``poses``, obstacles being walls."""
+        """Whether a robot can continue forever from some of ``poses``, obstacles being walls."""
         member = self.problem.members[robot]
         allowed = self.problem.allowed(robot, stages)
         reach = member.graph.closure(poses, allowed)
@@ -103,7 +104,7 @@ class Solver:
         return self.problem.members[robot].graph.closure(poses, allowed)
 
     def after(self, step: Step, sets: Sets, stages: Stages) -> tuple[Sets, Stages]:
-        """Sets and stages once a step is done."""
+        """Return sets and stages after a step."""
         changed = list(sets)
         for robot, at in zip(step.group, step.at, strict=True):
             changed[robot] = at
@@ -118,8 +119,8 @@ class Solver:
         *,
         every: bool = False,
     ) -> list[Option]:
-        """The steps that could come next, the best first. Of those that lose nothing one for each
-        obstacle is enough, unless ``every`` one is wanted."""
+        """Return the steps that could come next, the best first. One step per obstacle is enough
+        among those that lose nothing, unless ``every`` one is wanted."""
         found = [
             option
             for gate in self.problem.open(stages)
@@ -213,8 +214,8 @@ class Solver:
         return not before & ~self.reach(robot, there, stages)
 
     def _fits(self, group: tuple[int, ...], places: Mapping[int, Mask]) -> bool:
-        """Whether all of a group can stand there at once: robots in conflict on regions of their
-        own (bipartite matching; others may share)."""
+        """Whether a whole group can stand there simultaneously: robots in conflict on regions of
+        their own (bipartite matching; others may share)."""
         problem = self.problem
         crowd = [i for i in group if problem.conflicts[i] & set(group)]
         taken: dict[int, int] = {}
@@ -249,7 +250,7 @@ class Solver:
     def _replayed(
         self, plan: Plan, sets: Sets, stages: Stages, wanted: frozenset[int]
     ) -> Plan | None:
-        """The same steps with the poses as they are now; None if that does not do any more."""
+        """Return the same steps with the current poses; None if they no longer suffice."""
         rebuilt = []
         for step in plan:
             need = self.problem.next_need(step.gate, stages)

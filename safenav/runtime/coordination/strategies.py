@@ -87,8 +87,8 @@ class Strategies:
         return planner.relocate(state.pose, state.progress, self._seen_now(state, planner.task))
 
     def catch_up(self, state: RobotState) -> None:
-        """A robot was kept from answering its last look: it goes on in a node that remembers that
-        look. If there is none it stays in its node, which may do."""
+        """Let a robot that could not act on its last look continue in a node that remembers that
+        look. If there is none it stays in its node, which may suffice."""
         planner = state.planner
         if planner is None:
             return

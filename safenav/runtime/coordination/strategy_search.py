@@ -1,5 +1,5 @@
 """The search for strategies: each robot climbs its ladder until a specification is realizable, all
-robots at once."""
+robots simultaneously."""
 
 from __future__ import annotations
 
@@ -138,7 +138,7 @@ class StrategySearch:
 
 
 def _tried(result: TaskResult) -> tuple[records.Tried, ...]:
-    """What has failed by now."""
+    """Return the attempts that have failed so far."""
     verdict = vocabulary.RecordedVerdict(result.result.verdict.value)
     fairness, spec = result.task.fairness.value, result.result.spec_sha256
     return (*result.tried, records.Tried(result.form, fairness, spec, verdict))

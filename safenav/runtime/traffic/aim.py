@@ -21,7 +21,7 @@ from safenav.world.map import Heading
 from safenav.world.moves import Pose
 
 Row = tuple[int, ...]
-"""What formulas speak of in a node: region, heading if there is one, memory."""
+"""The part of a node that formulas refer to: region, heading if there is one, memory."""
 
 
 class Aims:
@@ -38,8 +38,8 @@ class Aims:
         self._found: dict[tuple[int, frozenset[int]], Pose | None] = {}
 
     def aim(self, node: int, met: Collection[int]) -> Pose | None:
-        """The pose that the robot is to come to first; None if that is where it stands, or unknown.
-        ``met``: the goals of its formulas that it has met in this round."""
+        """Return the pose that the robot must reach first; None if it stands there, or it is
+        unknown. ``met``: the goals of its formulas that it has met in this round."""
         key = node, frozenset(met)
         if key not in self._found:
             way = self._way(*key)
@@ -47,7 +47,8 @@ class Aims:
         return self._found[key]
 
     def _way(self, node: int, met: frozenset[int]) -> list[int] | None:
-        """The shortest way of the strategy from a node by which one of the other goals is met."""
+        """Return the shortest path of the strategy from a node that meets one of the other goals;
+        None if none is found."""
         rows, transitions = self._rows, self.strategy.transitions
         before: dict[int, int | None] = {node: None}
         queue = deque([node])

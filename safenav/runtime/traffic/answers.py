@@ -1,4 +1,4 @@
-"""What a search for a joint plan may answer: a plan, the proof that there is none, or nothing."""
+"""Results of a search for a joint plan: a plan, a proof that there is none, or no verdict."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Exhausted:
 
 @dataclass(frozen=True)
 class Spent:
-    """The budget was spent: nothing is known."""
+    """The budget is exhausted: no verdict."""
 
     states: int
 

@@ -27,20 +27,20 @@ ROUNDS_AHEAD = 2
 """Rounds of the mission beyond those that the fastest robot has done: enough to serve everybody."""
 
 FIRST_BUDGET = 200
-"""Of each variant in the first two rounds; doubled from then on. One deep search makes plans of
-thousands of steps where 38 do."""
+"""Budget of each variant in the first two rounds; doubled from then on. One deep search makes plans
+of thousands of steps where 38 suffice."""
 ROUNDS_OF_SEARCH = 7
 MOST_FOR_AN_ORDER = 800
 """Of one drawn order: a lucky one needs few states, an unlucky one any number."""
 SINGLES_BUDGET = 4_000
-"""Of the breadth-first search of at most four robots, after the first round."""
+"""Budget of the breadth-first search of at most four robots, after the first round."""
 PROOF_BUDGET = 60_000
-"""Of the same as a proof: the joint states that an auditor enumerates again."""
+"""Budget of the same search as a proof: the joint states that an auditor enumerates again."""
 
 LEG_BUDGET = 30
-"""Of a leg, beyond two for each of its steps."""
+"""Budget of a leg, beyond two for each of its steps."""
 CHAIN_BUDGET = 3_000
-"""States examined in vain until the first chain is given up; doubled with each round."""
+"""States examined without success until the first chain is given up; doubled with each round."""
 LEGS_OF_A_ROBOT = 50
 """More on the average lead nowhere: robots push each other from where they want to be."""
 
@@ -50,12 +50,13 @@ LOCAL_ROBOTS = 3
 
 FEW_SIZES = (2, 3)
 FEW_GROUPS = 300
-"""Of each size, those that stand nearest to each other first."""
+"""Number of groups of each size, those that stand nearest to each other first."""
 FEW_STATES = 20_000
 
 CERTIFICATE_ROUNDS = 1
 CERTIFICATE_STATES = 2_000
-"""A move is refused without one, and may be tried again in the next tick."""
+"""Budget for a certificate. A move that has none is refused, and may be tried again in the next
+tick."""
 CERTIFICATES_KEPT = 10_000
 REJOIN_PLACES = 3
 """Places of the last plan to which the way back may lead: those that most robots are in."""

@@ -32,10 +32,10 @@ def deadlock_of_few(
     counts: Sequence[Count],
     stopping: Callable[[], None],
 ) -> tuple[Floor, Course, Exhausted] | None:
-    """A few robots of a larger team that cannot complete, as a floor of their own, and what they
-    can reach: those who never move again, or any two or three; None if none are found. ``among``:
-    those that are looked at. Who is out of service is none of them: it stands still only until it
-    is back."""
+    """Return a few robots of a larger team that cannot complete, as a floor of their own, and what
+    they can reach: those that never move again, or any two or three; None if none are found.
+    ``among``: the robots to examine. Robots out of service are not among them: they stand still
+    only until they are back."""
     whole = Course(floor.problem, rounds)
     now = whole.begun(floor.poses, tuple(counts), floor.stages)
     stuck = Stuck(whole).cannot_complete(now)

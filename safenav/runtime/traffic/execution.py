@@ -124,7 +124,7 @@ class Execution:
         return way[step + 1]
 
     def due(self, robot: int) -> Count | None:
-        """What a robot must have counted before it takes its next step."""
+        """Return the count that a robot must have before it takes its next step."""
         return self.dues[robot].get(self.taken[robot]) if self.dues else None
 
     def arrived(self, robot: int) -> None:

@@ -69,11 +69,11 @@ class Course:
     _alive: dict[Stages, tuple[Mask, ...]] = field(default_factory=dict)
 
     def begun(self, poses: tuple[int, ...], counts: tuple[Count, ...], stages: Stages) -> Joint:
-        """The state in which a search begins: what is met by waiting is met."""
+        """Return the start state of a search: goals that waiting meets count as met."""
         return self._settled(poses, counts, stages, range(len(poses)))
 
     def moved(self, state: Joint, poses: tuple[int, ...], who: Iterable[int]) -> Joint:
-        """The state after ``who`` have come to their places in ``poses``."""
+        """Return the state after the robots ``who`` have reached their poses in ``poses``."""
         return self._settled(poses, state.counts, state.stages, who)
 
     def steps(self, stages: Stages) -> tuple[Steps, ...]:
@@ -87,8 +87,8 @@ class Course:
         return found
 
     def hopeful(self, stages: Stages) -> tuple[Steps, ...]:
-        """Of ``steps`` those after which the robot could still go on for ever, were all obstacles
-        out of its way: from the others nothing leads to the end of the mission."""
+        """Return those of ``steps`` after which the robot could still continue forever if all
+        obstacles were out of its way: no other step leads to the end of the mission."""
         found = self._hopeful.get(stages)
         if found is None:
             found = self._hopeful[stages] = tuple(
@@ -122,7 +122,7 @@ class Course:
         return count[2] >= self.rounds * (len(member.targets) if member.in_turn else 1)
 
     def completed(self, state: Joint) -> bool:
-        """Whether everybody has done its rounds and can go on for ever from where it is."""
+        """Whether each robot has done its rounds and can continue forever from where it is."""
         if not all(self.is_done(i, count) for i, count in enumerate(state.counts)):
             return False
         alive = self._alive_at(state.stages)
@@ -170,7 +170,7 @@ class Course:
         stages: Stages,
         who: Iterable[int],
     ) -> Joint:
-        """Let everybody act where it stands, and count what is met there by waiting."""
+        """Let every robot act where it stands, and count the goals that waiting meets there."""
         if stages and self.problem.open(stages):
             before = self._resolved(stages)
             stages = performed(self.problem, poses, stages)

@@ -1,12 +1,12 @@
-"""Joint plans: moves for all robots by which each gets where it wants, or the proof that none do.
+"""Joint plans: moves for all robots by which each reaches its targets, or a proof that none exist.
 
 LaCAM (Okumura: LaCAM, search-based algorithm for quick multi-agent pathfinding, AAAI 2023) over
-joint states: a depth-first search whose next state is what PIBT proposes, then PIBT with one robot
-forced, then every step of one robot alone, so that it is complete with few edges a state. One deep
-search makes needlessly long plans; many small ones, with other priorities and doubled budgets, find
-short ones, and where the floor is full chains of legs do (``legs``). States in which somebody
-cannot go on any more are left out. A search that exhausts its space without robots left out is
-repeated with all states, which is the proof.
+joint states: a depth-first search whose next state is PIBT's proposal, then PIBT with one robot
+forced, then every step of one robot alone, so that it is complete with few edges per state. One
+deep search makes needlessly long plans; many small ones, with other priorities and doubled budgets,
+find short ones, and where the floor is full chains of legs find them (``legs``). States in which
+some robot can no longer continue are left out. A search that exhausts its space without robots left
+out is repeated with all states, which is the proof.
 """
 
 from __future__ import annotations
@@ -35,14 +35,14 @@ from safenav.runtime.traffic.stuck import Stuck
 from safenav.world.poses import FAR, Mask
 
 Guide = Callable[[Stages, tuple[int, ...]], Sequence[Mask | None]]
-"""What coordination wants of each robot at stages and poses: a set of poses to go to, 0 for
+"""The goal poses that coordination gives each robot at stages and poses: a set of poses, 0 for
 nothing, None for its own objective."""
 
 Goal = Callable[[Joint], bool]
 
 
 class Variant(Enum):
-    """In which order robots choose, and who has a wish."""
+    """The order in which robots choose, and which of them have goal poses."""
 
     FARTHEST = "farthest first"
     STATIC = "a random order"
@@ -89,7 +89,7 @@ class Search:
                 if isinstance(answer, Found):
                     return answer
                 if isinstance(answer, Exhausted):
-                    # Counts the hopeless states as well; no more than were looked at, or nearly so.
+                    # Counts the hopeless states as well; hardly more than were examined.
                     return self.singles(proof or PROOF_BUDGET)
                 spent += answer.states
             answer = by_legs(self, self._rng, CHAIN_BUDGET << turn)

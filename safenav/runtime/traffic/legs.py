@@ -1,8 +1,9 @@
-"""A joint plan as a chain of legs: one robot after the other is brought to what it wants next.
+"""A joint plan as a chain of legs: one robot after the other is brought to its next goal poses.
 
-On full floors one search for everybody at once loses its way; a leg for one robot, with all others
-pushed aside, is a matter of some ten states. Any robot that succeeds may be the next. A chain that
-ends in a state from which no leg leads on goes back to an earlier one, and on by other legs.
+On full floors one search for all robots together makes no progress; a leg for one robot, with all
+others pushed aside, takes some ten states. Any robot that succeeds may be the next. A chain that
+ends in a state from which no leg leads further backtracks to an earlier one, and continues by other
+legs.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from safenav.runtime.traffic.pibt import Field
 
 
 class LegSearch(Protocol):
-    """What a chain needs: where it begins and ends, and a search for one leg."""
+    """Interface that a chain needs: its start and goal, and a search for one leg."""
 
     start: Joint
     goal: Callable[[Joint], bool]
@@ -34,8 +35,9 @@ class LegSearch(Protocol):
 
 
 def by_legs(search: LegSearch, rng: random.Random, most_vain: int) -> Found | Spent:
-    """One chain from the start of a search to its goal. ``rng`` draws whose turn it is, and how far
-    to go back where no leg leads on; ``most_vain``: states looked at for nothing."""
+    """Return one chain from the start of a search to its goal. ``rng`` draws which robot is next,
+    and how far to backtrack where no leg leads further; ``most_vain``: limit on states examined
+    without success."""
     legs: list[tuple[Joint, ...]] = [(search.start,)]
     most = LEGS_OF_A_ROBOT * len(search.start.poses)
     spent, made = 0, 0
@@ -55,7 +57,8 @@ def by_legs(search: LegSearch, rng: random.Random, most_vain: int) -> Found | Sp
 def _next_leg(
     search: LegSearch, state: Joint, rng: random.Random
 ) -> tuple[tuple[Joint, ...] | None, int]:
-    """The states until some robot has what it wants now, and how many were looked at in vain."""
+    """Return the states until some robot reaches its current goal poses, and the number of states
+    examined without success."""
     fields = search.fields(state)
     wanting = [i for i, field in enumerate(fields) if field is not None and field[state.poses[i]]]
     rng.shuffle(wanting)

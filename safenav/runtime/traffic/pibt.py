@@ -1,11 +1,11 @@
-"""PIBT: one step for a whole team at once, robots pushing those that stand in their way.
+"""PIBT: one simultaneous step for a whole team, robots pushing those that stand in their way.
 
 Priority inheritance with backtracking (Okumura, Machida, Defago, Tamura: Priority inheritance with
 backtracking for iterative multi-agent path finding, Artificial Intelligence 310, 2022), over poses
-instead of places. Each robot takes the free pose nearest to its wish; one that stands there takes
-its own step first, and if it cannot, the next best pose is tried. Robots move one after the other
-within a tick, so a region may be entered that is left in the same step, but full cycles turn
-nowhere: nobody moves into the region of one that waits for it to move.
+instead of places. Each robot takes the free pose nearest to its goal poses; one that stands there
+takes its own step first, and if it cannot, the next best pose is tried. Robots move one after the
+other within a tick, so a region may be entered that is left in the same step, but full cycles turn
+nowhere: no robot moves into the region of one that waits for it to move.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from itertools import pairwise
 from safenav.runtime.traffic.joint import Course, Joint
 
 Field = list[int] | None
-"""The distance of each pose to a robot's wish; None without one."""
+"""The distance of each pose to a robot's goal poses; None if it has none."""
 
 Rank = tuple[int, bool, int]
-"""Of a pose: how far it is from the wish, whether somebody stands there, its number."""
+"""Rank of a pose: its distance from the goal poses, whether a robot stands there, its number."""
 
 
 class Generator:
@@ -57,7 +57,7 @@ class Generator:
         return tuple([self._next[robot] for robot in range(len(state.poses))])
 
     def _look(self, state: Joint, fields: Sequence[Field]) -> None:
-        """What all proposals for a state have in common."""
+        """Prepare the data that all proposals for a state share."""
         self._state, self._fields = state, fields
         self._poses = state.poses
         self._regions = [p % size for p, size in zip(state.poses, self._sizes, strict=True)]
@@ -118,7 +118,7 @@ class Generator:
         return True
 
     def _candidates(self, robot: int) -> list[int]:
-        """The poses that a robot may take, the nearest to its wish first."""
+        """Return the poses that a robot may take, the nearest to its goal poses first."""
         known = self._ranked.get(robot)
         if known is None:
             known = self._ranked[robot] = self._rank(robot)

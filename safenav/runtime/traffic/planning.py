@@ -67,8 +67,8 @@ class Traffic:
         return self.execution is not None
 
     def next_pose(self, name: str) -> Pose | None:
-        """The pose that the plan has a robot take now; None if it stays: it is done, must let
-        others go first, or has not been told yet to have met what the plan counts on."""
+        """Return the pose that the plan has a robot take now; None if it stays: it is done, must
+        let others go first, or has not yet counted the goals that the plan assumes met."""
         assert self.execution is not None
         floor = self.state.last_settled.floor
         index = floor.index(name)
@@ -99,8 +99,8 @@ class Traffic:
             self.execution.arrived(self.state.last_settled.floor.index(name))
 
     def tick(self) -> bool:
-        """Look at the team after a tick: whether a plan has just been finished. Raises RunEnded if
-        nobody can get on, or a budget is spent."""
+        """Examine the team after a tick; return whether a plan has just been finished. Raises
+        RunEnded if no robot can continue, or a budget is exhausted."""
         if self.execution is not None:
             return self.execution.finished
         if not self.state.scenario.deadlock or not any(self._rivals.values()):
@@ -116,8 +116,8 @@ class Traffic:
     def end(
         self, reason: vocabulary.PlanEndReason, nodes: Mapping[str, int | None] | None = None
     ) -> None:
-        """The plan is over: it is finished, or something was learnt. ``nodes``: where each robot
-        goes on in its strategy."""
+        """End the plan: it is finished, or something was learnt. ``nodes``: each robot's next
+        strategy node."""
         self.wanted = None
         if self.execution is not None:
             self.execution = None
@@ -129,7 +129,8 @@ class Traffic:
         return self._certificates.allow(name, pose)
 
     def _starving(self) -> str | None:
-        """The first robot that gets no nearer to what it is told to reach."""
+        """Return the first robot that makes no progress towards its assigned target; None if there
+        is none."""
         floor = self._searches.aimed(self._searches.floor())
         found = None
         for index, (name, robot) in enumerate(self.state.robots.items()):
@@ -204,9 +205,9 @@ class Traffic:
         return all(self._has_met(floor, i, count) for i, due in dues for count in due.values())
 
     def _leg(self, floor: Floor, course: Course, start: Joint) -> list[Joint] | None:
-        """Moves by which at least the robot that starves gets to where it wants to be: formulas may
-        remember, so that a plan for all takes for met what is not. None if there are none, or the
-        team could not go on after them."""
+        """Return moves that bring at least the starving robot to its target: formulas may
+        remember, so that a plan for all assumes goals as met that are not. None if there are no
+        such moves, or the team could not continue after them."""
         index = floor.index(self._starved)
         goal = self._searches.goal(floor, self._starved)
         search = self._searches.search(floor, course, start, {index: goal})
@@ -228,7 +229,7 @@ class Traffic:
         return ROUNDS_FIRST + self._failures // 4
 
     def _searched(self, floor: Floor, helping: bool) -> tuple[Course, Joint, Search, Answer]:
-        """The search for a plan, and what came of it."""
+        """Search for a plan; return the search and its result."""
         course = self._searches.course(floor)
         start = course.begun(floor.poses, self._searches.counts(floor, course.rounds), floor.stages)
         search = self._searches.search(floor, course, start)

@@ -1,9 +1,9 @@
-"""Back to a plan that was found before: robots that have left its ways return to them one by one.
+"""Return to a plan that was found before: robots that have left its paths rejoin them one by one.
 
-A plan for the whole mission stays a certificate while everybody does what can be undone: whoever
-has left it comes back, and all follow the rest. That takes a few searches for one robot each, not
-one for all. What has been met meanwhile need not be met again, so the rest does no less than it
-did; still, all of it is walked through before it is believed.
+A plan for the whole mission stays a certificate while every robot makes only reversible moves: a
+robot that has left it comes back, and all follow the rest. That takes a few searches for one robot
+each, not one for all. Goals met meanwhile need not be met again, so the rest achieves no less than
+it did; still, all of it is walked through before it is trusted.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def _return(course: Course, start: Joint, poses: tuple[int, ...]) -> list[Joint]
 
 
 def _way(course: Course, state: Joint, robot: int, goal: int) -> list[int]:
-    """A shortest way of one robot while the others stand still; empty if there is none."""
+    """Return a shortest path of one robot while the others stand still; empty if there is none."""
     start = state.poses[robot]
     if start == goal:
         return []
@@ -74,7 +74,7 @@ def _way(course: Course, state: Joint, robot: int, goal: int) -> list[int]:
 
 
 def _follow(course: Course, states: list[Joint], plan: Sequence[Joint]) -> bool:
-    """Go on along a plan from its first state; whether that completes the mission."""
+    """Continue along a plan from its first state; return whether that completes the mission."""
     for here, there in pairwise(plan):
         state = states[-1]
         if course.completed(state):

@@ -32,7 +32,7 @@ class StateGraph(PoseGraph):
 
     @property
     def one_way(self) -> bool:
-        """What is remembered may never be forgotten."""
+        """Always true: a change of memory may be irreversible."""
         return True
 
     def state(self, pose: int, memory: Mapping[str, int]) -> int | None:

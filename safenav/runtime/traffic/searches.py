@@ -1,5 +1,5 @@
 """Joint searches from where the team stands: the floor as it was settled last, the rounds that
-a plan looks ahead, what each robot has counted, and what it is told."""
+a plan looks ahead, each robot's counts, and its assignment."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from safenav.world.poses import Mask
 
 
 class Searches:
-    """What a search for a joint plan starts from now, and such searches."""
+    """The current start of a search for a joint plan, and such searches."""
 
     def __init__(self, state: TeamState, stop: Stop) -> None:
         self._state = state
@@ -72,8 +72,8 @@ class Searches:
         return replace(floor, problem=problem, poses=tuple(poses))
 
     def give_up(self, floor: Floor) -> None:
-        """With what robots remember there is no plan for this problem, from here or from anywhere
-        that they can come to: they move on as if they remembered nothing."""
+        """Give up the memory of robots for this problem: with it there is no plan from here or from
+        any state that they can reach. They continue as if they remembered nothing."""
         self._hopeless = floor.problem
 
     def aimed(self, floor: Floor) -> Floor:
@@ -133,14 +133,15 @@ class Searches:
         return Course(floor.problem, min(wanted, done + ROUNDS_AHEAD))
 
     def counts(self, floor: Floor, rounds: int) -> tuple[Count, ...]:
-        """What each robot has met so far, up to so many rounds."""
+        """Return the goals that each robot has met so far, up to ``rounds`` rounds."""
         owns = {name: robot.own for name, robot in self._state.robots.items()}
         return counts_of(floor, owns, rounds)
 
     def search(
         self, floor: Floor, course: Course, start: Joint, wishes: Mapping[int, Mask] | None = None
     ) -> Search:
-        """A search for a plan. ``wishes``: of robots at first, in place of what they are told."""
+        """Return a search for a plan. ``wishes``: initial goal poses of robots, in place of the
+        assigned ones."""
 
         def guide(stages: Stages, poses: tuple[int, ...]) -> list[Mask | None]:
             found = self._guide(floor, stages, poses)

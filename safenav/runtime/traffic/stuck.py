@@ -1,9 +1,9 @@
 """Robots that can never move again, which makes a joint state hopeless long before a search ends.
 
-Two robots with headings that face each other in a corner stay there for ever: each has only the
+Two robots with headings that face each other in a corner stay there forever: each has only the
 other's region to go to. In general the greatest set of robots of which each step leads to where
-another one of the set stands, or to where it could not go on for ever. Nothing that others do, and
-no obstacle that goes, changes that. On full floors this is what most ways end in.
+another one of the set stands, or to where it could not continue forever. No move of another robot
+and no obstacle that disappears changes that. On full floors most paths end like this.
 """
 
 from __future__ import annotations

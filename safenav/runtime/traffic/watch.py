@@ -1,9 +1,9 @@
-"""The watch: who has not come nearer to what it is told to reach for too long.
+"""Starvation watch: robots that have made no progress towards their target for too long.
 
-A strategy relies on the others' being infinitely often out of its way. Nobody can see that fail;
-what can be seen is a robot that gets no nearer to its goal poses. Only progress on what it is told
-*now* counts: a robot that holds meets its goal in every tick, which means nothing once it is sent
-somewhere.
+A strategy assumes that the others are infinitely often out of its way. No finite run shows that
+this fails; it does show a robot that gets no nearer to its goal poses. Only progress on its
+*current* assignment counts: a robot that holds meets its goal in every tick, which means nothing
+after it is sent somewhere.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ class Watch:
         self._waits: dict[str, _Wait] = {}
 
     def look(self, robot: str, told: Hashable, distance: int, tick: int) -> bool:
-        """Whether a robot that is told ``told`` and has still ``distance`` steps to go (FAR: no
-        way, or nowhere to go) starves. Call once a tick."""
+        """Whether a robot with the assignment ``told`` and ``distance`` remaining steps (FAR: no
+        path, or nowhere to go) starves. Call once per tick."""
         wait = self._waits.get(robot)
         if distance >= FAR or distance == 0:
             self._waits.pop(robot, None)

@@ -1,7 +1,7 @@
-"""What a text draws: everything on the map that can be placed, right or wrong.
+"""Drawings of scenario texts: everything on the map that can be placed, right or wrong.
 
-The page draws a scenario with what draws runs, so a drawing is a run that has not begun; beside it
-stand the items that can be taken hold of, each with its line in the text.
+The page draws a scenario with the code that draws runs, so a drawing is a run that has not begun;
+it also lists the items that the user can drag, each with its line in the text.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ class _Placing:
 
 
 def drawing_of(text: str, world: RegionMap, catalogue: Catalogue) -> dict[str, Any] | None:
-    """The drawing of a text on its map; None if it is no YAML."""
+    """Return the drawing of a text on its map; None if it is not valid YAML."""
     try:
         root = read_document(text).root
     except DocumentError:
@@ -97,7 +97,7 @@ def drawing_of(text: str, world: RegionMap, catalogue: Catalogue) -> dict[str, A
 
 
 def palette(catalogue: Catalogue) -> dict[str, Any]:
-    """What can be dropped on the map."""
+    """Return the items that can be dropped on the map."""
     return {
         "robots": [
             {

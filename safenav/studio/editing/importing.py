@@ -153,8 +153,8 @@ def divided(plan: FloorPlan, cut: Cut) -> RegionMap:
 
 
 def preview(plan: FloorPlan, cut: Cut) -> dict[str, Any]:
-    """What the page shows over the picture. ``sealed``: regions that are cut off from the largest
-    room, as one list for each room."""
+    """Return the overlay that the page shows over the picture. ``sealed``: regions that are cut off
+    from the largest room, as one list for each room."""
     world = divided(plan, cut)
     return {
         "rows": world.rows,

@@ -1,8 +1,8 @@
-"""What the drawing does to the text: one function an operation, each on the data of the text;
+"""Operations of the drawing on the text: one function per operation, each on the data of the text;
 those on robots and on the map have modules of their own.
 
-An operation is an object with ``op`` and what it needs. Regions are numbers, robots their names,
-obstacles their index.
+An operation is an object with ``op`` and its arguments. Regions are given by number, robots by
+name, obstacles by index.
 """
 
 from __future__ import annotations
@@ -57,8 +57,8 @@ def add_obstacle(data: Any, told: Operation) -> None:
 
 
 def add_change(data: Any, told: Operation) -> None:
-    """What ``robot`` is told at tick ``at``: an ``objective`` (kind and regions as numbers, several
-    for a target of which any counts), or ``service``."""
+    """Add a change for ``robot`` at tick ``at``: an ``objective`` (kind and regions as numbers,
+    several for a target of which any counts), or ``service``."""
     new = CommentedMap({"at": told["at"], "robot": told["robot"]})
     if told.get("objective") is not None:
         ((kind, body),) = told["objective"].items()

@@ -81,8 +81,8 @@ def _replay(data: Any, records: Sequence[Record], seed: int | None) -> None:
 
 
 def _settle_draws(data: Any, records: Sequence[Record]) -> None:
-    """Put what the seed made of probabilities in their place: with one of them settled, the others
-    would be drawn anew."""
+    """Replace probabilities by the values drawn from the seed: with one of them settled, the others
+    would be drawn again."""
     header = next(record for record in records if isinstance(record, Header))
     entries = [entry for entry in data.get("obstacles") or () if isinstance(entry, dict)]
     for entry, drawn in zip(entries, header.scenario.obstacles, strict=False):

@@ -1,4 +1,4 @@
-"""What the drawing does to the robots of a text, each by its name."""
+"""Operations of the drawing on the robots of a text, each by its name."""
 
 from __future__ import annotations
 
@@ -140,7 +140,7 @@ def _robot(data: Any, told: Operation) -> Any:
 
 
 def _changes_of(data: Any, robot: str) -> list[Any]:
-    """What a robot is told while the run goes on."""
+    """Return the changes for a robot during the run."""
     listed = data.get("changes")
     entries = listed if isinstance(listed, list) else ()
     return [entry for entry in entries if isinstance(entry, dict) and entry.get("robot") == robot]

@@ -18,11 +18,11 @@ from ruamel.yaml.error import YAMLError
 from safenav.errors import UsageError
 
 Operation = Mapping[str, Any]
-"""What a page asks for: ``op`` and what it needs."""
+"""A request of a page: ``op`` and its arguments."""
 
 
 def changed(text: str, change: Callable[[Any], None]) -> str:
-    """The text after ``change`` of its data. Raises UsageError for a text that is no YAML."""
+    """Return the text after ``change`` of its data. Raises UsageError for invalid YAML."""
     yaml = _yaml(text)
     try:
         data = yaml.load(text)

@@ -1,4 +1,4 @@
-"""What the drawing does to the map of a text: walls and floor, its size, names of its regions."""
+"""Operations of the drawing on the map of a text: walls and floor, size, names of regions."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def paint(data: Any, told: Operation) -> None:
 
 
 def resize(data: Any, told: Operation) -> None:
-    """So many rows and columns more (or less) at each side; regions stay where they are."""
+    """Add (or remove) this many rows and columns at each side; regions stay where they are."""
     places = MapPlaces(data)
     top, bottom, left, right = (int(told.get(side, 0)) for side in SIDES)
     rows, cols = places.rows + top + bottom, places.cols + left + right
@@ -60,7 +60,7 @@ def resize(data: Any, told: Operation) -> None:
 
 
 def _opened(grid: list[str], old: list[str], grown: tuple[int, int, int, int]) -> list[str]:
-    """The floor goes on to the new border where the map has grown beyond a wall all along."""
+    """Extend the floor to the new border where the map has grown beyond an unbroken wall."""
     top, bottom, left, right = grown
     rows, cols = len(grid), len(grid[0])
     new = [list(row) for row in grid]

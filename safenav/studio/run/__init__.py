@@ -1,1 +1,1 @@
-"""A live run: its process, and what is told of it to the pages."""
+"""A live run: its process, and its messages to the pages."""

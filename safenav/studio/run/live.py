@@ -1,7 +1,7 @@
-"""A run that pages look at: the owner of its process, its trace, and the pace.
+"""A run that pages show: the owner of its process, its trace, and the pace.
 
-Everything that pages are told goes through ``tell``; what they ask for comes in by the methods.
-The run is the same for all pages: who comes later gets the whole of it (``whole``).
+All messages to pages go through ``tell``; their requests arrive by the methods. The run is the
+same for all pages: a page that joins later gets the whole of it (``whole``).
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from safenav.trace.records import KINDS, Header, Outcome, Record
 
 SPEEDS = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)
 PATIENCE = 1.0
-"""Seconds that a run has to end when it is told to; then its processes are killed."""
+"""Seconds that a run has to end after a request to end; then its processes are killed."""
 
 LIMIT = 32 * 2**20
 """Bytes of one line of a trace."""
@@ -35,7 +35,7 @@ Tell = Callable[[dict[str, Any]], None]
 
 
 class LivePhase(StrEnum):
-    """What the run is doing."""
+    """Phase of a live run."""
 
     STARTING = "starting"
     PAUSED = "paused"
@@ -69,7 +69,7 @@ class StudioRun:
 
     @property
     def state(self) -> dict[str, Any]:
-        """What pages show beside the run itself."""
+        """Return the state that pages show beside the run itself."""
         outcome = next((r for r in reversed(self.records) if isinstance(r, Outcome)), None)
         return {
             "phase": self.phase.value,
@@ -109,7 +109,7 @@ class StudioRun:
         self._tell_state()
 
     def play(self) -> None:
-        """Go on, tick after tick."""
+        """Continue, tick after tick."""
         self._playing = True
         self._set(LivePhase.RUNNING)
         self._wake.set()
@@ -121,7 +121,7 @@ class StudioRun:
         self._wake.set()
 
     def set_speed(self, speed: float) -> None:
-        """Ticks a second."""
+        """Set the speed, in ticks per second."""
         self.speed = min(SPEEDS, key=lambda known: abs(known - speed))
         self._tell_state()
 

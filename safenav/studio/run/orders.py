@@ -1,4 +1,4 @@
-"""What the server and the process of a run say to each other: JSON, one object a line.
+"""Messages between the server and the process of a run: JSON, one object per line.
 
 To the process: a ``RunOrder`` first, then ``{"do": "step"}``, ``{"do": "change", ...}``, ``{"do":
 "end"}``. From it: the lines of the trace, and lines whose ``type`` begins with ``~``: ``~done``

@@ -1,6 +1,6 @@
-"""The process of a live run: it steps a mission when it is told to, and writes down what happens.
+"""The process of a live run: it steps a mission on request, and writes down what happens.
 
-A process of its own, so that a synthesis blocks nobody and the run can be stopped at any moment:
+A separate process, so that a synthesis blocks no page and the run can be stopped at any moment:
 SIGINT ends it at the next opportunity, as in ``safenav run``.
 """
 
@@ -36,7 +36,7 @@ def main() -> None:
     except SafenavError as error:
         say({"type": FAILED, "message": str(error)})
     except BrokenPipeError:
-        os._exit(1)  # nobody listens any more
+        os._exit(1)  # the reader is gone
 
 
 def _serve(orders: IO[str], say: Any) -> None:
