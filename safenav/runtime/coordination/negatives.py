@@ -12,6 +12,7 @@ from safenav.runtime.coordination.reasons import (
     cause_of,
     shortfall_words,
     shortfalls,
+    without_room,
 )
 from safenav.runtime.coordination.strategy_search import TaskResult, failed
 from safenav.runtime.team import TeamState
@@ -21,6 +22,9 @@ from safenav.scenario.objective import Ltl
 from safenav.spec.task import Task
 from safenav.trace import proofs, vocabulary
 from safenav.trace.wording import obstacle_words
+
+
+_TRAPPED = "every remaining option traps a robot needed elsewhere"
 
 
 def told(floor: Floor, proof: Proof) -> proofs.Proof:
@@ -69,9 +73,10 @@ def nobody_goes_on(
     said = []
     closure = proof
     while isinstance(closure, Tree):
-        said.append("every choice that is left loses a robot that is needed elsewhere")
         if not closure.choices:
+            said += (without_room(floor, word) if closure is proof else []) or [_TRAPPED]
             break
+        said.append(_TRAPPED)
         closure = closure.choices[0].proof
     stuck: list[str] = []
     if isinstance(closure, Closure):

@@ -198,6 +198,30 @@ def why_nobody(floor: Floor, found: Settlement, gate: int, word: Word) -> str | 
     return f"first {listed(names)} must be resolved" if names else None
 
 
+def without_room(floor: Floor, word: Word) -> list[str]:
+    """The needs that robots must fulfil together for which enough robots get to the resolution
+    regions, though not to regions of their own there."""
+    problem, stages = floor.problem, floor.stages
+    found = []
+    for gate in problem.open(stages):
+        need = problem.next_need(gate, stages)
+        regions, names = 0, []
+        for robot in problem.able(gate, stages):
+            graph = problem.members[robot].graph
+            reach = graph.closure(1 << floor.poses[robot], problem.allowed(robot, stages))
+            if there := reach & graph.poses_on(need.regions):
+                regions |= graph.regions_of(there)
+                names.append(floor.names[robot])
+        if need.together and len(names) >= problem.missing(gate, stages):
+            places = " and ".join(word({region}) for region in bits(regions))
+            takes = need_words(need.action, need.robots, together=True)
+            found.append(
+                f"{obstacle_words(floor.gates[gate], word)} needs {takes}; {listed(names)} "
+                f"reach only {places} for it, where there is no room for all of them"
+            )
+    return found
+
+
 _UNSERVED = "if anybody went there now, the team could not go on"
 
 

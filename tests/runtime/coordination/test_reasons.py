@@ -54,6 +54,20 @@ def test_a_lonely_lifter_is_too_few(run: Runner) -> None:
     assert f"crate@west {lacks}" in trace.outcome["explanation"]
 
 
+def test_lifters_without_room_for_both_are_named_with_the_place(run: Runner) -> None:
+    trace = run(
+        TEAM
+        + "robots:\n"
+        + "  leo: {model: lifter, start: [2, 3], objective: {visit: [[2, 3], [2, 5]]}}\n"
+        + "  mia: {model: lifter, start: [1, 2], objective: {patrol: [[1, 2], [3, 2]]}}\n"
+        + "obstacles: [{type: crate, region: west}]\n"
+    )
+    assert trace.outcome["explanation"] == (
+        "crate@west needs two robots with 'lift' at the same time; leo and mia reach only 33 for "
+        "it, where there is no room for all of them"
+    )
+
+
 def test_keys_behind_each_other_s_doors_are_a_circle(run: Runner) -> None:
     trace = run(
         TEAM
