@@ -23,7 +23,6 @@ from safenav.spec.task import Task
 from safenav.trace import proofs, vocabulary
 from safenav.trace.wording import obstacle_words
 
-
 _TRAPPED = "every remaining option traps a robot needed elsewhere"
 
 
