@@ -213,7 +213,7 @@ def without_room(floor: Floor, word: Word) -> list[str]:
                 regions |= graph.regions_of(there)
                 names.append(floor.names[robot])
         if need.together and len(names) >= problem.missing(gate, stages):
-            places = " and ".join(word({region}) for region in bits(regions))
+            places = " and ".join(word(region) for region in bits(regions))
             takes = need_words(need.action, need.robots, together=True)
             found.append(
                 f"{obstacle_words(floor.gates[gate], word)} needs {takes}; {listed(names)} "
