@@ -32,7 +32,7 @@ PROGRAMS = ("check.py", "check_strategies.py")
 
 @dataclass(frozen=True)
 class Made:
-    """A bundle that was written, and what its own checker says of it."""
+    """A bundle that was written, and the verdict of its own checker."""
 
     path: Path
     verdict: BundleVerdict
@@ -54,11 +54,10 @@ def make_bundle(
 
     ``sources``: the scenario's YAML, map and catalogue files by name. ``kept``: texts and
     strategies of all ``synthesis`` lines (see ``Kept.complete``). ``motion``: the run in metres.
-    ``proved``: ask the verified checker, too, and say on the page what it proves.
+    ``proved``: also run the verified checker, and state on the page what it proves.
 
     Raises UsageError if the target exists, NotCertifiedError if a checker refuses the bundle,
-    ResourceLimitError if a strategy is larger than the checker takes on.
-    """
+    ResourceLimitError if a strategy is larger than the checker takes on."""
     if target.exists():
         raise UsageError(f"{target} exists; name a bundle that does not")
     with tempfile.TemporaryDirectory(dir=_parent(target), prefix=".bundle-") as directory:
@@ -108,7 +107,7 @@ def _parent(target: Path) -> Path:
 def _files(
     trace: bytes, sources: Mapping[str, bytes], kept: Kept, synthesizer: Synthesizer
 ) -> dict[str, bytes]:
-    """All files but the page and the manifest."""
+    """Return all files except the page and the manifest."""
     lines = read_lines(trace, "trace.jsonl")
     files = {
         "scenario.json": _json(lines[0]["scenario"]),
@@ -150,13 +149,14 @@ def _files(
 
 
 def _proof_of(data: bytes) -> tuple[bytes, Any]:
-    """The automaton of a counterstrategy, and all that is said about it."""
+    """Return the automaton of a counterstrategy, and its statement."""
     proof = json.loads(data)
     return json.dumps(proof["automaton"]).encode(), proof
 
 
 def _counterstrategy(text: str, robot: str, synthesizer: Synthesizer) -> bytes | None:
-    """The proof that a specification is unrealizable; None if it cannot be had in the limits."""
+    """Return the proof that a specification is unrealizable; None if the limits do not allow
+    one."""
     answer = synthesizer.counterstrategy(read_specification(text, robot=robot))
     if answer.strategy_json is None:
         return None

@@ -24,10 +24,9 @@ class Acceptance(StrEnum):
 
 @dataclass(frozen=True)
 class BundleVerdict:
-    """What the checker says: the claims that it has established, and why it refuses if it does.
+    """Verdict of the checker: the claims that it has established, and the reason if it refuses.
 
-    A claim has ``id``, ``kind``, ``text`` and ``evidence``: pairs of a file and a line or None.
-    """
+    A claim has ``id``, ``kind``, ``text`` and ``evidence``: pairs of a file and a line or None."""
 
     result: Acceptance
     reason: str
@@ -44,9 +43,8 @@ _JUDGED = (0, 1, 3)
 def check_bundle(bundle: Path, *, compare: bool = True) -> BundleVerdict:
     """Check a bundle with the checker that is installed (not the copy in the bundle).
 
-    ``compare``: the manifest has to claim what the evidence establishes.
-    Raises UsageError if this is no bundle.
-    """
+    ``compare``: the manifest has to claim what the evidence establishes. Raises UsageError if this
+    is not a bundle."""
     command = [sys.executable, "-I", "-S", str(PROGRAM), str(bundle), "--json"]
     if not compare:
         command.append("--any-claims")

@@ -1,8 +1,7 @@
-"""The evidence that goes with a strategy or a counterstrategy: its measures and choices.
+"""Evidence that goes with a strategy or a counterstrategy: its measures and choices.
 
 The formulas are evaluated by the checker's own code: evidence needs no second opinion, it is
-checked.
-"""
+checked."""
 
 from __future__ import annotations
 
@@ -29,7 +28,7 @@ from safenav.errors import ResourceLimitError
 
 @dataclass(frozen=True)
 class CounterEvidence:
-    """How the environment begins and goes on, and the measures that it wins."""
+    """The environment's initial input and choices, and the measures that prove that it wins."""
 
     start: list[int]
     chosen: list[list[int]]
@@ -40,10 +39,9 @@ class CounterEvidence:
 
 
 def strategy_measures(text: str, strategy_json: bytes) -> list[dict[str, Any]]:
-    """A measure for each goal of a specification's text under its strategy.
+    """Return a measure for each goal of a specification's text under its strategy.
 
-    Raises NoMeasureError if the strategy starves a goal.
-    """
+    Raises NoMeasureError if the strategy starves a goal."""
     strategy = _read(strategy_json, text)
     edges = strategy.edges([*dict.fromkeys(strategy.first)])
     goals, fair = strategy.met(edges)
@@ -51,10 +49,9 @@ def strategy_measures(text: str, strategy_json: bytes) -> list[dict[str, Any]]:
 
 
 def counter_evidence(text: str, strategy_json: bytes) -> CounterEvidence:
-    """What a counterstrategy as the synthesizer prints it leaves unsaid.
+    """Return the evidence that the synthesizer's counterstrategy omits.
 
-    Raises NoMeasureError if it does not beat the robot, LookupError if no input begins it.
-    """
+    Raises NoMeasureError if it does not beat the robot, LookupError if no input begins it."""
     strategy = _read(strategy_json, text)
     edges = strategy.edges([*dict.fromkeys(strategy.first)])
     goals, fair = strategy.met(edges)
@@ -78,18 +75,18 @@ class RulesEvidence:
         self._world = World(self._scenario["map"])
 
     def name(self, line: Mapping[str, Any]) -> str:
-        """The file for a line; lines about the same circumstances share one."""
+        """Return the file for a line; lines about the same circumstances share one."""
         return f"rules/{circumstances(line)}.json"
 
     def measures(
         self, line: Mapping[str, Any], text: str, strategy_json: bytes, counter: Any = None
     ) -> list[dict[str, Any]] | None:
-        """A measure for each wish of the robot; with the evidence of a counterstrategy
-        (``counter``) one for each assumption, and one that a wish is missed for ever.
+        """Return a measure for each goal of the robot; with the evidence of a counterstrategy
+        (``counter``) one for each assumption, and one that a goal is missed forever from some point
+        on.
 
         Where there is no measure, one that shows nothing; None where the circumstances are not
-        those of the strategy. The checker says what is wrong, also with other rules.
-        """
+        those of the strategy. The checker reports what is wrong, also with other rules."""
         strategy = _read(strategy_json, text)
         robot, cells = self._scenario["robots"][line["robot"]], self._scenario.get("partition")
         try:
@@ -111,7 +108,7 @@ class RulesEvidence:
 
 
 def _measure(strategy: Strategy, edges: Edges, met: Met, excuses: Sequence[Met]) -> Measure:
-    """A measure about these edges, each as if it led to the first of twins."""
+    """Return a measure for these edges, each as if it led to the first of equivalent nodes."""
     targets = [strategy.first[target] for target in edges[1]]
     return measure(strategy.count, (edges[0], targets), met, excuses)
 
@@ -125,10 +122,9 @@ def _best(strategy: Strategy, edges: Edges, met: Met, excuses: Sequence[Met]) ->
 
 @lru_cache(maxsize=2)
 def _read(strategy_json: bytes, text: str) -> Strategy:
-    """A strategy as the checker reads it, kept for the next question about it.
+    """Return a strategy as the checker reads it, cached for the next call.
 
-    Raises ResourceLimitError if that is too much for the checker.
-    """
+    Raises ResourceLimitError if it is too large for the checker."""
     try:
         return Strategy(json.loads(strategy_json), text)
     except TooLargeError as error:
@@ -136,13 +132,13 @@ def _read(strategy_json: bytes, text: str) -> Strategy:
 
 
 def _killing(strategy: Strategy, node: int) -> Row:
-    """A next input to which the robot has no answer."""
+    """Return a next input to which the robot has no reply."""
     rows = sorted(strategy.expected(strategy.asked[node]))
     return _first(row for row in rows if not strategy.replies(node, row))
 
 
 def _opening(strategy: Strategy) -> Row:
-    """An initial input to which the robot has no answer."""
+    """Return an initial input to which the robot has no reply."""
     return _first(row for row in sorted(strategy.starts()) if not strategy.openings(row))
 
 

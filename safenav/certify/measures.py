@@ -3,10 +3,10 @@
 For a goal each node gets a number ``n`` and perhaps an assumption ``a`` (an index, or None). On
 each edge that misses the goal the number falls, or number and assumption stay and the edge misses
 that assumption. For explicit strategies this simple form is complete: a run that starves a goal
-exists if and only if some strongly connected component of the edges that miss the goal meets
-every assumption. If none does, ``n`` is the depth of the component in the condensation and ``a`` an
-assumption that the component misses. One pass of Tarjan's algorithm (SIAM J. Comput. 1972) a goal.
-"""
+exists if and only if some strongly connected component of the edges that miss the goal meets every
+assumption. If none does, ``n`` is the depth of the component in the condensation and ``a`` an
+assumption that the component misses. One pass of Tarjan's algorithm (SIAM J. Comput. 1972) per
+goal."""
 
 from __future__ import annotations
 
@@ -40,9 +40,8 @@ def measure(
     """The measure of a goal.
 
     ``size``: how many nodes there are. ``edges``: the node before each edge and the one after it.
-    ``met`` and each of ``excuses`` (assumptions, for a counterstrategy goals) tell for each edge
-    whether it is met there. Raises NoMeasureError if there is none.
-    """
+    ``met`` and each of ``excuses`` (assumptions, for a counterstrategy goals) hold for each edge
+    whether it is met there. Raises NoMeasureError if there is none."""
     missing: list[list[tuple[int, int]]] = [[] for _ in range(size)]
     for edge, (source, target) in enumerate(zip(*edges, strict=True)):
         if not met[edge]:

@@ -77,8 +77,7 @@ def find_program() -> Path | None:
 def prove(bundle: Path) -> tuple[Proof, ...]:
     """Run the verified checker on a bundle, a folder or a .zip.
 
-    Raises UsageError if it is not installed or cannot judge this.
-    """
+    Raises UsageError if it is not installed or cannot check this."""
     program = find_program()
     if program is None:
         hint = "build it with `make proof` (docs/proof.md), or name it in " + VARIABLE

@@ -33,10 +33,9 @@ def bundle_of_run(
     proved: bool = False,
 ) -> Made:
     """Run a scenario and write the bundle of that run, with its ``motion`` in metres if wanted.
-    ``proved``: ask the verified checker, too.
+    ``proved``: also run the verified checker.
 
-    Raises UsageError for bad input, NotCertifiedError if a checker refuses the run.
-    """
+    Raises UsageError for bad input, NotCertifiedError if a checker refuses the run."""
     plan, text = _read(scenario)
     if plan.controllers is Controllers.ON_DEMAND:
         raise UsageError(
@@ -63,10 +62,10 @@ def bundle_of_run(
 def bundle_of_trace(
     trace: Path, target: Path, motion: Path | None = None, *, proved: bool = False
 ) -> Made:
-    """Write the bundle of an earlier run, from its trace, what the cache has kept, and the file
-    of its motion if there is one. ``proved``: ask the verified checker, too.
+    """Write the bundle of an earlier run, from its trace, what the cache has kept, and the file of
+    its motion if there is one. ``proved``: also run the verified checker.
 
-    Raises UsageError if a part is gone, NotCertifiedError if the run or its motion is refused.
+    Raises UsageError if a part is missing, NotCertifiedError if the run or its motion is refused.
     """
     try:
         data = trace.read_bytes()

@@ -1,4 +1,4 @@
-"""What a run leaves behind that a bundle needs: its trace, the texts, the strategies."""
+"""Results of a run that a bundle needs: its trace, the texts, the strategies."""
 
 from __future__ import annotations
 
@@ -21,8 +21,7 @@ from safenav.trace.vocabulary import Verified
 class Kept:
     """Specifications' texts and strategies by sha256, as the trace names them.
 
-    ``__call__`` listens to the synthesizer and takes what it answers.
-    """
+    ``__call__`` listens to the synthesizer and stores its results."""
 
     texts: dict[str, str] = field(default_factory=dict)
     strategies: dict[str, bytes] = field(default_factory=dict)
@@ -38,10 +37,9 @@ class Kept:
         self, lines: Sequence[Mapping[str, Any]], cache: Cache, synthesizer: Synthesizer
     ) -> None:
         """Add what a trace's ``synthesis`` lines name and is not here yet: texts from the cache,
-        strategies by asking again.
+        strategies by repeated synthesis.
 
-        Raises UsageError, which says what is gone, if that is not possible.
-        """
+        Raises UsageError, which states what is missing, if that is not possible."""
         for line in lines:
             spec, strategy = line["spec"], line.get("strategy")
             if line.get("verified") == Verified.MOVES:
@@ -61,7 +59,7 @@ class Kept:
                 self.texts[spec] = text
             for tried in line.get("tried") or ():
                 weaker = cache.load_text(tried["spec"])
-                if weaker is not None:  # else nothing is claimed of it
+                if weaker is not None:  # else no claim is made about it
                     self.texts.setdefault(tried["spec"], weaker)
             if strategy is not None and strategy not in self.strategies:
                 self.strategies[strategy] = self._again(line, synthesizer)
@@ -79,7 +77,7 @@ class Kept:
 
 
 def read_lines(trace: bytes, name: str) -> list[dict[str, Any]]:
-    """The lines of a trace, its header first. Raises UsageError if it is none."""
+    """The lines of a trace, its header first. Raises UsageError if it is not a trace."""
     try:
         lines = [json.loads(line) for line in trace.splitlines()]
         if lines[0]["type"] != "header" or lines[0]["trace"] != VERSION:

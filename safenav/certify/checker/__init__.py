@@ -1,1 +1,1 @@
-"""The program that checks bundles; it knows nothing of safenav and goes into each bundle."""
+"""The program that checks bundles; it is independent of safenav and goes into each bundle."""

@@ -5,13 +5,13 @@
 BUNDLE is a folder or a .zip. Exit status 0: accepted; 1: refused, with the first reason; 2: no
 bundle; 3: larger than this checker takes on. Only Python's standard library is needed.
 
-check_strategies.py shows what strategies keep, or that there are none. ``Run`` follows the trace:
-each move is legal, and its strategy's answer, a stay, a step back from an obstacle or a step of a
-joint plan; obstacles are resolved by those who can; the outcome is what happened. What is called
-unresolvable, stuck or a deadlock is worked out again (``Team``). What stays trusted: this program
-and Python; the step from the YAML file to scenario.json (its grid is compared); that the trace
-tells what happened, and that robots move as their mobility says.
-"""
+check_strategies.py shows which rules strategies keep, or that there is no strategy. ``Run`` follows
+the trace: each move is legal, and its strategy's answer, a stay, a step back from an obstacle or a
+step of a joint plan; obstacles are resolved by robots that can; the outcome is what happened. Each
+claim of an unresolvable obstacle, a robot that cannot continue or a deadlock is recomputed
+(``Team``). These stay trusted: this program and Python; the step from the YAML file to
+scenario.json (its grid is compared); that the trace records what happened, and that robots move as
+their mobility states."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ Poses = frozenset[Pose]
 
 
 class Need(NamedTuple):
-    """Something that an obstacle takes: by whom, where, by how many, at once or in turn."""
+    """A need of an obstacle: able robots, regions, their number, simultaneously or in turn."""
 
     able: frozenset[str]
     regions: frozenset[int]
@@ -58,16 +58,17 @@ class Obstacle(NamedTuple):
     region: int
     blocks: frozenset[str]
     needs: tuple[Need, ...]
-    left: tuple[Need, ...]  # those that are not met yet, the next one first
+    left: tuple[Need, ...]  # needs that are not met yet, the next one first
     present: bool
-    truth: bool | None  # what resolving it reveals: whether it can be passed then
-    known: bool = False  # whether somebody has met it
-    done: frozenset[str] = frozenset()  # who has met a part of the next need
-    sealed: tuple[str, ...] | None = None  # for whom it stays for good, once a line said so
+    truth: bool | None  # revealed by resolving it: whether it is then traversable
+    known: bool = False  # whether a robot has encountered it
+    done: frozenset[str] = frozenset()  # robots that met a part of the next need
+    sealed: tuple[str, ...] | None = None  # robots that it blocks permanently, as a line states
     barred: frozenset[str] = frozenset()  # robots with no strategy to serve it
 
     def stands(self, name: str) -> bool:
-        """Whether it is in a robot's way, which resolves it by entering or keeps out."""
+        """Return whether a robot must keep out: the obstacle stops it and entering does not resolve
+        it, or it stays permanently for that robot."""
         last = self.left[-1] if len(self.left) == 1 else None
         enters = last and last.robots == 1 and self.region in last.regions and name in last.able
         open_ = enters or not self.left
@@ -77,7 +78,7 @@ class Obstacle(NamedTuple):
         return self._replace(left=self.left[1:], done=frozenset())
 
     def worked(self, at: Mapping[str, Pose], acting: set[str]) -> Obstacle:
-        """Once some robots have done what they can where they stand, asked or not."""
+        """Return the obstacle after the robots' actions where they stand, requested or not."""
         if not self.present or not self.left:
             return self
         need = self.left[0]
@@ -89,26 +90,27 @@ class Obstacle(NamedTuple):
 
 
 class Robot:
-    """A robot at some moment; ``data``: as the header has it; ``rivals``: whom it must not meet."""
+    """A robot at some moment; ``data``: as the header has it; ``rivals``: robots in conflict."""
 
     def __init__(self, name: str, data: Json, rivals: list[str]) -> None:
         self.name, self.data, self.rivals = name, data, rivals
         self.pose: Pose = (data["start"], data.get("heading"))
-        self.destination = self.pose  # where its step ends, if it is on its way
-        self.places = {data["start"]}  # the regions that it takes up: on its way two
-        self.own = self.objective = Objective(data["objective"])  # for good, and for now
-        self.goals = list[int]()  # of its own: those met since the last resolution
+        self.destination = self.pose  # end of its step, if it is in transit
+        self.places = {data["start"]}  # the regions that it occupies: two in transit
+        self.own = self.objective = Objective(data["objective"])  # its own, and the one in force
+        self.goals = list[int]()  # goals of its own met since the last resolution
         self.turn = 0  # the number (modulo theirs) of the next one, if they are in order
         self.task: Any = None
         self.nodes, self.came_from = set[int](), set[int]()  # where its strategy may be, and was
         self.answers: set[int] | None = None  # of its strategy, in its last turn
-        self.knowledge, self.signal = dict[str, int](), dict[str, Any]()  # what it was last told
-        self.back: dict[str, Any] = {}  # in this turn: where it met an obstacle, and its ``node``
+        self.knowledge, self.signal = dict[str, int](), dict[str, Any]()  # its last inputs
+        self.back: dict[str, Any] = {}  # this turn: region of an encounter, and its ``node``
         self.active, self.way = True, list[Pose]()  # in service; its part of a joint plan
         self.forms = set[str]()  # in which its own objective was proven, "plan" if it was moved
 
     def held(self) -> list[int]:
-        """The goals that are met by ending a turn here: of one that is to hold, that."""
+        """Return the goals that are met by ending a turn here: for an objective that holds, its
+        target."""
         holds = self.own.settles and self.objective == self.own
         last = len(self.own.targets) - 1
         due = not self.own.ordered or self.turn >= last
@@ -116,8 +118,9 @@ class Robot:
 
 
 def freedom(world: World, robot: Robot) -> tuple[dict[Pose, set[Pose]], list[Poses]]:
-    """A robot's moves, and for each goal the poses in which it may be met. Of formulas: the moves
-    that they allow, and where staying meets a goal, or else a step does, with some memory."""
+    """Return a robot's moves, and for each goal the poses in which it may be met. For formulas: the
+    moves that they allow, and the poses where staying meets a goal, or else a step does, with some
+    memory."""
     own, mobility, moves = robot.own, robot.data["mobility"], dict[Pose, set[Pose]]()
     for a in base.poses_of(product(world.free, [None]), mobility):
         moves[a] = {b for b in world.moves(mobility, a) if a == b or own.allows(own.safety, a, b)}
@@ -130,9 +133,9 @@ def freedom(world: World, robot: Robot) -> tuple[dict[Pose, set[Pose]], list[Pos
 
 
 class Team:
-    """What the team can still do; obstacles that nobody has met are taken to be absent. ``names``:
-    whom it is about, if not all; the others and all that may yet be resolved are away then.
-    ``out``: who stands still and wants nothing else."""
+    """The team's remaining possibilities, ignoring unencountered obstacles. ``names``: restrict to
+    these robots, without the other robots and all obstacles that may yet be resolved. ``out``:
+    robots out of service."""
 
     def __init__(self, run: Run, names: Iterable[str] = (), out: Iterable[str] = ()) -> None:
         self.robots = {n: r for n, r in run.robots.items() if n in (names or run.robots)}
@@ -149,11 +152,12 @@ class Team:
         return [after for after in self.free[name][0][pose] if after[0] not in walls]
 
     def _reach(self, name: str, poses: Poses, obstacles: tuple[Obstacle, ...]) -> set[Pose]:
-        """Where a robot can get from some poses."""
+        """Return the poses that a robot can reach from some poses."""
         return {*base.closure(poses, lambda pose: self.steps(name, pose, obstacles))}
 
     def can_go_on(self, name: str, poses: Poses, obstacles: tuple[Obstacle, ...]) -> bool:
-        """Whether, from some pose that a robot can get to, it can meet every goal for ever."""
+        """Return whether, from some pose that a robot can reach, it can meet every goal infinitely
+        often."""
         first, *others = self.free[name][1][-1 if self.robots[name].own.settles else 0 :]
         for pose in self.reach(name, poses, obstacles) & first:
             ahead = self.reach(name, frozenset([pose]), obstacles).intersection(chain(*others))
@@ -163,7 +167,8 @@ class Team:
         return False
 
     def serve(self, state: Any) -> Iterator[Any]:
-        """Robots go to where they meet the next need of an obstacle, each to any pose there."""
+        """Yield the states after robots go to meet the next need of an obstacle, each to any pose
+        there."""
         sets, obstacles = dict(state[0]), state[1]
         for k, obstacle in [(k, o) for k, o in enumerate(obstacles) if o.left]:
             need = obstacle.left[0]
@@ -174,14 +179,15 @@ class Team:
                 crowd = [name for name in group if {*self.robots[name].rivals} & {*group}]
                 ways = product(*({pose[0] for pose in at[name]} for name in crowd))
                 if need.together and all(len({*way}) < len(way) for way in ways):
-                    continue  # they cannot all stand there at once
+                    continue  # they cannot all stand there simultaneously
                 now = sets | {name: at[name] for name in group}
                 yield tuple(now.items()), (*obstacles[:k], obstacle.advanced(), *obstacles[k + 1 :])
                 if all(ahead[n] == self.reach(n, at[n], obstacles) for n in group):
-                    return  # nothing is lost by it: all get back to all that they could get to
+                    return  # nothing is lost: all can return to all that they could reach
 
     def never(self) -> set[str]:
-        """What obstacles stay, who is stuck, or that SOMEBODY always is, even if robots overlap."""
+        """Return the obstacles that stay, the robots that cannot continue, and SOMEBODY if in each
+        case some robot cannot, even if robots overlap."""
         start, lost = tuple((n, frozenset([pose])) for n, pose in self.at.items()), list[set[str]]()
         for sets, obstacles in base.closure([(start, self.obstacles)], self.serve):
             stuck = {n for n, poses in sets if not self.can_go_on(n, poses, obstacles)}
@@ -237,7 +243,7 @@ class Run:
         self.robots, self.obstacles = dict[str, Robot](), dict[str, Obstacle]()
         self.tick = self.turn = self.answered = self.strayed = 0
         self.stack = list[tuple[Any, ...]]()  # of requests
-        self.met: Any = None  # the obstacle that was met last, by whom, and when
+        self.met: Any = None  # the obstacle encountered last, its robot and tick
         self.shown: dict[Any, Any] = {}  # what files show, each once
         self.hopeless: set[tuple[str, str]] = set()  # robots that have no strategy, and for what
         apart = {(a, b) for a in robots for b in robots[a].get("conflicts", ())}
@@ -249,7 +255,7 @@ class Run:
             fits = alone and turning and robot.places.union(*robot.own.targets) <= self.world.free
             require(fits, f"{name} cannot move or start like that, or has a target in a wall")
         for data in self.scenario["obstacles"]:
-            first = self.obstacles.pop(data["name"], None)  # it comes back
+            first = self.obstacles.pop(data["name"], None)  # it reappears
             self.discover(data, present=not data.get("from"))
             if first:
                 again = self.obstacles[first.name]
@@ -266,13 +272,13 @@ class Run:
         return read_json(self.files[path]) if path in self.files else None
 
     def claim(self, kind: str, text: str, *files: str | None) -> None:
-        """Something is established by some files (None: by this line of the trace)."""
+        """Record a claim that some files establish (None: this line of the trace)."""
         shown = [[path or "trace.jsonl", None if path else self.line] for path in files or [None]]
         name, when = f"{kind}-{len(self.claims) + 1}", f"Tick {self.tick}: " if self.line else ""
         self.claims.append({"id": name, "kind": kind, "text": when + text, "evidence": shown})
 
     def replay(self) -> None:
-        """Refuse unless all lines are true; ``claims`` is what is established."""
+        """Refuse unless all lines are true; ``claims`` holds what is established."""
         for record in self.trace:
             self.line += 1
             next_one = self.tick + (self.turn == self.tick * len(self.robots))
@@ -296,7 +302,8 @@ class Run:
         self.claim("moves", what, "trace.jsonl")
 
     def state_form(self, robot: Robot) -> None:
-        """In which form a robot's own objective was proven: the weakest that is in force."""
+        """Note the form in which a robot's own objective was proven: the weakest that is in
+        force."""
         if robot.forms:
             form = min(robot.forms)  # alternation before literal
             self.claim("form", f"{robot.name}: {robot.own.words(form)}.", "trace.jsonl")
@@ -323,7 +330,7 @@ class Run:
         require(same, "index.html states something else than is established")
 
     def follow(self, record: Json, robot: Any, obstacle: Any) -> None:
-        """One line of the trace, with the robot and the obstacle that it names."""
+        """Follow a line of the trace, with the robot and the obstacle that it names."""
         match record["type"]:
             case "synthesis":
                 self.synthesis(record, robot)
@@ -386,12 +393,12 @@ class Run:
                 for name, each in self.robots.items():
                     each.way = [(r, h) for r, h in record.get("robots", {}).get(name, ())]
                     require(each.way[:1] in ([], [each.destination]), f"{name} begins elsewhere")
-                    node = (record.get("nodes") or {}).get(name)  # in which it goes on
+                    node = (record.get("nodes") or {}).get(name)  # in which it continues
                     if node is not None and each.task and each.pose == each.destination:
                         there = each.task.of_pose.get(each.pose, set())
                         require(each.task.graph.first[node] in there, f"{name} is not in {node}")
                         each.nodes = {node}
-            case "goal" if robot.objective.serves(robot.own):  # else it helps, and that is all
+            case "goal" if robot.objective.serves(robot.own):  # else it only helps
                 goal, own, task = record["goal"], robot.own, robot.task
                 there = not own.targets or robot.pose[0] in own.targets[goal]
                 if task and task.objective.kind == "ltl":
@@ -401,12 +408,12 @@ class Run:
                 robot.turn += 1
             case "outcome":
                 require(record is self.trace[-1], "a line follows the outcome")
-                ran = -(-self.turn // len(self.robots))  # it may end before anybody moves in a tick
+                ran = -(-self.turn // len(self.robots))  # it may end before any move of a tick
                 require(record["ticks"] == ran, f"the run took {ran} ticks, not {record['ticks']}")
                 self.claim("outcome", self.outcome(record))
 
     def ask(self, record: Json, obstacle: Obstacle | None) -> None:
-        """A request is open from now on, or no more."""
+        """Note that a request is open from now on, or no longer."""
         entry = tuple(map(record.get, ("obstacle", "requester", "helper", "helpers", "reason")))
         if record["type"] == "pop":
             require(entry in self.stack, "what is dropped from the stack is not on it")
@@ -423,7 +430,8 @@ class Run:
             self.tell(self.robots[name], Objective(objective))
 
     def tell(self, robot: Robot, objective: Objective) -> None:
-        """A robot does its own, the same as before, or what serves a request that is open."""
+        """Refuse unless a robot gets its own objective, the same as before, or one that serves an
+        open request."""
         wanted = [need.regions for o in self.met_obstacles() for need in o.needs]
         serves = any(aim <= there for aim in objective.targets for there in wanted)
         fits = self.stack and (objective.kind != "visit" or serves)
@@ -432,7 +440,7 @@ class Run:
         robot.objective = objective
 
     def synthesis(self, record: Json, robot: Robot) -> None:
-        """A strategy, or that there is none, is shown to be what it should."""
+        """Check a strategy, or that no strategy exists, for a ``synthesis`` line."""
         spec, name, node = record["spec"], record.get("strategy"), record.get("node")
         rules = f"rules/{base.circumstances(record)}.json"
         asked = Objective(record["objective"])
@@ -481,7 +489,8 @@ class Run:
         robot.signal = robot.signal or {"request": 0, "wait": 0, "assigned": record.get("neutral")}
 
     def task(self, record: Json, robot: Robot, graph: Any, rules: str) -> Task:
-        """What a robot is synthesized for: the circumstances are those of the run."""
+        """Return the task that a robot is synthesized for: its circumstances are those of the
+        run."""
         about = self.world, robot.data, record, self.scenario.get("partition"), graph
         task = self.shown.get(rules) or Task(*about)
         require(task.pose == robot.destination, f"it is not synthesized for {robot.destination}")
@@ -506,7 +515,7 @@ class Run:
         return task
 
     def met_obstacles(self) -> list[Obstacle]:
-        """Those that somebody has met, and that still stand."""
+        """Return the obstacles that some robot has encountered, and that still stand."""
         return [o for o in self.obstacles.values() if o.known and o.present]
 
     def alter(self, obstacle: Obstacle, **changes: Any) -> None:
@@ -525,7 +534,7 @@ class Run:
         self.obstacles[data["name"]] = Obstacle(*about, present, data["traversable"])
 
     def clear(self, obstacle: Obstacle) -> None:
-        """Refuse if an obstacle begins to stand where a robot is that must not be there."""
+        """Refuse if an obstacle appears where a robot is that must not be there."""
         inside = [n for n, r in self.robots.items() if obstacle.region in r.places]
         there = self.external or not any(map(obstacle.stands, inside))
         require(there, f"{obstacle.name} stands where {' and '.join(inside)} is")
@@ -548,7 +557,7 @@ class Run:
         except RefusedError:
             if not self.external or pose[0] not in self.world.free:
                 raise
-            self.strayed += 1  # of an external world: it is not where it was told to go
+            self.strayed += 1  # of an external world: it is not where it was sent
             after, robot.nodes = pose, set()
         robot.pose, robot.destination, robot.back = pose, after, {}
         robot.places = {pose[0], after[0]}
@@ -558,8 +567,9 @@ class Run:
             self.obstacles = {n: o.worked(at, {robot.name}) for n, o in self.obstacles.items()}
 
     def step(self, record: Json, robot: Robot, to: Pose) -> Any:
-        """Refuse unless a move is legal and what the trace says. Returns where it ends. If nothing
-        tells the node, all in its pose are possible: from each the strategy keeps its promise."""
+        """Refuse unless a move is legal and agrees with the trace. Returns where it ends. If the
+        node is unknown, all nodes in its pose are possible: from each the strategy keeps its
+        guarantees."""
         name, task, before, by = robot.name, robot.task, robot.pose, record.get("by") or "strategy"
         toward, moves = record.get("toward"), self.world.moves(robot.data["mobility"], before)
         after: Any = to if toward is None else next((p for p in moves if p[0] == toward), None)
@@ -598,7 +608,7 @@ class Run:
         return after
 
     def outcome(self, record: Json) -> str:
-        """What is established of how the run ended."""
+        """Return what is established of how the run ended."""
         what, rounds = record["outcome"], self.scenario["until"].get("rounds") or 0
         if what == "completed":
             for name, robot in self.robots.items():
@@ -619,7 +629,7 @@ class Run:
         if proof is None:
             require(specs and specs.items() <= self.hopeless, "a negative without a proof")
             said = f"there is no strategy for {' and '.join(specs)}"
-        elif record.get("cause") == "deadlock":  # the proof tells only who and how many rounds
+        elif record.get("cause") == "deadlock":  # the proof holds only robots and number of rounds
             (team := Team(self, proof["robots"])).exhaust(min(proof["goal"]["rounds"], rounds))
             said = f"no order of moves of {' and '.join(team.robots)} completes it"
         else:
@@ -638,7 +648,7 @@ def read_json(file: Any) -> Any:
 
 
 def open_bundle(place: Path) -> tuple[dict[str, Any], Json]:
-    """Where to read the files of a bundle, each as its manifest says, and the manifest."""
+    """Return the files of a bundle, each as its manifest states, and the manifest."""
     if place.is_dir():
         found = [path for path in place.rglob("*") if path.is_file()]
         files: dict[str, Any] = {path.relative_to(place).as_posix(): path for path in found}
@@ -668,7 +678,8 @@ def open_bundle(place: Path) -> tuple[dict[str, Any], Json]:
 
 
 def check(place: Path, *, compare: bool = True) -> tuple[str, str, list[Json]]:
-    """The verdict, the reason, the claims that are established (``compare``: the manifest's)."""
+    """Return the verdict, the reason, the claims that are established (``compare``: the
+    manifest's)."""
     run, verdict, reason = None, "refused", ""
     try:
         files, manifest = open_bundle(place)

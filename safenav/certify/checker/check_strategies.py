@@ -1,14 +1,14 @@
-"""First half of the checker: what a specification and a scenario ask of a strategy.
+"""First half of the checker: the demands of a specification and a scenario on a strategy.
 
 A specification is a text in structured slugs: variables of the environment (INPUT) and of the robot
 (OUTPUT), and for each side formulas about its beginning (INIT), about each step (TRANS, x' is the
-next value of x), and about what happens again and again (LIVENESS). A strategy is a graph whose
+next value of x), and about what happens infinitely often (LIVENESS). A strategy is a graph whose
 nodes hold a value of every variable. It keeps rules, those of the text (``Strategy``) or those of
-the scenario, worked out without the text (``Task``), if
+the scenario, computed without the text (``Task``), if
 1. each way in which the environment may begin has a node;
 2. from each node there is one edge for each next input that can occur, and each edge is allowed;
-3. each infinite path meets every wish again and again, or misses an assumption for ever. A
-   *measure* shows that: see ``check_measure``.
+3. each infinite path meets every goal infinitely often, or misses an assumption forever from some
+   point on. A *measure* shows that: see ``check_measure``.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ MOST_EDGES = 500_000
 MOST_STATES = 200_000
 MOST_CASES = 1_000_000
 MOST_MEMORY = 64
-# Programs disagree on whether a line ends there: what is a comment to one is a formula to another.
+# Programs disagree on whether a line ends there: a comment to one is a formula to another.
 FOREIGN = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u2028\u2029]|\r(?!\n|\Z)")
-PASSING = re.compile(r"busy_\w+")  # inputs that tell nothing of what can be observed next
+PASSING = re.compile(r"busy_\w+")  # inputs without effect on the next observations
 HEADINGS = ("north", "east", "south", "west")
 STRICTLY = ", without crossing the one whose turn it is not"
 LOOSELY = "; it may cross the one whose turn it is not"
@@ -44,11 +44,11 @@ Met = list[bool]  # of each edge
 
 
 class RefusedError(Exception):
-    """The evidence does not prove the claim: why not."""
+    """The evidence does not prove the claim; the message states why."""
 
 
 class TooLargeError(Exception):
-    """The evidence is larger than this checker takes on."""
+    """The evidence is larger than this checker accepts."""
 
 
 def require(holds: object, reason: str) -> None:
@@ -57,7 +57,7 @@ def require(holds: object, reason: str) -> None:
 
 
 def closure(starts: Iterable[Any], after: Callable[[Any], Iterable[Any]]) -> list[Any]:
-    """All that can be come to."""
+    """Return everything that is reachable from ``starts``."""
     found = dict.fromkeys(starts)
     queue = list(found)
     for state in queue:
@@ -81,8 +81,8 @@ _TOKEN = re.compile(
     r"(?a)\s*(\d+|[A-Za-z_]\w*'*|<-->|<->|-->|->|&&|\|\||/\\|\\/|!=|<=|>=|[!~&|^=<>+()])"
 )
 _SAME = {"&&": "&", "/\\": "&", "||": "|", "\\/": "|", "-->": "->", "<-->": "<->", "~": "!"}
-# How tightly operators bind (equal ones are grouped to the left), and what they are in Python:
-# truths are 0 and 1, so that an implication is a comparison.
+# How tightly operators bind (equal ones are grouped to the left), and their form in Python: truths
+# are 0 and 1, so that an implication is a comparison.
 _SIGNS = {"<->": (1, "=="), "->": (2, "<="), "^": (3, "!="), "|": (4, "or"), "&": (5, "and")}
 _SIGNS |= {"=": (7, "=="), "+": (8, "+"), **{s: (7, s) for s in ("!=", "<", "<=", ">", ">=")}}
 _NOT, _COMPARES, _TIGHTEST = 6, 7, 9
@@ -90,7 +90,7 @@ _NUMBERS = {"FALSE": 0, "TRUE": 1} | {heading: k for k, heading in enumerate(HEA
 
 
 def name_of(key: Key) -> str:
-    """What a variable is called in Python."""
+    """Return a variable's name in Python."""
     return f"next_{key[:-1]}" if key.endswith("'") else f"now_{key}"
 
 
@@ -99,7 +99,7 @@ def primed(names: Iterable[str]) -> list[Key]:
 
 
 def read_clause(text: str, truths: Collection[str]) -> Clause:
-    """``truths``: the variables that are no numbers."""
+    """Parse a clause. ``truths``: the Boolean variables."""
     rest = _TOKEN.sub("", text).strip()
     require(not rest, f"cannot read '{rest[:20]}'")
     tokens = ["the end", *(_SAME.get(token, token) for token in reversed(_TOKEN.findall(text)))]
@@ -111,8 +111,8 @@ def read_clause(text: str, truths: Collection[str]) -> Clause:
         return [code for code, _ in parts]
 
     def read(least: int, prime: str) -> tuple[str, bool]:
-        """What binds at least so tightly, and whether it is a truth. Within next(...) each variable
-        gets a prime."""
+        """Return the expression that binds at least this tightly, and whether it is a truth. Within
+        next(...) each variable gets a prime."""
         token = tokens.pop()
         value = str(_NUMBERS.get(token, token)), token in ("TRUE", "FALSE")
         if token in ("next", "X") and tokens[-1] == "(":
@@ -144,7 +144,7 @@ def read_clause(text: str, truths: Collection[str]) -> Clause:
 
 @cache
 def function_of(keys: Keys, clauses: Sequence[Clause]) -> Any:
-    """Whether all clauses hold, as a function of the values of these variables. (Whatever is
+    """Return whether all clauses hold, as a function of the values of these variables. (Whatever is
     evaluated was put together by ``read_clause``.)"""
     code = " and ".join(clause.code for clause in clauses) or "True"
     return eval(f"lambda {', '.join(map(name_of, keys))}: {code}")
@@ -153,8 +153,8 @@ def function_of(keys: Keys, clauses: Sequence[Clause]) -> Any:
 def complete(
     ranges: Mapping[Key, range], wanted: Keys, clauses: Sequence[Clause], known: Mapping[Key, int]
 ) -> set[Row]:
-    """All rows of values of the ``wanted`` variables that satisfy the clauses together with the
-    known values. A clause is asked as soon as all is there that it reads."""
+    """Return all rows of values of the ``wanted`` variables that satisfy the clauses together with
+    the known values. A clause is evaluated as soon as all values that it reads are known."""
     if not wanted and not clauses:
         return {()}
     names, found = (*known,), [(*known.values(),)]
@@ -199,13 +199,13 @@ class Specification:
 
 
 class Strategy:
-    """A strategy or counterstrategy, and the rules of its text. ``columns``: of each variable its
-    value in each node; ``next``: the nodes that follow; ``inputs``, ``done``: what a node holds.
+    """A strategy or counterstrategy, and the rules of its text. ``columns``: each variable's value
+    in each node; ``next``: the nodes that follow; ``inputs``, ``done``: values that a node holds.
 
-    *Twins* are followed by the same nodes, and differ only in passing inputs whose present value no
-    formula reads. What holds of the edges of one holds of those of the other. So only the ``first``
-    is looked at, and edges lead to the first of the twins there.
-    """
+    *Equivalent nodes* are followed by the same nodes, and differ only in passing inputs whose
+    present value no formula reads. Whatever holds for the edges of one holds for those of the
+    other. So only the ``first`` is examined, and edges lead to the first of the equivalent nodes
+    there."""
 
     name = "the text"
 
@@ -243,17 +243,18 @@ class Strategy:
         self.asked, self.expected = self.rows(self.deciding), cache(self._expected)
 
     def rows(self, names: Iterable[str]) -> list[Row]:
-        """Each node's values of some variables."""
+        """Return each node's values of some variables."""
         columns = [self.columns[name] for name in names]
         return [*zip(*columns, strict=True)] if columns else [()] * self.count
 
     def reach(self, begin: Iterable[int]) -> list[int]:
-        """The nodes that paths from some nodes come to."""
+        """Return the nodes that paths from some nodes reach."""
         firsts = {self.first[node] for node in begin}
         return closure(firsts, lambda node: {self.first[target] for target in self.next[node]})
 
     def holds(self, clauses: Sequence[Clause], edges: Edges) -> Met:
-        """On which edges all clauses hold, of the values before the edge and (primed) after it."""
+        """Return on which edges all clauses hold, for the values before the edge and (primed) after
+        it."""
         keys = (*sorted(set().union(*(clause.reads for clause in clauses))),)
         function = function_of(keys, (*clauses,))
         columns = ((self.columns[key.rstrip("'")], edges[key.endswith("'")]) for key in keys)
@@ -266,42 +267,43 @@ class Strategy:
         return sources, [*chain(*(self.next[node] for node in nodes))]
 
     def starts(self) -> set[Row]:
-        """The inputs with which a run can begin."""
+        """Return the inputs with which a run can begin."""
         return complete(self.spec.ranges, self.spec.inputs, self.spec.env_init, {})
 
     def openings(self, row: Row) -> set[Any]:
-        """What the robot may begin with, as ``done`` tells it of nodes."""
+        """Return the robot's possible initial values, in the form of ``done``."""
         known = dict(zip(self.spec.inputs, row, strict=True))
         return complete(self.spec.ranges, self.spec.outputs, self.spec.sys_init, known)
 
     def _expected(self, row: Row) -> set[Row]:
-        """The inputs that can come next, as ``asked`` tells it of a node."""
+        """Return the inputs that can come next, for an entry of ``asked`` of a node."""
         spec, known = self.spec, dict(zip(self.deciding, row, strict=True))
         return complete(spec.ranges, primed(spec.inputs), spec.env_trans, known)
 
     def replies(self, node: int, row: Row) -> set[Any]:
-        """What the robot may do after an input, as ``done`` tells it of the nodes that follow."""
+        """Return the robot's possible replies to an input, as ``done`` of the nodes that follow."""
         now = {name: column[node] for name, column in self.columns.items()}
         known = now | dict(zip(primed(self.spec.inputs), row, strict=True))
         return complete(self.spec.ranges, primed(self.spec.outputs), self.spec.sys_trans, known)
 
     def allowed(self, edges: Edges) -> Met:
-        """Which edges are such replies."""
+        """Return which edges are such replies."""
         return self.holds((*self.spec.env_trans, *self.spec.sys_trans), edges)
 
     def describe(self, node: int, target: int) -> str:
-        """Why an edge is not allowed."""
+        """Return why an edge is not allowed."""
         steps, edge = (*self.spec.env_trans, *self.spec.sys_trans), ([node], [target])
         return next(clause.text for clause in steps if self.holds([clause], edge) == [False])
 
     def met(self, edges: Edges) -> tuple[list[Met], list[Met]]:
-        """On which edges each wish is met, and each assumption."""
+        """Return on which edges each goal is met, and each assumption."""
         wishes = [self.holds([goal], edges) for goal in self.spec.goals]
         return wishes, [self.holds([clause], edges) for clause in self.spec.assumptions]
 
 
 def check_strategy(rules: Any, graph: Strategy, nodes: Sequence[int], measures: Any) -> None:
-    """Refuse unless what happens in these nodes keeps the rules. A measure for each wish."""
+    """Refuse unless the part of the strategy in these nodes keeps the rules. ``measures``: one for
+    each goal."""
     for node in nodes:
         inputs = [graph.inputs[target] for target in graph.next[node]]
         missing = sorted(rules.expected(rules.asked[node]) - {*inputs})[:1]
@@ -319,10 +321,11 @@ def check_strategy(rules: Any, graph: Strategy, nodes: Sequence[int], measures: 
 
 
 def check_counterstrategy(rules: Any, graph: Strategy, proof: Json, measures: Any) -> None:
-    """Refuse unless nothing that keeps the rules can be kept against it. The environment begins
-    with the input ``start`` and goes on from node v with ``chosen[v]``: that can occur, and each
-    reply to it has a node. Each infinite path meets every assumption again and again (a measure for
-    each), and misses a wish for ever (one measure, whose excuses are the wishes)."""
+    """Refuse unless the counterstrategy defeats every strategy that keeps the rules. The
+    environment begins with the input ``start`` and continues from node v with ``chosen[v]``: that
+    can occur, and each reply to it has a node. Each infinite path meets every assumption infinitely
+    often (a measure for each), and misses a goal forever from some point on (one measure, whose
+    excuses are the goals)."""
     start, chosen = tuple(proof["start"]), [*map(tuple, proof["chosen"])]
     require(start in rules.starts(), "the initial input cannot occur")
     begin = [node for node in graph.begin if graph.inputs[node] == start]
@@ -347,13 +350,12 @@ def check_counterstrategy(rules: Any, graph: Strategy, proof: Json, measures: An
 def check_measure(
     graph: Strategy, edges: Edges, what: str, met: Met, excuses: list[Met], given: Any
 ) -> None:
-    """Refuse unless each infinite path of these edges meets the goal for ever, or one of the
-    ``excuses`` never again from some point on.
+    """Refuse unless each infinite path of these edges meets the goal infinitely often, or one of
+    the ``excuses`` never again from some point on.
 
     A measure gives each node a number n and perhaps an excuse a. On each edge that does not meet
-    the goal n falls; or n and a stay the same, and a is not met. Where the goal is not met any more
-    n never rises, so at some point it stays; from there on a stays as well, and is not met.
-    """
+    the goal n falls; or n and a stay the same, and a is not met. Once the goal is no longer met n
+    never rises, so at some point it stays; from there on a stays as well, and is not met."""
     numbers, which = given["n"], given["a"]
     good = min(numbers, default=0) >= 0 and all(a is None or 0 <= a < len(excuses) for a in which)
     require(good, f"{what}: the measure has a number below 0 or names an excuse that is not there")
@@ -391,7 +393,7 @@ class World:
         self.sides = [heading for heading in HEADINGS if many[heading] > 1]
 
     def step(self, region: int, heading: str) -> int | None:
-        """The free region on that side, or None."""
+        """Return the free region on that side, or None."""
         row, col = divmod(region, self.cols)
         row += (heading == "south") - (heading == "north")
         col += (heading == "east") - (heading == "west")
@@ -400,27 +402,27 @@ class World:
         return beyond if inside and beyond in self.free else None
 
     def around(self, regions: Iterable[int]) -> set[int]:
-        """The regions and their free neighbours."""
+        """Return the regions and their free neighbours."""
         near = ((r, *(self.step(r, heading) for heading in HEADINGS)) for r in regions)
         return {r for r in chain(*near) if r is not None}
 
     def moves(self, mobility: str, pose: Pose) -> set[Pose]:
-        """The poses after one step or none. With heading mobility a robot never goes backwards,
-        faces the way of its step, and keeps its heading while it stays."""
+        """Return the poses after one step or none. With heading mobility a robot never goes
+        backwards, faces the direction of its step, and keeps its heading while it stays."""
         free = mobility == "free"
         back = None if free else HEADINGS[HEADINGS.index(str(pose[1])) - 2]
         steps = ((self.step(pose[0], h), None if free else h) for h in HEADINGS if h != back)
         return {pose, *((region, heading) for region, heading in steps if region is not None)}
 
     def sees(self, a: int, b: int, radius: float | None, closed: Collection[int]) -> bool:
-        """Whether region b is in sight from a. The distance of the centres is at most the
+        """Return whether region b is in sight from a. The distance of the centres is at most the
         radius; the segment between them passes through the interior of no wall or closed region,
         and not between two of them that touch at a corner."""
         (row, col), (row_b, col_b) = divmod(a, self.cols), divmod(b, self.cols)
         down, right = row_b - row, col_b - col
         if radius is not None and down * down + right * right > radius * radius:
             return False
-        shut: dict[tuple[int, int], int] = {}  # by how much the segment misses what is not free
+        shut: dict[tuple[int, int], int] = {}  # distance of the segment from what is shut
         for r, c in product(*(range(min(0, far), max(0, far) + 1) for far in (down, right))):
             region = (row + r) * self.cols + col + c
             if region not in self.free or (region in closed and region not in (a, b)):
@@ -431,20 +433,20 @@ class World:
 
 
 def poses_of(listed: Iterable[Sequence[Any]], mobility: str) -> frozenset[Pose]:
-    """Places ``[region, heading]``; null stands for any heading."""
+    """Return the poses of a list of ``[region, heading]``; null stands for any heading."""
     every = HEADINGS if mobility == "heading" else (None,)
     return frozenset((r, h) for r, given in listed for h in ((given,) if given else every))
 
 
 def named(*poses: Pose) -> dict[Key, int]:
-    """A pose, or one and the next, as variables have them."""
+    """Return a pose, or one and the next, as values of variables."""
     each = [*zip(poses, ("", "'"), strict=False)]
     regions = {f"region{prime}": region for (region, _), prime in each}
     return regions | {f"heading{prime}": HEADINGS.index(h) for (_, h), prime in each if h}
 
 
 class Objective:
-    """What a robot is to do: ``targets``, sets of regions of which any one counts, or formulas.
+    """A robot's objective: ``targets``, sets of regions of which any one counts, or formulas.
     ``goals``: their numbers. ``ranges``: the values of its memory, now and next."""
 
     def __init__(self, data: Json) -> None:
@@ -469,19 +471,20 @@ class Objective:
         self.ranges = self.memory | {f"{name}'": values for name, values in self.memory.items()}
 
     def serves(self, wanted: Objective) -> bool:
-        """Whether it is the wanted one, or asks for its targets in turn."""
+        """Return whether it is the wanted one, or requires its targets in turn."""
         weaker = {} if "form" in wanted.data else {"visit": wanted.data.get("patrol")}
         return self.data in (wanted.data, weaker)
 
     def formed(self, form: str | None) -> Objective:
-        """What a strategy for it in this form pursues."""
+        """Return the objective that a strategy for it in this form pursues."""
         if self.kind != "patrol" or form != "alternation":
             return self
         require("form" not in self.data, "a patrol with 'form: literal' is made an alternation")
         return Objective({"visit": self.data["patrol"]})
 
     def words(self, form: str = "") -> str:
-        """As a sentence without its subject; ``form``: the weakest one that was proven, if any."""
+        """Return it as a sentence without its subject; ``form``: the weakest one that was proven,
+        if any."""
         if self.kind == "ltl":
             return "keep the formulas of its own objective"
         listed = ["|".join(map(str, sorted(target))) for target in self.targets]
@@ -495,7 +498,8 @@ class Objective:
         return f"be at {' and '.join(listed)} in turn, again and again{how}"
 
     def allows(self, lines: Iterable[Clause], before: Pose, after: Pose) -> bool:
-        """Whether formulas hold at a step, with some memory of at most MOST_MEMORY values."""
+        """Return whether formulas hold at a step, with some memory of at most MOST_MEMORY
+        values."""
         known, few = named(before, after), prod(map(len, self.memory.values())) <= MOST_MEMORY
         asked = [line for line in lines if few or line.reads <= known.keys()]
         wanted = sorted(set().union(*(line.reads for line in asked)) - known.keys())
@@ -509,15 +513,15 @@ class Objective:
 
 
 def circumstances(line: Json) -> str:
-    """A name for what a strategy was made for, and where it begins."""
+    """Return a name for the task of a strategy, and the state where it begins."""
     passing = ("tick", "reason", "seconds", "cached")
     told = {key: value for key, value in line.items() if key not in passing}
     return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()
 
 
 class Task:
-    """The rules of the scenario for a robot, of which ``line`` (a ``synthesis`` line of the trace)
-    tells the circumstances, and the strategy or counterstrategy for it. ``robot``: its entry in the
+    """The rules of the scenario for a robot, whose circumstances ``line`` (a ``synthesis`` line of
+    the trace) records, and the strategy or counterstrategy for it. ``robot``: its entry in the
     scenario; ``cells``: of which beliefs are made."""
 
     name = "the scenario"
@@ -531,9 +535,9 @@ class Task:
         self.closed = {region for region, _ in line.get("closed") or ()}
         self.forbidden = poses_of(line.get("forbidden") or (), robot["mobility"])
         self.moving = list(line.get("moving") or ())
-        self.places = line.get("places")  # where it can be sent (``assignable``), or None
-        # What is known of another robot is a region, or a belief: a set of cells, numbered from
-        # the number of regions on.
+        self.places = line.get("places")  # its assignable regions (``assignable``), or None
+        # Knowledge of another robot is a region, or a belief: a set of cells, numbered from the
+        # number of regions on.
         self.cells, listed = [frozenset(cell) for cell in cells or ()], line.get("beliefs") or {}
         self.beliefs = {name: [frozenset(b) for b in known] for name, known in listed.items()}
         known = (line.get("knowledge") or {}).items()
@@ -544,13 +548,13 @@ class Task:
         self.told = TOLD if self.places is not None else ()
         sides = world.sides if self.nearby and self.moving else ()
         self.busy = {f"busy_{side}": side for side in sides}
-        # What each node says: the pose; the own memory; the target that it remembers, and the one
+        # Values of each node: the pose; the own memory; the target that it remembers, and the one
         # that it awaits (the one after it if that is reached there).
         targets, nothing, turns = self.targets, [0] * graph.count, robot["mobility"] == "heading"
         self.regions = graph.columns["region"]
         turned = [HEADINGS[h] for h in graph.columns["heading"]] if turns else repeat(None)
         self.poses: list[Pose] = [*zip(self.regions, turned, strict=False)]
-        self.of_pose: dict[Pose, set[int]] = {}  # the nodes that runs come to, by their pose
+        self.of_pose: dict[Pose, set[int]] = {}  # the nodes that runs reach, by their pose
         own, last, awaited = graph.rows(self.own), nothing, nothing
         if self.objective.ordered:
             last = graph.columns.get(next(iter(self.memory), ""), nothing)
@@ -568,7 +572,8 @@ class Task:
         self.expected, self.replies_at = cache(self._expected), cache(self._replies_at)
 
     def _expected(self, asked: tuple[Pose, Row]) -> set[Row]:
-        """The inputs that can come next, after what was told, remembered and known in a pose."""
+        """Return the inputs that can come next, after a pose with its command inputs, memory and
+        knowledge."""
         (pose, row), groups = asked, list[Collection[Row]]()  # that do not depend on each other
         values = dict(zip(self.deciding, row, strict=True))
         if self.told:
@@ -587,14 +592,15 @@ class Task:
         return {tuple(chain(*rows)) for rows in product(*groups)}
 
     def is_sent(self, pose: Pose, values: Json, place: int) -> bool:
-        """Whether the robot may be sent to a place from a pose, with what it remembers."""
+        """Return whether the robot may be sent to a place from a pose, with its memory."""
         ways = [way for way in self.line.get("places_from") or () if place in way["places"]]
         here = [w for w in ways if pose in poses_of(w["from"], self.robot["mobility"])]
         return not ways or any((way.get("memory") or {}).items() <= values.items() for way in here)
 
     def after(self, name: str, region: int, value: int) -> set[int]:
-        """What may be known of another robot next, if ``value`` is known of it now. The other one
-        stays or steps, not onto this robot if they are in conflict; then this robot looks."""
+        """Return the possible next knowledge of another robot, if ``value`` is known of it now. The
+        other one stays or steps, not onto this robot if they are in conflict; then this robot
+        looks."""
         reach = self.world.around(self.whereabouts(name, value))
         reach -= {region} if name in self.moving else set()
         seen = {r for r in reach if self.sees(region, r)}
@@ -613,14 +619,14 @@ class Task:
         return self.world.size + listed.index(belief)
 
     def whereabouts(self, name: str, value: int) -> frozenset[int]:
-        """The regions where another robot may be if that is known of it."""
+        """Return the regions where another robot may be if ``value`` is known of it."""
         if value < self.world.size:
             return frozenset({value})
         cells = self.beliefs[name][value - self.world.size]
         return frozenset().union(*(self.cells[cell] for cell in cells))
 
     def taken(self, region: int, seen: Json) -> set[int | None]:
-        """The regions observed as taken, from where the robot stands before its move."""
+        """Return the regions observed as occupied, from where the robot stands before its move."""
         if not self.nearby:
             return {seen[f"at_{name}"] for name in self.moving}
         return {self.world.step(region, side) for busy, side in self.busy.items() if seen[busy]}
@@ -629,7 +635,7 @@ class Task:
         return self.replies_at(self.before[node], row)
 
     def _replies_at(self, before: tuple[Pose, int, Row], row: Row) -> set[Any]:
-        """The poses that are left after an observation, the target that was awaited, the memory."""
+        """Return the replies to an observation: pose, target that was awaited, memory."""
         (pose, awaited, memory), kind = before, self.objective.kind
         seen = dict(zip(self.graph.spec.inputs, row, strict=True))
         due = not self.objective.ordered or awaited == len(self.targets) - 1
@@ -639,7 +645,7 @@ class Task:
         moves = {pose} if stays else self.world.moves(self.robot["mobility"], pose)
         shut = self.taken(pose[0], seen) | self.closed
         if kind == "patrol":
-            shut |= self.targets[1 - awaited]  # the one whose turn it is not
+            shut |= self.targets[1 - awaited]  # the target whose turn it is not
         legal = [after for after in moves - self.forbidden if after[0] not in shut]
         now = dict(zip(self.own, memory, strict=True))
         about = self.objective.ranges, primed(self.own), self.objective.safety
@@ -667,7 +673,8 @@ class Task:
         return f"from {self.poses[node]} to {self.poses[target]}, observing {observed}"
 
     def met(self, edges: Edges) -> tuple[list[Met], list[Met]]:
-        """While the robot is sent somewhere its own goals can wait."""
+        """Return where goals and assumptions are met; while the robot is sent somewhere its own
+        goals can wait."""
         graph, regions, targets = self.graph, self.regions, self.targets
         counts = self.objective.goals
         wishes = [[regions[node] in target for node in edges[1]] for target in targets]
@@ -687,8 +694,9 @@ class Task:
         return wishes, [list(each) for each in zip(*held, strict=True)]
 
     def assumed(self, region: int, row: Row) -> list[bool]:
-        """Which assumptions are met at a step from a region. What is only believed counts if it may
-        be so; while the robot is told to wait, which is assumed to end, nothing does."""
+        """Return which assumptions are met at a step from a region. A belief counts as meeting one
+        if it allows that; while the robot is commanded to wait, which is assumed to end, none is
+        met."""
         seen = dict(zip(self.graph.spec.inputs, row, strict=True))
         found, fairness = [True] if self.told else [], self.line["fairness"]
         if fairness == "out_of_my_way":
@@ -705,7 +713,8 @@ class Task:
         return [held and not seen.get("wait") for held in found]
 
     def begin(self, start: int) -> list[int]:
-        """Where runs begin: with assignable goals also where it is told to wait at first."""
+        """Return the nodes where runs begin: with assignable goals also those where it is commanded
+        to wait at first."""
         return [start, *(self.graph.begin if self.told else ())]
 
     def check_keeps(self, start: int, measures: Any) -> None:
@@ -722,8 +731,8 @@ class Task:
         del self.before, self.done, self.asked, self.expected, self.replies_at
 
     def answers(self, robot: Any, robots: Json, shown: Iterable[int], lenient: bool) -> set[int]:
-        """The nodes that answer what a robot of a run observes now; what it knows is brought up to
-        date. ``shown``: regions that it is shown as taken although nobody is there."""
+        """Return the nodes that follow from a robot's present observation in a run; its knowledge
+        is updated. ``shown``: regions that it observes as occupied although no robot is there."""
         here, seen = robot.pose[0], {name: int(robot.signal[name]) for name in self.told}
         taken = {*shown}.union(*(robots[name].places for name in self.moving))
         for busy, side in self.busy.items():
@@ -745,7 +754,7 @@ class Task:
         return all(columns[name][node] == value for name, value in values.items())
 
     def meets(self, goal: int, before: Iterable[int], after: Collection[int]) -> bool:
-        """Whether a step met one of an objective's formulas, or no such step is known."""
+        """Return whether a step met one of an objective's formulas, or no such step is known."""
         steps = [(node, a) for node in before for a in self.graph.next[node] if a in after]
         edges = [node for node, _ in steps], [node for _, node in steps]
         return not steps or any(self.graph.holds([self.objective.liveness[goal]], edges))
