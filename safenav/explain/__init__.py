@@ -1,1 +1,1 @@
-"""Why a robot has no strategy, shown on the map, and what would give it one."""
+"""Explanations of unrealizability, shown on the map, and repairs."""

@@ -1,7 +1,6 @@
-"""Assumptions that would help: what the other robots would have to promise.
+"""Assumptions that would make a task realizable, as guarantees of the other robots.
 
-A scenario cannot state them, but its author can choose the others' objectives so that they hold.
-"""
+A scenario cannot state them, but its author can choose the others' objectives so that they hold."""
 
 from __future__ import annotations
 
@@ -21,7 +20,7 @@ from safenav.world.map import Region, RegionMap
 def helpful_assumptions(
     spec: Specification, task: Task, world: RegionMap, ask: Questions
 ) -> Iterator[Repair]:
-    """The weakest promise of the others, of those that are tried, with which it works."""
+    """Yield the weakest of the tried assumptions on the other robots that makes it realizable."""
     if not task.endangered:
         return
     for words, constraints in _promises(task, world):
@@ -34,7 +33,7 @@ def helpful_assumptions(
 
 
 def _promises(task: Task, world: RegionMap) -> Iterator[tuple[str, list[Constraint]]]:
-    """In words and as constraints, from the weakest to the strongest."""
+    """Yield assumptions in words and as constraints, from the weakest to the strongest."""
     names = " and ".join(other.name for other in task.observed if other.danger)
     me = task.robot.name
     regions = frozenset().union(*task.targets)
@@ -51,7 +50,7 @@ def _promises(task: Task, world: RegionMap) -> Iterator[tuple[str, list[Constrai
 def _keeps_clear(
     task: Task, world: RegionMap, regions: frozenset[Region] | None
 ) -> Iterator[Constraint]:
-    """Nobody comes next to the robot (while it is in one of the regions)."""
+    """Require that no robot comes next to the robot (while it is in one of the regions)."""
     origin = Origin(task.item, "a promise of the others")
     places = world.free if regions is None else sorted(regions)
     if task.tracking is Tracking.NEARBY:

@@ -1,9 +1,8 @@
-"""A minimal unrealizable core: which guarantees cannot be kept together, in scenario terms.
+"""Minimal unrealizable core: guarantees that cannot be kept together, in scenario terms.
 
-Graph search thins out the walls first (a robot never learns of walls that it cannot get to),
-then QuickXplain asks the synthesizer. Assumptions are never dropped: without them there is a
-strategy even less.
-"""
+Graph search thins out the walls first (a robot never observes walls that it cannot reach), then
+QuickXplain queries the synthesizer. Assumptions are never dropped: without them a strategy is even
+less possible."""
 
 from __future__ import annotations
 
@@ -34,11 +33,10 @@ MOST_AT_ONCE = 64
 def find_core(
     spec: Specification, task: Task, world: RegionMap, found: Diagnosis, ask: Questions
 ) -> Core:
-    """A minimal core of an unrealizable specification.
+    """Return a minimal core of an unrealizable specification.
 
-    Where a question cannot be answered within the limits, its members stay in the core, which
-    is then not known to be minimal.
-    """
+    Where a query gets no verdict within the limits, its members stay in the core, which is then not
+    known to be minimal."""
     before = ask.asked
     search = _Search(spec, ask)
     members = search.first_failing(_choices(_members(spec, task, world), task, world, found))
@@ -53,8 +51,8 @@ def find_core(
 
 
 class _Search:
-    """Questions about subsets of one specification's guarantees. ``unknown``: whether one of
-    them could not be answered within the limits."""
+    """Queries on subsets of one specification's guarantees. ``unknown``: whether one of them got no
+    verdict within the limits."""
 
     def __init__(self, spec: Specification, ask: Questions) -> None:
         self._spec = spec
@@ -65,17 +63,17 @@ class _Search:
         return with_guarantees(self._spec, (c for m in members for c in m.constraints))
 
     def fails(self, members: Iterable[CoreMember]) -> bool:
-        """Whether these guarantees are proven to be unrealizable."""
+        """Return whether these guarantees are proven to be unrealizable."""
         verdict = self._ask.verdict(self.with_only(members))
         self.unknown = self.unknown or verdict not in (Verdict.REALIZABLE, Verdict.UNREALIZABLE)
         return verdict is Verdict.UNREALIZABLE
 
     def first_failing(self, choices: Sequence[list[CoreMember]]) -> list[CoreMember]:
-        """The first choice that fails; the last one is everything."""
+        """Return the first choice that fails; the last one is everything."""
         return next((few for few in choices[:-1] if self.fails(few)), choices[-1])
 
     def minimal(self, members: list[CoreMember], background: list[CoreMember]) -> list[CoreMember]:
-        """What of ``members`` is needed to fail together with ``background``."""
+        """Return the members that are needed to fail together with ``background``."""
         without = [[*background, *members[:k], *members[k + 1 :]] for k in range(len(members))]
         if len(members) <= MOST_AT_ONCE:
             self._ask.prepare([self.with_only(some) for some in without])
@@ -87,7 +85,8 @@ class _Search:
 def _choices(
     every: list[CoreMember], task: Task, world: RegionMap, found: Diagnosis
 ) -> list[list[CoreMember]]:
-    """Guarantees that probably fail already, fewest first; the last choice is all of them."""
+    """Return guarantees that probably fail already, fewest first; the last choice is all of
+    them."""
     choices = []
     if found.cause is NoStrategyCause.NO_WAY:
         dividing = _dividing(task, world, found.lost)
@@ -98,7 +97,7 @@ def _choices(
 
 
 def _members(spec: Specification, task: Task, world: RegionMap) -> list[CoreMember]:
-    """The guarantees, those that a person would name in one breath together, in the order in
+    """Return the guarantees, those that a person would name together in one member, in the order in
     which they are preferred in a core: first the objective, last the map."""
     together: dict[object, list[Constraint]] = {}
     for constraint in _with_all_edges(spec, task, world):
@@ -113,9 +112,8 @@ def _members(spec: Specification, task: Task, world: RegionMap) -> list[CoreMemb
 def _with_all_edges(spec: Specification, task: Task, world: RegionMap) -> Iterator[Constraint]:
     """The constraints, with the map's edge as a part of the mobility.
 
-    A specification leaves out the edge where walls are along it. Without those walls a robot
-    would step from the end of a row to the beginning of the next one, which nobody means.
-    """
+    A specification leaves out the edge where walls are along it. Without those walls a robot would
+    step from the end of a row to the beginning of the next one, which is never meant."""
     item = f"{task.item}.mobility"
     open_map = replace(world, walls=frozenset())
     rules = list(stepping("region", Section.SYS_TRANS, open_map, item))
@@ -136,7 +134,7 @@ def _is_wall(member: CoreMember) -> bool:
 
 
 def _split(member: CoreMember) -> list[CoreMember]:
-    """A run of walls wall by wall; anything else as it is."""
+    """Return a run of walls wall by wall; any other member unchanged."""
     if not _is_wall(member) or len(member.regions) == 1:
         return [member]
     section, origin = member.constraints[0].section, member.origin
@@ -151,11 +149,10 @@ def _within(member: CoreMember, walls: Collection[Region]) -> bool:
 
 
 def _dividing(task: Task, world: RegionMap, lost: Sequence[Target]) -> set[Region]:
-    """A minimal set of walls that is enough to keep the robot from the first lost target.
+    """Return a minimal set of walls that is enough to keep the robot from the first lost target.
 
-    Walls are taken down one after the other, those at the edge of the map first, unless that
-    would connect the two; what connects is kept by union and find.
-    """
+    Walls are removed one after the other, those at the edge of the map first, unless that would
+    connect the two; connections are kept by union and find."""
     parent = list(range(world.size))
 
     def root(region: Region) -> Region:

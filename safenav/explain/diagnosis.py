@@ -1,8 +1,7 @@
-"""The fast path: what graph search tells about a robot without a strategy.
+"""Fast path: diagnosis of a robot without a strategy by graph search.
 
-One thing at a time is taken away from the robot's troubles (walls, obstacles, the heading, the
-strictness of patrol); the first without which it could meet its objective alone is the cause.
-"""
+One restriction at a time is removed (walls, obstacles, the heading, the strictness of patrol); the
+first without which the robot could meet its objective alone is the cause."""
 
 from __future__ import annotations
 
@@ -18,7 +17,7 @@ from safenav.world.moves import Mobility, Pose, distances
 
 
 def diagnose(task: Task, world: RegionMap) -> Diagnosis:
-    """The cause as far as the map, the mobility and the objective tell it."""
+    """Return the cause as far as the map, the mobility and the objective determine it."""
     walkable = distances(
         task.robot.model.mobility, task.pose, world, {k.region for k in task.blocked}
     )
@@ -50,8 +49,8 @@ def diagnose(task: Task, world: RegionMap) -> Diagnosis:
 
 
 def held_ways(task: Task, world: RegionMap, scenario: Scenario) -> tuple[Known, ...]:
-    """The robots that begin where their objective makes them stay for ever, if they are in the
-    way together: a robot that observes them could otherwise do it alone."""
+    """Return the robots that begin where their objective makes them stay forever, if together they
+    are in the way: a robot that observes them could otherwise do it alone."""
     if isinstance(task.objective, Ltl):
         return ()
     held = tuple(
@@ -74,14 +73,14 @@ def _solo(task: Task, world: RegionMap) -> Solo:
 
 
 def _connected(task: Task, world: RegionMap) -> bool:
-    """Whether there is a way to each target for somebody who can turn, past all but walls."""
+    """Return whether a robot that can turn has a path to each target, blocked by walls only."""
     reach = distances(Mobility.FREE, Pose(task.pose.region), world)
     return all(any(region in reach for region in t) for t in targets_of(task.objective))
 
 
 def _culprits(task: Task, world: RegionMap) -> tuple[Known, ...]:
-    """What stands in the way: each single thing without which it works, else everything
-    together if that is the reason."""
+    """Return the known obstacles and robots in the way: each single one without which it works,
+    else all together if they are the reason."""
     if not task.blocked or not _solo(replace(task, blocked=()), world).winnable:
         return ()
     single = tuple(
@@ -95,7 +94,7 @@ def _culprits(task: Task, world: RegionMap) -> tuple[Known, ...]:
 
 
 def _facing_elsewhere(task: Task, world: RegionMap) -> bool:
-    """Whether another heading at the start would do."""
+    """Return whether another heading at the start would suffice."""
     return any(
         _solo(replace(task, pose=Pose(task.pose.region, heading)), world).winnable
         for heading in Heading
@@ -104,7 +103,7 @@ def _facing_elsewhere(task: Task, world: RegionMap) -> bool:
 
 
 def _crossing(task: Task, world: RegionMap) -> Target | None:
-    """The patrol target that is in the way of the other one."""
+    """Return the patrol target that is in the way of the other one."""
     assert isinstance(task.objective, Patrol)
     blocked = {known.region for known in task.blocked}
     first, second = task.objective.first, task.objective.second

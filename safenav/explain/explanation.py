@@ -1,4 +1,4 @@
-"""What an explanation is made of, as data; ``report.explanation`` puts it into words."""
+"""Data of an explanation; ``report.explanation`` puts it into words."""
 
 from __future__ import annotations
 
@@ -14,40 +14,39 @@ from safenav.world.map import Heading, Region
 
 
 class NoStrategyCause(StrEnum):
-    """Why a robot has no strategy. All but the last two hold whatever the moving robots do."""
+    """Cause of unrealizability. All but the last two hold whatever the moving robots do."""
 
     NO_WAY = "no_way"
     """Walls are between the robot and a target."""
     OBSTACLE = "obstacle"
-    """A known obstacle is in the only way."""
+    """A known obstacle is on the only path."""
     PARKED_ROBOT = "parked_robot"
-    """A robot that stays where it is stands in the only way."""
+    """A robot that stays where it is stands on the only path."""
     HEADING = "heading"
     """From where it starts it faces the wrong way, and cannot turn on the spot."""
     ONE_WAY = "one_way"
-    """Under its mobility it cannot get there, or not from there to the next target."""
+    """Its mobility allows no path to a target, or none from there to the next one."""
     CROSSING = "crossing"
-    """Patrol forbids to cross a target out of its turn, and there is no other way."""
+    """Patrol forbids crossing a target out of its turn, and there is no other path."""
     IMPOSSIBLE_START = "impossible_start"
     """The objective does not allow it to begin where it is."""
     CONTRADICTION = "contradiction"
     """The objective contradicts itself, on whatever map."""
     FORBIDDEN_WAY = "forbidden_way"
-    """The objective forbids what the map makes it do."""
+    """The objective forbids the moves that the map requires."""
     CORNERED = "cornered"
     """Other robots can bring it where each move, and staying, breaks a guarantee."""
     KEPT_AWAY = "kept_away"
-    """Other robots can keep it from a target for ever."""
+    """Other robots can keep it from a target forever."""
 
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """What graph search alone can tell (``explain.diagnosis``).
+    """Result of graph search alone (``explain.diagnosis``).
 
     ``cause``: None if the map and the robot's mobility are not the reason. ``lost``: targets
-    without any way. ``confined``: the regions that it can get to. ``culprits``: what stands in
-    the way, for OBSTACLE and PARKED_ROBOT. ``crossing``: the target in the way, for CROSSING.
-    """
+    without any path. ``confined``: the regions that it can reach. ``culprits``: obstacles or robots
+    in the way, for OBSTACLE and PARKED_ROBOT. ``crossing``: the target in the way, for CROSSING."""
 
     cause: NoStrategyCause | None
     lost: tuple[Target, ...] = ()
@@ -67,13 +66,12 @@ class CoreMember:
 
 @dataclass(frozen=True)
 class Core:
-    """A minimal set of guarantees that nobody can keep together.
+    """A minimal set of guarantees that no strategy can keep together.
 
-    With all assumptions and these guarantees alone there is no strategy; without any one of
-    the members there is one (if ``minimal``: else time ran out on some query). ``alone``: not
-    even if the others did whatever the robot would like. ``fairness``: what it was allowed to
-    rely on, to no avail. ``queries``: realizability questions that were asked.
-    """
+    With all assumptions and these guarantees alone there is no strategy; without any one of the
+    members there is one (if ``minimal``: else time ran out on some query). ``alone``: not even with
+    cooperating robots. ``fairness``: the fairness that it was allowed to assume, without success.
+    ``queries``: number of realizability queries."""
 
     members: tuple[CoreMember, ...]
     alone: bool
@@ -83,21 +81,21 @@ class Core:
 
     @property
     def walls(self) -> tuple[Region, ...]:
-        """The walls of the core."""
+        """Return the walls of the core."""
         found = [m.regions for m in self.members if m.origin.item == "map"]
         return tuple(sorted(region for regions in found for region in regions))
 
     def specification(
         self, whole: Specification, without: Iterable[CoreMember] = ()
     ) -> Specification:
-        """``whole`` with no other guarantees than the members, less some of them."""
+        """Return ``whole`` with no other guarantees than the members, less some of them."""
         dropped = set(without)
         guarantees = [c for m in self.members if m not in dropped for c in m.constraints]
         return with_guarantees(whole, guarantees)
 
 
 def with_guarantees(whole: Specification, guarantees: Iterable[Constraint]) -> Specification:
-    """``whole`` with all its assumptions, but these guarantees only."""
+    """Return ``whole`` with all its assumptions, but these guarantees only."""
     assumptions = [c for c in whole.constraints if not is_guarantee(c)]
     return Specification(whole.robot, whole.title, whole.variables, (*assumptions, *guarantees))
 
@@ -107,21 +105,21 @@ def is_guarantee(constraint: Constraint) -> bool:
 
 
 class WitnessEnd(StrEnum):
-    """How a witness ends."""
+    """End of a witness."""
 
     CONFINED = "confined"
-    """It goes wherever it can, and the target is not among it."""
+    """It visits all regions that it can reach, and the target is not among them."""
     STUCK = "stuck"
-    """Nothing is left that it may do."""
+    """It has no allowed move left."""
     STARVED = "starved"
-    """It goes round for ever without meeting its goals."""
+    """It cycles forever without meeting its goals."""
     NO_BEGINNING = "no_beginning"
     """It cannot even begin."""
 
 
 @dataclass(frozen=True)
 class PlayMoment:
-    """One moment of a story. ``others``: what it observes (inputs), Booleans as 0 and 1;
+    """One moment of a witness. ``others``: its observations (inputs), Booleans as 0 and 1;
     ``memory``: its outputs beyond the pose."""
 
     region: Region | None
@@ -132,7 +130,7 @@ class PlayMoment:
 
 @dataclass(frozen=True)
 class Dilemma:
-    """One thing that it could still do, and a guarantee that this would break."""
+    """One move that it could still make, and a guarantee that this would break."""
 
     region: Region
     heading: Heading | None
@@ -141,12 +139,11 @@ class Dilemma:
 
 @dataclass(frozen=True)
 class Witness:
-    """How it fails although it does its best.
+    """A losing play of a robot that does its best.
 
-    ``moments`` from the start on; then ``cycle`` repeats for ever (STARVED). For
-    STUCK: ``pressure`` holds the others' last moves, ``dilemmas`` why no answer is left.
-    ``goal``: what is never met. ``confined``: the regions within reach (CONFINED).
-    """
+    ``moments`` from the start on; then ``cycle`` repeats forever (STARVED). For STUCK: ``pressure``
+    holds the other robots' last moves, ``dilemmas`` why no reply is left. ``goal``: the goal that
+    is never met. ``confined``: the regions within reach (CONFINED)."""
 
     ending: WitnessEnd
     moments: tuple[PlayMoment, ...] = ()
@@ -159,7 +156,7 @@ class Witness:
 
 class RepairKind(StrEnum):
     OPEN_WALL = "open_wall"
-    """An obstacle that somebody can resolve instead of a wall."""
+    """An obstacle that a robot can resolve instead of a wall."""
     REMOVE_WALLS = "remove_walls"
     HEADING = "heading"
     START = "start"
@@ -170,18 +167,17 @@ class RepairKind(StrEnum):
     TRACKING = "tracking"
     """Another model of the other robots, under which other assumptions can be made."""
     ASSUMPTION = "assumption"
-    """Something that the others would have to promise."""
+    """A guarantee that the other robots would have to give."""
 
 
 @dataclass(frozen=True)
 class Repair:
-    """A change under which the robot has a strategy: that was asked, it is no guess.
+    """A change under which the robot has a strategy: each was checked by synthesis.
 
-    ``change``: the scenario's items and their new values, as they would be written.
-    ``scenario``: the scenario with the change (None for an assumption, which no scenario can
-    make). ``helpers``: who has the capability that an obstacle needs and can get there;
-    ``action``: that capability.
-    """
+    ``change``: the scenario's items and their new values, as they would be written. ``scenario``:
+    the scenario with the change (None for an assumption, which no scenario can make). ``helpers``:
+    robots that have the capability that an obstacle needs and can reach it; ``action``: that
+    capability."""
 
     kind: RepairKind
     change: tuple[tuple[str, str], ...]
@@ -192,7 +188,7 @@ class Repair:
 
 @dataclass(frozen=True)
 class Explanation:
-    """Everything that is known of one robot's failure."""
+    """Explanation of one robot's unrealizability."""
 
     robot: str
     task: Task

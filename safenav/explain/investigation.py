@@ -1,7 +1,6 @@
-"""The whole explanation of one robot: cause, core, witness, repairs.
+"""Whole explanation of one robot: cause, core, witness, repairs.
 
-Graph search answers first; the game answers the rest.
-"""
+Graph search comes first; the game decides the rest."""
 
 from __future__ import annotations
 
@@ -28,11 +27,10 @@ REPAIR_SECONDS = 2.0
 
 
 def explain(scenario: Scenario, task: Task, synthesizer: Synthesizer, judge: Judge) -> Explanation:
-    """Why an unrealizable ``task`` of a scenario's robot has no strategy.
+    """Explain why an unrealizable ``task`` of a scenario's robot has no strategy.
 
-    ``judge`` says whether that robot has a strategy at the start of a changed scenario. The
-    synthesizer's limits hold for each single question.
-    """
+    ``judge`` returns whether that robot has a strategy at the start of a changed scenario. The
+    synthesizer's limits hold for each single query."""
     begun = time.monotonic()
     world = scenario.map
     spec = compile_task(task, world)
@@ -60,7 +58,7 @@ def explain(scenario: Scenario, task: Task, synthesizer: Synthesizer, judge: Jud
 def _played_out(
     spec: Specification, task: Task, world: RegionMap, synthesizer: Synthesizer
 ) -> Witness | None:
-    """The environment's strategy played; None where it cannot be had within the limits."""
+    """Return the environment's strategy played; None if the limits do not allow it."""
     try:
         strategy = synthesizer.counterstrategy(spec).strategy
         return None if strategy is None else play_out(spec, strategy, task, world)
@@ -69,7 +67,7 @@ def _played_out(
 
 
 def _cause(core: Core, witness: Witness | None, task: Task) -> NoStrategyCause:
-    """What is left once the map and the mobility are not the reason by themselves."""
+    """Return the cause once the map and the mobility are not the reason by themselves."""
     if not core.alone:
         stuck = witness is not None and witness.ending in (
             WitnessEnd.STUCK,

@@ -1,8 +1,7 @@
-"""Repairs of the map: an obstacle that somebody can resolve instead of a wall, or no wall.
+"""Repairs of the map: an obstacle that a robot can resolve instead of a wall, or no wall.
 
-Walls are tried in the order of the shortest way through them; where one is not enough, the way
-through the fewest.
-"""
+Walls are tried in the order of the shortest path through them; where one is not enough, the path
+through the fewest."""
 
 from __future__ import annotations
 
@@ -21,7 +20,8 @@ from safenav.world.moves import distances
 def map_repairs(
     kind: RepairKind, scenario: Scenario, robot: Robot, task: Task, found: Diagnosis
 ) -> Iterator[Repair]:
-    """Candidates: for OPEN_WALL an obstacle with those who can resolve it, else no walls."""
+    """Yield candidates: for OPEN_WALL an obstacle with the robots that can resolve it, else no
+    walls."""
     world = scenario.map
     if kind is RepairKind.OPEN_WALL:
         for wall in _single_walls(world, task, found):
@@ -44,8 +44,8 @@ def map_repairs(
 
 
 def _single_walls(world: RegionMap, task: Task, found: Diagnosis) -> list[Region]:
-    """Walls beside a region within reach that have something else beside them, in the order of
-    the way over them to the targets."""
+    """Return walls beside a region within reach that have another region beside them, in the order
+    of the path over them to the targets."""
     targets = found.lost or task.targets
     from_start = world.distances([task.pose.region])
     to_targets = [world.distances(target) for target in targets]
@@ -67,7 +67,7 @@ def _single_walls(world: RegionMap, task: Task, found: Diagnosis) -> list[Region
 def _resolvable(
     wall: Region, open_map: RegionMap, scenario: Scenario, robot: Robot
 ) -> Iterator[tuple[Obstacle, tuple[str, ...]]]:
-    """Obstacles that could be there, each with the robots that could resolve it: with their
+    """Yield obstacles that could be there, each with the robots that could resolve it: with their
     own start, past the closed obstacle, within their mobility."""
     types: dict[str, ObstacleType] = dict(built_in().obstacles)
     types.update((o.type.name, o.type) for o in scenario.obstacles)
@@ -89,7 +89,7 @@ def _resolvable(
 
 
 def _fewest_walls(world: RegionMap, task: Task, target: frozenset[Region]) -> list[Region]:
-    """The walls on a way from start to target that goes through as few as possible."""
+    """Return the walls on a path from start to target that crosses as few as possible."""
     start = task.pose.region
     before: dict[Region, Region] = {start: start}
     cost = {start: 0}
@@ -115,7 +115,7 @@ def _fewest_walls(world: RegionMap, task: Task, target: frozenset[Region]) -> li
 
 
 def _around(region: Region, world: RegionMap) -> list[Region]:
-    """The neighbours, walls included."""
+    """Return the neighbours, walls included."""
     row, col = world.position(region)
     found = []
     for r, c in ((row - 1, col), (row, col + 1), (row + 1, col), (row, col - 1)):

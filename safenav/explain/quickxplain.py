@@ -1,8 +1,7 @@
-"""A minimal subset that still fails, by divide and conquer.
+"""Minimal failing subset by divide and conquer.
 
 QuickXplain (Junker: Preferred explanations and relaxations for over-constrained problems, AAAI
-2004): about 2k log(n/k) + 2k questions for k of n members, where deleting one by one takes n.
-"""
+2004): about 2k log(n/k) + 2k queries for k of n members, where deleting one by one takes n."""
 
 from __future__ import annotations
 
@@ -13,10 +12,9 @@ Item = TypeVar("Item")
 
 
 def minimal_subset(items: Sequence[Item], fails: Callable[[Sequence[Item]], bool]) -> list[Item]:
-    """A subset that fails, none of whose members can be spared; earlier ones are preferred.
+    """Return a subset that fails, none of whose members can be spared; earlier ones are preferred.
 
-    ``fails`` must hold for ``items`` and be monotone: whatever contains a failing set fails.
-    """
+    ``fails`` must hold for ``items`` and be monotone: whatever contains a failing set fails."""
     if fails(()):
         return []
     return _explain([], False, list(items), fails)
@@ -28,8 +26,8 @@ def _explain(
     items: list[Item],
     fails: Callable[[Sequence[Item]], bool],
 ) -> list[Item]:
-    """What of ``items`` is needed to fail together with ``background``; ``grown``: whether the
-    background has members that were not there when it was last asked about."""
+    """Return the items that are needed to fail together with ``background``; ``grown``: whether the
+    background has members that were not there at its last query."""
     if grown and fails(background):
         return []
     if len(items) == 1:

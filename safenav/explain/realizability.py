@@ -1,4 +1,4 @@
-"""Realizability questions about variants of one specification; no question is asked twice."""
+"""Realizability queries on variants of one specification; no query is repeated."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _COOPERATIVE = {
 
 
 class Questions:
-    """Answers from the synthesizer, remembered. ``asked`` counts those that it was asked."""
+    """Cached results of the synthesizer. ``asked`` counts the queries to it."""
 
     def __init__(self, synthesizer: Synthesizer) -> None:
         self._synthesizer = synthesizer
@@ -25,7 +25,7 @@ class Questions:
         self.asked = 0
 
     def prepare(self, specs: Sequence[Specification]) -> None:
-        """Ask about several specifications at once, on all processors."""
+        """Query several specifications in parallel, on all processors."""
         texts = {spec.to_structuredslugs(): spec for spec in specs}
         open_ = {text: spec for text, spec in texts.items() if text not in self._known}
         results = self._synthesizer.synthesize_all(list(open_.values()), strategy=False)
@@ -33,7 +33,7 @@ class Questions:
         self._known.update(zip(open_, (result.verdict for result in results), strict=True))
 
     def verdict(self, spec: Specification) -> Verdict:
-        """The verdict, or the limit that was reached."""
+        """Return the verdict, or the limit that was reached."""
         text = spec.to_structuredslugs()
         if text not in self._known:
             self.asked += 1
@@ -42,8 +42,8 @@ class Questions:
 
 
 def cooperative(spec: Specification) -> Specification:
-    """The same with everybody on the robot's side: realizable iff the guarantees can be kept
-    at all, with assumptions and guarantees together."""
+    """Return the same with every robot on the robot's side: realizable iff the guarantees can be
+    kept at all, with assumptions and guarantees together."""
     variables = [replace(v, owner=Owner.OUTPUT) for v in spec.variables]
     constraints = [replace(c, section=_turned(c)) for c in spec.constraints]
     return Specification(spec.robot, spec.title, tuple(variables), tuple(constraints))

@@ -1,8 +1,7 @@
 """Repairs: changes of the scenario under which the robot has a strategy.
 
-Candidates come from what is wrong, likeliest first; graph search drops the hopeless ones, and
-each that is offered was put to the synthesizer.
-"""
+Candidates follow from the cause, likeliest first; graph search drops the hopeless ones, and each
+offered repair was checked by the synthesizer."""
 
 from __future__ import annotations
 
@@ -29,9 +28,9 @@ Judge = Callable[[Scenario], bool]
 OFFERED = 2
 """Repairs of one kind that are enough."""
 TRIED = 8
-"""Candidates of one kind that are put to the synthesizer at most."""
+"""Maximum number of candidates of one kind that the synthesizer checks."""
 LOOKED_AT = 40
-"""Regions that are looked at as another start."""
+"""Maximum number of regions that are examined as another start."""
 
 K = RepairKind
 _FIRST: dict[NoStrategyCause, tuple[RepairKind, ...]] = {
@@ -75,7 +74,7 @@ class RepairProblem:
 
     @property
     def late(self) -> bool:
-        """Whether it is time to be content with what was found (by the monotonic clock)."""
+        """Return whether the deadline has passed (by the monotonic clock)."""
         return time.monotonic() > self.deadline
 
     @property
@@ -84,7 +83,7 @@ class RepairProblem:
 
 
 def find_repairs(problem: RepairProblem, judge: Judge) -> tuple[Repair, ...]:
-    """Repairs that work, those of the likeliest kind first, found before the deadline."""
+    """Return repairs that work, those of the likeliest kind first, found before the deadline."""
     found: list[Repair] = []
     for kind in _FIRST[problem.cause]:
         if kind is K.REMOVE_WALLS and any(repair.kind is K.OPEN_WALL for repair in found):
@@ -135,7 +134,7 @@ def _headings(problem: RepairProblem) -> Iterator[Repair]:
 
 
 def _starts(problem: RepairProblem) -> Iterator[Repair]:
-    """Another start, nearest first, from which the robot could do it alone."""
+    """Yield other starts, nearest first, from which the robot could do it alone."""
     scenario, robot = problem.scenario, problem.robot
     taken = {other.start.region for other in scenario.robots if other is not robot}
     within = _rooms_with_all_targets(problem)
@@ -182,7 +181,7 @@ def _objectives(problem: RepairProblem) -> Iterator[Repair]:
 
 
 def _milder(objective: Objective) -> Iterator[Objective]:
-    """Objectives that ask for less, those that ask for most first."""
+    """Yield objectives that demand less, those that demand most first."""
     if isinstance(objective, Ltl):
         for part in ("init", "safety", "liveness"):
             lines = getattr(objective, part)
@@ -199,7 +198,8 @@ def _milder(objective: Objective) -> Iterator[Objective]:
 
 
 def _other_starts(problem: RepairProblem) -> Iterator[Repair]:
-    """Those in the way stand somewhere else; if they hold their place, they hold that one."""
+    """Yield other starts for the robots in the way; a robot that holds its place holds the new
+    one."""
     scenario, robot = problem.scenario, problem.robot
     names = [k.item.removeprefix("robots.") for k in problem.diagnosis.culprits]
     names = names or [other.name for other in problem.task.observed if other.danger]
@@ -224,7 +224,8 @@ def _other_starts(problem: RepairProblem) -> Iterator[Repair]:
 
 
 def _avoids(problem: RepairProblem) -> Iterator[Repair]:
-    """Two robots may share a region after all (one of them can step over the other, say)."""
+    """Yield repairs after which two robots may share a region after all (one of them can step over
+    the other, say)."""
     scenario, robot = problem.scenario, problem.robot
     dangers = [o for o in scenario.robots if o is not robot and scenario.conflict(robot, o)]
     for other in dangers:
@@ -256,7 +257,7 @@ def _trackings(problem: RepairProblem) -> Iterator[Repair]:
 def _hopeful(
     robot: Robot, problem: RepairProblem, blocked: frozenset[Region] | None = None
 ) -> bool:
-    """Whether the robot could do it alone, past those who stay where they are."""
+    """Return whether the robot could do it alone, past the robots that stay where they are."""
     if isinstance(robot.objective, Ltl):
         return True
     if blocked is None:
@@ -268,7 +269,7 @@ def _hopeful(
 
 
 def _rooms_with_all_targets(problem: RepairProblem) -> set[Region]:
-    """The regions from which somebody who can turn gets to every target."""
+    """Return the regions from which a robot that can turn reaches every target."""
     world, targets = problem.scenario.map, problem.task.targets
     if not targets:
         return set(world.free)
@@ -281,7 +282,7 @@ def _rooms_with_all_targets(problem: RepairProblem) -> set[Region]:
 
 
 def _nearest(region: Region, scenario: Scenario) -> list[Region]:
-    """All free regions, those next to ``region`` (as the crow flies) first."""
+    """Return all free regions, those nearest to ``region`` (ignoring walls) first."""
     row, col = scenario.map.position(region)
 
     def away(other: Region) -> tuple[int, Region]:
@@ -300,5 +301,5 @@ def _with_robots(
 
 
 def _listed(names: Iterable[str]) -> str:
-    """Names as a list of YAML."""
+    """Return names as a YAML list."""
     return f"[{', '.join(sorted(names))}]"

@@ -1,4 +1,4 @@
-"""Why a robot has no strategy, in one sentence: what check, synth and run say at once."""
+"""One-sentence reason for unrealizability, which check, synth and run print immediately."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from safenav.world.map import RegionMap
 
 
 def explain_unrealizable(robot: Robot, task: Task, world: RegionMap) -> str:
-    """One sentence on why ``robot`` cannot do what ``task`` asks: what the map tells, and no
-    guess beyond it."""
+    """Return one sentence on why ``robot`` cannot fulfil ``task``, as far as the map shows it,
+    without guesses."""
     why = why_words(diagnose(task, world), task, world)
     return f"{robot.name} cannot {describe(asked_of(task), world.word)}: {why}"
 
 
 def why_words(found: Diagnosis, task: Task, world: RegionMap) -> str:
-    """The reason alone."""
+    """Return the reason alone."""
     here = world.label(task.pose.region)
     lost = " and ".join(target_words(target, world) for target in found.lost)
     things = "; ".join(f"{world.label(k.region)}: {k.reason}" for k in found.culprits)

@@ -1,9 +1,8 @@
-"""A robot alone on the map: can it meet its objective if nobody interferes?
+"""A robot alone on the map: whether it can meet its objective without interference.
 
 The one-player game is explicit and small (poses times the objective's memory), so this takes
-milliseconds where a synthesis would have to be asked. The objective is played by its automaton
-(``scenario.objective``); one in raw formulas (``ltl``) is beyond it.
-"""
+milliseconds and no synthesis. The objective is played by its automaton (``scenario.objective``);
+objectives in raw formulas (``ltl``) are not covered."""
 
 from __future__ import annotations
 
@@ -19,7 +18,7 @@ from safenav.world.moves import Mobility, Pose, moves
 
 @dataclass(frozen=True)
 class State:
-    """Where the robot is and what it remembers of its objective."""
+    """The robot's pose and its memory of the objective."""
 
     pose: Pose
     memory: int = 0
@@ -27,8 +26,8 @@ class State:
 
 @dataclass(frozen=True)
 class Solo:
-    """What a robot can do by itself. ``regions`` that it can get to without breaking a rule;
-    ``winnable``: whether it can meet all goals again and again."""
+    """Possibilities of a robot by itself. ``regions`` that it can reach without breaking a rule;
+    ``winnable``: whether it can meet all goals infinitely often."""
 
     regions: frozenset[Region]
     winnable: bool
@@ -42,14 +41,14 @@ def play(
     world: RegionMap,
     blocked: frozenset[Region] = frozenset(),
 ) -> Solo:
-    """Explore everything that the robot can do. ``objective`` must not be ``Ltl``."""
+    """Explore all moves that the robot can make. ``objective`` must not be ``Ltl``."""
     assert not isinstance(objective, Ltl)
     pursuit = objective
     first = State(pose, pursuit.begin(pose.region, memory.index) if pursuit.in_turn else 0)
     number = {first: 0}
     states = [first]
     edges = []
-    for state in states:  # grows while it is gone through
+    for state in states:  # grows during the iteration
         source = number[state]
         for after in _steps(mobility, state, pursuit, world, blocked):
             target = number.setdefault(after, len(states))
@@ -74,7 +73,7 @@ def _steps(
     world: RegionMap,
     blocked: frozenset[Region],
 ) -> Iterator[State]:
-    """What the robot may do next; in a region that is blocked it may not even stay."""
+    """Yield the robot's possible next states; in a region that is blocked it may not even stay."""
     here, memory = state.pose.region, state.memory
     after = pursuit.turned(memory, here) if pursuit.in_turn else memory
     for pose in moves(mobility, state.pose, world, blocked):

@@ -1,11 +1,10 @@
-"""Vacuity: does a robot win because it breaks what it assumes of the others?
+"""Vacuity: wins of a robot that come from breaking its assumptions on the other robots.
 
-A strategy may bring the environment where it has no move left, or where it cannot meet a
-fairness assumption any more. From there on the robot owes nothing: it has won, and may do
-nothing at all. Such a win is worth a warning. (Klein, Pnueli: Revisiting synthesis of GR(1)
-specifications, HVC 2010, and Maoz, Ringert: On well-separation of GR(1) specifications, FSE
-2016, who look at the specification; here it is first of all the strategy that is used.)
-"""
+A strategy may bring the environment where it has no move left, or where it can no longer meet a
+fairness assumption. From there on the robot owes nothing: it has won, and may do nothing at all.
+Such a win is worth a warning. (Klein, Pnueli: Revisiting synthesis of GR(1) specifications, HVC
+2010, and Maoz, Ringert: On well-separation of GR(1) specifications, FSE 2016, who look at the
+specification; here it is first of all the strategy that is used.)"""
 
 from __future__ import annotations
 
@@ -21,7 +20,7 @@ from safenav.verify.cycles import cyclic_parts
 
 
 class Way(StrEnum):
-    """How assumptions fail through the robot; the value says it in words."""
+    """Ways in which the robot makes assumptions fail; the value states it in words."""
 
     NO_BEGINNING = "no beginning satisfies the assumptions, so that nothing is promised"
     DEAD_END = "the others can be brought where the assumptions leave them no move"
@@ -33,10 +32,9 @@ class Way(StrEnum):
 class Vacuity:
     """One way in which a robot could win without doing anything.
 
-    ``path``: nodes of its strategy, the shortest way to where it happens (empty if the
-    strategy does not do it: FORCED). ``nodes``: how many of its nodes are so. ``origins``: the
-    assumptions that fail.
-    """
+    ``path``: nodes of its strategy, the shortest path to where it happens (empty if the strategy
+    does not do it: FORCED). ``nodes``: how many of its nodes are so. ``origins``: the assumptions
+    that fail."""
 
     way: Way
     path: tuple[int, ...] = ()
@@ -45,8 +43,8 @@ class Vacuity:
 
 
 def vacuous_wins(strategy: Strategy, synthesizer: Synthesizer) -> tuple[Vacuity, ...]:
-    """All that there is to warn of in a realizable robot: what its strategy does, else what
-    another strategy could do."""
+    """Return all vacuous wins of a realizable robot: those of its strategy, else those of another
+    strategy."""
     found = vacuities(strategy)
     if found:
         return found
@@ -55,11 +53,10 @@ def vacuous_wins(strategy: Strategy, synthesizer: Synthesizer) -> tuple[Vacuity,
 
 
 def vacuities(strategy: Strategy) -> tuple[Vacuity, ...]:
-    """How a strategy wins without keeping its goals, if it does: shortest ways first.
+    """Return how a strategy wins without keeping its goals, if it does: shortest paths first.
 
-    The robot's moves are fixed by the strategy, so the others play alone on its automaton: a
-    node from which no path of theirs meets all assumptions again and again is won vacuously.
-    """
+    The robot's moves are fixed by the strategy, so the others play alone on its automaton: a node
+    from which no path of theirs meets all assumptions infinitely often is won vacuously."""
     spec = strategy.specification
     starts = strategy.initial()
     if not starts:
@@ -87,8 +84,8 @@ def vacuities(strategy: Strategy) -> tuple[Vacuity, ...]:
 
 
 def can_force(spec: Specification, synthesizer: Synthesizer) -> Vacuity | None:
-    """Whether the robot could break the assumptions from the start on, whatever the others do:
-    it could then even meet a goal that is false."""
+    """Return whether the robot could break the assumptions from the start on, whatever the others
+    do: it could then even meet a goal that is false."""
     assumed = [s for s in (Section.ENV_TRANS, Section.ENV_LIVENESS) if spec.section(s)]
     if not assumed:
         return None
@@ -106,7 +103,8 @@ def _origins(spec: Specification, *sections: Section) -> tuple[Origin, ...]:
 
 
 def _lacking(automaton: Automaton, parts: dict[int, int], count: int) -> dict[int, set[int]]:
-    """For each strongly connected part the assumptions that no transition within it meets."""
+    """Return for each strongly connected part the assumptions that no transition within it
+    meets."""
     lacking = {part: set(range(count)) for part in set(parts.values())}
     formulas = [clause.formula for clause in automaton.clauses(Section.ENV_LIVENESS)]
     for k, unmet in enumerate(automaton.violated(formulas)):
@@ -119,7 +117,7 @@ def _lacking(automaton: Automaton, parts: dict[int, int], count: int) -> dict[in
 
 
 def _cut_off(automaton: Automaton, good: set[int]) -> set[int]:
-    """The nodes from which none of the good ones can be reached."""
+    """Return the nodes from which none of the good ones can be reached."""
     before: dict[int, list[int]] = {}
     for source, target in automaton.edges:
         before.setdefault(target, []).append(source)
@@ -134,7 +132,7 @@ def _cut_off(automaton: Automaton, good: set[int]) -> set[int]:
 
 
 def _ahead(automaton: Automaton, start: int) -> set[int]:
-    """The nodes that can be reached from one of them."""
+    """Return the nodes that can be reached from one of them."""
     seen = {start}
     stack = [start]
     while stack:

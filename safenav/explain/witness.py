@@ -1,9 +1,8 @@
-"""A witness: the robot does its best, and this is how it fails.
+"""Witness: a losing play of a robot that does its best.
 
-Where graph search has the answer, the regions within reach are the story. Otherwise the
-environment's winning strategy (the counterstrategy) is played against a robot that always takes
-the answer that brings it nearest to the target that it awaits.
-"""
+Where graph search suffices, the regions within reach are the witness. Otherwise the environment's
+winning strategy (the counterstrategy) is played against a robot that always takes the reply that
+brings it nearest to the target that it awaits."""
 
 from __future__ import annotations
 
@@ -34,7 +33,7 @@ _MOST_INPUTS = 4096
 
 
 def confinement(found: Diagnosis) -> Witness | None:
-    """The story that needs no game: the regions that it can get to, and none of the target."""
+    """Return the witness that needs no game: the regions that it can reach, without the target."""
     if found.cause is None or not (found.lost or found.cause is NoStrategyCause.CROSSING):
         return None
     return Witness(WitnessEnd.CONFINED, confined=found.confined)
@@ -43,8 +42,8 @@ def confinement(found: Diagnosis) -> Witness | None:
 def play_out(
     spec: Specification, counterstrategy: Strategy, task: Task, world: RegionMap
 ) -> Witness:
-    """Play the environment's strategy against a robot that does its best: it meets the goals
-    that it still can, then comes as near as it can to one that it cannot meet any more."""
+    """Play the environment's strategy against a robot that does its best: it meets the goals that
+    it still can, then comes as near as possible to one that it can no longer meet."""
     starts = counterstrategy_starts(spec, counterstrategy)
     if not starts:
         return Witness(WitnessEnd.NO_BEGINNING)
@@ -72,7 +71,7 @@ def play_out(
 
 
 class _Play:
-    """One counterstrategy, and what can be asked about its nodes."""
+    """One counterstrategy, and queries on its nodes."""
 
     def __init__(
         self, spec: Specification, counterstrategy: Strategy, task: Task, world: RegionMap
@@ -85,7 +84,7 @@ class _Play:
         self._fields: dict[Target, Mapping[Region, int]] = {}
 
     def goals_first(self, start: int) -> list[int]:
-        """A walk from ``start`` that meets goals as long as one of a round can be met."""
+        """Return a walk from ``start`` that meets goals as long as one of a round can be met."""
         walk = [start]
         goals = clauses(self._spec, Section.SYS_LIVENESS)
         open_goals = list(goals)
@@ -98,7 +97,7 @@ class _Play:
         return walk
 
     def _nearest(self, start: int, goals: Sequence[Clause]) -> tuple[list[int], Clause | None]:
-        """The nodes of a shortest walk after ``start`` whose last step meets a goal."""
+        """Return the nodes of a shortest walk after ``start`` whose last step meets a goal."""
         before = {start: start}
         queue = deque([start])
         while queue:
@@ -135,7 +134,8 @@ class _Play:
         )
 
     def distance(self, node: int) -> int:
-        """Steps to what the robot awaits there, as the crow walks."""
+        """Return the steps to the target that the robot awaits there, without regard to
+        headings."""
         values = self._strategy.values(node)
         region = values.get("region")
         awaited = self._awaited(values)
@@ -154,7 +154,7 @@ class _Play:
         return frozenset().union(*left) or frozenset().union(*self._task.targets)
 
     def starved(self, cycle: Sequence[int]) -> Constraint | None:
-        """A goal that is met on no transition of the cycle."""
+        """Return a goal that is met on no transition of the cycle."""
         rounds = list(zip(cycle, (*cycle[1:], cycle[0]), strict=True))
         for clause in clauses(self._spec, Section.SYS_LIVENESS):
             if not any(
@@ -165,7 +165,7 @@ class _Play:
         return None
 
     def pressure(self, node: int) -> dict[str, int]:
-        """Next inputs that the assumptions allow and that leave the robot no answer."""
+        """Return next inputs that the assumptions allow and that leave the robot no reply."""
         automaton = Automaton(self._spec, self._strategy, (node,))
         assumed = automaton.clauses(Section.ENV_TRANS)
         promised = automaton.clauses(Section.SYS_TRANS)
@@ -179,7 +179,7 @@ class _Play:
         return {}
 
     def dilemmas(self, node: int, pressure: Mapping[str, int]) -> Iterator[Dilemma]:
-        """For each move of its mobility the guarantee that it would break."""
+        """Yield for each move of its mobility the guarantee that it would break."""
         values = self._strategy.values(node)
         if "region" not in values:
             return
@@ -194,7 +194,7 @@ class _Play:
     def _broken(
         self, now: Mapping[str, int], later: Mapping[str, int], promised: Sequence[Clause]
     ) -> Constraint | None:
-        """What is broken at least by a move, whichever memory comes with it."""
+        """Return the first constraint that a move breaks with the memory that breaks fewest."""
         free = [v for v in self._spec.owned(Owner.OUTPUT) if v.name not in later]
         ranges = [range((v.bounds or (0, 1))[0], (v.bounds or (0, 1))[1] + 1) for v in free]
         best: list[Constraint] | None = None
