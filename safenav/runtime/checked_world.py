@@ -1,4 +1,4 @@
-"""Somebody else's world; each answer is checked before anything relies on it."""
+"""A world of another program; each result is checked before it is used."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class WorldError(SafenavError):
 
 
 class CheckedWorld:
-    """Asks a world, and raises WorldError for what cannot be true."""
+    """Queries a world, and raises WorldError for impossible results."""
 
     def __init__(self, world: World, scenario: Scenario) -> None:
         self._world = world

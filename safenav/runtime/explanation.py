@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 __all__ = ["explain_team", "explain_unrealizable"]
 
 QUESTION_SECONDS = 2.0
-"""Wall time of one of the many questions that an explanation asks."""
+"""Wall time of one of the many synthesis requests of an explanation, in seconds."""
 
 
 def explain_team(

@@ -1,4 +1,4 @@
-"""The ways that formulas (``ltl``) leave to a robot: steps between poses, where goals lie."""
+"""The steps between poses that formulas (``ltl``) allow a robot, and the poses of its goals."""
 
 from __future__ import annotations
 

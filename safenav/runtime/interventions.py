@@ -27,8 +27,8 @@ from safenav.world.moves import distances
 
 @dataclass(frozen=True)
 class Close:
-    """An obstacle appears in a region, as soon as nobody is there. ``truth``: what resolving it
-    reveals, for a type that has a truth."""
+    """An obstacle that appears in a region, as soon as no robot is there. ``truth``: revealed by
+    resolving it, for a type that has a truth."""
 
     type: ObstacleType
     region: Region
@@ -37,7 +37,7 @@ class Close:
 
 @dataclass(frozen=True)
 class TakeAway:
-    """An obstacle goes, by its name."""
+    """An obstacle that disappears, by its name."""
 
     obstacle: str
 
@@ -98,8 +98,8 @@ class Interventions:
         self._asked.append(wanted)
 
     def apply(self) -> Iterator[Event]:
-        """Let the scenario's changes of this tick and everything that was asked for come about: the
-        events that follow, each to be settled before the next."""
+        """Apply the scenario's changes of this tick and every requested one: yield the events that
+        follow, each to be settled before the next."""
         for change in self.state.scenario.changes:
             if change.at == self.state.tick:
                 robot = self._robot(change.robot)

@@ -84,7 +84,7 @@ class Knowledge:
         return None
 
     def meet(self, obstacle: Obstacle) -> bool:
-        """Remember an obstacle that somebody has run into; whether it is new."""
+        """Remember an obstacle that a robot encountered; return whether it is new."""
         if obstacle.name in self.pending:
             return False
         self.joined.pop(obstacle.name, None)
@@ -115,7 +115,7 @@ class Knowledge:
         return any(entry not in before for entry in left), met
 
     def appear(self, obstacle: Obstacle) -> None:
-        """An obstacle has come; nobody has met it."""
+        """Note that an obstacle has appeared; no robot has encountered it."""
         self.forget(obstacle)
         if _takes_more(obstacle):
             self._unmet.open[obstacle.region] = Work(obstacle)
@@ -125,7 +125,7 @@ class Knowledge:
         return obstacle.name in self.pending or obstacle.name in self.joined
 
     def forget(self, obstacle: Obstacle) -> bool:
-        """An obstacle is gone, resolved or by itself; whether anybody had known it."""
+        """Forget an obstacle that was resolved or disappeared; return whether the team knew it."""
         known = self.knows(obstacle)
         self.pending.pop(obstacle.name, None)
         self.joined.pop(obstacle.name, None)
@@ -135,7 +135,7 @@ class Knowledge:
         return known
 
     def helped(self, obstacle: Obstacle) -> tuple[str, ...]:
-        """Who had a part in resolving an obstacle that was just resolved."""
+        """Return the robots that had a part in resolving an obstacle that was just resolved."""
         work = self.pending.get(obstacle.name) or self._finished.get(obstacle.name)
         return work.helped if work is not None else ()
 
@@ -147,7 +147,7 @@ class Knowledge:
         self.stuck_at[obstacle.name] = work.need if work is not None else 0
 
     def given_up(self) -> dict[str, int]:
-        """The obstacles that nobody can ever resolve, and the need that nobody can meet."""
+        """The obstacles that no robot can ever resolve, and the need that none can fulfil."""
         return {
             name: self.stuck_at[name]
             for name, (_, reason) in self.joined.items()

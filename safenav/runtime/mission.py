@@ -126,7 +126,7 @@ class Mission:
         self._interventions.ask(intervention)
 
     def rested(self, seconds: float) -> None:
-        """So long nobody asked for a tick: it does not count for the limit of the run."""
+        """Exclude the time in which no tick was requested from the time limit of the run."""
         self._stop.rest(seconds)
 
     @property

@@ -15,7 +15,7 @@ from safenav.world.map import Region
 
 
 class MoveRecorder:
-    """Emits the lines of turns; remembers which signal each robot's moves told last."""
+    """Emits the lines of turns; remembers the signal that each robot's moves recorded last."""
 
     def __init__(self, state: TeamState, sightings: BeliefRecorder) -> None:
         self._state = state
@@ -29,8 +29,9 @@ class MoveRecorder:
         by: vocabulary.MovedBy | None,
         shown: frozenset[Region] = frozenset(),
     ) -> None:
-        """The move line of this tick: towards the target while in transit, then to it.
-        ``shown``: regions that the strategy was shown as taken although nobody is there."""
+        """Record the move of this tick: towards the target while in transit, then to it.
+        ``shown``: regions that were shown to the strategy as occupied although no robot is there.
+        """
         transit = robot.transit
         now = robot.pose
         signal = self._signal(robot)
@@ -92,8 +93,8 @@ class MoveRecorder:
         )
 
     def no_answer(self, robot: RobotState, observed: Mapping[str, int]) -> None:
-        """The strategy knows no answer, and no single assumption says why: its inputs cannot say
-        what was observed."""
+        """Record that the strategy has no successor, and no single violated assumption is the
+        reason: its inputs cannot represent the observation."""
         where = ", ".join(f"{name} = {value}" for name, value in observed.items())
         name = f"how the others move (now {where})"
         self._state.emit(records.Assumption(self._state.tick, robot.name, name))

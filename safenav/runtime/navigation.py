@@ -1,7 +1,7 @@
 """Navigation planner (NP): a robot's automaton in execution.
 
-Given what the robot observes it proposes the automaton's next state; asked to replan, it goes
-back to the state before and offers what else could be done from there (paper, Section V-B).
+Given the robot's observation it proposes the automaton's next state; on a request to replan, it
+goes back to the state before and offers the alternatives there (paper, Section V-B).
 """
 
 from __future__ import annotations
@@ -77,10 +77,10 @@ class Planner:
         return {} if self.node is None else self.strategy.values(self.node)
 
     def propose(self, observed: Mapping[str, int]) -> Proposal | None:
-        """The strategy's answer to the observed inputs.
+        """Return the strategy's successor for the observed inputs.
 
-        None when it has none: the others did what the assumptions exclude, or the robot is off
-        the automaton.
+        None if there is no successor: the others violated an assumption, or the robot is off the
+        automaton.
         """
         return next(self._successors(observed), None)
 

@@ -54,8 +54,7 @@ class TeamRepair:
 
 @dataclass(frozen=True)
 class Postmortem:
-    """How a run ended, why as a chain of reasons, and what would have helped. ``tried``: the runs
-    that were made to find out."""
+    """The end of a run, its chain of reasons, and repairs. ``tried``: runs made to find these."""
 
     result: RunResult
     chain: tuple[str, ...]
@@ -111,7 +110,7 @@ def _completes(scenario: Scenario, synthesizer: Synthesizer, seconds: float) -> 
 
 
 class _Failure:
-    """A run that ended with an operator, for those who look for repairs."""
+    """A run that ended with ``operator_needed``, as input of the search for repairs."""
 
     def __init__(
         self, scenario: Scenario, mission: Mission, models: Mapping[str, RobotModel]

@@ -1,4 +1,4 @@
-"""How far a robot is with its objective: which target is next, how many rounds are done.
+"""Progress of a robot with its objective: its next target, and the completed rounds.
 
 The count is taken from where the robot really is, not from its strategy, so that a wrong one
 cannot claim a goal. What counts where, and what completes a round, is the objective's own automaton
@@ -39,7 +39,7 @@ class Progress:
 
     @property
     def seen(self) -> frozenset[int]:
-        """The goals that were met in the round that is under way."""
+        """The goals that were met in the current round."""
         return frozenset(self._seen)
 
     def other_way_round(self) -> None:
@@ -89,7 +89,7 @@ class Progress:
     def arrive(
         self, region: Region, before: Mapping[str, int], after: Mapping[str, int]
     ) -> list[int]:
-        """Count a turn that ended in ``region``, and tell the goals as ``begin`` does; ``before``
+        """Count a turn that ended in ``region``, and return goals as ``begin`` does; ``before``
         and ``after`` are the values of the specification's variables around it (used by ``ltl``
         goals only)."""
         before_it = self._state

@@ -1,7 +1,7 @@
 """The state of a running mission: one ``RobotState`` for each robot, and what they share.
 
 The owner of all of it is the mission; the parts of the runtime hold a reference and change it by
-the methods below, or field by field where the docstring of the field's owner says so.
+the methods below, or field by field where the docstring of the field's owner allows it.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ class RobotState:
 
     @property
     def next_pose(self) -> Pose:
-        """Where the robot can next decide anything: where it stands, or where it arrives."""
+        """The pose of the robot's next decision: where it stands, or where it arrives."""
         return self.pose if self.transit is None else self.transit.pose
 
     @property
@@ -101,7 +101,7 @@ class RobotState:
 
     @property
     def occupied(self) -> frozenset[Region]:
-        """The regions that the robot takes up now: two while it is in transit."""
+        """The regions that the robot occupies now: two while it is in transit."""
         return frozenset({self.pose.region, self.next_pose.region})
 
     def assign(self, assignment: Assignment) -> None:
@@ -163,7 +163,7 @@ class TeamState:
 
     @property
     def poses(self) -> dict[str, Pose]:
-        """Where each robot is; at its start pose of a step until it arrives."""
+        """The pose of each robot; the start pose of its step until it arrives."""
         return {name: state.pose for name, state in self.robots.items()}
 
     def emit(self, record: records.Record) -> None:
@@ -187,7 +187,7 @@ class TeamState:
             )
 
     def rivals(self, robot: Robot) -> list[RobotState]:
-        """Those whom a robot must not run into."""
+        """Return the other robots with which a robot must not collide."""
         return [
             other
             for other in self.robots.values()
@@ -195,7 +195,7 @@ class TeamState:
         ]
 
     def taken(self, robot: Robot) -> set[Region]:
-        """The regions that are taken up by those whom a robot must not run into."""
+        """Return the regions occupied by the robots with which a robot must not collide."""
         return set().union(*(other.occupied for other in self.rivals(robot)))
 
     def sightings(self, state: RobotState, task: Task, shown: frozenset[Region]) -> Sightings:
@@ -213,11 +213,11 @@ class TeamState:
         return Sightings(here, frozenset(taken), positions, known)
 
     def regions(self) -> dict[str, Region]:
-        """Where everybody stands."""
+        """The region of each robot."""
         return {name: state.pose.region for name, state in self.robots.items()}
 
     def occupied(self) -> frozenset[Region]:
-        """All regions that are taken up."""
+        """All occupied regions."""
         return frozenset().union(*(state.occupied for state in self.robots.values()))
 
     def objectives(self) -> dict[str, TracedObjective]:

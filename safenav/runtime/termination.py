@@ -17,7 +17,7 @@ from safenav.trace.proofs import Proof
 
 @dataclass(frozen=True)
 class Conclusion:
-    """Why a run is over. ``cause`` and ``proof``: of ``operator_needed`` (docs/trace.md), with the
+    """Why a run ended. ``cause`` and ``proof``: of ``operator_needed`` (docs/trace.md), with the
     ``links`` of its reasons, one sentence each, and the robots that are ``stuck``."""
 
     outcome: Outcome
@@ -39,7 +39,7 @@ class RunEnded(Exception):  # noqa: N818 - it is not an error
 
 @dataclass
 class Stop:
-    """Whether a run must end from outside: somebody asked for it, or its time is up.
+    """Whether a run must end from outside: by a request, or because its time is up.
 
     ``seconds``: wall time of the whole run, counted from the last ``begin``.
     """

@@ -306,7 +306,7 @@ class Turns:
     def _another(
         self, robot: RobotState, observed: Mapping[str, int], refused: Proposal
     ) -> Proposal:
-        """Another answer of the strategy, with the refused region shown as taken; else stay."""
+        """Take another successor, with the refused region shown as occupied; else stay."""
         planner = robot.planner
         assert planner is not None
         if planner.switch is None and planner.task.tracking is Tracking.NEARBY:
@@ -335,7 +335,7 @@ class Turns:
         return self.traffic.certified(robot.name, pose)
 
     def _find_a_way_back(self, robot: RobotState, broken: Sequence[Constraint]) -> Iterator[Event]:
-        """The robot has no answer: another node of its strategy, or a new one."""
+        """Find another node of the robot's strategy, or a new one, as it has no successor."""
         if self.strategies.relocate(robot):
             return
         rules = "; ".join(dict.fromkeys(constraint.origin.rule for constraint in broken))

@@ -42,9 +42,9 @@ class World(Protocol):
 
 @dataclass(frozen=True)
 class Change:
-    """An obstacle has appeared, or has gone without being resolved. ``by_user``: somebody who
-    watches the run has brought it about. ``truth``: what resolving it will reveal; ``another``
-    than the last of that name had."""
+    """An obstacle that appeared, or disappeared without being resolved. ``by_user``: a user who
+    watches the run caused it. ``truth``: revealed by resolving it; ``another`` than the last of
+    that name had."""
 
     obstacle: Obstacle
     appeared: bool
@@ -55,7 +55,7 @@ class Change:
 
 @runtime_checkable
 class ChangingWorld(Protocol):
-    """A world in which obstacles come and go by themselves."""
+    """A world in which obstacles appear and disappear."""
 
     def changes(self, tick: int, occupied: Collection[Region]) -> Iterable[Change]:
         """Return the obstacles that appeared or disappeared by the beginning of a tick.
@@ -66,8 +66,8 @@ class ChangingWorld(Protocol):
 
 @dataclass
 class Work:
-    """How far an obstacle is resolved: the need that is next, and who has met its part of it;
-    ``groups``: by whom each need before it was met."""
+    """Progress of an obstacle: the next need, and the robots that fulfilled their part of it;
+    ``groups``: the robots that fulfilled each need before it."""
 
     obstacle: Obstacle
     need: int = 0
@@ -174,12 +174,12 @@ class SimulatedWorld:
         self.truths[obstacle.name] = truth
 
     def take_away(self, name: str) -> None:
-        """Let an obstacle that is there, or that was to come, be gone by the next tick."""
+        """Remove an obstacle that is there, or that was to appear, by the next tick."""
         self._taken_away.add(name)
         self._coming = [o for o in self._coming if o.name != name or o not in self._brought]
 
     def changes(self, tick: int, occupied: Collection[Region]) -> list[Change]:
-        """Obstacles appear at their tick, or as soon after it as nobody is there."""
+        """Return the changes. Obstacles appear at their tick, or as soon as no robot is there."""
         found = []
         for work in list(self._works.open.values()):
             by_user = work.obstacle.name in self._taken_away

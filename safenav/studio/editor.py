@@ -182,7 +182,7 @@ class Editor(Studio):
 
     @property
     def _name(self) -> str:
-        """Where the text counts as lying: files that it names are looked for beside that."""
+        """The assumed path of the text: files that it names are searched beside it."""
         return str(self.document.origin.file or self.shelf.folder / "scenario.yaml")
 
     def _drafted(self, *, reachable: bool = True) -> Draft:

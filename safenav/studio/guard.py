@@ -33,7 +33,7 @@ APART = (
     "sandbox allow-scripts allow-downloads; default-src 'none'; script-src 'unsafe-inline'; "
     "style-src 'unsafe-inline'; img-src data: blob:; frame-ancestors 'none'"
 )
-"""The policy of a page that is whole by itself and may not ask the studio for anything."""
+"""The policy of a self-contained page that may not send requests to the studio."""
 
 
 @dataclass(frozen=True)

@@ -87,4 +87,4 @@ SAVERS: Mapping[str, tuple[Saver, str, str]] = {
     "frames": (frames, "-frames.zip", "application/zip"),
     "bundle": (bundle, ".zip", "application/zip"),
 }
-"""By the name in its address: what makes it, the end of its file's name, its media type."""
+"""For each name in an address: the function that makes the file, its name's end, its media type."""

@@ -85,7 +85,7 @@ class Server:
         self._over.set()
 
     async def _watch(self) -> None:
-        """End when nobody has looked for a while."""
+        """End when no page has been open for a while."""
         since = None
         loop = asyncio.get_running_loop()
         while not self._keep:
@@ -196,8 +196,8 @@ def _put(queue: asyncio.Queue[str | None], data: dict[str, Any]) -> None:
 
 
 def _listening(port: int | None) -> socket.socket:
-    """A socket on the loopback interface; on another port if one that nobody insists on is
-    taken. Raises UsageError."""
+    """Return a socket on the loopback interface; on another port if the port is taken and the user
+    does not insist on it. Raises UsageError."""
     wanted = [port] if port is not None else [*range(PORT, PORT + PORTS), 0]
     for number in wanted:
         listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)

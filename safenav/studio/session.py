@@ -1,7 +1,8 @@
-"""The studio itself: one scenario, one run, and the pages that look at them.
+"""The studio itself: one scenario, one run, and the pages that show them.
 
-Pages hold nothing of their own: all that they show comes from here, so that two pages agree and a
-reload loses nothing. ``take`` is the only way in, ``tell`` the only way out.
+Pages hold no state of their own: all that they show comes from here, so that two pages agree and a
+reload loses nothing. All messages of pages enter by ``take``, all messages to pages leave by
+``tell``.
 """
 
 from __future__ import annotations
@@ -75,7 +76,7 @@ class Studio:
         self.pages.discard(page)
 
     def tell(self, data: Mapping[str, Any]) -> None:
-        """Tell all pages."""
+        """Send to all pages."""
         if not self.pages:
             return
         text = json.dumps(data, separators=(",", ":"))
@@ -89,7 +90,7 @@ class Studio:
                     page.put_nowait(None)
 
     async def take(self, data: Message) -> None:
-        """Do what a page asks for. Raises SafenavError for what cannot be."""
+        """Carry out the request of a page. Raises SafenavError for an impossible one."""
         wanted = self._does.get(str(data.get("do")))
         if wanted is None:
             raise UsageError(f"the studio cannot '{str(data.get('do'))[:40]}'")

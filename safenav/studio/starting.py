@@ -1,4 +1,4 @@
-"""Starts a studio, and says what is missing for one."""
+"""Start of a studio, and reports of missing prerequisites."""
 
 from __future__ import annotations
 

@@ -129,7 +129,7 @@ class _Watching(Studio):
 
 
 class _WatchedRun(StudioRun):
-    """A run without a process of its own: a program tells its lines."""
+    """A run without a process of its own: a program supplies its lines."""
 
     def hear(self, data: dict[str, Any]) -> None:
         """One line of the trace. Pages get the news of a tick when the next one begins."""

@@ -1,4 +1,4 @@
-"""From a JSON value to the data that an annotation asks for, or what is wrong with it.
+"""Conversion of JSON values to the data that annotations require, with diagnostics.
 
 Knows the annotations that the records of ``safenav.trace`` use: plain types, ``X | None`` and other
 unions, ``Annotated`` with ``Least`` or ``Pattern``, enums, tuples, frozen sets, mappings from
@@ -131,7 +131,7 @@ def _bounded(inner: Converter, bound: Least | Pattern) -> Converter:
 
 
 def _union(annotations: list[Any], *, nullable: bool) -> Converter:
-    """A value of one of the choices, or null where that is allowed. Objects are told apart by
+    """A value of one of the choices, or null where that is allowed. Objects are distinguished by
     their ``kind``."""
     if len(annotations) > 1 and all(is_dataclass(a) for a in annotations):
         kinds = {e.default: a for a in annotations for e in fields(a) if e.name == "kind"}

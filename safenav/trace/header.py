@@ -19,10 +19,10 @@ from safenav.world.partition import rooms
 def scenario_header(
     scenario: Scenario, truths: Mapping[str, bool | None] | None
 ) -> setting.ScenarioHeader:
-    """The scenario as it stands in a trace, fully resolved.
+    """Return the scenario as recorded in a trace, fully resolved.
 
-    ``truths`` maps an obstacle's name to what this run's seed made of ``traversable``; None
-    stands for a world that is not simulated, of which nobody knows any truth beforehand.
+    ``truths`` maps an obstacle's name to the value of ``traversable`` drawn from this run's seed;
+    None stands for a world that is not simulated, whose truths are unknown beforehand.
     """
     limits = scenario.limits
     return setting.ScenarioHeader(

@@ -1,4 +1,4 @@
-"""Proofs of negatives as a trace tells them (docs/trace.md, "Proofs"): typed data, no logic.
+"""Infeasibility proofs in the form of a trace (docs/trace.md, "Proofs"): typed data, no logic.
 
 Obstacles and robots are named; poses are places, a region and a heading (null without).
 """
@@ -61,7 +61,7 @@ class Tree:
 
 @dataclass(frozen=True)
 class JointGoal:
-    """How often each robot would have to meet its objective."""
+    """Number of times that each robot would have to meet its objective."""
 
     rounds: Count
 
@@ -69,8 +69,8 @@ class JointGoal:
 @dataclass(frozen=True)
 class Joint:
     """No order of moves completes the mission: ``states`` joint places can be reached, whose
-    sorted lines have this ``sha256``. ``start``: where everybody is; ``stages``: which need of
-    each open obstacle is next."""
+    sorted lines have this ``sha256``. ``start``: the pose of each robot; ``stages``: the next need
+    of each open obstacle."""
 
     robots: tuple[str, ...]
     start: Mapping[str, Place]

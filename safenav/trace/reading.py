@@ -1,7 +1,7 @@
 """Reads a trace (docs/trace.md) into typed records.
 
-A writer that was killed leaves an incomplete last line: the trace says so (``cut_off``), it is
-not an error. Any other line that is not what the format says is one diagnostic; all are reported.
+A writer that was killed leaves an incomplete last line: the trace records it (``cut_off``), it is
+not an error. Any other line that violates the format is one diagnostic; all are reported.
 """
 
 from __future__ import annotations

@@ -142,11 +142,11 @@ class Signal:
 
 @dataclass(frozen=True)
 class Move(Record):
-    """One for each robot and tick. ``toward``: while a step takes several ticks, the region
-    that the robot is on its way to and takes up, too. ``by``: what decided the move (None:
-    nothing was asked, the robot is in transit, or the trace does not say). ``signal``: on the
-    first move after it changed. ``busy``: regions that its strategy was shown as taken although
-    nobody is there."""
+    """One for each robot and tick. ``toward``: while a step takes several ticks, the region to
+    which the robot is in transit and which it also occupies. ``by``: what decided the move (None:
+    nothing was queried, the robot is in transit, or the trace does not record it). ``signal``: on
+    the first move after it changed. ``busy``: regions that were shown to its strategy as occupied
+    although no robot is there."""
 
     type: ClassVar[str] = "move"
     robot: str
@@ -202,7 +202,7 @@ class Truth(Record):
 @dataclass(frozen=True)
 class NewObjective(Record):
     """A robot has another objective of its own from now on; its rounds restart. ``at_once``: it
-    is in force; else the robot waits or helps, and gets it when that is over."""
+    is in force; else the robot waits or helps, and gets it when that ends."""
 
     type: ClassVar[str] = "objective"
     robot: str
@@ -248,9 +248,9 @@ class Backtrack(Record):
 @dataclass(frozen=True)
 class Request(Record):
     """``bids``: robots with the capability, and how far each has to go (None: it cannot get
-    there). ``helpers``: all that are asked, where one is not enough. ``need``: which of the
-    obstacle's needs, where it has several. ``because``: why nobody helps, in words, where the bids
-    do not say it."""
+    there). ``helpers``: all requested helpers, where one is not enough. ``need``: which of the
+    obstacle's needs, where it has several. ``because``: why no robot helps, in words, where the
+    bids do not show it."""
 
     type: ClassVar[str] = "request"
     obstacle: str
@@ -265,7 +265,7 @@ class Request(Record):
 
 @dataclass(frozen=True)
 class StackEntry(Record):
-    """An entry of the stack of objectives: who is to help whom, with which need of what."""
+    """An entry of the stack of objectives: requester, helpers, obstacle and its need."""
 
     depth: Count
     objectives: Mapping[str, Objective]
@@ -294,8 +294,8 @@ class Pop(StackEntry):
 
 @dataclass(frozen=True)
 class Told(Record):
-    """A robot with command inputs pursues ``objective`` from now on, where no push or pop says so:
-    it has done its part of a need, say, or another need is next."""
+    """A robot with command inputs pursues ``objective`` from now on, where no push or pop records
+    it: for example, it has done its part of a need, or another need is next."""
 
     type: ClassVar[str] = "told"
     robot: str

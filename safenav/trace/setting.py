@@ -1,4 +1,4 @@
-"""The scenario as the header of a trace tells it: map, robots, obstacles, limits."""
+"""The scenario in the form of a trace header: map, robots, obstacles, limits."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ class ObstacleHeader:
 
     @property
     def all_needs(self) -> tuple[NeedHeader, ...]:
-        """Its needs in order, also where the trace tells only one."""
+        """Its needs in order, also where the trace records only one."""
         return self.needs or (NeedHeader(self.action, self.resolution_regions),)
 
     def resolved_by_entering(self, robot: RobotHeader, stage: int) -> bool:

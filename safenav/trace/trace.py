@@ -20,7 +20,7 @@ class Trace:
 
     @property
     def outcome(self) -> Outcome | None:
-        """How the run ended, or None if the trace does not say."""
+        """The end of the run, or None if the trace does not record it."""
         return next((r for r in reversed(self.records) if isinstance(r, Outcome)), None)
 
     @property

@@ -21,7 +21,7 @@ class Least:
 
 @dataclass(frozen=True)
 class Pattern:
-    """Annotation of a string that must match ``regex``; ``expected`` says so in messages."""
+    """Annotation of a string that must match ``regex``; ``expected`` describes it in messages."""
 
     regex: str
     expected: str
@@ -71,7 +71,7 @@ class Reason(StrEnum):
 
 
 class Form(StrEnum):
-    """How an objective was put into the specification (docs/theory.md)."""
+    """The form of an objective in the specification (docs/theory.md)."""
 
     LITERAL = "literal"
     OTHER_MEMORY = "other_memory"
@@ -79,7 +79,7 @@ class Form(StrEnum):
 
 
 class StackReason(StrEnum):
-    """Why objectives were pushed: for a request, or so that somebody gives way."""
+    """Why objectives were pushed: for a request, or so that a robot gives way."""
 
     REQUEST = "request"
     YIELD = "yield"
@@ -102,7 +102,7 @@ class MovedBy(StrEnum):
     BACKTRACK = "backtrack"
     PLAN = "plan"
     STAY = "stay"
-    """The robot was kept where it is: no answer, or held back by coordination."""
+    """The robot was kept where it is: no successor, or held back by coordination."""
 
 
 class ChangeCause(StrEnum):
@@ -114,7 +114,7 @@ class ChangeCause(StrEnum):
 
 
 class PlanEndReason(StrEnum):
-    """Why a joint plan is over."""
+    """Why a joint plan ended."""
 
     REACHED = "reached"
     VIOLATION = "violation"
@@ -123,7 +123,7 @@ class PlanEndReason(StrEnum):
 
 
 class Ending(StrEnum):
-    """How a run ended."""
+    """Outcome of a run."""
 
     COMPLETED = "completed"
     OPERATOR_NEEDED = "operator_needed"
@@ -144,4 +144,4 @@ class OperatorCause(StrEnum):
     UNREALIZABLE = "unrealizable"
     DEADLOCK = "deadlock"
     NEVER_RESOLVABLE = "never_resolvable"
-    """The closure of all that the team can do leaves somebody stuck: see ``proof``."""
+    """The closure of all that the team can do leaves a robot stuck: see ``proof``."""

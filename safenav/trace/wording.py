@@ -125,7 +125,7 @@ class Wording:
     skills: Mapping[str, Collection[str]] = field(default_factory=dict)
 
     def sentence(self, line: records.Record) -> str:
-        """A line without its full stop. Raises TypeError for one that tells no event."""
+        """Return a line without its full stop. Raises TypeError for one that is not an event."""
         match line:
             case records.Synthesis():
                 found = synthesis_words(line)
@@ -204,7 +204,7 @@ class Wording:
         return obstacle_words(name, self.word)
 
     def giving_way(self, helpers: Iterable[str], requester: str | None) -> str:
-        """Who gives way to whom."""
+        """Return which robots give way to which robot."""
         names = list(helpers)
         to = self.robot(requester) if requester else "the others"
         return f"{self._all(names)} {'gives' if len(names) == 1 else 'give'} way to {to}"
@@ -258,7 +258,7 @@ class Wording:
         return text if line.requested else text + " (without a request)"
 
     def _with(self, line: records.Met | records.Resolved) -> str:
-        """The others that took part, who may be elsewhere."""
+        """Return the others that took part, which may be elsewhere."""
         others = [name for name in line.robots or () if name != line.robot]
         return f" with {self._all(others)}" if others else ""
 

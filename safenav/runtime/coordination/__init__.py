@@ -1,1 +1,1 @@
-"""Coordination: who does what, derived from what the team knows (docs/coordination.md)."""
+"""Coordination: duties of the robots, derived from the team's knowledge (docs/coordination.md)."""

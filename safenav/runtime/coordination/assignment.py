@@ -67,8 +67,8 @@ class Assigner:
         )
 
     def _own_target(self, robot: RobotState, index: int, goal: Mask) -> Target | None:
-        """Where it waits itself, or the first of its own targets, between which and the duty it can
-        alternate meanwhile."""
+        """Return its own waiting place, or the first of its own targets, if it can alternate
+        between that and the duty meanwhile."""
         waiting = [frozenset({place}) for place in self._waiting_places(robot)]
         for target in (*waiting, *targets_of(robot.robot.objective)):
             if self._alternates(index, (goal, self._mask(index, target))):
@@ -116,7 +116,8 @@ class Assigner:
         return places[:1]
 
     def _own(self, robot: RobotState, index: int) -> TaskDraft | None:
-        """Its own objective, around what is in its way; None if it gets nowhere now."""
+        """Return its own objective, around the obstacles in its way; None if it gets nowhere
+        now."""
         met = {request.obstacle.name for request in self.state.requests.waits(robot.name)}
         kept = self.found.kept[index]
         objective = robot.robot.objective

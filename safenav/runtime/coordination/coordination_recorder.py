@@ -23,7 +23,7 @@ from safenav.trace.proofs import Proof
 
 
 def changed(team: TeamState, change: Change) -> Iterator[records.Record]:
-    """An obstacle has appeared or disappeared by itself."""
+    """Return the record of an obstacle that appeared or disappeared without the team."""
     name = change.obstacle.name
     cause = vocabulary.ChangeCause.SCENARIO
     if change.by_user:
@@ -159,8 +159,8 @@ def requested(
 
 
 def bids_for(floor: Floor, gate: int) -> dict[str, int | None]:
-    """How many ticks each robot with the action needs to where it can perform it; None if it
-    cannot get there while the open obstacles are walls."""
+    """Return the ticks that each robot with the action needs to where it can perform it; None if
+    it cannot get there while the open obstacles are walls."""
     problem, stages = floor.problem, floor.stages
     need = problem.next_need(gate, stages)
     found: dict[str, int | None] = {}

@@ -263,7 +263,7 @@ def _duties(team: TeamState, event: Unsettled, stopping: Stopping) -> Decision:
 
 
 def _settled(team: TeamState, refused: Collection[tuple[str, str]], stopping: Stopping) -> Settled:
-    """Who does what now. Raises SpentError."""
+    """Return the current duties. Raises SpentError."""
     floor = floor_of(team, refused)
     solver = Solver(floor.problem, stopping)
     order = range(len(floor.gates))
@@ -273,7 +273,7 @@ def _settled(team: TeamState, refused: Collection[tuple[str, str]], stopping: St
 
 
 def _present(team: TeamState, floor: Floor) -> dict[int, tuple[int, ...]]:
-    """Who serves which obstacle already."""
+    """Return the robots that already serve each obstacle."""
     found: dict[int, tuple[int, ...]] = {}
     for index, robot in enumerate(team.robots.values()):
         obstacle = robot.assignment.obstacle

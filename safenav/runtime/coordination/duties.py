@@ -49,7 +49,7 @@ class Settlement:
 
 @dataclass(frozen=True)
 class Settled:
-    """The last settlement of a team: the problem, its solver, and who does what."""
+    """The last settlement of a team: the problem, its solver, and the duties."""
 
     floor: Floor
     solver: Solver
@@ -63,8 +63,8 @@ def settle(
     requests: Sequence[int],
     present: Mapping[int, tuple[int, ...]],
 ) -> Settlement:
-    """Duties for robots at ``poses``. ``requests``: open obstacles, the oldest first; ``present``:
-    who serves an obstacle already. Raises SpentError."""
+    """Return duties for robots at ``poses``. ``requests``: open obstacles, the oldest first;
+    ``present``: the robots that already serve an obstacle. Raises SpentError."""
     sets = solver.sets(poses, stages)
     if not solver.feasible(sets, stages):
         return Settlement(proof=refute(solver, sets, stages))

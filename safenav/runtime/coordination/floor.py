@@ -31,8 +31,8 @@ def floor_of(
     *,
     hopeful: bool = False,
 ) -> Floor:
-    """The problem at this moment. ``refused``: (robot, obstacle) where no strategy was found.
-    ``hopeful``: as if everybody were in service."""
+    """Return the problem at this moment. ``refused``: (robot, obstacle) where no strategy was
+    found. ``hopeful``: as if every robot were in service."""
     scenario = state.scenario
     robots = [entry.robot for entry in state.robots.values()]
     names = tuple(state.robots)
@@ -77,7 +77,7 @@ def floor_of(
 
 
 def counts_of(floor: Floor, owns: Mapping[str, Progress], rounds: int) -> tuple[Count, ...]:
-    """How far each robot is with its own objective, as joint states count it."""
+    """Return the progress of each robot with its own objective, as joint states count it."""
     found = []
     for name, member in zip(floor.names, floor.problem.members, strict=True):
         progress = owns[name]
@@ -149,7 +149,7 @@ def _conflicts(scenario: Scenario) -> tuple[frozenset[int], ...]:
 
 
 def poses_in(graph: PoseGraph, poses: Mask) -> tuple[Place, ...]:
-    """Poses as a proof tells them: region and heading, ascending."""
+    """Return poses in the form of a proof: region and heading, ascending."""
     found = []
     for number in bits(poses):
         pose = graph.pose(number)

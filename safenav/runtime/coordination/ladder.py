@@ -26,8 +26,8 @@ from safenav.world.poses import region_mask
 @dataclass(frozen=True)
 class TaskDraft:
     """A synthesis task before its form is chosen: ``objective`` (with assignable goals not that of
-    its ``assignment``). ``avoid``: pending obstacles that it takes for walls, ``must``: those that
-    a strategy which it has must know, too. ``forbidden``: poses that it must keep out of for the
+    its ``assignment``). ``avoid``: pending obstacles that it treats as walls, ``must``: those that
+    an existing strategy must also know. ``forbidden``: poses that it must keep out of for the
     team's sake."""
 
     assignment: Assignment

@@ -66,8 +66,8 @@ def nobody_goes_on(
     refused: Mapping[tuple[str, str], TaskResult],
     lacks: Mapping[str, Shortfall],
 ) -> Conclusion:
-    """The end of a run in which the closure, or every choice, leaves somebody stuck. ``lacks``: of
-    obstacles that are never resolved."""
+    """Return the end of a run in which the closure, or every choice, leaves a robot stuck.
+    ``lacks``: the shortfalls of obstacles that are never resolved."""
     word = state.scenario.map.word
     said = []
     closure = proof

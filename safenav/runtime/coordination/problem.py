@@ -35,7 +35,7 @@ class GateNeed:
 class Gate:
     """An obstacle that is known and not resolved. ``closed_to``: the robots that must not enter
     it, for each need as long as it is the next. ``barred``: robots that cannot serve it although
-    they have the action (nobody has found a strategy for it)."""
+    they have the action (no strategy was found)."""
 
     name: str
     region: int
@@ -73,7 +73,7 @@ class Member:
 
 @dataclass(frozen=True)
 class Stage:
-    """How far an obstacle is resolved: the need that is next, and who has met its part of it."""
+    """Progress of an obstacle: the next need, and the robots that fulfilled their part of it."""
 
     need: int = 0
     done: frozenset[int] = frozenset()
@@ -121,7 +121,7 @@ class Problem:
         ]
 
     def missing(self, gate: int, stages: Stages) -> int:
-        """How many more robots the next need takes."""
+        """Return the number of further robots that the next need takes."""
         return self.next_need(gate, stages).robots - len(stages[gate].done)
 
     def advanced(self, gate: int, stages: Stages) -> Stages:
@@ -156,8 +156,8 @@ class Problem:
 @dataclass(frozen=True)
 class Floor:
     """A moment of a mission as coordination sees it. ``names``: of the robots; ``gates``: of
-    the open obstacles, the oldest request first; ``given_up``: of those that are known to stay
-    because nobody can ever resolve them."""
+    the open obstacles, the oldest request first; ``given_up``: of the permanent ones, because no
+    robot can ever resolve them."""
 
     problem: Problem
     stages: Stages

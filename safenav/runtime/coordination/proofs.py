@@ -61,8 +61,8 @@ def closure_of(solver: Solver, sets: Sets, stages: Stages) -> Closure:
     """The least fixpoint over open obstacles: one can be resolved if for each of its needs enough
     capable robots can get to its regions, all that can be resolved being out of the way.
 
-    Optimistic: robots do not collide, and nobody is lost by a one-way choice. What is ``never``
-    resolved here cannot be resolved at all.
+    Optimistic: robots do not collide, and no robot is lost by an irreversible choice. An obstacle
+    that is ``never`` resolved here cannot be resolved at all.
     """
     problem = solver.problem
     given = stages

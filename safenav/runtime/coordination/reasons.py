@@ -1,4 +1,4 @@
-"""Why an obstacle is never resolved, or nobody helps with it now: as data, and in words."""
+"""Reasons why an obstacle is never resolved, or no robot helps now: as data, and in words."""
 
 from __future__ import annotations
 

@@ -17,9 +17,10 @@ from safenav.world.map import Region
 
 @dataclass(frozen=True)
 class Request:
-    """An open request. ``requesters``: all that met the obstacle, the first first, and where each
-    stood. ``helpers``: who serves it now; ``recorded``: the helpers that the trace named last,
-    None before the first line; ``entries``: requester and helpers of each push."""
+    """An open request. ``requesters``: all that encountered the obstacle, the first first, and
+    where each stood. ``helpers``: the robots that serve it now; ``recorded``: the helpers that the
+    trace named last, None before the first line; ``entries``: requester and helpers of each push.
+    """
 
     obstacle: Obstacle
     requesters: Mapping[str, Region] = field(default_factory=dict)
@@ -29,7 +30,7 @@ class Request:
 
     @property
     def unpushed(self) -> list[str]:
-        """The requesters for whom nothing was pushed yet."""
+        """The requesters without a push so far."""
         pushed = {requester for requester, _ in self.entries}
         return [name for name in self.requesters if name not in pushed]
 

@@ -39,7 +39,7 @@ Plan = tuple[Step, ...]
 
 @dataclass(frozen=True)
 class Option:
-    """A step that could come next, with what speaks for it."""
+    """A step that could come next, with its merits."""
 
     step: Step
     lossless: bool
@@ -48,7 +48,7 @@ class Option:
 
 @dataclass
 class Solver:
-    """Answers questions about one problem; equal ones from memory.
+    """Solves one problem; results for equal states come from memory.
 
     ``stopping`` is called now and then and raises to end a search from outside.
     """
@@ -60,8 +60,7 @@ class Solver:
     _nodes: int = 0
 
     def sets(self, poses: tuple[int, ...], stages: Stages) -> Sets:
-        """Everybody where they are: the poses that each can go back and forth between, which is
-        the same for all that follows."""
+        """Return each robot's strongly connected pose set; the search treats its members alike."""
         return tuple(self.set_of(i, 1 << pose, stages) for i, pose in enumerate(poses))
 
     def set_of(self, robot: int, poses: Mask, stages: Stages) -> Mask:
@@ -99,7 +98,7 @@ class Solver:
         return bool(reach & member.live(allowed))
 
     def reach(self, robot: int, poses: Mask, stages: Stages) -> Mask:
-        """Where a robot can get while the open obstacles are walls."""
+        """Return the poses that a robot can reach while the open obstacles are walls."""
         allowed = self.problem.allowed(robot, stages)
         return self.problem.members[robot].graph.closure(poses, allowed)
 

@@ -42,19 +42,19 @@ class TaskResult:
 
     @property
     def form(self) -> vocabulary.Form:
-        """How the objective stands in the specification."""
+        """The form of the objective in the specification."""
         if self.rung.objective != self.told:
             return vocabulary.Form.ALTERNATION
         turned = self.rung.weakening is Weakening.TURNED
         return vocabulary.Form.OTHER_MEMORY if turned else vocabulary.Form.LITERAL
 
     def allows(self, word: Word) -> str | None:
-        """How far its form falls short of the objective, and why; None if it does not."""
+        """The shortfall of its form from the objective, with the reason; None if there is none."""
         others = [other.name for other in self.task.observed if other.danger]
         return concession(self.told, self.rung, word, others)
 
     def words(self, word: Word) -> str:
-        """The objective in the form that was asked for, in the user's words."""
+        """The objective in the requested form, in the user's words."""
         allows = self.allows(word)
         return describe(self.told, word) + (f" ({allows})" if allows else "")
 
@@ -66,7 +66,7 @@ def failed(results: Mapping[str, TaskResult]) -> list[str]:
 
 class StrategySearch:
     """Requests syntheses, and counts their cost (``syntheses``, ``seconds``). ``busy``: one is
-    under way."""
+    running."""
 
     def __init__(
         self,

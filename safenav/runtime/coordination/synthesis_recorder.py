@@ -99,6 +99,6 @@ def _memory(task: Task) -> dict[str, int] | None:
 
 
 def _places(poses: frozenset[Pose]) -> tuple[Place, ...]:
-    """Poses as a trace tells them."""
+    """Return poses in the form of a trace."""
     ordered = sorted(poses, key=lambda pose: (pose.region, pose.heading or 0))
     return tuple((pose.region, heading_in_trace(pose)) for pose in ordered)

@@ -1,8 +1,8 @@
-"""Where a robot is going whose goals do not follow from places alone.
+"""Milestones of robots whose goals do not follow from poses alone.
 
 Formulas may remember: "be at the dock again after having seen the shelf". Joint plans know poses
 only, so they would take the robot to the dock. Its strategy knows better: the shortest of its own
-ways on which a goal is met, up to the first step on it that changes what the robot remembers.
+paths on which a goal is met, up to the first step on it that changes the robot's memory.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ Row = tuple[int, ...]
 
 
 class Aims:
-    """Where a robot with formulas is going by one strategy of its own. What was found is kept."""
+    """Milestones of a robot with formulas by one strategy of its own. Results are kept."""
 
     def __init__(self, strategy: Strategy, objective: Ltl) -> None:
         self.strategy = strategy

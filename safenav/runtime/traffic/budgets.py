@@ -1,4 +1,4 @@
-"""Which joint search runs when, and its budget: all of them in one place.
+"""Occasions and budgets of all joint searches.
 
     occasion                      search                         exhausted    budget spent
     a robot starves:              (planning._searched)
@@ -24,14 +24,14 @@ MOST_FAILURES = 24
 LOOKS_FOR_FEW = (1, 6, MOST_FAILURES)
 """After which spent searches a few robots are examined: the first, and now and then."""
 ROUNDS_AHEAD = 2
-"""Rounds of the mission beyond those that the fastest robot has done: enough to serve everybody."""
+"""Rounds of the mission beyond those of the fastest robot: enough to serve all robots."""
 
 FIRST_BUDGET = 200
 """Budget of each variant in the first two rounds; doubled from then on. One deep search makes plans
 of thousands of steps where 38 suffice."""
 ROUNDS_OF_SEARCH = 7
 MOST_FOR_AN_ORDER = 800
-"""Of one drawn order: a lucky one needs few states, an unlucky one any number."""
+"""Budget of one drawn order: a lucky one needs few states, an unlucky one any number."""
 SINGLES_BUDGET = 4_000
 """Budget of the breadth-first search of at most four robots, after the first round."""
 PROOF_BUDGET = 60_000

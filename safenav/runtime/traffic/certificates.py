@@ -1,6 +1,6 @@
-"""Moves that nobody can undo: each needs a plan for the whole mission from there.
+"""Irreversible moves: each needs a plan for the whole mission from there.
 
-A plan certifies the moves that it makes, so what was found is kept; and the last plan serves again
+A plan certifies the moves that it makes, so results are kept; and the last plan serves again
 wherever the team can return to it.
 """
 
@@ -26,7 +26,7 @@ from safenav.world.poses import region_mask
 
 
 class Certificates:
-    """Which moves of a team are known to leave the mission possible, and the last plan for it."""
+    """The moves of a team that are known to leave the mission possible, and its last plan."""
 
     def __init__(self, state: TeamState, searches: Searches) -> None:
         self._state = state

@@ -1,7 +1,7 @@
-"""Proofs of deadlock: no order of moves lets everybody complete, whatever is resolved.
+"""Proofs of deadlock: no order of moves lets every robot complete, whatever is resolved.
 
 The joint states of a small team are exhausted by the search for a plan. Those of a large one never
-are. But two or three robots that cannot complete even with everybody else and all open obstacles
+are. But two or three robots that cannot complete even with all other robots and all open obstacles
 away never will: both only take away what they can do.
 """
 
@@ -56,7 +56,7 @@ def deadlock_of_few(
 
 
 def _groups(floor: Floor, among: Collection[int], size: int) -> Iterator[tuple[int, ...]]:
-    """Groups in which everybody is in conflict with somebody, those who are near first."""
+    """Yield groups of robots that each conflict with another of the group, near ones first."""
     problem = floor.problem
     cols = problem.members[0].graph.world.cols
     places = [

@@ -1,9 +1,9 @@
-"""A joint plan in execution: who must have left before whom may enter.
+"""A joint plan in execution: which robot must have left before another may enter.
 
-A plan is kept as what each robot does one after the other, and as an order between the robots: a
-step into a region waits until those who were there before have arrived elsewhere (an action
-dependency graph; Hoenig et al.: Persistent and robust execution of MAPF schedules in warehouses,
-RA-L 2019). So no delay can break it, and every execution is a prefix of an order of the plan.
+A plan is kept as the path of each robot, and as an order between the robots: a step into a region
+waits until the robots that were there before have arrived elsewhere (an action dependency graph;
+Hoenig et al.: Persistent and robust execution of MAPF schedules in warehouses, RA-L 2019). So no
+delay can break it, and every execution is a prefix of an order of the plan.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Order:
 
 @dataclass(frozen=True)
 class Schedule:
-    """The ways of a plan and the order between them."""
+    """The paths of a plan and the order between them."""
 
     ways: Ways
     orders: tuple[Order, ...]
@@ -41,8 +41,8 @@ class Schedule:
 def schedule(
     states: Sequence[tuple[int, ...]], sizes: Sequence[int], conflicts: Sequence[frozenset[int]]
 ) -> Schedule:
-    """The schedule of joint poses that follow one another. ``sizes``: regions of each robot's
-    map, to tell a pose's region."""
+    """Return the schedule of joint poses that follow one another. ``sizes``: number of regions of
+    each robot's map, which gives a pose's region."""
     count = len(sizes)
     ways = [[states[0][i]] for i in range(count)]
     stays: dict[int, list[tuple[int, int, int]]] = {}  # region -> (robot, came by, left by) steps
@@ -54,7 +54,7 @@ def schedule(
     orders: list[Order] = []
     for joint in states[1:]:
         moving = [i for i in range(count) if joint[i] != ways[i][-1]]
-        for i in moving:  # everybody leaves before anybody enters: the order within a step
+        for i in moving:  # every robot leaves before any enters: the order within a step
             region, place = present[i]
             step = len(ways[i]) - 1
             robot, came, _ = stays[region][place]
@@ -93,7 +93,7 @@ def dues_of(states: Sequence[Joint], counts: Sequence[Count]) -> list[dict[int, 
 
 @dataclass
 class Execution:
-    """How far each robot is on its way. ``taken``: steps that it has arrived by; ``dues``: by
+    """Progress of each robot on its path. ``taken``: steps that it has completed; ``dues``: by
     robot and place, see ``dues_of``."""
 
     schedule: Schedule
@@ -108,7 +108,7 @@ class Execution:
 
     @property
     def finished(self) -> bool:
-        """Whether everybody is at the end of its way."""
+        """Whether every robot is at the end of its path."""
         ways = self.schedule.ways
         return all(taken == len(way) - 1 for taken, way in zip(self.taken, ways, strict=True))
 

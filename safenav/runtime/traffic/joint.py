@@ -1,8 +1,8 @@
-"""Joint states of a team: where everybody is, how far it is, how far obstacles are resolved.
+"""Joint states of a team: pose and progress of each robot, and stages of the obstacles.
 
 One robot's step is one transition; waiting costs nothing. The states that can be reached, and the
 condition for the end of the mission, are defined here once, for plans and for proofs alike, and
-in words in docs/trace.md, for those who check the proofs.
+in words in docs/trace.md, for checkers of the proofs.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from safenav.runtime.coordination.problem import Problem, Stage, Stages
 from safenav.world.poses import Mask, PoseGraph
 
 Count = tuple[int, int, int]
-"""How far a robot is since the last resolution: the target whose turn it is (0 where targets
-have no order), those seen in this round (a mask; 0 where they have one), goals or rounds met."""
+"""Progress of a robot since the last resolution: the target whose turn it is (0 where targets
+have no order), those visited in this round (a mask; 0 where they have one), goals or rounds met."""
 
 DONE_HOLDING = 1
 
 
 def has_met(count: Count, due: Count) -> bool:
-    """Whether somebody with that count has met all that is due."""
+    """Whether a robot with that count has met all that is due."""
     return (count[2], count[1] & due[1]) >= (due[2], due[1])
 
 
@@ -40,8 +40,7 @@ class Joint:
 
 
 class Steps(dict[int, tuple[int, ...]]):
-    """The poses one step away from each pose, of those that are ``allowed``; found when somebody
-    asks."""
+    """The ``allowed`` poses one step away from each pose; computed on demand."""
 
     def __init__(self, graph: PoseGraph, allowed: Mask) -> None:
         self.graph = graph

@@ -140,8 +140,8 @@ class Search:
         return self._depth_first(self.start, self.goal, budget, variant, order)
 
     def with_one_wish(self, start: Joint, goal: Goal, budget: int, order: list[int]) -> Answer:
-        """A search from another start for another goal, in which the first of ``order`` that wants
-        something has its way, and all others make way."""
+        """Search from another start for another goal: only the first robot of ``order`` that has
+        goal poses pursues them, and all others give way."""
         return self._depth_first(start, goal, budget, Variant.ONE, order)
 
     def _depth_first(
@@ -191,7 +191,7 @@ class Search:
         return Exhausted(frozenset(before))
 
     def _left(self, state: Joint) -> int:
-        """How much is left to do: goals, and the ways to the next ones."""
+        """Return the remaining effort: goals, and the paths to the next ones."""
         weight = 4 * self.course.problem.members[0].graph.world.cols
         found = weight * len(self.course.problem.open(state.stages))
         for i, field in enumerate(self.fields(state)):
@@ -241,7 +241,7 @@ class Search:
                 yield course.after(state, robot, pose)
 
     def fields(self, state: Joint) -> list[Field]:
-        """For each robot the distances to what it wants in a state."""
+        """Return for each robot the distances to its goal poses in a state."""
         guided = self._guided.get(state.stages)
         if guided is None:
             guided = self._guided[state.stages] = self._guide(state.stages, state.poses)

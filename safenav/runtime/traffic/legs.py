@@ -26,12 +26,12 @@ class LegSearch(Protocol):
     goal: Callable[[Joint], bool]
 
     def fields(self, state: Joint) -> Sequence[Field]:
-        """For each robot the distances to what it wants in a state."""
+        """Return for each robot the distances to its goal poses in a state."""
 
     def with_one_wish(
         self, start: Joint, goal: Callable[[Joint], bool], budget: int, order: list[int]
     ) -> Answer:
-        """A search in which the first of ``order`` has its way."""
+        """Search while only the first robot of ``order`` with goal poses pursues them."""
 
 
 def by_legs(search: LegSearch, rng: random.Random, most_vain: int) -> Found | Spent:
@@ -78,7 +78,8 @@ def _next_leg(
 
 
 def _reached(search: LegSearch, start: Joint, robot: int) -> Callable[[Joint], bool]:
-    """Whether a robot has what it wants in ``start``, or something else was reached."""
+    """Return a test whether a robot has reached its goal poses of ``start``, the stages or its
+    count have changed, or the goal of the search is reached."""
     field = search.fields(start)[robot]
     assert field is not None
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def local_plan(search: Search) -> Found | None:
-    """A plan that brings one robot to what it wants, with as few others moving as possible."""
+    """Return a plan that brings one robot to its goal poses and moves as few others as possible."""
     start = search.start
     fields = search.fields(start)
     wanting = [i for i, f in enumerate(fields) if f is not None and f[start.poses[i]] > 0]

@@ -1,9 +1,9 @@
-"""Traffic on a shared floor: who starves, the joint plan that helps, and its execution.
+"""Traffic on a shared floor: the starving robot, the joint plan that helps, and its execution.
 
-The watch finds somebody who gets no nearer to where it wants to be. All finish the step that is in
-progress, one plan is made for everybody, and it is followed up to the first resolution, or until
-each that wants something has had it once. What keeps the rest of the mission possible is that the
-plan is the beginning of one for all of it (docs/coordination.md).
+The watch finds a robot that gets no nearer to its target. All finish the step that is in progress,
+one plan is made for the whole team, and it is followed up to the first resolution, or until each
+robot with goal poses has reached them once. The rest of the mission stays possible because the plan
+is the beginning of one for all of it (docs/coordination.md).
 """
 
 from __future__ import annotations
@@ -198,7 +198,7 @@ class Traffic:
     def _changes_nothing(
         self, floor: Floor, states: Sequence[Joint], counts: Sequence[Count]
     ) -> bool:
-        """Whether a plan moves nobody, and lets nobody wait for what it still has to meet."""
+        """Whether a plan moves no robot, and lets none wait for a goal that it has yet to meet."""
         if len({state.poses for state in states}) > 1:
             return False
         dues = enumerate(dues_of(states, counts))
@@ -255,7 +255,7 @@ class Traffic:
         return not helping and self._each_has_counted(course, start, state)
 
     def _each_has_counted(self, course: Course, start: Joint, state: Joint) -> bool:
-        """Whether each robot that wants something has had it once."""
+        """Whether each robot with goal poses has reached them once."""
         for index, robot in enumerate(self.state.robots.values()):
             if robot.assignment.role is not Role.OWN or not robot.active:
                 continue

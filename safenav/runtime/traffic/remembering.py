@@ -1,4 +1,4 @@
-"""Ways of a robot whose formulas remember something: poses, each with what is remembered there.
+"""Paths of a robot whose formulas have memory: poses, each with the memory there.
 
 A state is the number of a pose plus the number of a memory times the number of poses, so that
 regions are found in it as in a pose. A step leads to each memory that the formulas allow after it;
@@ -126,7 +126,7 @@ def with_memory(problem: Problem, graphs: Mapping[int, StateGraph]) -> Problem:
 
 
 def remembering(problem: Problem) -> bool:
-    """Whether the problem knows what somebody remembers."""
+    """Whether the problem includes the memory of a robot."""
     return any(isinstance(member.graph, StateGraph) for member in problem.members)
 
 

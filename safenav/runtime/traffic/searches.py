@@ -40,7 +40,7 @@ class Searches:
         self._hopeless: Problem | None = None
 
     def floor(self) -> Floor:
-        """The problem as it was settled last, with everybody where they are now."""
+        """Return the problem as it was settled last, with every robot at its current pose."""
         decided = self._state.last_settled.floor
         poses = tuple(
             member.graph.number(robot.next_pose)
@@ -77,8 +77,8 @@ class Searches:
         self._hopeless = floor.problem
 
     def aimed(self, floor: Floor) -> Floor:
-        """The problem with what robots remember. Where that is too much: with the next pose of its
-        strategy's way for each such robot, in place of all that may be a goal of it."""
+        """Return the problem with the robots' memory. Where that is too large: with the next pose
+        of its strategy's path for each such robot, in place of all its possible goals."""
         floor = self.remembered(floor)
         members = list(floor.problem.members)
         changed = False
@@ -101,7 +101,7 @@ class Searches:
         return replace(floor, problem=replace(floor.problem, members=tuple(members)))
 
     def _aim(self, robot: RobotState, objective: Ltl) -> Pose | None:
-        """Where a robot is going by its own strategy, if somebody lists that."""
+        """Return the milestone of a robot by its own strategy; None if that is not explicit."""
         planner = robot.planner
         if planner is None or planner.node is None or not isinstance(planner.strategy, Strategy):
             return None
@@ -159,7 +159,7 @@ class Searches:
         )
 
     def _guide(self, floor: Floor, stages: Stages, poses: tuple[int, ...]) -> list[Mask | None]:
-        """Where coordination would send each robot at a stage."""
+        """Return the goal poses that coordination would give each robot at a stage."""
         if stages == floor.stages:
             wishes: list[Mask | None] = []
             for index, robot in enumerate(self._state.robots.values()):

@@ -53,13 +53,13 @@ class Stuck:
         return set()
 
     def _may_leave(self, robot: int, poses: tuple[int, ...], stuck: set[int]) -> bool:
-        """Whether some step leads to where nobody stands who is taken for stuck."""
+        """Whether some step leads to a region without a robot that is assumed to be stuck."""
         others = self._conflicts[robot] & stuck
         taken = {poses[other] % self._sizes[other] for other in others}
         return not taken.issuperset(self._after[robot][poses[robot]])
 
     def _gets_on(self, robot: int, state: Joint, stuck: set[int]) -> bool:
-        """Whether a robot can get to what it awaits past those who are stuck."""
+        """Whether a robot can reach its awaited targets past the robots that are stuck."""
         walls = 0
         for other in self._conflicts[robot] & stuck:
             walls |= 1 << state.poses[other] % self._sizes[other]
@@ -70,8 +70,8 @@ class Stuck:
 
 
 class _Regions(dict[int, tuple[int, ...]]):
-    """The regions one step away from each pose, for steps into ``allowed`` poses; found when
-    somebody asks."""
+    """The regions one step away from each pose, for steps into ``allowed`` poses; computed on
+    demand."""
 
     def __init__(self, graph: PoseGraph, allowed: Mask) -> None:
         self._graph = graph

@@ -41,5 +41,5 @@ class Watch:
         return tick - wait.since >= self.patience
 
     def begin_anew(self) -> None:
-        """Everybody gets its full patience again: a plan was tried."""
+        """Reset the patience of every robot: a plan was tried."""
         self._waits.clear()

@@ -27,7 +27,7 @@ limits: {{ticks: 500}}
 
 
 def blank(rows: int = 9, cols: int = 15) -> str:
-    """A room without anybody."""
+    """A room without robots."""
     if not (3 <= rows <= 512 and 3 <= cols <= 512):
         raise UsageError("a blank map has 3 to 512 rows and columns")
     inner = "#" + "." * (cols - 2) + "#"

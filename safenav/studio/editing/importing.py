@@ -79,7 +79,7 @@ class Cut:
 
     @classmethod
     def read(cls, data: Mapping[str, Any]) -> Cut:
-        """As a page asks for it. Raises UsageError."""
+        """Return the cut that a page requests. Raises UsageError."""
         try:
             side, x, y = (int(data[key]) for key in ("side", "x", "y"))
             share = float(data["share"])
@@ -175,7 +175,7 @@ def _cropped(mask: Blocked, cut: Cut, rows: int, cols: int, *, outside: bool) ->
 
 
 def _frame(plan: FloorPlan, cut: Cut, rows: int) -> Frame | None:
-    """Where the division lies, from the south-western corner of a ROS map."""
+    """Return the position of the division, from the south-western corner of a ROS map."""
     if plan.ros is None:
         return None
     x, y, yaw = plan.ros.origin

@@ -1,6 +1,6 @@
-"""The process that judges a scenario while it is drawn: robot by robot, and why not.
+"""The process that checks realizability while a scenario is drawn: robot by robot, with reasons.
 
-Reads a ``RunOrder`` from standard input, writes one JSON object a robot. It is killed when the
+Reads a ``RunOrder`` from standard input, writes one JSON object per robot. It is killed when the
 text changes, so it keeps nothing but the synthesis cache.
 """
 
@@ -21,7 +21,7 @@ from safenav.studio.run.orders import RunOrder
 
 
 def main() -> None:
-    """Judge one text."""
+    """Check one text."""
     out = os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8")
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
     order = RunOrder.read(sys.stdin.readline())

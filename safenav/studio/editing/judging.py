@@ -1,4 +1,4 @@
-"""Judges in the background; the next change ends what is under way."""
+"""Realizability checks in the background; the next change ends a running one."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from typing import Any
 from safenav.studio.run.orders import RunOrder
 
 CALM = 0.25
-"""Seconds without a change before the robots are judged."""
+"""Seconds without a change before the robots are checked."""
 
 
 class Judging:
@@ -26,14 +26,14 @@ class Judging:
         self._task: asyncio.Task[None] | None = None
 
     def judge(self, order: RunOrder | None) -> None:
-        """Judge this text; None ends the judging of the one before."""
+        """Check this text; None ends the check of the one before."""
         self.verdicts = {}
         if self._task is not None:
             self._task.cancel()
         self._task = None if order is None else asyncio.create_task(self._judge(order))
 
     async def close(self) -> None:
-        """End what is under way."""
+        """End the running check."""
         task, self._task = self._task, None
         if task is not None:
             task.cancel()

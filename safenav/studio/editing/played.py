@@ -91,7 +91,7 @@ def _settle_draws(data: Any, records: Sequence[Record]) -> None:
 
 
 def _entry(data: Any, name: str, tick: int) -> Any:
-    """The last obstacle of that name that has come by a tick."""
+    """Return the last obstacle of that name that has appeared by a tick."""
     kind, _, region = name.rpartition("@")
     found = [
         entry

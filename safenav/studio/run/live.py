@@ -44,7 +44,7 @@ class LivePhase(StrEnum):
 
 
 class StudioRun:
-    """One run. ``lines``: its trace so far; ``changed``: somebody has changed its world."""
+    """One run. ``lines``: its trace so far; ``changed``: whether a user has changed its world."""
 
     def __init__(
         self, order: RunOrder, tell: Tell, *, speed: float = 4.0, trace: Path | None
@@ -115,7 +115,7 @@ class StudioRun:
         self._wake.set()
 
     def pause(self) -> None:
-        """Stop after the tick that is under way."""
+        """Stop after the current tick."""
         self._playing = False
         self._set(LivePhase.PAUSED)
         self._wake.set()
@@ -169,7 +169,7 @@ class StudioRun:
         self._send({"do": "step"})
 
     async def _drive(self) -> None:
-        """Ask for ticks while the run is playing."""
+        """Request ticks while the run is playing."""
         due = time.monotonic()
         while self.phase is not LivePhase.ENDED:
             await self._ready.wait()
@@ -236,7 +236,7 @@ class StudioRun:
         self._live.tell(record)
 
     def _done(self) -> None:
-        """A tick is over."""
+        """Handle the end of a tick."""
         assert self._live is not None
         self._busy_since = None
         if not self._begun:

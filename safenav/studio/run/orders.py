@@ -40,7 +40,7 @@ class RunOrder:
 
     @property
     def reach(self) -> ReadableFolder | None:
-        """Which files the scenario may name."""
+        """The files that the scenario may name."""
         if self.trusted:
             return None
         return ReadableFolder(None if self.folder is None else Path(self.folder))
