@@ -30,8 +30,8 @@ def explain_team(
     names: Collection[str] | None = None,
     progress: Listener | None = None,
 ) -> list[Explanation]:
-    """For each robot (of those with these names) that is unrealizable at the start: why, and
-    what would help. Empty if all are realizable.
+    """Return the reasons and repairs for each robot (of those with these names) that is
+    unrealizable at the start. Empty if all are realizable.
 
     Raises ResourceLimitError if a verdict itself cannot be had within the limits.
     """

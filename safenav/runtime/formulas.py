@@ -27,8 +27,8 @@ class Formulas:
 
     @cached_property
     def goals(self) -> tuple[Mask, ...]:
-        """For each goal the poses in which it may be met: by staying there, or by a step into
-        the pose where neither end would do."""
+        """Return for each goal the poses in which it may be met: by staying there, or by a step
+        into the pose where neither end suffices."""
         return tuple(self._poses_of(goal) for goal in range(self.guarantees.goals))
 
     @cached_property

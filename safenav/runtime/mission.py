@@ -93,7 +93,7 @@ class Mission:
             self._stop,
         )
         self.ending = False
-        """Whether the run is over, or about to say so."""
+        """Whether the run has ended, or is about to record its end."""
         self._started = False
 
     def run(self) -> RunResult:

@@ -1,4 +1,4 @@
-"""Why a team needs an operator: its run is played, its end explained, and repairs are tried.
+"""Postmortem of a team that needs an operator: play its run, explain its end, try repairs.
 
 A repair is offered only if a run of the changed scenario was completed.
 """
@@ -127,7 +127,8 @@ class _Failure:
         return next(o for o in self.scenario.obstacles if o.name == lacks.obstacle)
 
     def places(self, lacks: Shortfall) -> list[Region]:
-        """Where the need that is lacking can be met, then beside it, where no obstacle is."""
+        """Return the regions where the missing need can be fulfilled, then those beside them, all
+        without an obstacle or a robot's start."""
         obstacle, world = self.obstacle(lacks), self.scenario.map
         there = obstacle.resolution_regions(world, len(lacks.met))
         beside = [r for region in there for r in world.neighbours(region)]
@@ -286,7 +287,7 @@ def _walls(failed: _Failure) -> Iterator[Candidate]:
 
 
 def _around(failed: _Failure, target: Target, closed: set[Region]) -> set[Region]:
-    """From where a target can be reached past no obstacle."""
+    """Return the regions from which a target can be reached past no obstacle."""
     world = failed.scenario.map
     found, queue = set(target), list(target)
     for region in queue:

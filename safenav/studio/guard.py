@@ -48,7 +48,7 @@ class Guard:
         return f"http://127.0.0.1:{self.port}/{self.token}/"
 
     def refusal(self, path: str, headers: Mapping[str, str]) -> tuple[int, str] | None:
-        """Why a request is refused, as a status and a sentence; None if it may pass."""
+        """Return why a request is refused, as a status and a sentence; None if it may pass."""
         hosts = {f"127.0.0.1:{self.port}", f"localhost:{self.port}"}
         host = headers.get("Host", "")
         if host not in hosts:

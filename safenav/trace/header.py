@@ -1,4 +1,4 @@
-"""From a scenario to the header of a trace."""
+"""Conversion of a scenario to the header of a trace."""
 
 from __future__ import annotations
 

@@ -191,7 +191,7 @@ class Gone(ObstacleChange):
 
 @dataclass(frozen=True)
 class Truth(Record):
-    """From now on resolving the obstacle reveals another truth."""
+    """A new truth that resolving the obstacle reveals from now on."""
 
     type: ClassVar[str] = "truth"
     obstacle: str

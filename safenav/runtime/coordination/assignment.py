@@ -1,4 +1,4 @@
-"""From duties to objectives: the assignment of each robot, and what its strategy must respect."""
+"""Objectives from duties: the assignment of each robot, and constraints on its strategy."""
 
 from __future__ import annotations
 

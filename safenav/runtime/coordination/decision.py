@@ -1,6 +1,6 @@
-"""From an event to requests, duties, objectives and synthesis tasks, as one pure function.
+"""Decisions on requests, duties, objectives and synthesis tasks after an event: a pure function.
 
-``coordinate`` reads the team and changes nothing. What it decides is put in force by ``apply``
+``coordinate`` reads the team and changes nothing. ``apply`` puts its decision in force
 (``safenav.runtime.algorithm``). Source: paper, Section V and Algorithm 1; docs/coordination.md.
 """
 

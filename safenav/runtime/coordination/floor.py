@@ -1,4 +1,4 @@
-"""From a running mission to the problem that coordination decides: robots, obstacles, stages."""
+"""The coordination problem of a running mission: robots, obstacles, stages."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
 """Proofs that a mission cannot be completed, as data that others can check.
 
 A closure table: the poses that each robot can reach when everything is resolved that can be at
-all, and the obstacles that can never be. Where one-way choices matter, a tree: every choice that
-there is, and a proof after each. Nobody's collisions count here, so the proofs hold all the more
-with them; the joint search has a proof of its own (``safenav.runtime.traffic``).
+all, and the obstacles that can never be. Where irreversible choices matter, a tree: every possible
+choice, and a proof after each. Collisions are ignored here, so the proofs also hold with them; the
+joint search has a proof of its own (``safenav.runtime.traffic``).
 """
 
 from __future__ import annotations
@@ -96,7 +96,7 @@ def _enough(solver: Solver, gate: int, sets: Sets, stages: Stages) -> bool:
 
 
 def refute(solver: Solver, sets: Sets, stages: Stages) -> Proof:
-    """Why ``solver.feasible(sets, stages)`` is False."""
+    """Return the proof that ``solver.feasible(sets, stages)`` is False."""
     closure = closure_of(solver, sets, stages)
     if not all(reach.live for reach in closure.robots):
         return closure

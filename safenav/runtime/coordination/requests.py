@@ -55,7 +55,8 @@ class Requests:
         return next((r for r in self.stack if r.obstacle.name == obstacle), None)
 
     def opened(self, obstacle: Obstacle, requester: str, place: Region) -> Requests:
-        """With a request for an obstacle by a robot at ``place``; the trace is to have it."""
+        """Return the stack with a request for an obstacle by a robot at ``place``, which the trace
+        must record."""
         found = self.of(obstacle.name)
         if found is None:
             return replace(self, stack=(*self.stack, Request(obstacle, {requester: place})))
@@ -64,7 +65,7 @@ class Requests:
         return replace(self, stack=tuple(changed if r is found else r for r in self.stack))
 
     def waiting(self, obstacle: str, requester: str, place: Region) -> Requests:
-        """With another place where a robot waits that has made the request."""
+        """Return the stack with another waiting place of a robot that has made the request."""
         stack = (
             replace(r, requesters={**r.requesters, requester: place})
             if r.obstacle.name == obstacle

@@ -21,7 +21,7 @@ BUDGET = 20_000
 """Nodes of one search; the largest trees seen had three."""
 
 Sets = tuple[Mask, ...]
-"""For each robot the poses that it may choose to be in."""
+"""The poses that each robot may choose to be in."""
 
 
 @dataclass(frozen=True)

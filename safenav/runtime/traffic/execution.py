@@ -16,7 +16,7 @@ from safenav.dataclass import dataclass
 from safenav.runtime.traffic.joint import Count, Joint
 
 Ways = tuple[tuple[int, ...], ...]
-"""For each robot the poses that it takes one after the other, the first where it stands."""
+"""The poses that each robot takes one after the other, the first where it stands."""
 
 
 @dataclass(frozen=True)
@@ -74,9 +74,9 @@ def schedule(
 
 
 def dues_of(states: Sequence[Joint], counts: Sequence[Count]) -> list[dict[int, Count]]:
-    """For each robot what it must have counted before it leaves a place of its way: what the plan
-    relies on its having met there, by waiting. ``states``: those that the plan leads through;
-    ``counts``: what is counted when it begins, which may be less than in the first of them."""
+    """Return for each robot the count that it must have before it leaves a place of its path: the
+    plan assumes that it has met these goals there, by waiting. ``states``: those that the plan
+    leads through; ``counts``: those at its start, which may be less than in the first state."""
     dues: list[dict[int, Count]] = [
         {} if first == count else {0: first}
         for first, count in zip(states[0].counts, counts, strict=True)

@@ -76,7 +76,7 @@ class Course:
         return self._settled(poses, state.counts, state.stages, who)
 
     def steps(self, stages: Stages) -> tuple[Steps, ...]:
-        """For each robot the steps that walls and open obstacles leave to it."""
+        """Return for each robot the steps that walls and open obstacles leave to it."""
         found = self._steps.get(stages)
         if found is None:
             found = self._steps[stages] = tuple(

@@ -129,7 +129,7 @@ class Generator:
         return [r[3] for r in sorted([(wish, stands, random(), q) for wish, stands, q in ranks])]
 
     def _rank(self, robot: int) -> tuple[list[Rank], list[int] | None]:
-        """How good each pose is, and the order of the poses if there are no ties."""
+        """Return the rank of each pose, and the order of the poses if there are no ties."""
         field, conflicts, size = self._fields[robot], self._conflicts[robot], self._sizes[robot]
         here = self._poses[robot]
         ranks: list[Rank] = [(0 if field is None else field[here], False, here)]

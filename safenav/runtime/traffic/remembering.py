@@ -83,8 +83,8 @@ class StateGraph(PoseGraph):
 
     @cached_property
     def goals(self) -> tuple[Mask, ...]:
-        """For each goal the states in which it is met: by staying there, or by a step into the
-        state where neither end would do."""
+        """Return for each goal the states in which it is met: by staying there, or by a step into
+        the state where neither end suffices."""
         return tuple(self._met(goal) for goal in range(self._guarantees.goals))
 
     def _met(self, goal: int) -> Mask:

@@ -14,9 +14,9 @@ TYPING = 1.2
 
 @dataclass(eq=False)
 class TextOrigin:
-    """Where a text began. ``file``: the file that it is saved to, if it has one; ``foreign``: it
-    came by link or upload and reads no file; ``saved``: the content of the file, or the text that
-    nothing would be lost of; ``number``: tells origins apart."""
+    """The origin of a text. ``file``: the file that it is saved to, if it has one; ``foreign``: it
+    came by link or upload and reads no file; ``saved``: the content of the file, or the text whose
+    loss would lose nothing; ``number``: distinguishes origins."""
 
     file: Path | None = None
     foreign: bool = False
