@@ -1,1 +1,1 @@
-"""What people look at: terminal, pictures, pages."""
+"""Output for people: terminal, pictures, pages."""

@@ -10,14 +10,13 @@ _NUMBERED = re.compile(r"(.*?)[-_ ]?0*(\d{1,2})")
 
 
 def labels(names: Sequence[str]) -> dict[str, str]:
-    """A label of at most two characters for each of up to 36 robots of one initial, no two the
-    same.
+    """Return a label of at most two characters for each of up to 36 robots of one initial, no two
+    the same.
 
     A robot alone with its initial gets that letter. Of several the one that is named in one
     plain word keeps it (``quad`` beside ``quad_2``); others add their number (``Q2``) or the
     first letter that tells them apart (``drone``, ``digit``: ``Dr``, ``Di``). Numbers of two
-    figures stand alone (``robot_11``: ``11``).
-    """
+    figures stand alone (``robot_11``: ``11``)."""
     chosen: dict[str, str] = {}
     for name in names:
         for label in _candidates(name, names):
@@ -30,7 +29,7 @@ def labels(names: Sequence[str]) -> dict[str, str]:
 
 
 def _candidates(name: str, names: Sequence[str]) -> list[str]:
-    """What could stand for a name, the best first."""
+    """Return possible labels of a name, the best first."""
     initial = name[:1].upper()
     rivals = [other for other in names if other != name and other[:1].upper() == initial]
     if not rivals:

@@ -22,12 +22,12 @@ _UPDATE_SECONDS = 0.1
 
 
 def svg_of_scenario(scenario: Scenario) -> str:
-    """The scenario before any run."""
+    """Return a picture of the scenario before any run."""
     return svg_of(scene_of(scenario))
 
 
 def frame_of_replay(replay: Replay, height: int = 640) -> str:
-    """The page of a run in a frame of its own; it needs no network."""
+    """Return the page of a run in a frame of its own; it needs no network."""
     page = escape(page_of(replay, f"{replay.name}.jsonl"), quote=True)
     return (
         f'<iframe srcdoc="{page}" width="100%" height="{height}" style="border: 0" '
@@ -36,7 +36,7 @@ def frame_of_replay(replay: Replay, height: int = 640) -> str:
 
 
 def table_of_result(result: RunResult) -> str:
-    """How a run ended, as a small table."""
+    """Return the result of a run as a small table."""
     rounds = ", ".join(f"{robot} {count}" for robot, count in result.rounds.items())
     work = seconds_words(result.synthesis_seconds)
     rows = (
@@ -52,11 +52,10 @@ def table_of_result(result: RunResult) -> str:
 
 
 class ProgressBar:
-    """A listener that shows in a notebook how far a run is: ``Mission(scenario,
+    """A listener that shows the progress of a run in a notebook: ``Mission(scenario,
     listeners=[ProgressBar(scenario)])``. Outside of a notebook it shows nothing.
 
-    ``display``: what shows HTML and can update it (default: IPython's, if it is there).
-    """
+    ``display``: function that shows HTML and can update it (default: IPython's, if available)."""
 
     def __init__(self, scenario: Scenario, display: Any = None) -> None:
         self._wanted = scenario.until.rounds * len(scenario.robots)
@@ -81,7 +80,7 @@ class ProgressBar:
             self._display.update(_Html(self.html(record.tick, ended)))
 
     def html(self, tick: int, ended: str = "") -> str:
-        """The bar: rounds done of those wanted."""
+        """Return the bar: rounds done of those required."""
         done = sum(min(count, self._each) for count in self._rounds.values())
         said = ended.replace("_", " ") or "running"
         return (
@@ -100,7 +99,7 @@ class _Html:
 
 
 def _display() -> Any:
-    """A place in the output of a notebook's cell; None elsewhere."""
+    """Return a place in the output of a notebook's cell; None elsewhere."""
     try:
         from IPython import get_ipython  # type: ignore[attr-defined,unused-ignore]
         from IPython.display import display

@@ -14,7 +14,7 @@ Row = Iterable[object]
 
 
 def tables(trace: Trace, replay: Replay) -> dict[str, str]:
-    """The name of each table and its CSV text (RFC 4180, one heading line)."""
+    """Return the name of each table and its CSV text (RFC 4180, one heading line)."""
     return {
         "moves": _csv(("tick", "robot", "region", "row", "col", "name", "heading"), _moves(replay)),
         "events": _csv(("tick", "kind", "robot", "region", "obstacle", "text"), _events(replay)),

@@ -1,5 +1,5 @@
-"""The ROS 2 messages of a bag as their definitions stand in it, so that any reader understands
-them without an installation of ROS (MCAP, "ros2msg" schemas)."""
+"""Definitions of the ROS 2 messages of a bag, stored in it so that any reader understands them
+without an installation of ROS (MCAP, "ros2msg" schemas)."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ them; the order is that of the bytes."""
 
 
 def definition(kind: str) -> str:
-    """The definition of a message (``nav_msgs/msg/Path``) and of all that it is made of."""
+    """Return the definition of a message (``nav_msgs/msg/Path``) and of all its parts."""
     name = kind.replace("/msg/", "/")
     parts, wanted = [_FIELDS[name]], [name]
     for known in wanted:

@@ -1,4 +1,4 @@
-"""Writes messages into an MCAP file with the ROS 2 profile (extra ``mcap``)."""
+"""Writer of messages into an MCAP file with the ROS 2 profile (extra ``mcap``)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What happens in a run as ROS 2 messages, each with its topic and its time.
+"""A run as ROS 2 messages, each with its topic and its time.
 
 | topic | message |
 |---|---|
@@ -9,11 +9,10 @@
 | `/requests` | `visualization_msgs/MarkerArray`: a line from a helper to what it helps with |
 | `/robots` | `visualization_msgs/MarkerArray`, once: bodies, headings and names of robots |
 | `/places` | `visualization_msgs/MarkerArray`, once: names of regions and areas, borders of areas |
-| `/plan` | `visualization_msgs/MarkerArray`: targets of robots, and ways of a joint plan |
-| `/rosout` | `rcl_interfaces/Log`: the story, one line an event |
+| `/plan` | `visualization_msgs/MarkerArray`: targets of robots, and paths of a joint plan |
+| `/rosout` | `rcl_interfaces/Log`: the story, one line per event |
 
-Regions are squares in the frame `map` (x east, y north, origin at the south-western corner).
-"""
+Regions are squares in the frame `map` (x east, y north, origin at the south-western corner)."""
 
 from __future__ import annotations
 
@@ -61,11 +60,11 @@ class Stamped:
 
 
 JointPlans = Sequence[tuple[int, Mapping[str, tuple[Region, ...]]]]
-"""From which tick on each robot has which way to go; without robots where a plan is over."""
+"""Start tick of each plan and its robots' paths; no robots where a plan is over."""
 
 
 def joint_plans(lines: Iterable[Record]) -> JointPlans:
-    """The joint plans of a trace, in their order."""
+    """Return the joint plans of a trace, in their order."""
     found: list[tuple[int, Mapping[str, tuple[Region, ...]]]] = []
     for line in lines:
         if isinstance(line, Plan):
@@ -79,15 +78,14 @@ def joint_plans(lines: Iterable[Record]) -> JointPlans:
 def messages(
     replay: Replay, frame: Frame, clock: Clock, plans: JointPlans = ()
 ) -> Iterator[Stamped]:
-    """All messages of a run, in the order of their times.
+    """Yield all messages of a run, in the order of their times.
 
-    Raises ValueError for regions that are no squares: an occupancy grid has one resolution.
-    """
+    Raises ValueError for regions that are not square: an occupancy grid has one resolution."""
     return _Telling(replay, frame, clock, plans).all()
 
 
 def names_of(replay: Replay) -> dict[str, str]:
-    """What ROS calls each robot: letters, digits and underscores, no two the same."""
+    """Return each robot's name in ROS: letters, digits and underscores, no two the same."""
     found: dict[str, str] = {}
     for track in replay.robots:
         plain = re.sub(r"\W", "_", track.name, flags=re.ASCII).strip("_") or "robot"
@@ -181,7 +179,7 @@ class _Telling:
         return x0 + east * c - north * s, y0 + east * s + north * c
 
     def _pose(self, track: RobotTrack, tick: int) -> Message:
-        """Between two regions while a step takes several ticks."""
+        """Return the robot's pose: between two regions while a step takes several ticks."""
         (placed,) = [r for r in self.replay.scene(tick, trail=0).robots if r.name == track.name]
         x, y = self._centre(placed.row, placed.col)
         facing = 0.0 if placed.heading is None else radians(90.0 - placed.heading)
@@ -196,7 +194,7 @@ class _Telling:
         }
 
     def _obstacles(self, tick: int, told: dict[str, ObstacleStatus]) -> list[Message]:
-        """Markers of those whose status has changed; ``told`` keeps what was said."""
+        """Return markers of obstacles whose status has changed; ``told`` keeps the sent ones."""
         markers: list[Message] = []
         for number, hidden in enumerate(self.replay.hidden):
             status = self.replay.statuses[hidden.name].at(tick)
@@ -216,7 +214,7 @@ class _Telling:
         return markers
 
     def _requests(self, tick: int) -> list[Message]:
-        """A line for each frame of the stack that asks a robot for help; others are deleted."""
+        """Return a line for each frame of the stack that requests help; others are deleted."""
         regions = {hidden.name: hidden.region for hidden in self.replay.hidden}
         scene = {track.name: track.regions[tick] for track in self.replay.robots}
         markers: list[Message] = [{**self._marker(tick, "requests", 0, _LINE, _DELETE_ALL)}]
@@ -236,7 +234,7 @@ class _Telling:
         return markers
 
     def _places(self) -> list[Message]:
-        """Names, flat on the map, and the borders of areas."""
+        """Return names, flat on the map, and the borders of areas."""
         world = self.replay.map
         markers: list[Message] = []
         named = [(name, [region]) for name, region in world.names.items()]
@@ -265,7 +263,7 @@ class _Telling:
         return markers
 
     def _border(self, area: frozenset[Region]) -> Iterator[Message]:
-        """Both ends of each side of a region beyond which the area does not go on."""
+        """Yield both ends of each side of a region where the area ends."""
         world = self.replay.map
         for region in sorted(area):
             row, col = world.position(region)
@@ -279,7 +277,7 @@ class _Telling:
                     yield {"x": x, "y": y, "z": 0.0}
 
     def _bodies(self) -> Iterator[Message]:
-        """A body, a nose and a name in the frame of each robot, so that they move with it."""
+        """Yield a body, a nose and a name in the frame of each robot, so that they move with it."""
         side = self.frame.resolution[0]
         for number, (track, look) in enumerate(zip(self.replay.robots, self.looks, strict=True)):
             height = (_FLIES if track.layer == AIR else 0.15) * side
@@ -303,7 +301,7 @@ class _Telling:
                 }
 
     def _plan(self, tick: int) -> Iterator[Message]:
-        """What each robot is to reach, and its way while a joint plan is carried out."""
+        """Yield each robot's targets, and its path while a joint plan is carried out."""
         plan = self.plans.at(tick)
         for number, (track, look) in enumerate(zip(self.replay.robots, self.looks, strict=True)):
             objective = self.replay.objectives[track.name].at(tick)
@@ -327,7 +325,7 @@ class _Telling:
                 }
 
     def _marker(self, tick: int, kind: str, number: int, shape: int, action: int) -> Message:
-        """A marker with nothing in it yet."""
+        """Return a marker without content."""
         header = {"stamp": stamp(0.0), "frame_id": ""}
         return {
             "header": self._header(tick),
@@ -362,12 +360,12 @@ class _Telling:
 
 
 def _bare(markers: list[Message]) -> list[Message]:
-    """Markers without their times."""
+    """Return markers without their times."""
     return [{**marker, "header": None} for marker in markers]
 
 
 def stamp(seconds: float) -> Message:
-    """A time of ROS."""
+    """Return a time of ROS."""
     nanoseconds = round(seconds * 1e9)
     return {"sec": nanoseconds // 10**9, "nanosec": nanoseconds % 10**9}
 

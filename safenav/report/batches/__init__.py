@@ -1,1 +1,1 @@
-"""What people and CI see of a batch."""
+"""Reports of a batch for people and CI."""

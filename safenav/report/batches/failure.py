@@ -1,4 +1,4 @@
-"""What a batch keeps of a failed case: the reason, the trace, and its replay as a page."""
+"""Files that a batch keeps of a failed case: the reason, the trace, and its replay as a page."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ _WIDTH = 80
 
 
 class FailureFolder:
-    """A folder for each failed case below ``directory/failures``. What a former batch left
-    there is removed unless ``keep``."""
+    """A folder for each failed case below ``directory/failures``. Files of a former batch are
+    removed from it unless ``keep``."""
 
     def __init__(self, directory: Path, *, keep: bool) -> None:
         self._root = directory / FOLDER
@@ -27,20 +27,20 @@ class FailureFolder:
             shutil.rmtree(self._root, ignore_errors=True)
 
     def keep_only(self, results: Iterable[Result]) -> None:
-        """Remove what was written about other results than these: of failures that were mended,
-        or whose scenario has changed."""
+        """Remove the files of results other than these: of failures that were fixed, or whose
+        scenario has changed."""
         kept = {self._folder(result) for result in results if not result.passed}
         for folder in self._root.glob("*") if self._root.is_dir() else ():
             if folder not in kept and (folder / "reason.txt").is_file():
                 shutil.rmtree(folder, ignore_errors=True)
 
     def _folder(self, result: Result) -> Path:
-        # The fingerprint keeps apart what looks the same once it is fit for a file name.
+        # The fingerprint distinguishes names that are equal once they are fit for a file name.
         name = _UNFIT.sub("_", result.name)[-_WIDTH:].strip("._")
         return self._root / f"{name}-{result.fingerprint[:8]}"
 
     def __call__(self, result: Result, trace: Path | None) -> list[str]:
-        """Write what is known; returns the files."""
+        """Write the failure's files and return their names."""
         folder = self._folder(result)
         try:
             folder.mkdir(parents=True, exist_ok=True)
@@ -58,8 +58,8 @@ class FailureFolder:
             try:
                 page = _page(files[-1])
             except Exception as error:
-                # A trace that was cut off in its first line is none, and whatever else is
-                # wrong with a picture of a failure must not end the batch.
+                # A trace that was cut off in its first line is not a trace, and no other error in a
+                # picture of a failure must end the batch.
                 lines += ["", f"no replay: {type(error).__name__}: {error}"]
             else:
                 files.append(folder / "replay.html")

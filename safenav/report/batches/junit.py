@@ -1,10 +1,9 @@
 """A batch as a JUnit report, as continuous integration services read it.
 
-There is no official standard; this keeps to what the schemas of Jenkins' xUnit plugin and of
-Apache Ant have in common: one ``testsuite`` a folder, one ``testcase`` a case, ``failure`` for
-what is not as expected, ``error`` for what could not be run to an end, ``skipped`` for what
-was not run. Reference: https://github.com/testmoapp/junitxml
-"""
+There is no official standard; this keeps to what the schemas of Jenkins' xUnit plugin and of Apache
+Ant have in common: one ``testsuite`` a folder, one ``testcase`` a case, ``failure`` for an
+unexpected result, ``error`` for a case that could not be run to an end, ``skipped`` for a case that
+was not run. Reference: https://github.com/testmoapp/junitxml"""
 
 from __future__ import annotations
 
@@ -17,12 +16,12 @@ from pathlib import PurePath
 from safenav.batch.cases.case import Case, CaseVerdict, Result
 from safenav.batch.session import Report
 
-# What XML 1.0 cannot hold, not even as a reference.
+# Characters that XML 1.0 cannot hold, not even as a reference.
 _FORBIDDEN = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
 def to_junit(report: Report, *, when: datetime | None = None) -> str:
-    """The report as XML. ``when``: the time of the batch, default now."""
+    """Return the report as XML. ``when``: the time of the batch, default now."""
     stamp = (when or datetime.now(UTC)).strftime("%Y-%m-%dT%H:%M:%S")
     root = ET.Element("testsuites", name="safenav batch")
     suites: dict[str, list[Case]] = {}
@@ -70,7 +69,7 @@ def _testcase(suite: ET.Element, folder: str, case: Case, result: Result | None)
 
 
 def told(result: Result) -> list[str]:
-    """All that is known about a failure, as lines."""
+    """Return all that is known about a failure, as lines."""
     lines = list(result.reasons)
     if result.outcome is not None:
         lines.append(f"it ended after {result.ticks} ticks: {result.explanation}")

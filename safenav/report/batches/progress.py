@@ -1,5 +1,5 @@
-"""How a batch is getting on, on standard error: a line kept up to date on a terminal, a line
-now and then elsewhere; failures as they happen."""
+"""Progress of a batch on standard error: a line kept up to date on a terminal, a line now and then
+elsewhere; failures as they happen."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from safenav.batch.session import Report
 
 class ProgressLine:
     EVERY = 10.0
-    """Seconds between lines where standard error is no terminal."""
+    """Seconds between lines where standard error is not a terminal."""
 
     def __init__(self) -> None:
         self._live = sys.stderr.isatty()

@@ -1,4 +1,4 @@
-"""The end of a batch on the terminal: what failed and why, what was slow, what has changed."""
+"""The end of a batch on the terminal: failures with reasons, slow cases, changes."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ _NAMES = 20
 def summary(
     report: Report, comparison: BaselineComparison | None = None, slowest: int = 10
 ) -> list[str]:
-    """Lines: a table with the failed cases first, then the ``slowest`` that passed; their
-    reasons; the comparison; the sum of it all."""
+    """Return lines: a table with the failed cases first, then the ``slowest`` that passed; their
+    reasons; the comparison; the totals."""
     failed = report.failed
     passed = [result for result in report.in_order if result.passed]
     passed.sort(key=lambda result: -result.duration)
@@ -61,7 +61,7 @@ def _coloured(lines: list[str], failed: int) -> list[str]:
 
 
 def _by_cause(failed: Sequence[Result]) -> list[list[Result]]:
-    """Failures that have the same to say, together; in the order of the first of each."""
+    """Return failures with the same cause together; in the order of the first of each."""
     groups: dict[tuple[object, ...], list[Result]] = {}
     for result in failed:
         cause = (result.file, result.verdict, *result.reasons, "", *result.earlier)
@@ -70,7 +70,7 @@ def _by_cause(failed: Sequence[Result]) -> list[list[Result]]:
 
 
 def _why(group: Sequence[Result]) -> list[str]:
-    """What failed, for all cases with the same cause."""
+    """Return the failure, for all cases with the same cause."""
     result, *others = group
     lines = [click.style(f"{result.name}: {result.verdict.value}", bold=True)]
     if others:

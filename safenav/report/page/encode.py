@@ -28,13 +28,13 @@ from safenav.world.sight import members
 
 
 class RegionPlaces(Protocol):
-    """Where sets of regions are kept: the place of one, or what stands for it."""
+    """A store of sets of regions: the index of a set, or its substitute."""
 
     def index(self, regions: Sequence[Region]) -> int | str: ...
 
 
 def encoded(replay: Replay, source: str) -> dict[str, Any]:
-    """The data of the page. ``source`` is the name of the trace, for its reader."""
+    """Return the data of the page. ``source`` is the name of the trace, for its reader."""
     ending = replay.ending
     index = {track.name: i for i, track in enumerate(replay.robots)}
     style = looks([track.name for track in replay.robots])
@@ -88,7 +88,7 @@ def encoded(replay: Replay, source: str) -> dict[str, Any]:
 
 
 def obstacle_data(hidden: Hidden, world: RegionMap) -> dict[str, Any]:
-    """An obstacle without what becomes of it."""
+    """Return an obstacle without its later status."""
     return {
         "name": hidden.name,
         "label": hidden.label(world),
@@ -101,7 +101,7 @@ def obstacle_data(hidden: Hidden, world: RegionMap) -> dict[str, Any]:
 
 
 def event_data(event: Event, index: dict[str, int]) -> list[Any]:
-    """An event; ``index`` numbers the robots."""
+    """Return an event; ``index`` numbers the robots."""
     return [
         event.tick,
         event.kind.value,
@@ -130,7 +130,7 @@ def _robot(replay: Replay, track: RobotTrack) -> dict[str, Any]:
 
 
 def _view(replay: Replay, viewer: str, index: dict[str, int], sets: RegionSets) -> dict[str, Any]:
-    """What a robot sees and believes, each set of regions by its place in ``sets``."""
+    """Return a robot's sight and beliefs, each set of regions by its index in ``sets``."""
     sight = SightCache(replay)
     masks = [sight.mask(viewer, tick) for tick in range(replay.last + 1)]
     places = [None if mask is None else sets.index(members(mask)) for mask in masks]

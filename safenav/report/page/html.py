@@ -1,8 +1,7 @@
 """One HTML file that holds everything: style, program and run. It needs no network.
 
-The program is built from ``front/`` (TypeScript, Preact, esbuild) and committed, since who
-installs safenav has no Node. A content security policy in the page forbids every request.
-"""
+The program is built from ``front/`` (TypeScript, Preact, esbuild) and committed, since users of
+safenav have no Node. A content security policy in the page forbids every request."""
 
 from __future__ import annotations
 
@@ -37,7 +36,7 @@ style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:">
 
 
 def page_of(replay: Replay, source: str) -> str:
-    """The replay as an HTML document. ``source`` is the name of its trace."""
+    """Return the replay as an HTML document. ``source`` is the name of its trace."""
     return document(
         f"{replay.name}: replay",
         _asset("replay.css"),
@@ -47,21 +46,21 @@ def page_of(replay: Replay, source: str) -> str:
 
 
 def document(title: str, style: str, *scripts: str) -> str:
-    """A page of its own: head and policy, an element ``app`` to draw in, and script elements."""
+    """Return a page of its own: head and policy, an element ``app`` to draw in, and script
+    elements."""
     return _DOCUMENT.format(title=escape(title), style=style, scripts="\n".join(scripts))
 
 
 def data_element(name: str, data: object) -> str:
-    """A script element with data that the page's program reads by this id."""
+    """Return a script element with data that the page's program reads by this id."""
     return f'<script type="application/json" id="{name}">{embedded(data)}</script>'
 
 
 def embedded(data: object) -> str:
-    """JSON that can stand in a script element whatever its strings hold.
+    """Return JSON that can stand in a script element whatever its strings hold.
 
     No ``<`` is left, hence no ``</script>`` and no ``<!--``; the two line separators of Unicode
-    are escaped by ``ensure_ascii``.
-    """
+    are escaped by ``ensure_ascii``."""
     text = json.dumps(data, ensure_ascii=True, separators=(",", ":"))
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 

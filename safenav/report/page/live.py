@@ -1,9 +1,8 @@
-"""A run for the page while it happens: the whole of it so far, and what is new since.
+"""A run for the page while it happens: the whole of it so far, and later news.
 
 Fed with the records of a run one after the other. ``whole`` is what ``encode.encoded`` gives for
 the lines so far; ``news`` only what came after the last ``news`` or ``whole``, so that a tick costs
-the same however long the run is. What the page does with both: front/src/live/merge.ts.
-"""
+the same however long the run is. What the page does with both: front/src/live/merge.ts."""
 
 from __future__ import annotations
 
@@ -45,21 +44,21 @@ class LiveRun:
 
     @property
     def last(self) -> int:
-        """The last tick that is complete."""
+        """Return the last tick that is complete."""
         return min(len(regions) for regions in self._telling.regions.values()) - 1
 
     def tell(self, record: records.Record) -> None:
-        """The next record of the run."""
+        """Receive the next record of the run."""
         self._telling.tell(record)
 
     def whole(self) -> dict[str, Any]:
-        """All that a page needs to show the run so far."""
+        """Return all that a page needs to show the run so far."""
         self._catch_up()
         return encoded(self._telling.replay(self._version), self._source)
 
     def news(self) -> dict[str, Any]:
-        """What came since the last call, in the shapes of the whole: entries to append, but for
-        the ``steps`` of a robot, which replace those before."""
+        """Return the news since the last call, in the shapes of the whole: entries to append, but
+        for the ``steps`` of a robot, which replace those before."""
         telling, last = self._telling, self.last
         return {
             "last": last,
@@ -98,7 +97,7 @@ class LiveRun:
         }
 
     def _view_news(self, name: str, last: int) -> dict[str, Any] | None:
-        """New sight and beliefs; sets are told as texts here."""
+        """Return new sight and beliefs, with sets as texts."""
         beliefs = []
         for (viewer, other), told in self._telling.beliefs.items():
             if viewer != name:
@@ -129,7 +128,7 @@ class LiveRun:
         return written(members(self._views[vision, closed].mask(telling.regions[name][last])))
 
     def _new_obstacles(self) -> list[dict[str, Any]]:
-        """Those that are new, or that have just appeared."""
+        """Return the obstacles that are new, or that have just appeared."""
         found = [h for h in self._telling.hidden.values() if self._known.get(h.name) != h]
         self._known.update((hidden.name, hidden) for hidden in found)
         return [obstacle_data(hidden, self._telling.map) for hidden in found]
@@ -138,7 +137,7 @@ class LiveRun:
         return self._new(self._telling.events, "events")
 
     def _new(self, entries: Sequence[Any], *key: str) -> Sequence[Any]:
-        """The entries that were not sent yet; they count as sent from now on."""
+        """Return the entries that were not sent yet; they count as sent from now on."""
         begin = self._sent.get(key, 0)
         self._sent[key] = max(begin, len(entries))
         return entries[begin:]
@@ -149,7 +148,7 @@ class LiveRun:
 
 
 class _Texts:
-    """Stands for the sets of a page: a set is told as its text."""
+    """Substitute for the sets of a page: a set is encoded as its text."""
 
     def index(self, regions: Sequence[Region]) -> str:
         return written(regions)

@@ -1,10 +1,9 @@
 """Sets of regions as short texts, each set written once.
 
 A set is a list of runs of consecutive regions; of each run the gap before it and its length are
-written as numbers in base 32, little end first, with one letter a digit: an upper half of the
-alphabet says that the number goes on (as in the base64 VLQ of source maps). A set within a
-radius of 4 takes about 20 letters. Its reader is front/src/run/sets.ts.
-"""
+written as numbers in base 32, little end first, with one letter per digit: an upper half of the
+alphabet marks that the number continues (as in the base64 VLQ of source maps). A set within a
+radius of 4 takes about 20 letters. Its reader is front/src/run/sets.ts."""
 
 from __future__ import annotations
 
@@ -19,13 +18,13 @@ _BASE = len(_DIGITS) // 2
 
 @dataclass
 class RegionSets:
-    """Collects sets; ``index`` is the place of one in ``texts``."""
+    """Collects sets; ``index`` is the index of one in ``texts``."""
 
     texts: list[str] = field(default_factory=list)
     _places: dict[str, int] = field(default_factory=dict)
 
     def index(self, regions: Iterable[Region]) -> int:
-        """The place of the set with these regions, which must ascend."""
+        """Return the index of the set with these regions, which must ascend."""
         text = written(regions)
         if text not in self._places:
             self._places[text] = len(self.texts)
@@ -34,7 +33,7 @@ class RegionSets:
 
 
 def written(regions: Iterable[Region]) -> str:
-    """Regions, ascending, as gaps and lengths of runs."""
+    """Return regions, ascending, as gaps and lengths of runs."""
     text, end = "", 0
     start = None
     for region in regions:

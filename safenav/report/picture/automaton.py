@@ -22,7 +22,7 @@ from safenav.world.map import Heading, RegionMap
 
 MOST_STATES = 60
 MOST_EDGES = 110
-"""Beyond either an automaton is a tangle that nobody reads."""
+"""Beyond either limit an automaton is too tangled to read."""
 
 _MARGIN = 20.0
 _FILLS = ("#DCECF7", "#FBEBCB", "#D3EEE4", "#F6E3EE", "#E4E7EB", "#FBE0D2")
@@ -32,7 +32,7 @@ _ROUND = 7.0
 
 
 def svg_of_strategy(strategy: Strategy, task: Task, world: RegionMap) -> str:
-    """The automaton if it is small enough to be read, else a summary."""
+    """Return the automaton if it is small enough to be read, else a summary."""
     states = len(strategy.nodes)
     if 0 < states <= MOST_STATES and strategy.edges <= MOST_EDGES:
         return svg_of_automaton(strategy, task, world)
@@ -40,7 +40,7 @@ def svg_of_strategy(strategy: Strategy, task: Task, world: RegionMap) -> str:
 
 
 def svg_of_automaton(strategy: Strategy, task: Task, world: RegionMap) -> str:
-    """Every state as a box with its values, every transition as an arrow."""
+    """Draw every state as a box with its values, every transition as an arrow."""
     boxes = _boxes(strategy, task, world)
     initial = strategy.initial() or (0,)
     width = max(box.width for box in boxes)
@@ -74,7 +74,7 @@ def svg_of_automaton(strategy: Strategy, task: Task, world: RegionMap) -> str:
 
 @dataclass(frozen=True)
 class _Box:
-    """One state: where the robot is, and the rest of its values below."""
+    """One state: the robot's region, and the rest of its values below."""
 
     title: str
     lines: tuple[str, ...]
@@ -124,7 +124,7 @@ def _boxes(strategy: Strategy, task: Task, world: RegionMap) -> list[_Box]:
 
 
 def _rest(strategy: Strategy, values: Mapping[str, int]) -> list[str]:
-    """The robot's own values beyond its region: heading and memory."""
+    """Return the robot's own values beyond its region: heading and memory."""
     words = []
     for variable in strategy.specification.owned(Owner.OUTPUT):
         value = values[variable.name]
@@ -138,7 +138,7 @@ def _rest(strategy: Strategy, values: Mapping[str, int]) -> list[str]:
 
 
 def _draw_arrow(page: SvgWriter, arrow: Arrow) -> None:
-    """The line with rounded corners, and its head."""
+    """Draw the line with rounded corners, and its head."""
     kept = [p for i, p in enumerate(arrow.points) if i == 0 or p != arrow.points[i - 1]]
     (x0, y0), (x1, y1) = kept[-2], kept[-1]
     length = max(1e-6, ((x1 - x0) ** 2 + (y1 - y0) ** 2) ** 0.5)
@@ -172,14 +172,14 @@ def _towards(corner: Point, other: Point) -> Point:
 
 
 def _pursued(strategy: Strategy, goal: int, world: RegionMap) -> str:
-    """What a state of that rank is after: the regions of the goal, where it has any."""
+    """Return the goal that a state of that rank pursues: its regions, if it has any."""
     goals = strategy.specification.section(Section.SYS_LIVENESS)
     regions = goals[goal].regions if goal < len(goals) else ()
     return f"heads for {regions_words(regions, world.word)}" if regions else f"pursues goal {goal}"
 
 
 class _Legend:
-    """What colours and borders mean, in running text below the automaton."""
+    """Meanings of colours and borders, in running text below the automaton."""
 
     def __init__(self, strategy: Strategy, task: Task, world: RegionMap) -> None:
         goals = sorted(set(strategy.ranks))

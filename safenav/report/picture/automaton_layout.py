@@ -1,10 +1,9 @@
-"""Where the boxes and arrows of a small automaton go.
+"""Layout of the boxes and arrows of a small automaton.
 
 Nodes stand in layers by their distance from the start. Layers run from left to right and, where
 a page is full, back again in the row below, like an ox ploughs: strategies are long loops, and
 a loop of 40 nodes in one line could not be read. Arrows to the next layer are direct; all others
-run in the gutters between columns and rows, so that no arrow passes through a box.
-"""
+run in the gutters between columns and rows, so that no arrow passes through a box."""
 
 from __future__ import annotations
 
@@ -19,13 +18,13 @@ GUTTER = 46.0
 GAP = 20.0
 """Between boxes of one layer."""
 _LANES = (0.0, 4.0, -4.0, 8.0, -8.0, 11.0, -11.0)
-"""Arrows in one gutter run beside each other, so far from its middle."""
+"""Arrows in one gutter run beside each other, at these distances from its middle."""
 _TOP = 18.0
 
 
 @dataclass(frozen=True)
 class Arrow:
-    """A way from box to box as corner points; ``direct`` if it leads to the next layer."""
+    """A route from box to box as corner points; ``direct`` if it leads to the next layer."""
 
     source: int
     target: int
@@ -45,7 +44,7 @@ class BoxLayout:
 
 @dataclass(frozen=True)
 class _Slot:
-    """The place of a node: its row and column of layers, and the way that its row runs."""
+    """The place of a node: its row and column of layers, and the direction of its row."""
 
     row: int
     col: int
@@ -55,8 +54,8 @@ class _Slot:
 
 
 def layers_of(initial: Sequence[int], transitions: Sequence[Sequence[int]]) -> list[list[int]]:
-    """The nodes by their distance from the initial ones; each layer in the order in which its
-    nodes are reached. What nothing leads to comes last."""
+    """Return the nodes by their distance from the initial ones; each layer in the order in which
+    its nodes are reached. Unreachable nodes are last."""
     seen: set[int] = set()
     layers: list[list[int]] = []
     for start in [list(initial), *([node] for node in range(len(transitions)))]:
@@ -74,7 +73,7 @@ def laid_out(
     transitions: Sequence[Sequence[int]],
     box: tuple[float, float],
 ) -> BoxLayout:
-    """The layout for boxes of that width and height."""
+    """Return the layout for boxes of that width and height."""
     layers = layers_of(initial, transitions)
     columns = _columns(layers, box)
     rows = [layers[i : i + columns] for i in range(0, len(layers), columns)]
@@ -109,7 +108,7 @@ def laid_out(
 
 
 def _columns(layers: Sequence[Sequence[int]], box: tuple[float, float]) -> int:
-    """How many layers stand side by side: so that the page is about half wider than high."""
+    """Return how many layers stand side by side: so that the page is about half wider than high."""
     stack = max(map(len, layers), default=1)
     row = stack * (box[1] + GAP) + GUTTER
     wanted = math.sqrt(1.5 * len(layers) * row / (box[0] + GUTTER))
@@ -125,7 +124,7 @@ class _Router:
     _routed: int = 0
 
     def arrow(self, source: int, target: int) -> Arrow:
-        """Direct to the next layer, through the gutters to all others."""
+        """Return an arrow: direct to the next layer, through the gutters to all others."""
         (x, y), (to_x, to_y) = self.centres[source], self.centres[target]
         a, b = self.slots[source], self.slots[target]
         half_width, half_height = self.box[0] / 2, self.box[1] / 2
@@ -144,7 +143,7 @@ class _Router:
         out, into = a.forward, -b.forward
         out_x = x + out * (half_width + GUTTER / 2) + lane
         in_x = to_x + into * (half_width + GUTTER / 2) + lane
-        # Below its row, or above it if the way leads up.
+        # Below its row, or above it if the route leads up.
         channel = self.below[a.row] if b.row >= a.row else self.below[a.row - 1]
         points = (
             (x + out * half_width, y + aside),

@@ -20,12 +20,12 @@ _LEAST_CELL = 26.0
 
 
 def cell_size(world: RegionMap) -> float:
-    """Side of one region: 48 for the maps of a paper, less for large ones."""
+    """Return the side of one region: 48 for the maps of a paper, less for large ones."""
     return max(14.0, min(48.0, 1150.0 / max(world.cols, world.rows * 1.4)))
 
 
 def draw_floor(page: SvgWriter, world: RegionMap, cell: float) -> None:
-    """Regions and walls, the map's north-western corner at the origin."""
+    """Draw regions and walls, the map's north-western corner at the origin."""
     width, height = world.cols * cell, world.rows * cell
     page.rect(0, 0, width, height, fill="#FFFFFF", stroke=WALL, stroke_width=1)
     lines = [f"M0,{number(r * cell)}H{number(width)}" for r in range(1, world.rows)]
@@ -49,7 +49,7 @@ def draw_floor(page: SvgWriter, world: RegionMap, cell: float) -> None:
 
 
 def number_size(cell: float) -> float | None:
-    """Height of a region's number; None where there is no room for one that can be read."""
+    """Return the height of a region's number; None if there is no room for a legible one."""
     return max(_LEGIBLE, cell * 0.17) if cell >= _LEAST_CELL else None
 
 
@@ -60,7 +60,7 @@ def draw_numbers(
     fill: str = "#8A919C",
     names: Sequence[PlacedName] = (),
 ) -> None:
-    """The number of each free region in its corner, but for those below ``names``."""
+    """Draw the number of each free region in its corner, except those below ``names``."""
     size = number_size(cell) or _LEGIBLE
     page.open_group(font_size=number(size), fill=fill)
     for region in world.free:

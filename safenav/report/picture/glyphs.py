@@ -1,9 +1,8 @@
 """Shapes and colours: one set for the vector pictures and for the page.
 
-Colours are those of Okabe and Ito (Color Universal Design, 2008), told apart with every
-common kind of colour blindness; whatever colour says is said by a shape too. Paths are SVG
-path data in a square from -1 to 1.
-"""
+Colours are those of Okabe and Ito (Color Universal Design, 2008), told apart with every common kind
+of colour blindness; every meaning of a colour is also shown by a shape. Paths are SVG path data in
+a square from -1 to 1."""
 
 from __future__ import annotations
 
@@ -25,10 +24,9 @@ GREY = "#7A7F87"
 
 @dataclass(frozen=True)
 class Look:
-    """How one robot is drawn: body, the colour of it and of the letters on it.
+    """Look of one robot: body, the colour of it and of the letters on it.
 
-    ``size`` of the letters and ``drop`` of their baseline are in radii of the body.
-    """
+    ``size`` of the letters and ``drop`` of their baseline are in radii of the body."""
 
     shape: str
     path: str
@@ -64,7 +62,8 @@ NOSE = "M-0.42,-1.12L0,-1.72L0.42,-1.12Z"
 
 
 def looks(names: Sequence[str]) -> tuple[Look, ...]:
-    """One look for each robot: no two of the first 56 have both shape and colour in common."""
+    """Return one look for each robot: no two of the first 56 have both shape and colour in
+    common."""
     letters = [*labels(names).values()]
     found = []
     for i in range(len(names)):
@@ -147,10 +146,9 @@ EVENT_MARKS = {
 
 
 def separated(places: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
-    """What to add to each (row, col) so that robots over one another are drawn side by side.
+    """Return offsets for each (row, col) so that robots over one another are drawn side by side.
 
-    Grows smoothly as two robots come closer than one region, so that nothing jumps.
-    """
+    Grows smoothly as two robots come closer than one region, so that nothing jumps."""
     shifts = [(0.0, 0.0)] * len(places)
     for i, (row_a, col_a) in enumerate(places):
         for j in range(i + 1, len(places)):

@@ -1,4 +1,4 @@
-"""The legend of a picture: who is who, what the marks mean, what happens at this moment."""
+"""The legend of a picture: robots, meanings of the marks, events of this moment."""
 
 from __future__ import annotations
 
@@ -72,10 +72,10 @@ class Legend:
     columns: list[list[Block]] = field(default_factory=list)
 
     def arranged(self, width: float, height: float) -> tuple[float, bool]:
-        """Beside a map of this size, or below it: what leaves less paper empty.
+        """Arrange the legend beside a map of this size, or below it: whichever leaves less paper
+        empty.
 
-        Returns the width it takes, and whether it stands beside the map.
-        """
+        Returns the width it takes, and whether it stands beside the map."""
         alone = sum(block.height for block in self.blocks)
         below = self._flow(max(1, int((width + GAP) // (WIDTH + GAP))))
         tallest = max(sum(b.height for b in column) for column in below)
@@ -90,7 +90,7 @@ class Legend:
         return max(sum(block.height for block in column) for column in self.columns)
 
     def _flow(self, count: int) -> list[list[Block]]:
-        """The blocks in reading order over at most ``count`` columns of similar height."""
+        """Return the blocks in reading order over at most ``count`` columns of similar height."""
         limit = max(block.height for block in self.blocks)
         while True:
             columns: list[list[Block]] = [[]]
@@ -111,7 +111,7 @@ class Legend:
 
 
 def legend_of(scene: Scene, hidden: bool, more: Sequence[Row] = ()) -> Legend:
-    """All that the picture of this scene needs explained, and ``more`` marks."""
+    """Return the legend of all that this scene's picture shows, and ``more`` marks."""
     style = looks([robot.name for robot in scene.robots])
     blocks = [_robots(scene, style)] if scene.robots else []
     obstacles = _obstacles(scene, hidden)
@@ -144,7 +144,7 @@ class KeyRow:
         return places
 
     def measure(self, width: float) -> float:
-        """The height it takes in that width."""
+        """Return the height it takes in that width."""
         return self._places(width)[-1][1] + 34.0 if self.entries else 0.0
 
     def draw(self, page: SvgWriter, left: float, top: float, width: float) -> None:
@@ -154,7 +154,7 @@ class KeyRow:
 
 
 def key_row(scene: Scene) -> KeyRow:
-    """Who is who, in one line or a few."""
+    """Return robot glyphs and names, in one line or a few."""
     names = [robot.name for robot in scene.robots]
     bodies = [_body(look) for look in looks(names)]
     return KeyRow(tuple(zip(bodies, names, strict=True)))
@@ -163,7 +163,7 @@ def key_row(scene: Scene) -> KeyRow:
 def lines_of(
     text: str, size: float, width: float = WIDTH - ICON, bold: bool = False, colour: str = INK
 ) -> tuple[tuple[str, float, bool, str], ...]:
-    """A text as the lines of a row."""
+    """Return a text as the lines of a row."""
     return tuple((line, size, bold, colour) for line in wrapped(text, size, width, bold))
 
 

@@ -51,7 +51,7 @@ class PlacedName:
 
 
 def placed_names(world: RegionMap, cell: float) -> list[PlacedName]:
-    """The names of a map with regions of that side; one without room is left out."""
+    """Return the names of a map with regions of that side; one without room is left out."""
     subjects = [(name, [_cell(world, region, cell)]) for name, region in world.names.items()]
     bodies = []
     for _, (box,) in subjects:
@@ -94,7 +94,8 @@ def _best(
     world: RegionMap,
     cell: float,
 ) -> PlacedName | None:
-    """The place with the fewest robots below, in the largest letters for which there is one."""
+    """Return the place with the fewest robots below, in the largest letters for which there is
+    one."""
     width, height = world.cols * cell, world.rows * cell
     for size in _SIZES:
         wide, high = text_width(text, size, bold=True) + _GAP, _LINE * size
@@ -113,7 +114,7 @@ def _best(
 
 
 def _places(box: TextBox, width: float, height: float, area: bool) -> Iterator[tuple[float, float]]:
-    """Middles of a text for a box: in it at the bottom, below, above, beside, and aslant."""
+    """Yield middles of a text for a box: in it at the bottom, below, above, beside, and aslant."""
     x, y = (box.left + box.right) / 2, (box.top + box.bottom) / 2
     below, above = box.bottom + height / 2, box.top - height / 2
     if area:
@@ -129,7 +130,7 @@ def _places(box: TextBox, width: float, height: float, area: bool) -> Iterator[t
 
 
 def draw_names(page: SvgWriter, names: list[PlacedName], ink: str) -> None:
-    """Letters with a light rim, readable on walls as well."""
+    """Draw letters with a light rim, readable on walls as well."""
     for name in names:
         page.text(
             (name.box.left + name.box.right) / 2,
@@ -147,14 +148,14 @@ def draw_names(page: SvgWriter, names: list[PlacedName], ink: str) -> None:
 
 
 def draw_areas(page: SvgWriter, world: RegionMap, cell: float) -> None:
-    """A dashed line around each area."""
+    """Draw a dashed line around each area."""
     for area in world.areas.values():
         border = outline(world, area, cell)
         page.path(border, fill="none", stroke=AREA, stroke_width=2, stroke_dasharray="6 3")
 
 
 def outline(world: RegionMap, regions: frozenset[Region], cell: float, inset: float = 0.0) -> str:
-    """The outer border of a set of regions, by so much inside."""
+    """Return the outer border of a set of regions, moved inwards by ``inset``."""
 
     def has(row: int, col: int) -> bool:
         inside = 0 <= row < world.rows and 0 <= col < world.cols

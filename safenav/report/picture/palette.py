@@ -25,7 +25,7 @@ class Palette:
         self._nearest: dict[int, int] = {}
 
     def applied(self, image: Image.Image) -> Image.Image:
-        """The image in these colours."""
+        """Return the image in these colours."""
         found, where = np.unique(self._packed(image), return_inverse=True)
         table = np.array([self._index(int(colour)) for colour in found], dtype=np.uint8)
         result = Image.fromarray(table[where].reshape(image.height, image.width), "P")
@@ -40,11 +40,11 @@ class Palette:
 
     @staticmethod
     def _packed(image: Image.Image) -> Ints:
-        """Each pixel as one number."""
+        """Return each pixel as one number."""
         pixels = np.asarray(image.convert("RGB"), dtype=np.int64)
         return (pixels[..., 0] << 16) | (pixels[..., 1] << 8) | pixels[..., 2]
 
     @staticmethod
     def _parts(colours: Ints) -> Ints:
-        """Red, green and blue of packed colours, one row a colour."""
+        """Return red, green and blue of packed colours, one row per colour."""
         return np.stack([colours >> 16, colours >> 8 & 255, colours & 255], axis=1)

@@ -34,10 +34,9 @@ _CAPTIONS = _HALTS | {StoryKind.ASSUMPTION, StoryKind.OUTCOME}
 
 
 def png_of(svg: str, width: int | None = None, zoom: float = 2.0) -> bytes:
-    """The picture in pixels: ``width`` of them across, or ``zoom`` for each unit.
+    """Return the picture in pixels: ``width`` of them across, or ``zoom`` for each unit.
 
-    Raises UsageError if the extra ``pictures`` is not installed.
-    """
+    Raises UsageError if the extra ``pictures`` is not installed."""
     try:
         import resvg_py
     except ImportError as error:
@@ -56,7 +55,7 @@ def png_of(svg: str, width: int | None = None, zoom: float = 2.0) -> bytes:
 
 @dataclass(frozen=True)
 class Film:
-    """How a run becomes a film: from which tick to which, how fast, how smooth, how wide."""
+    """Options of a film of a run: first and last tick, speed, smoothness, width."""
 
     first: int
     last: int
@@ -81,11 +80,10 @@ class Film:
 def write_gif(
     replay: Replay, path: Path, film: Film, progress: Callable[[int], None] | None = None
 ) -> None:
-    """The run as an animated GIF; it rests where something is found, asked for or resolved.
+    """Write the run as an animated GIF; it rests at discoveries, requests and resolutions.
 
     ``progress`` receives the number of finished frames. Raises UsageError if the extra
-    ``pictures`` is not installed.
-    """
+    ``pictures`` is not installed."""
     try:
         import PIL.Image  # noqa: F401
     except ImportError as error:
@@ -128,7 +126,7 @@ def _frames(replay: Replay, film: Film) -> Iterator[tuple[str, int]]:
 
 
 def _palette(replay: Replay, film: Film) -> Palette:
-    """One palette for all frames, from moments that together show every colour: with it, a
+    """Return one palette for all frames, from moments that together show every colour: with it, a
     frame needs to hold only what changed."""
     from safenav.report.picture.palette import Palette
 

@@ -14,7 +14,7 @@ from safenav.world.sight import members, visible_from
 
 
 def scene_of(scenario: Scenario) -> Scene:
-    """Starts, objectives and hidden obstacles, as a picture shows them."""
+    """Return starts, objectives and hidden obstacles, as a picture shows them."""
     robots = []
     for robot in scenario.robots:
         row, col = scenario.map.position(robot.start.region)
@@ -42,7 +42,7 @@ def scene_of(scenario: Scenario) -> Scene:
 
 
 def sight_of(scenario: Scenario, robot: str) -> Shading:
-    """What a robot sees from its start, as long as no hidden obstacle is known."""
+    """Return a robot's sight from its start, as long as no hidden obstacle is known."""
     viewer = next(r for r in scenario.robots if r.name == robot)
     view = visible_from(scenario.map, viewer.model.vision)
     seen = frozenset(members(view.mask(viewer.start.region)))
@@ -50,10 +50,9 @@ def sight_of(scenario: Scenario, robot: str) -> Shading:
 
 
 def scenario_text(scenario: Scenario, width: int) -> list[str]:
-    """The scenario as lines of text: the map, then what its marks mean.
+    """Return the scenario as lines of text: the map, then the meanings of its marks.
 
-    Free regions show their numbers if the map is then no wider than ``width``.
-    """
+    Free regions show their numbers if the map is then no wider than ``width``."""
     sign = labels([robot.name for robot in scenario.robots])
     digits = len(str(scenario.map.size - 1))
     mark = max(len(label) for label in [" ", *sign.values()])
@@ -73,7 +72,7 @@ def _targets(objective: Objective) -> list[Region]:
 
 
 def _numbered(scenario: Scenario, sign: dict[str, str], digits: int) -> list[str]:
-    """Each region as a mark and its number. Robots come before obstacles and targets."""
+    """Return each region as a mark and its number. Robots come before obstacles and targets."""
     marks: dict[Region, str] = {}
     for robot in scenario.robots:
         for region in _targets(robot.objective):
@@ -144,7 +143,7 @@ def _obstacles(scenario: Scenario) -> list[str]:
 
 
 def _blocked(obstacle: Obstacle, scenario: Scenario) -> str:
-    """The robots that an obstacle stops, and those that resolve it by entering."""
+    """Return the robots that an obstacle stops, and those that resolve it by entering."""
     names = [robot.name for robot in scenario.robots]
     stopped = [robot.name for robot in scenario.robots if obstacle.blocks(robot)]
     others = [name for name in names if name not in stopped]

@@ -44,12 +44,11 @@ ROBOT = 0.28
 
 @dataclass(frozen=True)
 class Options:
-    """What a picture shows besides the scene itself.
+    """Contents of a picture besides the scene itself.
 
-    ``numbers``: None puts region numbers where they can be read. ``caption``: some lines below
-    the map instead of a legend, always of the same height (for the frames of a film).
-    ``shading``: what a robot sees and believes.
-    """
+    ``numbers``: None puts region numbers where they can be read. ``caption``: some lines below the
+    map instead of a legend, always of the same height (for the frames of a film). ``shading``:
+    sight and beliefs of a robot."""
 
     legend: bool = True
     numbers: bool | None = None
@@ -59,7 +58,7 @@ class Options:
 
 
 def svg_of(scene: Scene, options: Options | None = None) -> str:
-    """The picture as an SVG document."""
+    """Return the picture as an SVG document."""
     options = options or Options()
     cell = cell_size(scene.map)
     width, height = scene.map.cols * cell, scene.map.rows * cell
@@ -93,7 +92,7 @@ def svg_of(scene: Scene, options: Options | None = None) -> str:
 
 
 def _more(scene: Scene, options: Options) -> list[Row]:
-    """Marks that only some scenes have, for the legend."""
+    """Return marks that only some scenes have, for the legend."""
     names = [robot.name for robot in scene.robots]
     style = looks(names)
     taken = taken_row(scene.robots, style)
@@ -114,7 +113,7 @@ def _described(scene: Scene) -> str:
 
 @dataclass
 class _Drawing:
-    """Draws the map and all that stands on it, bottom layer first."""
+    """Drawing of the map and all that is on it, bottom layer first."""
 
     page: SvgWriter
     scene: Scene
@@ -178,7 +177,8 @@ class _Drawing:
         self.page.glyph(mark.path, *self._centre(obstacle.region), radius, fill=mark.colour)
 
     def _trail(self, robot: Placed, look: Look, lane: float) -> None:
-        """The way of the last ticks, stronger where newer, each robot in a lane of its own."""
+        """Draw the path of the last ticks, stronger where newer, each robot in a lane of its
+        own."""
         shift = lane * min(0.09, 0.5 / max(1, len(self.scene.robots))) * self.cell
         points = [(x + shift, y + shift) for x, y in map(self._centre, robot.trail)]
         row, col = robot.row + 0.5, robot.col + 0.5
@@ -197,8 +197,8 @@ class _Drawing:
                 )
 
     def _targets(self, style: tuple[Look, ...]) -> None:
-        """A frame in the robot's colour around each region, or area, that it is to reach, and its
-        shape in a corner; frames of several robots lie within each other."""
+        """Draw a frame in the robot's colour around each region, or area, that it is to reach, and
+        its shape in a corner; frames of several robots lie within each other."""
         corners = ((0.8, 0.8), (0.2, 0.8), (0.8, 0.2))
         taken: dict[frozenset[Region], int] = {}
         areas = [area for area in self.scene.map.areas.values() if len(area) > 1]
@@ -233,7 +233,7 @@ class _Drawing:
                     )
 
     def _violations(self) -> None:
-        """An arrow from the robot into the region that it would have entered."""
+        """Draw an arrow from the robot into the region that it would have entered."""
         for event in self.scene.happened:
             robot = next((r for r in self.scene.robots if r.name == event.robot), None)
             if event.kind is not StoryKind.VIOLATION or event.region is None or robot is None:

@@ -1,8 +1,8 @@
-"""What a robot sees and believes, as shading of the floor; the page's twin is shading.tsx.
+"""Sight and beliefs of a robot as shading of the floor; the page's twin is shading.tsx.
 
 Sight is a tint in the colour of the robot that looks. A belief is hatched in the colour of the
-robot that is looked for, each in a direction of its own; where it was seen is a plain frame.
-"""
+robot that it concerns, each in a direction of its own; a region where it was seen has a plain
+frame."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def draw_shading(
 def draw_taken(
     page: SvgWriter, robots: Sequence[Placed], world: RegionMap, cell: float, style: Sequence[Look]
 ) -> None:
-    """A frame around both regions of each robot that is on its way between two."""
+    """Draw a frame around both regions of each robot in transit."""
     for robot, look in zip(robots, style, strict=True):
         if not robot.taken:
             continue
@@ -59,7 +59,7 @@ def draw_taken(
 
 
 def shading_rows(shading: Shading, style: Mapping[str, Look]) -> list[Row]:
-    """What the legend says about the shading."""
+    """Return the rows of the legend for the shading."""
     rows = []
 
     def sight(page: SvgWriter, x: float, y: float) -> None:
@@ -84,7 +84,7 @@ def shading_rows(shading: Shading, style: Mapping[str, Look]) -> list[Row]:
 
 
 def taken_row(robots: Sequence[Placed], style: Sequence[Look]) -> Row | None:
-    """What the legend says about robots between two regions, if there are any."""
+    """Return the legend's row for robots between two regions, if there are any."""
     look = next((look for robot, look in zip(robots, style, strict=True) if robot.taken), None)
     if look is None:
         return None
@@ -133,7 +133,7 @@ def _belief(
 
 
 def _area(regions: Iterable[Region], world: RegionMap, cell: float) -> str:
-    """One rectangle for each run of regions in a row: between two there could be a seam."""
+    """Return one rectangle for each run of regions in a row: between two there could be a seam."""
     inside = frozenset(regions)
     parts, side = [], number(cell)
     count = 0
@@ -148,7 +148,7 @@ def _area(regions: Iterable[Region], world: RegionMap, cell: float) -> str:
 
 
 def _border(regions: Iterable[Region], world: RegionMap, cell: float) -> str:
-    """The edges between the set and the rest."""
+    """Return the edges between the set and the rest."""
     inside = {world.position(region) for region in regions}
     parts = []
     for row, col in sorted(inside):

@@ -1,9 +1,8 @@
-"""A large strategy in one picture: how often it is where, and which ways it takes.
+"""A large strategy in one picture: its states per region and its moves.
 
 Each region shows in how many states of the automaton the robot is there, each arrow how many
-transitions lead over that border (wider for more). States that differ in the inputs, the
-heading or the memory only fall together: what is left is the way of the robot.
-"""
+transitions lead over that border (wider for more). States that differ in the inputs, the heading or
+the memory only are merged: the picture shows the robot's routes."""
 
 from __future__ import annotations
 
@@ -25,12 +24,12 @@ from safenav.world.map import Region, RegionMap
 
 _MARGIN = 16.0
 _THINNEST, _WIDEST = 0.015, 0.11
-"""Of an arrow, in sides of a region; in between in proportion to its transitions."""
+"""Widths of an arrow, in sides of a region; in between in proportion to its transitions."""
 _TARGET = EVENT_MARKS[StoryKind.GOAL].path
 
 
 def svg_of_summary(strategy: Strategy, task: Task, world: RegionMap) -> str:
-    """The map with states a region, moves and targets, and the figures of the automaton."""
+    """Draw the map with states per region, moves and targets, and the figures of the automaton."""
     field = next(f for f in strategy.fields if f.variable.name == "region")
     regions = [field.decode(state) for state in strategy.states]
     moves = Counter(
@@ -86,7 +85,7 @@ def _draw_states(
 def _draw_moves(
     page: SvgWriter, moves: Mapping[tuple[Region, Region], int], world: RegionMap, cell: float
 ) -> None:
-    """An arrow over each border that is crossed; ways there and back run beside each other."""
+    """Draw an arrow over each border that is crossed; opposite arrows run beside each other."""
     most = _busiest(moves)
     for (origin, target), count in sorted(moves.items()):
         if origin == target:
@@ -115,7 +114,7 @@ def _draw_moves(
 
 
 def _busiest(moves: Mapping[tuple[Region, Region], int]) -> int:
-    """The most transitions over one border."""
+    """Return the most transitions over one border."""
     return max((count for (a, b), count in moves.items() if a != b), default=1)
 
 
@@ -125,7 +124,7 @@ def _title(task: Task, world: RegionMap) -> str:
 
 
 def _draw_places(page: SvgWriter, task: Task, world: RegionMap, cell: float) -> None:
-    """A frame and a flag on each target, a round frame on the start."""
+    """Draw a frame and a flag on each target, a round frame on the start."""
     for region in sorted(frozenset[Region]().union(*targets_of(task.objective))):
         row, col = world.position(region)
         edge = {"fill": "none", "stroke": INK, "stroke_width": max(1.5, 0.06 * cell)}

@@ -8,7 +8,7 @@ from safenav.report.picture.text import FAMILY
 
 
 def number(value: float) -> str:
-    """At most two decimals, no trailing zeros."""
+    """Return a number with at most two decimals, no trailing zeros."""
     return f"{value:.2f}".rstrip("0").rstrip(".") or "0"
 
 
@@ -19,7 +19,7 @@ class SvgWriter:
         self._parts: list[str] = []
 
     def element(self, tag: str, content: str | None = None, /, **attributes: object) -> None:
-        """One element, its content already escaped; ``_`` in attribute names stands for ``-``,
+        """Add one element, its content already escaped; ``_`` in attribute names stands for ``-``,
         None leaves an attribute out."""
         written = "".join(
             f" {name.rstrip('_').replace('_', '-')}="
@@ -39,14 +39,14 @@ class SvgWriter:
     def text(
         self, x: float, y: float, words: str, size: float, bold: bool = False, **attributes: object
     ) -> None:
-        """One line of text, ``y`` being its baseline."""
+        """Add one line of text, ``y`` being its baseline."""
         font = {"font_size": size, "font_weight": "bold" if bold else None}
         self.element("text", escape(words), **{"x": x, "y": y, **font, **attributes})
 
     def glyph(
         self, path: str, x: float, y: float, radius: float, turn: float = 0, **attributes: object
     ) -> None:
-        """A path in unit coordinates, placed around (x, y) and turned clockwise by degrees."""
+        """Add a path in unit coordinates, placed around (x, y) and turned clockwise by degrees."""
         transform = f"translate({number(x)} {number(y)})"
         transform += f" rotate({number(turn)})" if turn else ""
         transform += f" scale({number(radius)})"
@@ -60,7 +60,7 @@ class SvgWriter:
         self._parts.append("</g>")
 
     def document(self, width: float, height: float, title: str, description: str) -> str:
-        """The finished picture; title and description are for those who hear it read."""
+        """Return the finished picture; title and description are for screen readers."""
         w, h = number(width), number(height)
         head = (
             f'<svg xmlns="http://www.w3.org/2000/svg" width="{w}" height="{h}" '

@@ -1,8 +1,7 @@
-"""How wide a text is, so that a legend can be laid out before anybody renders it.
+"""Width of a text, so that a legend can be laid out before it is rendered.
 
-The advance widths are those of DejaVu Sans, which PNG and GIF are rendered with and which is
-wider than what other renderers fall back to: what fits here fits everywhere.
-"""
+The advance widths are those of DejaVu Sans, which PNG and GIF are rendered with and which is wider
+than what other renderers fall back to: text that fits here fits everywhere."""
 
 from __future__ import annotations
 
@@ -27,13 +26,13 @@ _BOLD = 1.13  # no character of the bold face is relatively wider by more, on av
 
 
 def text_width(text: str, size: float, bold: bool = False) -> float:
-    """Width of one line in the unit of ``size``."""
+    """Return the width of one line in the unit of ``size``."""
     units = sum(_REGULAR[ord(char) - 32] if 32 <= ord(char) < 127 else _OTHER for char in text)
     return units / 1000 * size * (_BOLD if bold else 1.0)
 
 
 def wrapped(text: str, size: float, width: float, bold: bool = False) -> list[str]:
-    """The text in lines no wider than ``width``, broken at spaces; a longer word is cut."""
+    """Return the text in lines no wider than ``width``, broken at spaces; a longer word is cut."""
     lines: list[str] = []
     for word in text.split():
         candidate = f"{lines[-1]} {word}" if lines else word

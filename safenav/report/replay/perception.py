@@ -1,9 +1,8 @@
-"""What a robot sees of the map, and where it believes the others to be: the shaded regions.
+"""A robot's sight of the map and its beliefs about the other robots: the shaded regions.
 
-Beliefs are what the trace tells. Sight is computed from the radius of vision in its header with
-the definition that the runtime uses (``safenav.world.sight``); the obstacles that the team
-knows at that tick, and has not resolved, block the view.
-"""
+Beliefs are those that the trace records. Sight is computed from the radius of vision in its header
+with the definition that the runtime uses (``safenav.world.sight``); the obstacles that the team
+knows at that tick, and has not resolved, block the view."""
 
 from __future__ import annotations
 
@@ -19,8 +18,8 @@ _CLOSED = {ObstacleStatus.FOUND, ObstacleStatus.REQUESTED, ObstacleStatus.BLOCKE
 
 @dataclass(frozen=True)
 class Shading:
-    """What ``robot`` knows at one tick. ``sight``: the regions that it sees (None: its vision
-    has no limit, or nobody tells); ``beliefs``: what it believes of others, by name."""
+    """Knowledge of ``robot`` at one tick. ``sight``: the regions that it sees (None: its vision has
+    no limit, or is not recorded); ``beliefs``: its beliefs about other robots, by name."""
 
     robot: str
     vision: float | None
@@ -29,7 +28,7 @@ class Shading:
 
 
 def viewers(replay: Replay) -> tuple[str, ...]:
-    """The robots of which there is anything to shade, in the order of their turns."""
+    """Return the robots of which there is anything to shade, in the order of their turns."""
     believing = {pair[0] for pair in replay.beliefs}
     return tuple(
         track.name for track in replay.robots if track.vision is not None or track.name in believing
@@ -37,7 +36,7 @@ def viewers(replay: Replay) -> tuple[str, ...]:
 
 
 def shading_of(replay: Replay, robot: str, tick: int) -> Shading:
-    """What the robot sees and believes after ``tick``. Raises KeyError for an unknown robot."""
+    """Return the robot's sight and beliefs after ``tick``. Raises KeyError for an unknown robot."""
     track = replay.track(robot)
     told = (
         (other, changes.at(tick))
@@ -51,7 +50,7 @@ def shading_of(replay: Replay, robot: str, tick: int) -> Shading:
 
 
 def shading_lines(shading: Shading) -> list[str]:
-    """The same in words: ``digit sees 14-16``, ``digit believes quad in 22-24``."""
+    """Return the same in words: ``digit sees 14-16``, ``digit believes quad in 22-24``."""
     lines = []
     if shading.sight is not None:
         lines.append(f"{shading.robot} sees {regions_words(shading.sight)}")
@@ -64,14 +63,14 @@ def shading_lines(shading: Shading) -> list[str]:
 
 @dataclass
 class SightCache:
-    """Who sees what during a run; keeps what it has computed, so that asking for every tick is
-    cheap."""
+    """The robots' sight during a run, cached, so that a query for every tick is cheap."""
 
     replay: Replay
     _views: dict[tuple[float, frozenset[Region]], Visibility] = field(default_factory=dict)
 
     def mask(self, robot: str, tick: int) -> int | None:
-        """What the robot sees after ``tick`` as a set in one integer, None without a radius."""
+        """Return the robot's sight after ``tick`` as a set in one integer, None without a
+        radius."""
         track = self.replay.track(robot)
         if track.vision is None:
             return None

@@ -1,10 +1,9 @@
 """From a trace to a ``Replay``.
 
-``safenav.audit`` reads the lines; here they are told tick by tick. Only what a picture cannot
-do without is checked (whether the run was right is the checker's business): places on the
-map, robots and obstacles that the header names, one move for each robot and tick. A trace that
-was cut off is shown up to its last complete tick.
-"""
+``safenav.audit`` reads the lines; here they are arranged tick by tick. Only the requirements of a
+picture are checked (the checker decides whether the run was right): places on the map, robots and
+obstacles that the header names, one move for each robot and tick. A trace that was cut off is shown
+up to its last complete tick."""
 
 from __future__ import annotations
 
@@ -39,15 +38,14 @@ _HEADINGS = {heading.label: heading for heading in Heading}
 
 
 def read_replay(path: Path) -> Replay:
-    """The run that a trace file tells.
+    """Return the run of a trace file.
 
-    Raises InputError, with file and line, for a file that is no trace.
-    """
+    Raises InputError, with file and line, for a file that is not a trace."""
     return replay_of(read_trace(path))
 
 
 def replay_of(trace: Trace) -> Replay:
-    """The run that a trace tells. Raises InputError where it contradicts itself."""
+    """Return the run of a trace. Raises InputError where it contradicts itself."""
     line = trace.header.line
     try:
         telling = ReplayBuilder.begin(trace)
@@ -65,7 +63,7 @@ class ContradictionError(Exception):
 
 @dataclass
 class ReplayBuilder:
-    """A replay in the making: ``tell`` it the lines of a trace in their order."""
+    """A replay in the making: ``tell`` passes it the lines of a trace in their order."""
 
     header: setting.ScenarioHeader
     map: RegionMap
@@ -130,7 +128,7 @@ class ReplayBuilder:
         )
 
     def tell(self, line: records.Record) -> None:
-        """The next line. Raises ContradictionError if it does not fit those before."""
+        """Add the next line. Raises ContradictionError if it does not fit those before."""
         match line:
             case records.Move():
                 self._move(line)
@@ -217,7 +215,7 @@ class ReplayBuilder:
         self.bound.setdefault(line.robot, [None]).append(toward)
 
     def _push(self, line: records.Push) -> None:
-        # A helper that is replaced is pushed anew at the depth of the one before.
+        # The new entry of a replaced helper is pushed at the depth of the one before.
         del self.frames[max(0, line.depth - 1) :]
         giving_way = line.obstacle is None
         yielding = self._yielding(line) if giving_way else ()
@@ -241,11 +239,12 @@ class ReplayBuilder:
             self._reword(self.wording.given_way(line, dropped[0].yielding))
 
     def _reword(self, text: str) -> None:
-        """Tell the last event with what only the lines before it know."""
+        """Reword the last event with knowledge that only the lines before it have."""
         self.events[-1] = replace(self.events[-1], text=text)
 
     def _yielding(self, line: records.Push) -> tuple[str, ...]:
-        """Who gives way: the helper, and the others whose objective it changes."""
+        """Return the robots that give way: the helper, and the others whose objective it
+        changes."""
         now = {name: objective_of(told) for name, told in line.objectives.items()}
         return tuple(
             name
@@ -282,11 +281,11 @@ class ReplayBuilder:
         before = told[-1][1] if told else RobotProgress()
         objective = self._objective(line.robot)
         holding = isinstance(objective, TargetObjective) and objective.settles
-        rounds = 0 if holding else line.round  # ticks on the spot are no rounds to show
+        rounds = 0 if holding else line.round  # ticks on the spot are not rounds to show
         told.append((line.tick, RobotProgress(rounds, _on_map(self.map, line.region))))
         if not holding:
             self._event(line, StoryKind.GOAL, line.robot, line.region)
-        elif before.reached != line.region:  # holding on is no news
+        elif before.reached != line.region:  # continued holding is not an event
             self._event(line, StoryKind.GOAL, line.robot, line.region)
             self._reword(self.wording.holding(line))
 
@@ -327,8 +326,8 @@ class ReplayBuilder:
         self.events.append(Event(line.tick, kind, text, robot, region, obstacle))
 
     def _stand(self, last: int) -> bool:
-        """Let robots that took no turn in the tick after ``last`` stand where they were, if the
-        run ended within that tick; whether it did."""
+        """Let robots that took no turn in the tick after ``last`` stand where they were, if the run
+        ended within that tick; return whether it did."""
         if self.ended != last + 1:
             return False
         for name, regions in self.regions.items():
@@ -385,7 +384,7 @@ def _hidden(
 
 
 def long_steps(bound: Sequence[Region | None]) -> tuple[LongStep, ...]:
-    """The runs of ticks in which a robot is bound for the same region."""
+    """Return the runs of ticks in which a robot is in transit to the same region."""
     steps: list[LongStep] = []
     for tick, toward in enumerate(bound):
         if toward is None:

@@ -1,9 +1,8 @@
-"""A run as pictures need it: who is where at each tick, and what is known by then.
+"""A run as pictures need it: the robots' positions and the team's knowledge at each tick.
 
-Built from a trace and nothing else (docs/trace.md). A ``Replay`` holds the whole run, its
-``scene`` at a tick is what a picture shows: the HTML page, the vector and pixel pictures and
-the terminal replay are all drawn from these two, so they cannot tell different stories.
-"""
+Built from a trace and nothing else (docs/trace.md). A ``Replay`` holds the whole run, its ``scene``
+at a tick is what a picture shows: the HTML page, the vector and pixel pictures and the terminal
+replay are all drawn from these two, so they cannot disagree."""
 
 from __future__ import annotations
 
@@ -21,7 +20,7 @@ T = TypeVar("T")
 
 
 class ObstacleStatus(StrEnum):
-    """What the team knows of a hidden obstacle, in the order in which it can learn it."""
+    """The team's knowledge of a hidden obstacle, in the order in which it can learn it."""
 
     HIDDEN = "hidden"
     FOUND = "found"
@@ -31,7 +30,7 @@ class ObstacleStatus(StrEnum):
 
     @property
     def meaning(self) -> str:
-        """One phrase for legends."""
+        """Return one phrase for legends."""
         return _MEANINGS[self]
 
 
@@ -72,8 +71,8 @@ class StoryKind(StrEnum):
 
 @dataclass(frozen=True)
 class Event:
-    """Something that happened. ``text`` tells it in scenario terms; ``robot`` is the one it
-    happened to and ``region`` the place, where there is one."""
+    """An event of a run. ``text`` describes it in scenario terms; ``robot`` is the robot concerned
+    and ``region`` the place, if there is one."""
 
     tick: int
     kind: StoryKind
@@ -85,9 +84,9 @@ class Event:
 
 @dataclass(frozen=True)
 class RobotTrack:
-    """One robot and where it was: ``regions[t]`` and ``headings[t]`` after tick t. ``vision``
-    is how far it sees in regions, None without a limit; ``steps`` are those that took it more
-    than one tick, in order."""
+    """One robot and its poses: ``regions[t]`` and ``headings[t]`` after tick t. ``vision`` is how
+    far it sees in regions, None if unlimited; ``steps`` are those that took it more than one tick,
+    in order."""
 
     name: str
     model: str
@@ -99,8 +98,8 @@ class RobotTrack:
     steps: tuple[LongStep, ...] = ()
 
     def transit(self, tick: int) -> tuple[Region, float] | None:
-        """Where the robot is on its way to after ``tick``, and which part of it is behind it;
-        None if it stands in one region."""
+        """Return the region that the robot is in transit to after ``tick``, and the completed part
+        of the step; None if it stands in one region."""
         i = bisect_right(self.steps, tick, key=lambda step: step.first) - 1
         if i < 0 or tick > self.steps[i].last:
             return None
@@ -109,21 +108,21 @@ class RobotTrack:
 
 @dataclass(frozen=True)
 class LongStep:
-    """A step that takes several ticks: after ``first`` to ``last`` the robot is between its
-    region and ``toward``, and takes up both; it arrives in the tick after."""
+    """A step that takes several ticks: after ``first`` to ``last`` the robot is between its region
+    and ``toward``, and occupies both; it arrives in the tick after."""
 
     first: int
     last: int
     toward: Region
 
     def part(self, tick: int) -> float:
-        """The part of the way that is done after a tick."""
+        """Return the part of the step that is done after a tick."""
         return (tick - self.first + 1) / (self.last - self.first + 2)
 
 
 @dataclass(frozen=True)
 class RobotBelief:
-    """What a robot knows of another one: ``seen`` in the only one of ``regions``, or believed
+    """Knowledge of a robot about another one: ``seen`` in the only one of ``regions``, or believed
     to be in any of them."""
 
     seen: bool
@@ -150,10 +149,9 @@ class Hidden:
 
 @dataclass(frozen=True)
 class StackRow:
-    """One entry of the objective stack: who waits for what, and who helps.
+    """One entry of the objective stack: obstacle, waiting robots and helpers.
 
-    Without an obstacle the ``yielding`` robots give way to the requester.
-    """
+    Without an obstacle the ``yielding`` robots give way to the requester."""
 
     obstacle: str | None
     requester: str | None
@@ -179,7 +177,7 @@ class StackRow:
 
 @dataclass(frozen=True)
 class RobotProgress:
-    """How far a robot is with the objective in force: rounds, and the target reached last."""
+    """Progress of a robot with the objective in force: rounds, and the target reached last."""
 
     rounds: int = 0
     reached: Region | None = None
@@ -204,7 +202,7 @@ class Changes(Generic[T]):
     values: tuple[T, ...]
 
     def at(self, tick: int) -> T:
-        """The value after all that happened in that tick."""
+        """Return the value after all events of that tick."""
         return self.values[max(0, bisect_right(self.ticks, tick) - 1)]
 
     @classmethod
@@ -218,8 +216,8 @@ class Changes(Generic[T]):
 
 @dataclass(frozen=True)
 class Placed:
-    """A robot in a scene. ``row`` and ``col`` are fractions between two ticks; ``heading`` is
-    in degrees clockwise from north, None for robots without one. ``trail`` are the regions it
+    """A robot in a scene. ``row`` and ``col`` are fractions between two ticks; ``heading`` is in
+    degrees clockwise from north, None for robots that have no heading. ``trail`` are the regions it
     came through, oldest first."""
 
     name: str
@@ -231,12 +229,12 @@ class Placed:
     objective: Objective | None
     trail: tuple[Region, ...] = ()
     taken: tuple[Region, ...] = ()
-    """The two regions that it takes up while a step takes several ticks; else none."""
+    """The two regions that it occupies while a step takes several ticks; else none."""
 
 
 @dataclass(frozen=True)
 class Scene:
-    """One moment, complete: everything a picture shows."""
+    """One complete moment: everything a picture shows."""
 
     title: str
     moment: str
@@ -266,34 +264,33 @@ class Replay:
     within: bool = False
     """The run ended within its last tick: robots whose turn it was not stand where they were."""
     beliefs: Mapping[tuple[str, str], Changes[RobotBelief | None]] = field(default_factory=dict)
-    """What a robot (first name) knows of another one (second), None while nothing was told."""
+    """Knowledge of a robot (first name) about another one (second), None while none is recorded."""
     _by_tick: dict[int, list[Event]] = field(default_factory=dict, repr=False, compare=False)
 
     @property
     def failed(self) -> bool:
-        """Whether the run could not go on: neither completed nor stopped from outside."""
+        """Return whether the run could not continue: neither completed nor stopped from outside."""
         return self.ending is not None and self.ending.outcome in _FAILURES
 
     def happened(self, tick: int) -> tuple[Event, ...]:
-        """The events of one tick, in the order of the trace."""
+        """Return the events of one tick, in the order of the trace."""
         if not self._by_tick:
             for event in self.events:
                 self._by_tick.setdefault(event.tick, []).append(event)
         return tuple(self._by_tick.get(tick, ()))
 
     def track(self, name: str) -> RobotTrack:
-        """The robot of that name. Raises KeyError without one."""
+        """Return the robot of that name. Raises KeyError if there is none."""
         for track in self.robots:
             if track.name == name:
                 return track
         raise KeyError(name)
 
     def scene(self, tick: int, fraction: float = 0.0, trail: int = 24) -> Scene:
-        """The moment after ``tick``, or on the way from there to the next one.
+        """Return the moment after ``tick``, or between it and the next one.
 
-        What is known is that of ``tick``; only the robots are between two places. ``trail``
-        is the number of past ticks whose way is kept.
-        """
+        Knowledge is that of ``tick``; only the robots are between two places. ``trail`` is the
+        number of past ticks whose path is kept."""
         robots = tuple(self._placed(track, tick, fraction, trail) for track in self.robots)
         there = (o for o in self.hidden if o.since <= tick)
         obstacles = tuple((o, self.statuses[o.name].at(tick)) for o in there)
@@ -316,7 +313,7 @@ class Replay:
             after = track.headings[tick + 1]
             if degrees is not None and after is not None:
                 turn = (after * 90.0 - degrees + 180.0) % 360.0 - 180.0
-                degrees += turn * min(1.0, 2.0 * fraction)  # turned before half the way
+                degrees += turn * min(1.0, 2.0 * fraction)  # turned before half the step
         objective = self.objectives[track.name].at(tick)
         way = track.regions[max(0, tick - trail) : tick + 1]
         transit = track.transit(tick)

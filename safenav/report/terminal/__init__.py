@@ -1,1 +1,1 @@
-"""What a terminal shows: story, maps, tables, warnings."""
+"""Terminal output: story, maps, tables, warnings."""

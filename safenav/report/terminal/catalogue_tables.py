@@ -1,5 +1,5 @@
-"""A catalogue as tables for people and as data for machines: robot models, what they can do,
-obstacle types, and where each entry comes from."""
+"""A catalogue as tables for people and as data for machines: robot models, capabilities, obstacle
+types, and the source of each entry."""
 
 from __future__ import annotations
 
@@ -12,14 +12,15 @@ from safenav.scenario.reading.catalogue import UNLIMITED
 
 
 def _motion_data(model: RobotModel) -> dict[str, object] | None:
-    """The kind of motion and the parameters that the model sets itself."""
+    """Return the kind of motion and the parameters that the model sets itself."""
     return (
         None if model.motion is None else {"kind": model.motion.kind, **dict(model.motion.values)}
     )
 
 
 def catalogue_data(catalogue: Catalogue) -> dict[str, Any]:
-    """Everything, fit for JSON. ``capabilities`` says who has each and what needs it."""
+    """Return everything, fit for JSON. ``capabilities`` lists for each the models that have it and
+    the obstacles that need it."""
     return {
         "robots": {
             name: {
@@ -58,7 +59,7 @@ def catalogue_data(catalogue: Catalogue) -> dict[str, Any]:
 
 
 def catalogue_lines(catalogue: Catalogue) -> list[str]:
-    """The same as three tables."""
+    """Return the same as three tables."""
     data = catalogue_data(catalogue)
     lines = ["Robot models", *_robots(catalogue), "", "Capabilities"]
     rows = [

@@ -33,7 +33,7 @@ _SHOWN = 12
 
 
 def explanation_lines(found: Explanation, scenario: Scenario) -> Iterator[str]:
-    """What a person reads."""
+    """Yield the explanation as text."""
     world = scenario.map
     red = click.style("unrealizable:", fg="red", bold=True)
     yield f"{found.robot}: {red} it cannot {describe(asked_of(found.task), scenario.map.word)}"
@@ -80,7 +80,7 @@ def cause_words(found: Explanation, world: RegionMap) -> str:
 
 
 def member_words(member: CoreMember, found: Explanation, world: RegionMap) -> str:
-    """One member of a core in the scenario's terms."""
+    """Return one member of a core in the scenario's terms."""
     item = member.origin.item
     rule = _rule(member.origin.rule, found, world)
     if item == "map" and member.regions:
@@ -91,7 +91,7 @@ def member_words(member: CoreMember, found: Explanation, world: RegionMap) -> st
 
 
 def repair_words(repair: Repair, world: RegionMap) -> str:
-    """One repair as advice."""
+    """Return one repair as advice."""
     change = "; ".join(f"{item}: {value}" for item, value in repair.change)
     match repair.kind:
         case RepairKind.OPEN_WALL:
@@ -111,7 +111,7 @@ def repair_words(repair: Repair, world: RegionMap) -> str:
 
 
 def witness_lines(witness: Witness, found: Explanation, world: RegionMap) -> Iterator[str]:
-    """The story of a failure."""
+    """Yield the witness as text."""
     robot = found.robot
     match witness.ending:
         case WitnessEnd.CONFINED:
@@ -143,7 +143,7 @@ def witness_lines(witness: Witness, found: Explanation, world: RegionMap) -> Ite
 
 
 def explanation_data(found: Explanation, scenario: Scenario) -> dict[str, Any]:
-    """The same for machines."""
+    """Return the same for machines."""
     core, witness = found.core, found.witness
     return {
         "robot": found.robot,
@@ -168,7 +168,7 @@ def explanation_data(found: Explanation, scenario: Scenario) -> dict[str, Any]:
 
 
 def _rule(rule: str, found: Explanation, world: RegionMap) -> str:
-    """A rule about the objective that the user wrote."""
+    """Return a rule about the objective that the user wrote."""
     stands = describe(found.task.objective)
     return rule.replace(stands, describe(asked_of(found.task), world.word))
 
@@ -185,7 +185,7 @@ def _others(found: Explanation) -> str:
 
 
 def _in_order(core: Core) -> list[CoreMember]:
-    """Walls come as one member, after all others."""
+    """Order the members: walls come as one, after all others."""
     walls = [m for m in core.members if m.origin.item == "map"]
     rest = [m for m in core.members if m.origin.item != "map"]
     if len(walls) < 2:
@@ -211,7 +211,7 @@ def _regions(regions: Sequence[Region], world: RegionMap) -> str:
 
 
 def _runs(regions: Sequence[Region]) -> str:
-    """``14-20, 27``: runs of consecutive numbers."""
+    """Return runs of consecutive numbers: ``14-20, 27``."""
     runs: list[list[Region]] = []
     for region in sorted(regions):
         if runs and region == runs[-1][1] + 1:
@@ -231,7 +231,7 @@ def _moment_words(moment: PlayMoment, found: Explanation, world: RegionMap) -> s
 
 
 def _inputs_words(inputs: Sequence[tuple[str, int]], world: RegionMap) -> str:
-    """What the robot observes; a side that is free is not worth a word."""
+    """Return the robot's observations; a free side is not mentioned."""
     sides = {busy(heading): heading for heading in Heading}
     words = []
     for name, value in inputs:
@@ -255,7 +255,7 @@ def _dilemma_words(dilemma: Dilemma, last: PlayMoment, found: Explanation, world
 
 
 def _picture(found: Explanation, scenario: Scenario) -> list[str]:
-    """The map with the robots at the start, targets, and the regions out of reach blank."""
+    """Return the map with the robots at the start, targets, and the regions out of reach blank."""
     names = labels([robot.name for robot in scenario.robots])
     markers = [Marker(names[r.name], r.start.region, r.start.heading) for r in scenario.robots]
     targets = sorted(frozenset().union(*found.task.targets)) if found.task.targets else []

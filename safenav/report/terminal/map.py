@@ -1,7 +1,6 @@
-"""The map as text: two characters a region, robots as labels, obstacles as blocks.
+"""The map as text: two characters per region, robots as labels, obstacles as blocks.
 
-Two robots above each other (one flies) share a region's two characters.
-"""
+Two robots above each other (one flies) share a region's two characters."""
 
 from __future__ import annotations
 
@@ -28,7 +27,7 @@ class Marker:
 
 @dataclass(frozen=True)
 class MapPicture:
-    """What is on the map besides the walls. ``closed``: obstacles found and not resolved;
+    """Contents of the map besides the walls. ``closed``: obstacles found and not resolved;
     ``barred``: regions that have joined the known obstacles; ``targets``: marked faintly."""
 
     markers: Sequence[Marker] = ()
@@ -38,7 +37,7 @@ class MapPicture:
 
 
 def draw(world: RegionMap, picture: MapPicture) -> list[str]:
-    """The map as lines of text, row 0 first."""
+    """Return the map as lines of text, row 0 first."""
     standing: dict[Region, list[Marker]] = {}
     for marker in picture.markers:
         standing.setdefault(marker.region, []).append(marker)
@@ -72,11 +71,11 @@ def _cell(region: Region, world: RegionMap, picture: MapPicture, here: list[Mark
 def with_names(
     lines: list[str], world: RegionMap, width: int, taken: Callable[[Region], bool]
 ) -> list[str]:
-    """A drawing of ``width`` characters for each region, with the names of regions and areas in it.
+    """Return a drawing of ``width`` characters for each region, with the names of regions and areas
+    in it.
 
     A name stands in the row of its region, over regions that are not ``taken``: free ones if there
-    is room, else walls as well. One without room is left out.
-    """
+    is room, else walls as well. One without room is left out."""
     middles = {
         name: sorted(area)[(len(area) - 1) // 2] for name, area in world.areas.items() if area
     }

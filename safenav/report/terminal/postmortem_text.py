@@ -20,7 +20,7 @@ _CAUSES = {
 
 
 def postmortem_lines(found: Postmortem) -> Iterator[str]:
-    """What a person reads."""
+    """Yield the reasons as text."""
     result = found.result
     if result.outcome is Outcome.COMPLETED:
         good = click.style("realizable", fg="green")
@@ -45,7 +45,7 @@ def postmortem_lines(found: Postmortem) -> Iterator[str]:
 
 
 def postmortem_data(found: Postmortem, scenario: Scenario) -> dict[str, Any]:
-    """The same for machines."""
+    """Return the same for machines."""
     return {
         "scenario": scenario.name,
         "unrealizable": [],

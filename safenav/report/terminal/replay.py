@@ -31,7 +31,7 @@ _COLOURS = {
 
 
 def frame(replay: Replay, tick: int, recent: int = 6) -> list[str]:
-    """One moment as lines of text, with the last ``recent`` events up to it."""
+    """Return one moment as lines of text, with the last ``recent`` events up to it."""
     scene = replay.scene(tick)
     names = [track.name for track in replay.robots]
     sign = labels(names)
@@ -79,7 +79,7 @@ def frame(replay: Replay, tick: int, recent: int = 6) -> list[str]:
 
 
 def log(replay: Replay, ticks: range) -> Iterator[str]:
-    """The ticks in which something was found, asked for, resolved or ended, and the first."""
+    """Yield the first tick and those with a discovery, request, resolution or end."""
     for tick in ticks:
         events = replay.happened(tick)
         if tick == ticks.start or any(event.kind in _COLOURS for event in events):
@@ -94,7 +94,7 @@ def play(
     write: Callable[[str], None],
     sleep: Callable[[float], None] = time.sleep,
 ) -> None:
-    """Shows the frames one over the other. Ctrl-C ends it with the cursor restored."""
+    """Show the frames one over the other. Ctrl-C ends it with the cursor restored."""
     write(_BEGIN)
     try:
         for tick in ticks:

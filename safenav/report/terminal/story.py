@@ -1,8 +1,7 @@
-"""The run as a story on the terminal: what was found where, who helps, what it took.
+"""The run as a story on the terminal: discoveries, helpers and cost.
 
 A listener of the mission's events; the map is drawn at the moments that matter (start,
-request, resolution, end).
-"""
+request, resolution, end)."""
 
 from __future__ import annotations
 
@@ -24,7 +23,7 @@ _COLOURS = ("cyan", "yellow", "magenta", "green", "blue", "bright_red")
 
 
 class Story:
-    """Tells a run line by line through ``echo``."""
+    """Narrator of a run, line by line through ``echo``."""
 
     def __init__(self, scenario: Scenario, echo: Echo = click.echo, maps: bool = True) -> None:
         self._scenario = scenario
@@ -57,7 +56,7 @@ class Story:
         self._drawn: tuple[object, ...] | None = None
 
     def __call__(self, event: records.Record) -> None:
-        """Hear one event."""
+        """Receive one event."""
         if not isinstance(event, records.Synthesis):
             self._flush_syntheses()
         match event:
@@ -125,14 +124,14 @@ class Story:
         self._map()
 
     def _goal(self, event: records.Goal) -> None:
-        """Tell each completed round once, and nothing of those who wait or help."""
+        """Print each completed round once, but no rounds of robots that wait or help."""
         if self._depth == 0 and event.round > self._rounds.get(event.robot, 0):
             self._say(event)
         self._rounds[event.robot] = event.round
 
     def _ended(self, event: records.Outcome) -> None:
         self._map()
-        if event.outcome is vocabulary.Ending.ERROR:  # whoever started the run reports it
+        if event.outcome is vocabulary.Ending.ERROR:  # the caller that started the run reports it
             return
         word, _, why = self._wording.sentence(event).partition(":")
         good = event.outcome is vocabulary.Ending.COMPLETED
@@ -146,7 +145,7 @@ class Story:
         )
 
     def _flush_syntheses(self) -> None:
-        """Tell those that belong together in one line."""
+        """Print those that belong together in one line."""
         if not self._syntheses:
             return
         events, self._syntheses = self._syntheses, []

@@ -1,7 +1,6 @@
-"""What is wrong with a strategy, for people and for machines.
+"""Failure of a strategy, for people and for machines.
 
-Paths show values (``region=47 heading=east``), so that nobody has to look up nodes.
-"""
+Paths show values (``region=47 heading=east``), so that no node has to be looked up."""
 
 from __future__ import annotations
 
@@ -16,7 +15,7 @@ _SHOWN_STEPS = 24
 
 
 def failure_lines(failure: Failure, strategy: Strategy) -> Iterator[str]:
-    """The fault, the constraint that it breaks with its origin, and a shortest way to it."""
+    """Yield the fault, the constraint that it breaks with its origin, and a shortest path to it."""
     where = "" if failure.node is None else f" at node {failure.node} ({failure.state})"
     yield f"{failure.fault.value}{where}"
     if failure.detail:
@@ -33,7 +32,7 @@ def failure_lines(failure: Failure, strategy: Strategy) -> Iterator[str]:
 
 
 def verification_data(found: Verification, strategy: Strategy) -> dict[str, object]:
-    """All that a check found, for machines; values are those of the specification."""
+    """Return all that a check found, for machines; values are those of the specification."""
     return {
         "ok": found.ok,
         "nodes": found.nodes,
@@ -53,7 +52,7 @@ def _steps(nodes: Sequence[int], strategy: Strategy) -> Iterator[str]:
 
 
 def node_words(node: int, strategy: Strategy) -> str:
-    """The values at a node."""
+    """Return the values at a node."""
     values = strategy.values(node)
     words = (in_words(strategy, values, owner) for owner in (Owner.OUTPUT, Owner.INPUT))
     return " ".join(filter(None, words)) or "(no variables)"

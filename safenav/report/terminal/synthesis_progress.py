@@ -13,7 +13,7 @@ class WaitingLine:
     """One line that is kept up to date on a terminal, and a line now and then elsewhere."""
 
     EVERY = 10
-    """Seconds between lines where standard error is no terminal."""
+    """Seconds between lines where standard error is not a terminal."""
 
     def __init__(self) -> None:
         self._live = sys.stderr.isatty()

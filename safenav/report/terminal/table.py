@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 
 def table(headings: Sequence[str], rows: Sequence[Sequence[object]]) -> list[str]:
-    """Lines of a table. None is shown as a dash; columns of numbers are right-aligned."""
+    """Return the lines of a table. None is shown as a dash; columns of numbers are
+    right-aligned."""
     cells = [["-" if value is None else str(value) for value in row] for row in rows]
     numeric = [
         all(isinstance(row[i], int | float) or row[i] is None for row in rows)

@@ -1,4 +1,4 @@
-"""A vacuous win as a warning, with the way it happens."""
+"""A vacuous win as a warning, with the path to it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _SHOWN = 12
 
 
 def vacuity_lines(robot: str, vacuity: Vacuity, strategy: Strategy) -> Iterator[str]:
-    """What a person reads; the first line is the warning itself."""
+    """Yield the text; the first line is the warning itself."""
     verb = "could win" if vacuity.way is Way.FORCED else "may win"
     yield f"{robot} {verb} by breaking its own assumptions: {vacuity.way.value}"
     if vacuity.way in (Way.UNFAIR, Way.NO_BEGINNING):
@@ -30,7 +30,7 @@ def vacuity_lines(robot: str, vacuity: Vacuity, strategy: Strategy) -> Iterator[
 
 
 def vacuity_data(vacuity: Vacuity, strategy: Strategy) -> dict[str, Any]:
-    """The same for machines."""
+    """Return the same for machines."""
     return {
         "way": vacuity.way.name.lower(),
         "says": vacuity.way.value,

@@ -1,8 +1,7 @@
 """A motion as the compact data that the 3D page carries (its types: front/src/view3d/motion.ts).
 
-Motions are sampled ``RATE`` times a second, in the frame of the map, in thousandths of a metre
-or radian, column by column as differences: a minute of a walker takes about ten kilobytes.
-"""
+Motions are sampled ``RATE`` times per second, in the frame of the map, in thousandths of a metre or
+radian, column by column as differences: a minute of a walker takes about ten kilobytes."""
 
 from __future__ import annotations
 
@@ -27,7 +26,7 @@ from safenav.motion.file.records import (
 from safenav.report.view3d.packing import packed
 
 RATE = 20
-"""Samples a second."""
+"""Samples per second."""
 
 GRAVITY = 9.81
 
@@ -42,10 +41,9 @@ _BODY = {name: name for name in ("x", "y", "z", "yaw")}
 
 
 def encoded_motion(motion: Motion, last: int) -> dict[str, Any]:
-    """The data of the page. ``last``: the last tick of the run.
+    """Return the data of the page. ``last``: the last tick of the run.
 
-    Raises UsageError if the motion goes beyond the run: then it belongs to another one.
-    """
+    Raises UsageError if the motion goes beyond the run: then it belongs to another one."""
     names = list(motion.header.robots)
     tracks = [_track(motion, name) for name in names]
     return {
@@ -90,7 +88,7 @@ def _track(motion: Motion, robot: str) -> dict[str, Any]:
 def _attitude(
     motion: Motion, robot: str, times: Array, columns: Mapping[str, Array]
 ) -> dict[str, Array]:
-    """Position and quaternion of a flyer: as it was simulated in wind, else tilted by the
+    """Return position and quaternion of a flyer: as it was simulated in wind, else tilted by the
     thrust that its reference takes (thrust along the body's z axis, then turned by its yaw)."""
     rows = [
         (line.t0 + index * line.step, row)
@@ -118,7 +116,7 @@ def _attitude(
 
 
 def _feet(motion: Motion, robot: str) -> Iterator[tuple[int, ...]]:
-    """The footholds: x, y and yaw (thousandths), side, down and up (ms), each once."""
+    """Yield the footholds: x, y and yaw (thousandths), side, down and up (ms), each once."""
     latest: dict[int, tuple[int, int]] = {}
     for line in motion.lines:
         if not isinstance(line, Segment) or line.robot != robot:
@@ -132,7 +130,7 @@ def _feet(motion: Motion, robot: str) -> Iterator[tuple[int, ...]]:
 
 
 def _clock(motion: Motion, last: int) -> list[float]:
-    """For each tick the time at which all that belongs to it has been done."""
+    """Return for each tick the time at which all its events are over."""
     done = [0.0] * (last + 1)
     for line in motion.lines:
         if isinstance(line, Segment | Flight | Drive | Action):
@@ -148,7 +146,7 @@ def _clock(motion: Motion, last: int) -> list[float]:
 
 
 def _reserved(motion: Motion) -> Iterator[tuple[str, int, float, float]]:
-    """Who holds which region from when until when."""
+    """Yield each reservation: robot, region, start and end time."""
     since: dict[tuple[str, int], float] = {}
     for line in motion.lines:
         if isinstance(line, Reserve):

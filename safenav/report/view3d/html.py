@@ -30,8 +30,8 @@ _LOADER = """\
 
 
 def page3d_of(replay: Replay, source: str, motion: dict[str, Any]) -> str:
-    """The replay in 3D as an HTML document. ``source`` is the name of its trace, ``motion``
-    what ``report.view3d.encode`` made of its motion."""
+    """Return the replay in 3D as an HTML document. ``source`` is the name of its trace, ``motion``
+    its motion as encoded by ``report.view3d.encode``."""
     return document(
         f"{replay.name}: replay in 3D",
         _asset("view3d.css"),

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 
 
 def packed(columns: Iterable[Sequence[float]]) -> str:
-    """All columns one after the other; the first value of each is absolute, the others are
+    """Return all columns one after the other; the first value of each is absolute, the others are
     differences. A difference of less than 128 thousandths takes one byte, any other five."""
     found = bytearray()
     for column in columns:
