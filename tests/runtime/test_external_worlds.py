@@ -186,7 +186,8 @@ def test_an_obstacle_is_discovered_once_and_in_its_time(play: Play) -> None:
     trace, records = play()
     place = records.index(of_type(records, "discovered")[0])
     wrong_tick = changed(trace, lambda lines: lines[place].update(tick=7000))
-    assert [finding.rule for finding in check_trace(wrong_tick).findings] == ["order"]
+    found = [str(finding) for finding in check_trace(wrong_tick).findings]
+    assert len(set(found)) == 2 and all("order (tick" in finding for finding in found), found
     twice = changed(trace, lambda lines: lines.insert(place, lines[place]))
     with pytest.raises(InputError, match="door@27 is known already"):
         check_trace(twice)
