@@ -1,8 +1,8 @@
 """Dataclasses that are quick to define: same data, same behaviour, compiled when first used.
 
-The standard library writes six methods for each frozen dataclass as text and compiles them at
-once. A run defines two hundred classes before it begins, and that was a third of its start. Here
-a method that must be fast is compiled when it is called for the first time, and the others are
+The standard library writes six methods for each frozen dataclass as text and compiles them
+together. A run defines two hundred classes before it begins, and that was a third of its start.
+Here a method that must be fast is compiled when it is called for the first time, and the others are
 closures.
 
     from safenav.dataclass import dataclass
@@ -70,7 +70,7 @@ def _made(plain: type, *, frozen: bool, eq: bool) -> Any:
 
 def _at_first_call(cls: Any, name: str, write: Callable[[Any, dict[str, Any]], str]) -> Any:
     """A method that becomes another when it is called: ``write`` gives its text after the name,
-    and into the dictionary what the text speaks of."""
+    and into the dictionary the names that the text uses."""
 
     def compiled() -> Any:
         given: dict[str, Any] = {}

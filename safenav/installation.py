@@ -1,4 +1,4 @@
-"""What is installed here, and whether it works: the first thing to look at when nothing runs."""
+"""The state of the installation: the first thing to check when nothing runs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a valid scenario probably does not intend: warnings of ``safenav check``.
+"""Probable mistakes in a valid scenario: warnings of ``safenav check``.
 
 An obstacle with an action that nobody has, or too few; a capability that nothing needs; one region
 that several robots are to hold; a seed that nothing depends on.

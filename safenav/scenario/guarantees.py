@@ -1,7 +1,7 @@
 """The meaning of raw formulas (``ltl``) for the steps and the memory of one robot.
 
-A step is a move from one pose to another; a robot that stands still takes none. Formulas speak of
-the pose and of the objective's memory before and after a step. Searches for ways are over poses
+A step is a move from one pose to another; a robot that stands still takes none. Formulas are
+about the pose and the objective's memory before and after a step. Searches for paths use poses
 alone: a step is open to them if the formulas allow it with some memory, and a goal may be met if
 it is with some memory. So what they find impossible is; and whether a move is allowed with the
 memory that the robot really has is asked before it is made (``remembered``).
@@ -22,7 +22,7 @@ from safenav.scenario.objective import Ltl
 from safenav.world.moves import Pose
 
 MOST_VALUATIONS = 64
-"""Of the memory; with more, formulas that speak of it exclude nothing in searches."""
+"""Largest number of memory values; with more, formulas about it exclude nothing in searches."""
 
 Values = Mapping[str, int]
 

@@ -286,7 +286,7 @@ class Expect:
 class Scenario:
     """Everything that a run needs. ``source`` is the file it came from, for messages.
 
-    ``deadlock``: whether robots that wait for each other are told to give way.
+    ``deadlock``: whether joint plans resolve deadlocks.
     ``partition``: the cells of beliefs, None for the rooms of the map. ``changes``: the changes
     for robots during the run, by tick. ``catalogue``: the models and types that its text could
     name, those of its own among them.

@@ -7,8 +7,8 @@ states that automaton in formulas (``spec.objective``), the runtime counts by it
 The audit and the checker of bundles have their own, on purpose. All else treats kinds alike.
 
 The memory of an automaton is a number: the target whose turn it is, or the set of targets met in
-this round as bits, or nothing. Raw formulas (``ltl``) are no automaton of this kind: theirs is what
-the synthesizer makes of them.
+this round as bits, or nothing. Raw formulas (``ltl``) are not such an automaton: the synthesizer
+makes theirs.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def number_word(place: Region | Target) -> str:
 
 
 EMPTY = "is empty"
-"""What is wrong with an objective without targets."""
+"""The error of an objective without targets."""
 
 
 class TargetObjective:
@@ -63,7 +63,7 @@ class TargetObjective:
 
     @classmethod
     def wrong(cls, targets: Sequence[Target]) -> tuple[str, str] | None:
-        """What is wrong with these targets, and what to do; None if nothing is."""
+        """The error of these targets, and what to do; None if there is none."""
         return None if targets else (EMPTY, "name at least one target")
 
     def words(self, word: Word) -> str:
@@ -89,7 +89,7 @@ class TargetObjective:
         return tuple(i for i, target in enumerate(targets) if region in target)
 
     def turned(self, memory: int, region: Region) -> int:
-        """The memory of a robot that leaves ``region``, or goes on staying there."""
+        """The memory of a robot that leaves ``region``, or stays there."""
         if not self.in_turn or not self.met(memory, region):
             return memory
         last = len(self.listed()) - 1
@@ -100,7 +100,7 @@ class TargetObjective:
         return self.stays(memory, region) and after != region
 
     def stays(self, memory: int, region: Region) -> bool:
-        """Whether a robot that is in ``region`` may not leave it any more."""
+        """Whether a robot that is in ``region`` may no longer leave it."""
         return self.settles and len(self.listed()) - 1 in self.met(memory, region)
 
     def awaited(self, memory: int) -> Target:
@@ -162,7 +162,7 @@ class Patrol(TargetObjective):
         return 0 if region in self.first else memory
 
     def forbidden(self, memory: int, region: Region, after: Region) -> bool:
-        """It turns round at once at its target, and never touches the one whose turn it is not."""
+        """It turns round immediately at its target, and never touches the one out of turn."""
         now = self.turned(memory, region)
         left = self.listed()[memory] if now != memory else frozenset()
         return after in left or after in (self.first if now == 1 else self.second)

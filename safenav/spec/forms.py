@@ -112,7 +112,7 @@ def concession(
 
 
 def asked_of(task: Task) -> Objective:
-    """What the user asked for, of which a task may have a weaker form."""
+    """The objective of the user, of which a task may have a weaker form."""
     own = task.robot.objective
     return own if task.objective in (own, alternating(own)) else task.objective
 
@@ -138,7 +138,7 @@ _WHY = {
 
 
 def _obstruction(graph: PoseGraph, pose: Pose, patrol: Patrol, blocked: Mask) -> Weakening:
-    """What leaves no way to keep a patrol by the letter."""
+    """The obstruction that keeps a robot from the literal patrol."""
     if blocked and any(can_patrol(graph, pose, patrol, turn) for turn in (0, 1)):
         return Weakening.OBSTACLES
     free = PoseGraph(graph.world, Mobility.FREE)
@@ -151,16 +151,16 @@ def _obstruction(graph: PoseGraph, pose: Pose, patrol: Patrol, blocked: Mask) ->
 def can_patrol(
     graph: PoseGraph, pose: Pose, patrol: Patrol, memory: int, blocked: Mask = 0
 ) -> bool:
-    """Whether a robot at ``pose`` that remembers ``memory`` can by itself patrol by the letter, for
-    ever, while some regions are ``blocked``: it can neither enter them nor stay there.
+    """Whether a robot at ``pose`` that remembers ``memory`` can by itself patrol by the letter,
+    forever, while some regions are ``blocked``: it can neither enter them nor stay there.
 
-    The letter is strict (paper, Section VI): a robot leaves a target at once, and never touches the
-    one whose turn it is not. A game of one player on sets of poses, in a fraction of a millisecond.
+    The letter is strict (paper, Section VI): a robot leaves a target immediately, and never touches
+    the one out of turn. A one-player game on sets of poses, in a fraction of a millisecond.
     """
     begun = patrol.begin(pose.region, memory)
     targets = [graph.poses_on(region_mask(target)) for target in (patrol.first, patrol.second)]
     open_poses = graph.everywhere & ~graph.poses_on(blocked)
-    # Where the robot may be on its way, and of each target the poses that it can go on from.
+    # Where the robot may be on its way, and of each target the poses that it can continue from.
     way = open_poses & ~targets[0] & ~targets[1]
     met = [targets[turn] & open_poses & ~targets[1 - turn] for turn in (0, 1)]
     while True:

@@ -165,8 +165,8 @@ class RegionMap:
         return {region: name for name, regions in largest_first for region in regions}
 
     def word(self, place: Region | frozenset[Region]) -> str:
-        """A region in one word: its name, else its number. Of a set the areas that it consists
-        of, and the regions in none: ``ward_a|dock``."""
+        """A region in one word: its name, else its number. For a set, its areas and the regions
+        in none: ``ward_a|dock``."""
         if isinstance(place, int):
             return self._named.get(place, str(place))
         rest, words = place, []

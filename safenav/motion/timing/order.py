@@ -205,8 +205,8 @@ class _Order:
         return found
 
     def _met(self, record: Met) -> None:
-        """The action that fulfils one of several needs. Robots that resolve what is left by
-        entering are let in."""
+        """The action that fulfils one of several needs. Robots that resolve the rest by entering
+        are let in."""
         obstacle = self.obstacles[record.obstacle]
         deed = self._act(record, record.need)
         if record.need == len(obstacle.all_needs) - 1:

@@ -144,7 +144,7 @@ def fairness(task: Task, world: RegionMap) -> Iterator[Constraint]:
     """The assumption that lets the robot get anywhere, if it makes one.
 
     Knowledge meets it if one of the regions does where the other may be. Whenever the other
-    itself meets it, so does what is known then: the robot relies on no more than is true of the
+    itself meets it, the knowledge of it does then: the robot relies on no more than is true of the
     other, and cannot break the assumption by looking away.
     """
     if task.fairness is Fairness.OUT_OF_MY_WAY:
