@@ -124,7 +124,7 @@ def test_a_large_bundle_takes_little_time_and_memory(program: Path, tmp_path: Pa
     checkers = ROOT / "safenav" / "certify" / "checker"
     before, _ = spent(sys.executable, "-c", REALIZES, tmp_path, checkers)
     seconds, kilobytes = spent(program, tmp_path)
-    assert seconds < 3 * before
+    assert seconds < 6 * before  # 1.7 times on a quiet machine (docs/proof.md)
     assert kilobytes < 100_000
 
 
