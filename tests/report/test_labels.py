@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from safenav.report.labels import labels
+from safenav.trace.labels import labels
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 import pytest
 
 from report import made_traces
-from safenav.report.picture.glyphs import looks, separated
+from safenav.report.picture.glyphs import separated
 from safenav.report.picture.scenario import scenario_text, scene_of
 from safenav.report.picture.scene import Options, svg_of
 from safenav.report.picture.text import FONTS, text_width, wrapped
@@ -18,6 +18,7 @@ from safenav.report.replay.reading import read_replay
 from safenav.report.replay.timeline import ObstacleStatus, Replay
 from safenav.scenario.objective import targets_of
 from safenav.scenario.reading.loader import load_scenario
+from safenav.trace.looks import looks
 
 SVG = "{http://www.w3.org/2000/svg}"
 SCENARIOS = Path(__file__).parents[2] / "scenarios"

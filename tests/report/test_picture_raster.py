@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 from safenav.errors import UsageError
-from safenav.report.picture.glyphs import BLUE, ORANGE
 from safenav.report.picture.raster import Film, png_of, write_gif
 from safenav.report.picture.scene import svg_of
 from safenav.report.replay.timeline import Replay
+from safenav.trace.looks import BLUE, ORANGE
 
 pytest.importorskip("resvg_py", reason="PNG needs the extra `pictures` (resvg-py)")
 Image = pytest.importorskip("PIL.Image", reason="GIF needs the extra `pictures` (pillow)")

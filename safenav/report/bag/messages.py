@@ -23,11 +23,12 @@ from math import cos, radians, sin
 from typing import Any
 
 from safenav.report.picture.floor import INK
-from safenav.report.picture.glyphs import STATUS_MARKS, looks
+from safenav.report.picture.glyphs import STATUS_MARKS
 from safenav.report.picture.names import AREA
 from safenav.report.replay.timeline import Changes, ObstacleStatus, Replay, RobotTrack, StoryKind
 from safenav.scenario.motion import AIR
 from safenav.scenario.objective import targets_of
+from safenav.trace.looks import looks
 from safenav.trace.records import Plan, PlanEnd, Record
 from safenav.world.frame import Frame
 from safenav.world.map import Heading, Region

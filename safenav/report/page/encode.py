@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from typing import Any, Protocol
 
 from safenav.report.page.region_sets import RegionSets
-from safenav.report.picture.glyphs import EVENT_MARKS, NOSE, STATUS_MARKS, looks
+from safenav.report.picture.glyphs import EVENT_MARKS, NOSE, STATUS_MARKS
 from safenav.report.replay.perception import SightCache, viewers
 from safenav.report.replay.timeline import (
     Changes,
@@ -22,6 +22,7 @@ from safenav.report.replay.timeline import (
     StackRow,
 )
 from safenav.scenario.objective import Objective, targets_of
+from safenav.trace.looks import looks
 from safenav.trace.wording import objective_words, seconds_words
 from safenav.world.map import Region, RegionMap
 from safenav.world.sight import members

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
-from safenav.report.picture.glyphs import NOSE, STATUS_MARKS, Look, looks
+from safenav.report.picture.glyphs import NOSE, STATUS_MARKS
 from safenav.report.picture.names import AREA
 from safenav.report.picture.svg import SvgWriter
 from safenav.report.picture.text import text_width, wrapped
 from safenav.report.replay.timeline import ObstacleStatus, Scene, StackRow, StoryKind
+from safenav.trace.looks import Look, looks
 from safenav.trace.wording import objective_words
 from safenav.world.map import RegionMap
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from safenav.report.labels import labels
 from safenav.report.replay.perception import Shading
 from safenav.report.replay.timeline import Hidden, ObstacleStatus, Placed, Scene
 from safenav.report.terminal.map import FREE, MapPicture, Marker, draw, with_names
 from safenav.scenario.model import Obstacle, Scenario
 from safenav.scenario.objective import Objective, describe, targets_of
+from safenav.trace.labels import labels
 from safenav.trace.wording import listed, obstacle_words, regions_words
 from safenav.world.map import Region, RegionMap
 from safenav.world.sight import members, visible_from

@@ -19,8 +19,6 @@ from safenav.report.picture.floor import (
 from safenav.report.picture.glyphs import (
     NOSE,
     STATUS_MARKS,
-    Look,
-    looks,
     separated,
 )
 from safenav.report.picture.legend import Row, key_row, legend_of
@@ -31,6 +29,7 @@ from safenav.report.picture.text import wrapped
 from safenav.report.replay.perception import Shading
 from safenav.report.replay.timeline import Hidden, ObstacleStatus, Placed, Scene, StoryKind
 from safenav.scenario.objective import targets_of
+from safenav.trace.looks import Look, looks
 from safenav.world.map import Region
 
 MARGIN = 16.0

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from safenav.report.picture.glyphs import Look
 from safenav.report.picture.legend import Row, lines_of
 from safenav.report.picture.svg import SvgWriter, number
 from safenav.report.replay.perception import Shading
 from safenav.report.replay.timeline import Placed, RobotBelief
+from safenav.trace.looks import Look
 from safenav.world.map import Region, RegionMap
 
 _ANGLES = (45, -45, 15, -75, 75, -15)

@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Mapping
 
 from safenav.report.picture.floor import INK, cell_size, draw_floor, number_size
-from safenav.report.picture.glyphs import BLUE, EVENT_MARKS, VERMILLION
+from safenav.report.picture.glyphs import EVENT_MARKS
 from safenav.report.picture.legend import WIDTH, Block, Legend, Row, lines_of
 from safenav.report.picture.svg import SvgWriter, number
 from safenav.report.picture.text import wrapped
@@ -20,6 +20,7 @@ from safenav.scenario.objective import describe, targets_of
 from safenav.spec.compile import assumption_names
 from safenav.spec.task import Task
 from safenav.synthesis.strategy import Strategy
+from safenav.trace.looks import BLUE, VERMILLION
 from safenav.world.map import Region, RegionMap
 
 _MARGIN = 16.0

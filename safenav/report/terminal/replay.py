@@ -12,11 +12,11 @@ from dataclasses import replace
 
 import click
 
-from safenav.report.labels import labels
 from safenav.report.replay.perception import shading_lines, shading_of, viewers
 from safenav.report.replay.timeline import ObstacleStatus, Replay, StoryKind
 from safenav.report.terminal.map import MapPicture, Marker, draw
 from safenav.scenario.objective import targets_of
+from safenav.trace.labels import labels
 from safenav.trace.wording import objective_words
 
 _BEGIN, _FRAME, _REST, _END = "\x1b[?25l\x1b[2J", "\x1b[H", "\x1b[J", "\x1b[?25h"

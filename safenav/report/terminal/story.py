@@ -9,11 +9,11 @@ from collections.abc import Callable
 
 import click
 
-from safenav.report.labels import labels
 from safenav.report.terminal.map import MapPicture, Marker, draw
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import describe, targets_of
 from safenav.trace import records, vocabulary
+from safenav.trace.labels import labels
 from safenav.trace.wording import Wording, counted, seconds_words, synthesis_words
 from safenav.world.map import Heading, Region
 

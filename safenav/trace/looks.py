@@ -1,0 +1,71 @@
+"""Look of each robot: shape, colour and letters, the same in every picture and page.
+
+Colours are those of Okabe and Ito (Color Universal Design, 2008), distinct with every common
+kind of colour blindness; shapes repeat what colours show. Paths are SVG path data in a square
+from -1 to 1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from safenav.trace.labels import labels
+
+ORANGE = "#E69F00"
+SKY = "#56B4E9"
+GREEN = "#009E73"
+YELLOW = "#F0E442"
+BLUE = "#0072B2"
+VERMILLION = "#D55E00"
+PURPLE = "#CC79A7"
+GREY = "#7A7F87"
+
+
+@dataclass(frozen=True)
+class Look:
+    """Look of one robot: body, the colour of it and of the letters on it.
+
+    ``size`` of the letters and ``drop`` of their baseline are in radii of the body."""
+
+    shape: str
+    path: str
+    colour: str
+    ink: str
+    letters: str
+    size: float
+    drop: float
+
+
+_SHAPES = (
+    ("circle", "M1,0A1,1 0 1 1 -1,0A1,1 0 1 1 1,0Z"),
+    ("square", "M-0.86,-0.86H0.86V0.86H-0.86Z"),
+    ("triangle", "M0,-1.2L1.12,0.82H-1.12Z"),
+    ("diamond", "M0,-1.2L1.2,0L0,1.2L-1.2,0Z"),
+    ("hexagon", "M-0.54,-0.94H0.54L1.08,0L0.54,0.94H-0.54L-1.08,0Z"),
+    ("cross", "M-0.5,-1H0.5V-0.5H1V0.5H0.5V1H-0.5V0.5H-1V-0.5H-0.5Z"),
+    ("pentagon", "M0,-1.1L1.05,-0.34L0.65,0.9H-0.65L-1.05,-0.34Z"),
+)
+_COLOURS = (
+    (BLUE, "#FFFFFF"),
+    (ORANGE, "#000000"),
+    (GREEN, "#000000"),
+    (PURPLE, "#000000"),
+    (SKY, "#000000"),
+    (VERMILLION, "#000000"),
+    (YELLOW, "#000000"),
+    (GREY, "#000000"),
+)
+
+
+def looks(names: Sequence[str]) -> tuple[Look, ...]:
+    """One look for each robot: no two of the first 56 have both shape and colour in common."""
+    letters = [*labels(names).values()]
+    found = []
+    for i in range(len(names)):
+        shape, path = _SHAPES[i % len(_SHAPES)]
+        colour, ink = _COLOURS[i % len(_COLOURS)]
+        size = (1.05 if len(letters[i]) == 1 else 0.82) * (0.85 if shape == "triangle" else 1)
+        drop = 0.36 * size + (0.22 if shape == "triangle" else 0)
+        found.append(Look(shape, path, colour, ink, letters[i], round(size, 2), round(drop, 2)))
+    return tuple(found)
