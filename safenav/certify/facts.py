@@ -3,36 +3,32 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from safenav.certify.checker.check_strategies import Objective
 from safenav.certify.proved import TEAM, Proof, rests_on
-
-Claim = Mapping[str, Any]
+from safenav.certify.words import ASSUMED, Claim, Words
+from safenav.trace.reading import read_lines
+from safenav.trace.records import KINDS
 
 NOT_COVERED = (
-    "That robots move as their mobility says, notice an obstacle before they enter it, and "
-    "succeed in what their capabilities name: the model of the world.",
-    "That the trace tells what happened: it was written by the program that ran.",
-    "The step from the scenario's YAML file to scenario.json; of a map that is drawn in the file "
-    "the grid is compared.",
+    "The world model: robots move as specified, detect obstacles before entering them, and their "
+    "actions succeed.",
+    "The truth of the trace: the program that ran wrote it.",
+    "The step from the scenario's YAML file to scenario.json. The checker compares only the grid "
+    "of a map drawn in the scenario.",
     "The checker (check.py, check_strategies.py) and Python itself.",
-    "Motion in metres: of a motion file check.py only sees that it names this trace; `safenav "
+    "Motion in metres: check.py only compares which trace a motion file names; `safenav "
     "check-motion` checks the rest.",
-    "Who was asked for help, and why: `safenav check-trace` audits the bids.",
-    "Time: no claim says when a goal is met, only that it is met again and again.",
+    "The choice of helpers: `safenav check-trace` audits the bids.",
+    "Time: no claim says when a goal is met, only that it is met infinitely often.",
 )
 """What a bundle does not prove."""
 
-_ASSUMED = {
-    "out_of_my_way": "again and again none of the others is beside it",
-    "off_my_targets": "the others are not on its targets again and again",
-    "out_of_my_sight": "the others are out of its sight again and again",
-    "at_its_targets": "the others are at their own targets again and again",
-}
-_TOLD = (
+_EVENTS = (
     "violation",
     "request",
     "met",
@@ -58,26 +54,35 @@ def facts_of(
     """Everything that the assurance page says, for programs. ``proofs``: what the verified checker
     said, if it was asked."""
     scenario = lines[0]["scenario"]
+    trace = read_lines(map(json.dumps, lines))
+    words = Words(trace)
+    numbers = (number for number, line in enumerate(lines[1:], 2) if line["type"] in KINDS)
     outcome: Mapping[str, Any] = next(
         (line for line in reversed(lines) if line["type"] == "outcome"), {}
     )
     return {
         "name": scenario["name"],
-        "asked": [_asked(name, robot, claims) for name, robot in scenario["robots"].items()],
+        "asked": [_asked(name, robot, claims, words) for name, robot in scenario["robots"].items()],
         "obstacles": [
-            {"name": o["name"], "region": o["region"], "action": o["action"]}
+            {
+                "name": o["name"],
+                "label": words.run.obstacle(o["name"]),
+                "region": o["region"],
+                "action": o["action"],
+            }
             for o in scenario["obstacles"]
         ],
         "outcome": outcome.get("outcome", "unfinished"),
         "explanation": outcome.get("explanation", "the trace ends before the run does"),
         "claims": [dict(claim) for claim in claims],
+        "in_words": {claim["id"]: words.claim(claim, lines) for claim in claims},
         "rests_on": {claim["id"]: rests_on(claim, proofs) for claim in claims},
         "proved_of_the_team": [TEAM[p.kind] for p in proofs if p.kind in TEAM and p.proved],
         "assumptions": _assumptions(lines),
         "happened": [
-            {"line": number, "tick": line["tick"], "what": _event(line)}
-            for number, line in enumerate(lines, 1)
-            if line["type"] in _TOLD
+            {"line": number, "tick": record.tick, "what": words.run.sentence(record)}
+            for number, record in zip(numbers, trace.records, strict=True)
+            if record.type in _EVENTS
         ],
         "not_covered": list(NOT_COVERED),
         "files": {
@@ -87,7 +92,9 @@ def facts_of(
     }
 
 
-def _asked(name: str, robot: Mapping[str, Any], claims: Sequence[Claim]) -> dict[str, Any]:
+def _asked(
+    name: str, robot: Mapping[str, Any], claims: Sequence[Claim], words: Words
+) -> dict[str, Any]:
     """A robot as the scenario has it, its objective in the form that was proven."""
     texts = (claim["text"] for claim in claims if claim["kind"] == "form")
     forms = [re.sub(r"^Tick \d+: ", "", text) for text in texts]
@@ -99,6 +106,8 @@ def _asked(name: str, robot: Mapping[str, Any], claims: Sequence[Claim]) -> dict
         "model": robot["model"],
         "mobility": robot["mobility"],
         "start": robot["start"],
+        "start_label": words.world.place(robot["start"]),
+        "objective_label": words.objective(robot["objective"]),
         "capabilities": list(robot["capabilities"]),
         "objective": proven.removeprefix(f"{name}: ")[:-1],
         "avoids": list(robot.get("conflicts") or ()),
@@ -109,15 +118,15 @@ def _assumptions(lines: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     """Each assumption once: what it is, who relies on it, who checks it, whether it failed."""
     relied: dict[str, set[str]] = {}
     for line in lines:
-        text = _ASSUMED.get(line.get("fairness") or "none")
+        text = ASSUMED.get(line.get("fairness") or "none")
         if line["type"] == "synthesis" and text and line["verdict"] == "realizable":
             relied.setdefault(text, set()).add(line["robot"])
     found: list[dict[str, Any]] = [
         {
             "text": text,
             "robots": sorted(robots),
-            "checked_by": "nobody can see it fail in a finite run; the run shows how it went, and "
-            "joint plans bring about what it asks of robots that share a floor",
+            "checked_by": "no finite run can refute it; "
+            "joint plans bring it about on shared floors",
             "failed": [],
         }
         for text, robots in relied.items()
@@ -133,45 +142,12 @@ def _assumptions(lines: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     if others:
         found.append(
             {
-                "text": "the others step to a neighbouring region at most, one after the other, "
-                "and never onto the robot",
+                "text": "the other robots move one after another, at most to a neighbouring "
+                "region, and never onto the robot",
                 "robots": others,
-                "checked_by": "the other robots' own strategies guarantee it, and the trace is "
-                "checked for it move by move",
+                "checked_by": "the other robots' strategies guarantee it; the checker verifies it "
+                "for every move",
                 "failed": failed,
             }
         )
     return found
-
-
-def _event(line: Mapping[str, Any]) -> str:
-    match line["type"]:
-        case "violation":
-            return f"{line['robot']} finds {line['obstacle']} in its way and steps back"
-        case "request":
-            helper = line.get("helper") or "nobody"
-            if helper == line["requester"]:
-                return f"{helper} goes to resolve {line['obstacle']} itself"
-            return f"{line['requester']} asks for help with {line['obstacle']}: {helper}"
-        case "met":
-            who = ", ".join(line.get("robots") or [line["robot"]])
-            return f"{who}: need {line['need'] + 1} of {line['obstacle']} ({line['action']})"
-        case "resolved":
-            return f"{line['robot']} resolves {line['obstacle']}"
-        case "blocked":
-            return f"{line['obstacle']} stays for {', '.join(line['robots'])}: {line['reason']}"
-        case "assumption":
-            return f"an assumption of {line['robot']} failed: {line['name']}"
-        case "truth":
-            return f"{line['obstacle']} is changed: it may hide another truth from now on"
-        case "objective":
-            what = Objective(line["objective"]).words()
-            return f"{line['robot']} is given another objective: {what}"
-        case "told":
-            return f"{line['robot']} is told: {Objective(line['objective']).words()}"
-        case "service":
-            return f"{line['robot']} is {'back' if line['active'] else 'taken out of service'}"
-        case "plan":
-            return f"a joint plan for {', '.join(line['robots'])}"
-        case kind:
-            return f"{line['obstacle']} {kind}"

@@ -1,4 +1,4 @@
-"""The scenario's map as a small SVG for the assurance page: walls, starts, targets, obstacles."""
+"""The scenario's map as a small SVG for the assurance page: walls, names, starts, targets."""
 
 from __future__ import annotations
 
@@ -6,62 +6,106 @@ from collections.abc import Mapping
 from html import escape
 from typing import Any
 
+from safenav.trace.looks import Look, looks
+from safenav.world.map import RegionMap
+
 SIDE = 24
-COLOURS = ("#1b6ca8", "#b3541e", "#2e7d4f", "#7a3b8f", "#8a6d00", "#a8324a")
+_LETTERS = (7.5, 12.0, 55)
+"""Least and largest height of a name's letters, and how many of them are as wide as the map."""
 
 
-def map_svg(scenario: Mapping[str, Any]) -> str:
-    """The map, with a disc where each robot starts, a square in its colour around each of its
-    targets, and a cross in the region of each hidden obstacle."""
-    grid = scenario["map"]["grid"]
-    rows, cols = len(grid), len(grid[0])
+def map_svg(scenario: Mapping[str, Any], world: RegionMap) -> str:
+    """The map, with each robot where it starts, a square in its colour around each of its
+    targets, a cross in the region of each hidden obstacle, and the names of regions and areas.
+
+    Colours of the floor come from the page's style, which has a light and a dark one."""
+    width, height = world.cols * SIDE, world.rows * SIDE
     parts = [
-        f'<svg viewBox="0 0 {cols * SIDE} {rows * SIDE}" role="img" '
-        f'aria-label="Map of {escape(scenario["name"])}" xmlns="http://www.w3.org/2000/svg">',
-        f'<rect width="{cols * SIDE}" height="{rows * SIDE}" fill="#fff"/>',
+        f'<svg class="map" viewBox="0 0 {width} {height}" role="img" '
+        f'aria-label="Map of {escape(scenario["name"])}" xmlns="http://www.w3.org/2000/svg">'
     ]
-    for row, line in enumerate(grid):
-        for col, cell in enumerate(line):
-            fill = "#4a4f57" if cell == "#" else "#fff"
-            parts.append(
-                f'<rect x="{col * SIDE}" y="{row * SIDE}" width="{SIDE}" height="{SIDE}" '
-                f'fill="{fill}" stroke="#d5d8dc" stroke-width=".6"/>'
-            )
-    for number, (name, robot) in enumerate(scenario["robots"].items()):
-        colour = COLOURS[number % len(COLOURS)]
+    for region in range(world.size):
+        x, y = _corner(region, world)
+        kind = "wall" if region in world.walls else "floor"
+        parts.append(f'<rect class="{kind}" x="{x}" y="{y}" width="{SIDE}" height="{SIDE}"/>')
+    for area in world.areas.values():
+        for region in sorted(area):
+            x, y = _corner(region, world)
+            parts.append(f'<rect class="area" x="{x}" y="{y}" width="{SIDE}" height="{SIDE}"/>')
+    marked = {obstacle["region"] for obstacle in scenario["obstacles"]}
+    starts = []
+    for number, (robot, look) in enumerate(
+        zip(scenario["robots"].values(), looks([*scenario["robots"]]), strict=True)
+    ):
         inset = 2 + 1.6 * (number % 4)
-        for region in sorted(regions_of(robot["objective"])):
-            x, y = _corner(region, cols)
+        targets = regions_of(robot["objective"])
+        marked |= targets
+        for region in sorted(targets):
+            x, y = _corner(region, world)
             size = SIDE - 2 * inset
             parts.append(
                 f'<rect x="{x + inset}" y="{y + inset}" width="{size}" height="{size}" rx="3" '
-                f'fill="none" stroke="{colour}" stroke-width="1.6"/>'
-                f"{_number(region, cols, SIDE / 2 + 2)}"
+                f'fill="none" stroke="{look.colour}" stroke-width="1.6"/>'
             )
-        x, y = _corner(robot["start"], cols)
-        centre = f"{x + SIDE / 2},{y + SIDE / 2}"
-        cx, cy = centre.split(",")
-        parts.append(
-            f'<circle cx="{cx}" cy="{cy}" r="8" fill="{colour}"/>'
-            f'<text x="{cx}" y="{float(cy) + 3.6}" font-size="10" fill="#fff" '
-            f'text-anchor="middle">{escape(name[:1].upper())}</text>'
+        x, y = _corner(robot["start"], world)
+        starts.append(
+            f'<g transform="translate({x + SIDE / 2} {y + SIDE / 2}) scale(7)">{glyph(look)}</g>'
         )
     for obstacle in scenario["obstacles"]:
-        x, y = _corner(obstacle["region"], cols)
+        x, y = _corner(obstacle["region"], world)
         a, b = 7, SIDE - 7
         parts.append(
-            f'<path d="M{x + a} {y + a}L{x + b} {y + b}M{x + b} {y + a}L{x + a} {y + b}" '
-            f'stroke="#c62828" stroke-width="2.4"><title>{escape(obstacle["name"])}</title></path>'
-            f"{_number(obstacle['region'], cols, SIDE - 1.4)}"
+            f'<path class="cross" d="M{x + a} {y + a}L{x + b} {y + b}M{x + b} {y + a}'
+            f'L{x + a} {y + b}"><title>{escape(obstacle["name"])}</title></path>'
         )
-    return "".join([*parts, "</svg>"])
+    return "".join([*parts, *starts, *_names(world, marked), "</svg>"])
 
 
-def _number(region: int, cols: int, down: float) -> str:
-    """A region's number, so far down in its square."""
-    x, y = _corner(region, cols)
-    where = f'x="{x + SIDE / 2}" y="{y + down}"'
-    return f'<text {where} font-size="6" fill="#1c2024" text-anchor="middle">{region}</text>'
+def glyph(look: Look) -> str:
+    """A robot as the replay draws it, around the origin and of radius 1."""
+    return (
+        f'<path d="{look.path}" fill="{look.colour}" class="body"/><text y="{look.drop}" '
+        f'font-size="{look.size}" font-weight="bold" fill="{look.ink}" text-anchor="middle">'
+        f"{escape(look.letters)}</text>"
+    )
+
+
+def _names(world: RegionMap, marked: set[int]) -> list[str]:
+    """Names where they cover no other name; numbers of marked regions that have none."""
+    subjects = [(name, frozenset({region})) for name, region in world.names.items()]
+    subjects += [(name, area) for name, area in world.areas.items() if area]
+    unnamed = sorted(marked - {*world.names.values()})
+    subjects += [(str(region), frozenset({region})) for region in unnamed]
+    least, largest, across = _LETTERS
+    high = min(max(least, world.cols * SIDE / across), largest)
+    placed: list[tuple[float, float, float]] = []  # middle and half of the width
+    parts = []
+    for text, regions in subjects:
+        corners = [_corner(region, world) for region in regions]
+        x = sum(corner[0] for corner in corners) / len(corners) + SIDE / 2
+        y = sum(corner[1] for corner in corners) / len(corners) + SIDE / 2
+        half = 0.3 * high * len(text) + 1
+        x = max(min(x, world.cols * SIDE - half), half)
+        downs = (0.5, -0.5, 0.85, -0.85) if len(regions) == 1 else (0, 0.35, -0.35, 0.7, -0.7)
+        free = (
+            y + down * SIDE
+            for down in downs
+            if high < y + down * SIDE < world.rows * SIDE - 2
+            and not any(
+                abs(y + down * SIDE - other) < high and abs(x - middle) < half + wide
+                for middle, other, wide in placed
+            )
+        )
+        there = next(free, None)
+        if there is None:
+            continue
+        placed.append((x, there, half))
+        kind, size = ("name number", 0.8 * high) if text.isdecimal() else ("name", high)
+        parts.append(
+            f'<text class="{kind}" x="{x:.1f}" y="{there + 0.35 * high:.1f}" '
+            f'font-size="{size:.1f}" text-anchor="middle">{escape(text)}</text>'
+        )
+    return parts
 
 
 def regions_of(objective: Mapping[str, Any]) -> set[int]:
@@ -75,5 +119,6 @@ def regions_of(objective: Mapping[str, Any]) -> set[int]:
     return found
 
 
-def _corner(region: int, cols: int) -> tuple[int, int]:
-    return region % cols * SIDE, region // cols * SIDE
+def _corner(region: int, world: RegionMap) -> tuple[int, int]:
+    row, col = world.position(region)
+    return col * SIDE, row * SIDE

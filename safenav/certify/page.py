@@ -5,39 +5,71 @@ from __future__ import annotations
 import hashlib
 import json
 import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from html import escape
 from typing import Any
 
-from safenav.certify.facts import Claim, facts_of
-from safenav.certify.map_picture import COLOURS, map_svg
+from safenav.certify.facts import facts_of
+from safenav.certify.map_picture import glyph, map_svg
 from safenav.certify.proved import PROVED, Proof
+from safenav.certify.words import Claim
+from safenav.trace.looks import looks
+from safenav.world.map import RegionMap
 
-_KINDS = {
-    "realizes": "Specification to strategy: proven",
-    "keeps": "Scenario to strategy: validated",
-    "unrealizable": "No strategy exists: proven",
-    "weakest": "Nothing less was enough: proven",
-    "broken": "An assumption failed",
-    "form": "The form of an objective that was proven",
-    "changed": "The mission was changed while it ran",
-    "never": "What can never be resolved: worked out again",
-    "motion": "Moves to metres: named, not checked here",
-    "moves": "Strategy to moves: replayed",
-    "outcome": "Moves to outcome: audited",
-}
+_GROUPS = (
+    ("Run", "How the run ended, and each of its moves.", ("outcome", "moves", "motion")),
+    (
+        "Strategies and the scenario",
+        "Each strategy obeys the rules of the scenario and meets its objective infinitely often, "
+        "under the condition named.",
+        ("keeps",),
+    ),
+    ("Objectives as proven", "The form of each robot's own objective that was proven.", ("form",)),
+    (
+        "Strategies and their specifications",
+        "Each strategy satisfies the text of the specification it was synthesized from.",
+        ("realizes",),
+    ),
+    (
+        "Proven impossible",
+        "Strategies that do not exist (no weaker assumption suffices), and obstacles that can "
+        "never be resolved.",
+        ("unrealizable", "weakest", "never"),
+    ),
+    (
+        "Changes and failed assumptions",
+        "Changes of the mission during the run, and assumptions that failed.",
+        ("changed", "broken"),
+    ),
+)
+"""Headings of the claims, what they have in common, and their kinds."""
+
+_MOVES = {"free": "moves in any direction", "heading": "has a heading"}
 
 _STYLE = """
-:root { --ink: #1c2024; --soft: #5a6068; --line: #d5d8dc; --good: #1d6b3c; --bad: #b3261e; }
+:root { color-scheme: light dark; --ink: #1c2024; --soft: #5a6068; --line: #d5d8dc;
+  --good: #1d6b3c; --bad: #b3261e; --back: #fff; --panel: #f4f5f6; --link: #0b57a4;
+  --mark: #fff3c4; --floor: #fff; --wall: #4a4f57; --area: #0067a3; }
+@media screen and (prefers-color-scheme: dark) { :root { --ink: #e6e8eb; --soft: #a3abb5;
+  --line: #3a4048; --good: #6fcf97; --bad: #ff8a80; --back: #15181c; --panel: #1f2429;
+  --link: #7db7f0; --mark: #4a3f14; --floor: #23282e; --wall: #6b737d; --area: #6cb8ec; } }
 * { box-sizing: border-box; }
 body { margin: 0 auto; max-width: 60rem; padding: 2rem 1.5rem 4rem; color: var(--ink);
-  font: 16px/1.5 system-ui, sans-serif; }
+  background: var(--back); font: 16px/1.5 system-ui, sans-serif; }
 h1 { font-size: 1.7rem; margin: 0 0 .2rem; } h2 { font-size: 1.2rem; margin: 2.2rem 0 .6rem;
   border-bottom: 1px solid var(--line); padding-bottom: .2rem; }
-h3 { font-size: 1rem; margin: 1.2rem 0 .3rem; }
-p, ul, table { margin: .4rem 0; } a { color: #0b57a4; }
+h3 { font-size: 1rem; margin: 1.2rem 0 .3rem; } #summary h2 { margin-top: 1.2rem; }
+p, ul, table { margin: .4rem 0; } a { color: var(--link); } ul { padding-left: 1.3rem; }
 .soft { color: var(--soft); } .good { color: var(--good); } .bad { color: var(--bad); }
-svg { width: 100%; max-height: 24rem; display: block; margin: .8rem 0; }
+.map { width: 100%; max-height: 24rem; display: block; margin: .8rem 0; }
+.floor, .wall { stroke: var(--line); stroke-width: .6; } .floor { fill: var(--floor); }
+.wall { fill: var(--wall); } .area { fill: var(--area); fill-opacity: .14; }
+.cross { stroke: var(--bad); stroke-width: 2.4; } .body { stroke: var(--ink); stroke-width: .09; }
+.name { font-weight: bold; fill: var(--ink); stroke: var(--floor);
+  stroke-width: 2; stroke-linejoin: round; paint-order: stroke; }
+.number { font-weight: normal; }
+.who { width: 1.5rem; height: 1.5rem; vertical-align: middle; margin-right: .4rem; }
 table { border-collapse: collapse; width: 100%; font-size: .92rem; }
 th, td { text-align: left; vertical-align: top; padding: .3rem .6rem .3rem 0;
   border-bottom: 1px solid var(--line); overflow-wrap: anywhere; }
@@ -45,14 +77,21 @@ code { font: .82rem/1.4 ui-monospace, monospace; overflow-wrap: anywhere; }
 .words th, .words td { overflow-wrap: normal; } .words td:first-child { white-space: nowrap; }
 .files { table-layout: fixed; } .files th:first-child { width: 34%; }
 .files th:last-child { width: 11%; } .files td:last-child { overflow-wrap: normal; }
-li { margin: .35rem 0; } .evidence { font-size: .85rem; }
-pre { white-space: pre-wrap; overflow-wrap: anywhere; font-size: .78rem; background: #f4f5f6;
-  padding: .5rem; margin: .3rem 0; } .dot { display: inline-block; width: .7rem; height: .7rem;
-  border-radius: 50%; margin-right: .4rem; }
-:target { background: #fff3c4; }
-@media print { body { max-width: none; padding: 0; font-size: 10.5pt; } a { color: inherit; }
-  h2, h3 { break-after: avoid; } li, tr, svg { break-inside: avoid; } pre { font-size: 7.5pt; }
-  @page { margin: 16mm; } }
+li { margin: .35rem 0; } .evidence { font-size: .85rem; } summary { cursor: pointer; }
+details, .exact { font-size: .85rem; color: var(--soft); }
+pre { white-space: pre-wrap; overflow-wrap: anywhere; font-size: .78rem;
+  background: var(--panel); padding: .5rem; margin: .3rem 0; }
+:target { background: var(--mark); }
+@media print { :root { color-scheme: light; } body { max-width: none; padding: 0;
+  font-size: 9.5pt; line-height: 1.35; } a { color: inherit; text-decoration: none; }
+  #summary { break-after: page; } h2 { margin-top: 1.2rem; } h2, h3 { break-after: avoid; }
+  li, tr, svg { break-inside: avoid; } li { margin: .15rem 0; } table { font-size: 8.5pt; }
+  th, td { padding: .12rem .5rem .12rem 0; } .map { max-height: 21rem; }
+  .files { font-size: 7pt; } .files code { font-size: 6pt; } #lines, summary { display: none; }
+  details, .evidence { font-size: 7pt; } details ul { margin: 0; list-style: none; padding: 0; }
+  details::details-content { content-visibility: visible; display: block; }
+  tr:first-child { break-after: avoid; }
+  @page { margin: 14mm; } }
 """
 
 
@@ -62,16 +101,15 @@ def page_of(
     files: Mapping[str, bytes],
     proofs: Sequence[Proof] = (),
 ) -> tuple[str, bytes]:
-    """The page of a bundle with these files, and the same facts as JSON. ``proofs``: what the
-    verified checker said, if it was asked."""
+    """The page of a bundle with these files, and the same facts as JSON. ``proofs``: the verdicts
+    of the verified checker, if it ran."""
     facts = facts_of(lines, claims, files, proofs)
     body = [
-        _head(facts),
-        _asked(facts, lines[0]["scenario"]),
+        f'<section id="summary">{_summary(facts)}</section>',
+        _mission(facts, lines[0]["scenario"]),
         _guaranteed(facts),
         _assumed(facts),
         _happened(facts),
-        _open(facts),
         _evidence(facts, lines),
     ]
     page = (
@@ -83,72 +121,121 @@ def page_of(
     return page, json.dumps(facts, indent=1).encode() + b"\n"
 
 
-def _head(facts: Mapping[str, Any]) -> str:
+def _summary(facts: Mapping[str, Any]) -> str:
+    """One page: outcome, guarantees, assumptions, and what is not covered."""
     colour = "good" if facts["outcome"] == "completed" else "bad"
-    count = len(facts["claims"])
+    kinds = Counter(claim["kind"] for claim in facts["claims"])
+    assumed = [
+        f"{', '.join(a['robots'])}: {a['text']}. "
+        + f"It failed {len(a['failed'])} times in this run." * bool(a["failed"])
+        for a in facts["assumptions"]
+    ]
     return (
-        f"<h1>{escape(facts['name'])}</h1>"
+        f"<header><h1>{escape(facts['name'])}</h1></header>"
         f'<p>Outcome: <strong class="{colour}">{escape(facts["outcome"].replace("_", " "))}'
         f"</strong>. {escape(_sentence(facts['explanation']))}</p>"
-        f'<p class="soft">This bundle makes {count} claims. Each was established from the files '
-        "named with it by <code>check.py</code>, a program that knows nothing of the one that "
-        "ran. Check it yourself: <code>python3 -I -S check.py .</code> in this folder.</p>"
+        f"<h2>Guaranteed</h2>{_list(_promises(facts, kinds))}"
+        f"<h2>Assumed</h2>{_list(assumed or ['Nothing: no robot can run into another one.'])}"
+        f"<h2>Not covered</h2>{_list(facts['not_covered'])}"
+        "<h2>Check it yourself</h2><p>Run <code>python3 -I -S check.py .</code> in this folder. "
+        "check.py, which shares no code with safenav, established each of the "
+        f"{len(facts['claims'])} claims from the files listed. It compares the exact wording of "
+        "each claim; the plain wording, this summary and the pictures explain.</p>"
     )
+
+
+def _promises(facts: Mapping[str, Any], kinds: Mapping[str, int]) -> list[str]:
+    """The claims in a few sentences."""
+    words = facts["in_words"]
+    found = [words[c["id"]] for c in facts["claims"] if c["kind"] in ("outcome", "moves")]
+    if kept := kinds.get("keeps"):
+        alone = sum("whatever the other robots do" in text for text in words.values())
+        under = f" in {alone} cases; under the assumptions below in {kept - alone}"
+        found.append(
+            f"Strategies: {kept} proofs. Each shows that a strategy obeys the rules of the "
+            "scenario and meets its objective infinitely often, whatever the other robots do"
+            f"{under if alone < kept else ''}."
+        )
+    named = ("unrealizable", "never", "changed", "broken")
+    found += [words[c["id"]] for c in facts["claims"] if c["kind"] in named][:_MOST_NAMED]
+    if weakest := kinds.get("weakest"):
+        found.append(f"No weaker assumption suffices: proven {weakest} times.")
+    return [*found, *facts["proved_of_the_team"]]
+
+
+_MOST_NAMED = 6
+"""Single claims in the summary, so that it stays one page."""
+
+
+def _list(texts: Sequence[str]) -> str:
+    items = (re.sub("`(.*?)`", r"<code>\1</code>", escape(text)) for text in texts)
+    return f"<ul>{''.join(f'<li>{item}</li>' for item in items)}</ul>"
 
 
 def _sentence(text: str) -> str:
     return text[:1].upper() + text[1:].rstrip(".") + "."
 
 
-def _asked(facts: Mapping[str, Any], scenario: Mapping[str, Any]) -> str:
+def _mission(facts: Mapping[str, Any], scenario: Mapping[str, Any]) -> str:
+    known = scenario["map"]
+    world = RegionMap.from_grid(known["grid"], known.get("names"), known.get("areas"))
     rows = [
-        "<tr>"
-        f'<td><span class="dot" style="background:{COLOURS[k % len(COLOURS)]}"></span>'
-        f"{escape(r['robot'])}</td><td>{escape(r['model'])}, {escape(r['mobility'])} mobility"
-        f'</td><td>{r["start"]}</td><td class="shall">{escape(r["objective"])}</td>'
-        f"<td>{escape(', '.join(r['capabilities']) or 'none')}</td></tr>"
-        for k, r in enumerate(facts["asked"])
+        '<tr><td><svg class="who" viewBox="-1.4 -1.4 2.8 2.8" aria-hidden="true">'
+        f"{glyph(look)}</svg>{escape(r['robot'])}</td><td>{escape(r['model'])}, "
+        f"{escape(_MOVES.get(r['mobility'], r['mobility']))}</td>"
+        f"<td>{escape(r['start_label'])}</td><td>{escape(r['objective_label'])}</td>"
+        f'<td class="shall">{escape(r["objective"])}</td>'
+        f"<td>{escape(', '.join(r['capabilities']).replace('_', ' ') or 'none')}</td></tr>"
+        for r, look in zip(facts["asked"], looks([*scenario["robots"]]), strict=True)
     ]
     obstacles = [
-        f"<li>{escape(o['name'])}: {escape(o['action'])} resolves it</li>"
+        f"{o['label']}: resolved by the action {o['action'].replace('_', ' ')}"
         for o in facts["obstacles"]
     ]
     hidden = (
-        "<p>Obstacles that nobody knows before they are met (crosses):</p>"
-        f"<ul>{''.join(obstacles)}</ul>"
+        "<p>Hidden obstacles, unknown until a robot encounters them (crosses):</p>"
+        f"{_list(obstacles)}"
         if obstacles
         else "<p>There are no hidden obstacles.</p>"
     )
+    named = ", ".join(f"{name} is {region}" for name, region in world.names.items())
     return (
-        "<h2>What the team was asked to do</h2>"
-        f"{map_svg(scenario)}"
-        '<p class="soft">Discs: where robots start. Squares: their targets, with the '
-        "region's number. Regions are numbered from the north-west, row by row.</p>"
-        '<table class="words"><tr><th>robot</th><th>kind</th><th>start</th><th>shall</th>'
-        "<th>can</th></tr>"
+        f"<h2>Mission</h2>{map_svg(scenario, world)}"
+        '<p class="soft">Robots are drawn where they start, in the shapes, colours and letters of '
+        "the replay; squares in their colours are their targets. Regions are numbered from the "
+        f"north-west, row by row{f': {escape(named)}' if named else ''}.</p>"
+        '<table class="words"><tr><th>robot</th><th>kind</th><th>start</th><th>objective</th>'
+        "<th>exact objective, by region numbers</th><th>capabilities</th></tr>"
         f"{''.join(rows)}</table>{hidden}"
     )
 
 
 def _guaranteed(facts: Mapping[str, Any]) -> str:
-    parts = ["<h2>What is guaranteed</h2>"]
-    made = dict.fromkeys(claim["kind"] for claim in facts["claims"])
-    for kind in (*(k for k in _KINDS if k in made), *(k for k in made if k not in _KINDS)):
-        parts.append(f"<h3>{escape(_KINDS.get(kind, kind))}</h3><ul>")
-        for claim in facts["claims"]:
-            if claim["kind"] != kind:
-                continue
-            links = ", ".join(_link(path, line) for path, line in claim["evidence"])
-            name = escape(claim["id"])
-            parts.append(
-                f'<li id="{name}">{escape(claim["text"])}<br><span class="evidence soft">{name}; '
-                f"{escape(facts['rests_on'][claim['id']])}; evidence: {links}</span></li>"
-            )
-        parts.append("</ul>")
+    parts = ["<h2>Claims</h2>"]
+    listed = {kind for _, _, kinds in _GROUPS for kind in kinds}
+    rest = tuple(dict.fromkeys(c["kind"] for c in facts["claims"] if c["kind"] not in listed))
+    for heading, common, kinds in (*_GROUPS, ("Other claims", "", rest)):
+        claims = [c for kind in kinds for c in facts["claims"] if c["kind"] == kind]
+        if claims:
+            parts.append(f"<h3>{escape(heading)}</h3><p>{escape(common)}</p><ul>")
+            parts += (_claim(claim, facts) for claim in claims)
+            parts.append("</ul>")
     if facts["proved_of_the_team"]:
-        listed = "".join(f"<li>{escape(text)}</li>" for text in facts["proved_of_the_team"])
-        parts.append(f"<h3>The team: {escape(PROVED.partition(' and ')[2])}</h3><ul>{listed}</ul>")
+        heading = PROVED.partition(" and ")[2]
+        parts.append(f"<h3>Team: {escape(heading)}</h3>{_list(facts['proved_of_the_team'])}")
     return "".join(parts)
+
+
+def _claim(claim: Claim, facts: Mapping[str, Any]) -> str:
+    """A claim in plain words; the checker compares the exact text, which its evidence follows."""
+    links = ", ".join(_link(path, line) for path, line in claim["evidence"])
+    return (
+        f"<li>{escape(facts['in_words'][claim['id']])}"
+        "<details><summary>exact claim and evidence</summary><ul>"
+        f'<li id="{escape(claim["id"])}">{escape(claim["text"])}<br><span class="evidence">'
+        f"{escape(facts['rests_on'][claim['id']])}; evidence: {links}</span></li>"
+        "</ul></details></li>"
+    )
 
 
 def _link(path: str, line: int | None) -> str:
@@ -171,18 +258,18 @@ def _assumed(facts: Mapping[str, Any]) -> str:
     rows = []
     for assumption in facts["assumptions"]:
         failed = assumption["failed"]
-        said = "; ".join(f"tick {f['tick']}, {f['robot']}: {f['what']}" for f in failed) or "never"
+        when = "; ".join(f"tick {f['tick']}, {f['robot']}: {f['what']}" for f in failed) or "never"
         rows.append(
             f"<tr><td>{escape(_sentence(assumption['text']))}</td>"
             f"<td>{escape(', '.join(assumption['robots']))}</td>"
             f"<td>{escape(_sentence(assumption['checked_by']))}</td>"
-            f'<td class="{"bad" if failed else "good"}">{escape(said)}</td></tr>'
+            f'<td class="{"bad" if failed else "good"}">{escape(when)}</td></tr>'
         )
     if not rows:
-        return "<h2>Under which assumptions</h2><p>None: no robot can run into another one.</p>"
+        return ""
     return (
-        "<h2>Under which assumptions</h2><table><tr><th>assumption</th><th>of or by</th>"
-        f"<th>who checks it</th><th>failed in this run</th></tr>{''.join(rows)}</table>"
+        "<h2>Assumptions</h2><table><tr><th>assumption</th><th>robots that assume it</th>"
+        f"<th>check</th><th>failed in this run</th></tr>{''.join(rows)}</table>"
     )
 
 
@@ -193,17 +280,11 @@ def _happened(facts: Mapping[str, Any]) -> str:
         for event in facts["happened"]
     ]
     if not rows:
-        return "<h2>What happened</h2><p>Nothing that was not planned for.</p>"
+        return "<h2>Events</h2><p>No unexpected events.</p>"
     return (
-        "<h2>What happened</h2><table><tr><th>tick</th><th>event</th><th>trace</th></tr>"
+        "<h2>Events</h2><table><tr><th>tick</th><th>event</th><th>trace</th></tr>"
         f"{''.join(rows)}</table>"
     )
-
-
-def _open(facts: Mapping[str, Any]) -> str:
-    told = [re.sub("`(.*?)`", r"<code>\1</code>", escape(text)) for text in facts["not_covered"]]
-    items = "".join(f"<li>{text}</li>" for text in told)
-    return f"<h2>What is not covered</h2><ul>{items}</ul>"
 
 
 def _evidence(facts: Mapping[str, Any], lines: Sequence[Mapping[str, Any]]) -> str:
@@ -222,5 +303,6 @@ def _evidence(facts: Mapping[str, Any], lines: Sequence[Mapping[str, Any]]) -> s
     ]
     return (
         '<h2>Evidence</h2><table class="files"><tr><th>file</th><th>sha256</th><th>bytes</th></tr>'
-        f"{''.join(rows)}</table><h2>Lines of the trace</h2>{''.join(shown)}"
+        f"{''.join(rows)}</table>"
+        f'<section id="lines"><h2>Lines of the trace</h2>{"".join(shown)}</section>'
     )

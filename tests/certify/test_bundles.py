@@ -1,15 +1,24 @@
 """Bundles of the shipped scenarios: accepted by their own checker, and by nothing but Python."""
 
+import base64
 import json
+import re
 import shutil
 import zipfile
 from html.parser import HTMLParser
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 
 import warm
-from certify.making import SCENARIOS, files_of, rewrite, run_checker, shipped
+from certify.making import SCENARIOS, bundle_at, files_of, rewrite, run_checker, shipped
+from safenav.spec.task import Fairness
+from safenav.trace.labels import labels
+from safenav.trace.looks import looks
+
+if TYPE_CHECKING:
+    from report.browser import Browser
 
 COMPLETED = (
     "case_study_1",
@@ -186,6 +195,84 @@ def test_the_page_loads_nothing_from_elsewhere() -> None:
     assert "<script" not in page
     assert "src=" not in page
     assert "http" not in page.replace("http://www.w3.org/2000/svg", "")
+
+
+NAMED = """
+safenav: 1
+name: named
+map:
+  grid: ["#########", "#.......#", "#.......#", "#########"]
+  names: {dock: [1, 1], shelf: [2, 7]}
+areas: {ward: {rows: 1, columns: 4-5}}
+robots:
+  dan: {model: digit, start: dock, heading: east, objective: {patrol: [dock, shelf]}}
+  dora: {model: digit, start: shelf, heading: west, objective: {patrol: [ward, shelf]}}
+obstacles:
+  - {type: door, region: [1, 3]}
+until: {rounds: 1}
+"""
+
+
+def plain(page: str) -> str:
+    """What a reader sees of a page before opening exact claims and evidence."""
+    body = re.sub(r"<style>.*?</style>|<details>.*?</details>|<td class=.shall.>.*?</td>", "", page)
+    return re.sub(r"<[^>]*>", " ", re.sub(r'<section id="lines">.*', "", body))
+
+
+def test_the_page_begins_with_a_summary_and_groups_the_claims() -> None:
+    page = (shipped("case_study_3") / "index.html").read_text().replace("\n", " ")
+    headings = re.findall(r"<h2>(.*?)</h2>", page)
+    assert headings[:6] == [
+        *("Guaranteed", "Assumed", "Not covered", "Check it yourself", "Mission", "Claims")
+    ]
+    groups = re.findall(r"<h3>(.*?)</h3>", page)
+    assert groups[:2] == ["Run", "Strategies and the scenario"]
+    assert len(set(groups)) == len(groups)
+    facts = json.loads((shipped("case_study_3") / "assurance.json").read_bytes())
+    for claim in facts["claims"]:
+        assert claim["id"] not in plain(page)
+        assert page.count(f'<li id="{claim["id"]}">') == 1
+
+
+def test_the_page_says_names_and_draws_robots_as_the_replay() -> None:
+    bundle = bundle_at("named", NAMED)
+    assert run_checker(bundle)[0] == 0
+    page = (bundle / "index.html").read_text().replace("\n", " ")
+    for name in ("dock", "shelf", "ward"):
+        assert re.search(rf'<text class="name"[^>]*>{name}</text>', page)
+    seen = plain(page)
+    assert "dan, patrol dock and shelf: if infinitely often, no other robot is beside it." in seen
+    assert "dora, patrol ward and shelf" in seen
+    assert not [value for value in Fairness if len(value) > 4 and value in seen]
+    for look, letters in zip(looks(["dan", "dora"]), labels(["dan", "dora"]).values(), strict=True):
+        drawn = page.count(f'<path d="{look.path}" fill="{look.colour}"')
+        assert drawn == 2 == page.count(f">{letters}</text>")  # on the map and in the table
+
+
+def test_the_page_is_dark_on_a_dark_screen_and_light_on_paper(browser: "Browser") -> None:
+    page = shipped("case_study_3") / "index.html"
+    colour = "return getComputedStyle(document.body).backgroundColor"
+    browser.open(page, scheme="light")
+    assert browser.run(colour) == "rgb(255, 255, 255)"
+    browser.open(page, scheme="dark")
+    assert browser.run(colour) == "rgb(21, 24, 28)"
+    dark = {"features": [{"name": "prefers-color-scheme", "value": "dark"}]}
+    browser.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print", **dark})
+    printed = browser.run(colour)
+    browser.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "", "features": []})
+    assert printed == "rgb(255, 255, 255)"
+
+
+def test_case_study_3_prints_on_six_pages_with_the_summary_on_the_first(browser: "Browser") -> None:
+    browser.open(shipped("case_study_3") / "index.html")
+
+    def pages(ranges: str = "") -> int:
+        made = browser.driver.execute_cdp_cmd("Page.printToPDF", {"pageRanges": ranges})
+        return len(re.findall(rb"/Type\s*/Page\b", base64.b64decode(made["data"])))
+
+    assert 2 <= pages() <= 6
+    browser.run("for (const e of [...document.body.children].slice(1)) e.remove()")
+    assert pages() == 1  # the summary alone
 
 
 def test_a_batch_certifies_each_run(tmp_path: Path) -> None:
