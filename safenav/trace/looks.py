@@ -59,7 +59,8 @@ _COLOURS = (
 
 
 def looks(names: Sequence[str]) -> tuple[Look, ...]:
-    """One look for each robot: no two of the first 56 have both shape and colour in common."""
+    """Return one look for each robot: no two of the first 56 have both shape and colour in
+    common."""
     letters = [*labels(names).values()]
     found = []
     for i in range(len(names)):

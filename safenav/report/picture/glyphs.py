@@ -86,10 +86,9 @@ EVENT_MARKS = {
 
 
 def separated(places: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
-    """What to add to each (row, col) so that robots over one another are drawn side by side.
+    """Return offsets for each (row, col) so that robots over one another are drawn side by side.
 
-    Grows smoothly as two robots come closer than one region, so that nothing jumps.
-    """
+    Grows smoothly as two robots come closer than one region, so that nothing jumps."""
     shifts = [(0.0, 0.0)] * len(places)
     for i, (row_a, col_a) in enumerate(places):
         for j in range(i + 1, len(places)):
