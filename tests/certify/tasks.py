@@ -123,6 +123,10 @@ def verdict_of(
         "strategy": answer.strategy_sha256,
         "objective": to_data(task.objective),
         "node": node,
+        "seconds": 0.0,
+        "states": None,
+        "cached": False,
+        "verified": None,
         **circumstances(task, scenario.map),
     }
     header = as_data(
@@ -140,8 +144,10 @@ def verdict_of(
                 "type": "violation",
                 "tick": 0,
                 "robot": task.robot.name,
+                "at": task.pose.region,
                 "obstacle": o.name,
                 "proposed": o.region,
+                "action": o.type.action,
             }
             for o in scenario.obstacles
         ]
