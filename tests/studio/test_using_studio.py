@@ -238,7 +238,7 @@ def test_buttons_stay_where_they_are_when_they_are_pressed(
 
 
 def _press_all(browser: Browser, selector: str) -> None:
-    """Press each button; a live run may move the page once meanwhile, a press moves it each time."""
+    """Press each button. A live run may move the page once meanwhile; a press does each time."""
     browser.run("scrollTo(0, 0)")
     for index in range(len(browser.all(selector))):
         moved = {"not pressed yet"}
