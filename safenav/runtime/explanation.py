@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from safenav.errors import ResourceLimitError
 from safenav.explain.summary import explain_unrealizable
 from safenav.scenario.model import Scenario
-from safenav.synthesis.question import Listener
+from safenav.synthesis.request import Listener
 from safenav.synthesis.slugs import Synthesizer
 
 if TYPE_CHECKING:

@@ -29,7 +29,7 @@ from safenav.runtime.world import SimulatedWorld, World
 from safenav.scenario.model import Outcome, Scenario
 from safenav.synthesis.binary import Binary
 from safenav.synthesis.cache import Cache
-from safenav.synthesis.question import Listener as SynthesisListener
+from safenav.synthesis.request import Listener as SynthesisListener
 from safenav.synthesis.slugs import Synthesizer
 from safenav.trace import records, vocabulary
 from safenav.trace.header import scenario_header

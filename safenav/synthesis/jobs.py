@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 
 from safenav.synthesis.process import Crew, DismissedError
 from safenav.synthesis.program import Brought, Program
-from safenav.synthesis.question import Job, Listener, QuestionPhase
+from safenav.synthesis.request import Job, Listener, RequestPhase
 from safenav.synthesis.verdict import SynthesisResult
 
 _HEARTBEAT_SECONDS = 1.0
@@ -49,11 +49,11 @@ def work_off(
                 job, brought = news.get(timeout=_HEARTBEAT_SECONDS)
             except queue.Empty:
                 for running, since in started.values():
-                    tell(running.progress(QuestionPhase.RUNNING, time.monotonic() - since))
+                    tell(running.progress(RequestPhase.RUNNING, time.monotonic() - since))
                 continue
             if brought is None:
                 started[job.index] = (job, time.monotonic())
-                tell(job.progress(QuestionPhase.STARTED, 0.0))
+                tell(job.progress(RequestPhase.STARTED, 0.0))
                 continue
             if isinstance(brought, BaseException):
                 raise brought
@@ -61,7 +61,7 @@ def work_off(
             results[job.index] = result
             started.pop(job.index, None)
             left -= 1
-            tell(job.progress(QuestionPhase.FINISHED, result.seconds, result))
+            tell(job.progress(RequestPhase.FINISHED, result.seconds, result))
     finally:
         crew.dismiss()
         for worker in workers:

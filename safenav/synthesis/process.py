@@ -130,7 +130,7 @@ class Crew:
                 raise DismissedError
             try:
                 process = subprocess.Popen(
-                    mortal(command),
+                    die_with_parent(command),
                     stdin=subprocess.PIPE,
                     stdout=subprocess.PIPE,
                     stderr=errors,
@@ -176,7 +176,7 @@ def _setpriv() -> str | None:
     return shutil.which("setpriv") if sys.platform.startswith("linux") else None
 
 
-def mortal(command: Sequence[str]) -> list[str]:
+def die_with_parent(command: Sequence[str]) -> list[str]:
     """``command`` so that the kernel kills it when we die, even of SIGKILL (Linux; elsewhere it
     ends when it has its answer)."""
     setpriv = _setpriv()

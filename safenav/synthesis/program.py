@@ -1,4 +1,4 @@
-"""Runs a slugs binary for one question: ours keeps its limits itself, upstream's knows none."""
+"""One run of a slugs binary: ours keeps its limits itself, upstream's knows none."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Union
 
 from safenav.dataclass import dataclass
-from safenav.synthesis.answer import failure
 from safenav.synthesis.binary import Binary, find_own_binary
 from safenav.synthesis.process import Crew, Finished, limited
-from safenav.synthesis.question import Job, Question
+from safenav.synthesis.request import Job, RequestKind
+from safenav.synthesis.result import failure
 from safenav.synthesis.verdict import Verdict
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ class Program:
     def answer(self, crew: Crew, job: Job) -> Brought:
         """Run until the job is answered. Raises SynthesizerError, and DismissedError if the crew
         is sent home."""
-        if job.question is Question.MOVES:
+        if job.kind is RequestKind.MOVES:
             # Imported here: few runs need it.
             from safenav.synthesis.serving.starting import serve
 
@@ -56,9 +56,9 @@ class Program:
     def _run_native(self, crew: Crew, job: Job) -> Finished:
         """Our own program reads standard input and keeps its limits itself."""
         command = [str(self.binary.path), *job.options]
-        if job.question is Question.REALIZABILITY:
+        if job.kind is RequestKind.REALIZABILITY:
             command.append("--realizability")
-        if job.question is Question.STRATEGY and job.most_nodes is not None:
+        if job.kind is RequestKind.STRATEGY and job.most_nodes is not None:
             command += ["--nodes", str(job.most_nodes)]
         deadline = None
         if self.seconds is not None:

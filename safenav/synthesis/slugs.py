@@ -19,13 +19,13 @@ from pathlib import Path
 from safenav.errors import SynthesizerError
 from safenav.scenario.model import Controllers, Limits
 from safenav.spec.specification import Specification
-from safenav.synthesis.answer import failure, too_large, verdict_of
 from safenav.synthesis.binary import Binary, find_binary, find_own_binary
 from safenav.synthesis.cache import Cache, CacheEntry, key_of
 from safenav.synthesis.jobs import work_off
 from safenav.synthesis.process import Finished, orderly_termination
 from safenav.synthesis.program import Program, Served
-from safenav.synthesis.question import Job, Listener, Question, QuestionPhase, SynthesisProgress
+from safenav.synthesis.request import Job, Listener, RequestKind, RequestPhase, SynthesisProgress
+from safenav.synthesis.result import failure, too_large, verdict_of
 from safenav.synthesis.strategy import Strategy
 from safenav.synthesis.verdict import SynthesisResult, Verdict
 
@@ -83,7 +83,7 @@ class Synthesizer:
         A foreign binary does not print it as JSON; then safenav's own is asked.
         """
         if self.binary.native:
-            return self._ask_all([spec], Question.COUNTERSTRATEGY, None)[0]
+            return self._ask_all([spec], RequestKind.COUNTERSTRATEGY, None)[0]
         own = find_own_binary()
         if own is None or not own.native:
             raise SynthesizerError(
@@ -110,27 +110,27 @@ class Synthesizer:
         running syntheses are killed before the exception leaves.
         """
         if not strategy:
-            return self._ask_all(specs, Question.REALIZABILITY, progress)
+            return self._ask_all(specs, RequestKind.REALIZABILITY, progress)
         if self.controllers is Controllers.ON_DEMAND:
-            return self._ask_all(specs, Question.MOVES, progress)
-        results = self._ask_all(specs, Question.STRATEGY, progress)
+            return self._ask_all(specs, RequestKind.MOVES, progress)
+        results = self._ask_all(specs, RequestKind.STRATEGY, progress)
         if self.controllers is Controllers.LISTED:
             return results
         unlisted = [i for i, r in enumerate(results) if r.verdict is _GOOD and r.strategy is None]
-        served = self._ask_all([specs[i] for i in unlisted], Question.MOVES, progress)
+        served = self._ask_all([specs[i] for i in unlisted], RequestKind.MOVES, progress)
         for index, result in zip(unlisted, served, strict=True):
             results[index] = result
         return results
 
     def _ask_all(
-        self, specs: Sequence[Specification], question: Question, progress: Listener | None
+        self, specs: Sequence[Specification], kind: RequestKind, progress: Listener | None
     ) -> list[SynthesisResult]:
         tell = progress or (lambda _: None)
         results: list[SynthesisResult | None] = [None] * len(specs)
         jobs = []
         for index, spec in enumerate(specs):
             most = self.states if self.controllers is Controllers.AUTO else None
-            job = Job(index, spec, spec.to_structuredslugs(), question, most)
+            job = Job(index, spec, spec.to_structuredslugs(), kind, most)
             self.cache.keep_text(hashlib.sha256(job.text.encode()).hexdigest(), job.text)
             begun = time.monotonic()
             remembered = self._remembered(job)
@@ -139,7 +139,7 @@ class Synthesizer:
                 continue
             results[index] = remembered
             elapsed = time.monotonic() - begun
-            tell(SynthesisProgress(index, spec.robot, QuestionPhase.FINISHED, elapsed, remembered))
+            tell(SynthesisProgress(index, spec.robot, RequestPhase.FINISHED, elapsed, remembered))
         if jobs:
             with orderly_termination():
                 program = Program(self.binary, self.seconds, self.memory_mb)
@@ -150,9 +150,9 @@ class Synthesizer:
 
     def _remembered(self, job: Job) -> SynthesisResult | None:
         """The cached result, if it is there and stands every check that a fresh one stands."""
-        if self.cache.directory is None or job.question is Question.MOVES:
+        if self.cache.directory is None or job.kind is RequestKind.MOVES:
             return None
-        if job.most_nodes is not None and job.question is Question.STRATEGY:
+        if job.most_nodes is not None and job.kind is RequestKind.STRATEGY:
             entry = self.cache.load(self._too_large_key(job))
             if entry is not None:
                 return self._checked(job, entry, cached=True)
@@ -183,8 +183,8 @@ class Synthesizer:
             self.cache.store(self._too_large_key(job), entry)
             return self._checked(job, entry, cached=False)
         verdict = verdict_of(finished, self.binary, job.robot)
-        wanted = job.question is not Question.REALIZABILITY
-        automaton = wanted and verdict is job.question.answered_by
+        wanted = job.kind is not RequestKind.REALIZABILITY
+        automaton = wanted and verdict is job.kind.ending
         entry = CacheEntry(verdict, finished.seconds, finished.stdout if automaton else None)
         try:
             result = self._checked(job, entry, cached=False, detail=finished.explanation)
@@ -205,7 +205,7 @@ class Synthesizer:
         strategy = None if data is None else Strategy.parse(data, job.spec)
         verified = None
         if strategy is not None and self.verifier is not None:
-            counter = job.question is Question.COUNTERSTRATEGY
+            counter = job.kind is RequestKind.COUNTERSTRATEGY
             failure_found = self.verifier(job.spec, strategy, counter)
             if failure_found is not None:
                 raise SynthesizerError(f"the strategy is wrong: {failure_found}")
@@ -224,9 +224,9 @@ class Synthesizer:
         )
 
     def _key(self, job: Job) -> str:
-        return key_of(job.text, self.binary.digest, (job.question, *job.options))
+        return key_of(job.text, self.binary.digest, (job.kind, *job.options))
 
     def _too_large_key(self, job: Job) -> str:
         """The result where a strategy has more nodes than may be listed."""
         limit = ("more nodes than", str(job.most_nodes))
-        return key_of(job.text, self.binary.digest, (job.question, *job.options, *limit))
+        return key_of(job.text, self.binary.digest, (job.kind, *job.options, *limit))

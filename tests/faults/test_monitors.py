@@ -15,7 +15,7 @@ from safenav.runtime.monitor import PATIENCE, GuaranteeError
 from safenav.scenario.model import Outcome, Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.spec.specification import Specification
-from safenav.synthesis.question import Listener
+from safenav.synthesis.request import Listener
 from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.strategy import Strategy
 from safenav.synthesis.verdict import SynthesisResult

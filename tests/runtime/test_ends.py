@@ -17,7 +17,7 @@ from safenav.errors import UsageError
 from safenav.runtime.mission import Mission
 from safenav.scenario.model import Outcome
 from safenav.scenario.reading.loader import load_scenario
-from synthesis.asking import gone
+from synthesis.requests import gone
 
 ROOT = Path(__file__).parents[2]
 HELLO = ROOT / "scenarios" / "hello.yaml"

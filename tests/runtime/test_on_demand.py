@@ -25,7 +25,7 @@ from safenav.synthesis.serving.served import Position, ServedMeasure, ServedMove
 from safenav.trace import records, vocabulary
 from safenav.trace.reading import read_trace
 from safenav.trace.writing import TraceWriter
-from synthesis.asking import gone
+from synthesis.requests import gone
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 Played = Callable[[Scenario], list[records.Record]]

@@ -14,10 +14,10 @@ import pytest
 
 from safenav.errors import SynthesizerError
 from safenav.spec.specification import Specification
-from safenav.synthesis.question import QuestionPhase, SynthesisProgress
+from safenav.synthesis.request import RequestPhase, SynthesisProgress
 from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.verdict import Verdict
-from synthesis.asking import NATIVE, Answering, Script, ask, gone, impossible
+from synthesis.requests import NATIVE, Answering, Script, ask, gone, impossible
 
 
 def test_several_run_at_once_and_come_back_in_order(
@@ -39,8 +39,8 @@ def test_several_run_at_once_and_come_back_in_order(
         [impossible(patrol), patrol], strategy=False, progress=heard.append
     )
     assert [r.verdict for r in results] == [Verdict.UNREALIZABLE, Verdict.REALIZABLE]
-    assert [p.phase for p in heard].count(QuestionPhase.STARTED) == 2
-    finished = [(p.index, p.result) for p in heard if p.phase is QuestionPhase.FINISHED]
+    assert [p.phase for p in heard].count(RequestPhase.STARTED) == 2
+    finished = [(p.index, p.result) for p in heard if p.phase is RequestPhase.FINISHED]
     assert finished == [(1, results[1]), (0, results[0])]
 
 
@@ -51,7 +51,7 @@ def test_a_long_synthesis_reports_that_it_still_runs(
     heard: list[SynthesisProgress] = []
     binary = script(NATIVE + "sleep 0.4; echo 'RESULT: Specification is realizable.' >&2")
     Synthesizer(binary).synthesize_all([patrol], strategy=False, progress=heard.append)
-    running = [p for p in heard if p.phase is QuestionPhase.RUNNING]
+    running = [p for p in heard if p.phase is RequestPhase.RUNNING]
     assert len(running) >= 2
     assert running[0].robot == "carrier"
     assert 0 < running[0].seconds < running[-1].seconds

@@ -27,7 +27,7 @@ from safenav.synthesis.serving.served import (
 from safenav.synthesis.serving.starting import serve
 from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.verdict import Verdict
-from synthesis.asking import NATIVE, Script, gone, impossible
+from synthesis.requests import NATIVE, Script, gone, impossible
 
 
 @pytest.fixture
@@ -140,9 +140,9 @@ def test_the_process_ends_with_its_owner(
 @pytest.mark.parametrize(
     ("answer", "message"),
     [
-        ("echo nonsense; read request", "answers nonsense"),
-        ("echo '{\"protocol\": 2}'; read request", "answers nonsense"),
-        ("exit 7", "gave no verdict"),
+        ("echo nonsense; read request", "invalid reply"),
+        ("echo '{\"protocol\": 2}'; read request", "invalid reply"),
+        ("exit 7", "printed no verdict"),
     ],
 )
 def test_a_foreign_answer_is_an_error(

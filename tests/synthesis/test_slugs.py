@@ -23,7 +23,7 @@ from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.verdict import Verdict
 from safenav.verify.verification import first_failure
-from synthesis.asking import NATIVE, UPSTREAM, Answering, Script, ask, gone, impossible
+from synthesis.requests import NATIVE, UPSTREAM, Answering, Script, ask, gone, impossible
 
 
 @pytest.mark.parametrize("status", [0, 1, 10])
@@ -155,7 +155,7 @@ def test_a_foreign_binary_is_held_to_its_memory(script: Script, patrol: Specific
     ("body", "complaint"),
     [
         ("echo oh dear >&2; kill -SEGV $$", r"crashed \(SIGSEGV\)(.|\n)*oh dear"),
-        ("kill -ABRT $$", r"crashed \(SIGABRT\)(.|\n)*said nothing"),
+        ("kill -ABRT $$", r"crashed \(SIGABRT\)(.|\n)*printed nothing"),
         ("kill -KILL $$", "killed from outside"),
         ("exit 0", "no verdict"),
         ("exit 7", r"no verdict \(exit status 7\)"),
@@ -191,7 +191,7 @@ def test_our_binary_must_agree_with_itself(
     answering: Answering, patrol: Specification, patrol_json: bytes
 ) -> None:
     binary = answering("realizable", patrol_json, status=10, prefix=NATIVE)
-    with pytest.raises(SynthesizerError, match="said realizable, but ended with exit status 10"):
+    with pytest.raises(SynthesizerError, match="printed realizable, but ended with exit status 10"):
         ask(binary, patrol)
 
 

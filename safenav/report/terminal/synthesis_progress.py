@@ -6,7 +6,7 @@ import sys
 
 import click
 
-from safenav.synthesis.question import QuestionPhase, SynthesisProgress
+from safenav.synthesis.request import RequestPhase, SynthesisProgress
 
 
 class WaitingLine:
@@ -21,7 +21,7 @@ class WaitingLine:
         self._told = 0
 
     def __call__(self, progress: SynthesisProgress) -> None:
-        if progress.phase is QuestionPhase.RUNNING:
+        if progress.phase is RequestPhase.RUNNING:
             text = f"synthesizing {progress.robot}: {progress.seconds:.0f} s"
             if self._live:
                 click.echo(f"\r\033[K{text}", nl=False, err=True)
@@ -29,7 +29,7 @@ class WaitingLine:
             elif int(progress.seconds) // self.EVERY > self._told:
                 self._told = int(progress.seconds) // self.EVERY
                 click.echo(text, err=True)
-        elif progress.phase is QuestionPhase.FINISHED:
+        elif progress.phase is RequestPhase.FINISHED:
             self._told = 0
             if self._shown:
                 click.echo("\r\033[K", nl=False, err=True)

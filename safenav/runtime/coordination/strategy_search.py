@@ -15,7 +15,7 @@ from safenav.scenario.objective import Objective, Word, describe
 from safenav.spec.compile import compile_task
 from safenav.spec.forms import Rung, Weakening, concession
 from safenav.spec.task import Task
-from safenav.synthesis.question import Listener as SynthesisListener
+from safenav.synthesis.request import Listener as SynthesisListener
 from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.verdict import SynthesisResult, Verdict
 from safenav.trace import records, vocabulary

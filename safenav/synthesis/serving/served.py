@@ -20,7 +20,7 @@ from typing import Any
 from safenav.dataclass import dataclass
 from safenav.errors import SynthesizerError
 from safenav.spec.specification import Owner, Specification
-from safenav.synthesis.serving.talk import Talk
+from safenav.synthesis.serving.connection import Connection
 from safenav.synthesis.strategy import Field, locate
 
 
@@ -67,16 +67,16 @@ class ServedStrategy:
     """The running process; closing it, or leaving its ``with`` block, ends it.
 
     Used by one thread. ``seconds`` limits each answer (wall). Every method raises
-    SynthesizerError if the process has ended, takes too long or answers nonsense.
+    SynthesizerError if the process has ended, takes too long or replies badly.
     """
 
     def __init__(
-        self, talk: Talk, specification: Specification, greeting: Mapping[str, Any]
+        self, connection: Connection, specification: Specification, greeting: Mapping[str, Any]
     ) -> None:
         self.specification = specification
         names = greeting["variables"]
-        self._talk = talk
-        weakref.finalize(self, talk.close)
+        self._connection = connection
+        weakref.finalize(self, connection.close)
         self._fields = locate(names, specification)
         self._width = len(names)
         self._inputs = [names.index(name) for name in greeting["inputs"]]
@@ -86,7 +86,7 @@ class ServedStrategy:
     @property
     def pid(self) -> int:
         """Process id."""
-        return self._talk.pid
+        return self._connection.pid
 
     def start(self, values: Mapping[str, int]) -> Position | None:
         """Return the first initial state with these values (of any variables), or None."""
@@ -108,7 +108,7 @@ class ServedStrategy:
             if field.variable.owner is Owner.INPUT and not _put(field, inputs[name], following):
                 return None
         given = [following[column] for column in self._inputs]
-        answer = self._talk.ask({"state": state, "goal": here.goal, "inputs": given})
+        answer = self._connection.request({"state": state, "goal": here.goal, "inputs": given})
         if "refused" in answer:
             if answer["refused"] == "inputs":
                 return None
@@ -122,12 +122,12 @@ class ServedStrategy:
             following[column] = bit
         met = answer.get("met")
         if not isinstance(met, int):
-            raise self._talk.nonsense(answer)
+            raise self._connection.invalid(answer)
         return ServedMove(self._position(following, answer), met)
 
     def close(self) -> None:
         """End the process."""
-        self._talk.close()
+        self._connection.close()
 
     def __enter__(self) -> ServedStrategy:
         return self
@@ -150,7 +150,7 @@ class ServedStrategy:
                 if bits is None:
                     return None
                 given |= {self._names[column]: bit for column, bit in bits}
-        answer = self._talk.ask({asked: given, **(besides or {})})
+        answer = self._connection.request({asked: given, **(besides or {})})
         if answer.get("state", ()) is None:
             return None
         return self._position(self._bits(answer, "state", self._width), answer)
@@ -162,14 +162,14 @@ class ServedStrategy:
             or not isinstance(distance, int)
             or not isinstance(assumption, int | None)
         ):
-            raise self._talk.nonsense(answer)
+            raise self._connection.invalid(answer)
         values = {field.variable.name: field.decode(state) for field in self._fields}
         return Position(values, goal, ServedMeasure(distance, assumption))
 
     def _bits(self, answer: Mapping[str, Any], key: str, count: int) -> list[int]:
         bits = answer.get(key)
         if not isinstance(bits, list) or len(bits) != count or not set(bits) <= {0, 1}:
-            raise self._talk.nonsense(answer)
+            raise self._connection.invalid(answer)
         return bits
 
 

@@ -8,11 +8,11 @@ from collections.abc import Sequence
 
 from safenav.errors import SynthesizerError
 from safenav.spec.specification import Specification
-from safenav.synthesis.answer import failure, verdict_of
 from safenav.synthesis.binary import Binary, find_own_binary
 from safenav.synthesis.process import Crew
+from safenav.synthesis.result import failure, verdict_of
+from safenav.synthesis.serving.connection import Connection
 from safenav.synthesis.serving.served import ServedStrategy
-from safenav.synthesis.serving.talk import Talk
 from safenav.synthesis.verdict import Verdict
 
 PROTOCOL = 1
@@ -54,24 +54,26 @@ def serve(
         file.write(specification.to_structuredslugs().encode())
         file.seek(0)
         place = f"/dev/fd/{file.fileno()}"
-        talk = Talk([*command, "--serve", place], answer_seconds, crew, file)
+        connection = Connection([*command, "--serve", place], answer_seconds, crew, file)
         try:
-            line = talk.hear(None if seconds is None else begun + seconds + _OVERTIME_SECONDS)
+            line = connection.read_line(
+                None if seconds is None else begun + seconds + _OVERTIME_SECONDS
+            )
             if line is None:
-                ended = talk.ended(begun)
+                ended = connection.ended(begun)
                 verdict = verdict_of(ended, binary, specification.robot)
                 if verdict is Verdict.REALIZABLE:
                     raise failure("serves no strategy", ended, binary, specification.robot)
                 return verdict
-            greeting = talk.parsed(line)
+            greeting = connection.parsed(line)
             if greeting.get("protocol") != PROTOCOL:
-                raise talk.nonsense(greeting)
-            strategy = ServedStrategy(talk, specification, greeting)
+                raise connection.invalid(greeting)
+            strategy = ServedStrategy(connection, specification, greeting)
         except TimeoutError:
-            talk.close()
+            connection.close()
             return Verdict.TIMEOUT
         except BaseException:
-            talk.close()
+            connection.close()
             raise
-    talk.leave_crew()
+    connection.leave_crew()
     return strategy

@@ -10,7 +10,7 @@ from safenav.spec.specification import Section, Specification
 from safenav.synthesis.verdict import SynthesisResult, Verdict
 
 
-class Question(StrEnum):
+class RequestKind(StrEnum):
     """The kind of request; the value names it in the cache."""
 
     REALIZABILITY = "realizability"
@@ -22,22 +22,22 @@ class Question(StrEnum):
     def options(self) -> tuple[str, ...]:
         """Options that every slugs binary knows; with none of them, the verdict alone is given."""
         match self:
-            case Question.REALIZABILITY | Question.MOVES:
+            case RequestKind.REALIZABILITY | RequestKind.MOVES:
                 return ()
-            case Question.STRATEGY:
+            case RequestKind.STRATEGY:
                 return ("--explicitStrategy", "--jsonOutput")
-            case Question.COUNTERSTRATEGY:
+            case RequestKind.COUNTERSTRATEGY:
                 return ("--counterStrategy", "--jsonOutput")
 
     @property
-    def answered_by(self) -> Verdict:
+    def ending(self) -> Verdict:
         """The verdict with which an automaton is printed."""
-        if self is Question.COUNTERSTRATEGY:
+        if self is RequestKind.COUNTERSTRATEGY:
             return Verdict.UNREALIZABLE
         return Verdict.REALIZABLE
 
 
-class QuestionPhase(StrEnum):
+class RequestPhase(StrEnum):
     STARTED = "started"
     RUNNING = "running"
     FINISHED = "finished"
@@ -50,7 +50,7 @@ class SynthesisProgress:
 
     index: int
     robot: str
-    phase: QuestionPhase
+    phase: RequestPhase
     seconds: float
     result: SynthesisResult | None = None
 
@@ -60,12 +60,12 @@ Listener = Callable[[SynthesisProgress], None]
 
 @dataclass(frozen=True)
 class Job:
-    """One question about one specification."""
+    """One request: its kind and its specification."""
 
     index: int
     spec: Specification
     text: str
-    question: Question
+    kind: RequestKind
     most_nodes: int | None = None
 
     @property
@@ -76,13 +76,13 @@ class Job:
     def options(self) -> tuple[str, ...]:
         """The options for the binary. A strategy that relies on fairness assumptions moves on
         where it can, and waits for the other robots only where it must."""
-        options = self.question.options
-        moves = self.question in (Question.STRATEGY, Question.MOVES)
+        options = self.kind.options
+        moves = self.kind in (RequestKind.STRATEGY, RequestKind.MOVES)
         if moves and self.spec.section(Section.ENV_LIVENESS):
             options += ("--biasForAction",)
         return options
 
     def progress(
-        self, phase: QuestionPhase, seconds: float, result: SynthesisResult | None = None
+        self, phase: RequestPhase, seconds: float, result: SynthesisResult | None = None
     ) -> SynthesisProgress:
         return SynthesisProgress(self.index, self.robot, phase, seconds, result)

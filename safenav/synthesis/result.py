@@ -23,7 +23,7 @@ _TOO_MANY_NODES = b"slugs: node limit reached"
 _INTERRUPTED = re.compile(rb"interrupted", re.IGNORECASE)
 
 
-class AnswerStatus(IntEnum):
+class ExitStatus(IntEnum):
     """Exit statuses of our binary (``slugs --help``)."""
 
     REALIZABLE = 0
@@ -39,27 +39,27 @@ def verdict_of(finished: Finished, binary: Binary, robot: str) -> Verdict:
     said = _RESULT.findall(finished.stderr)
     if finished.status < 0:
         return _killed(finished, binary, robot)
-    if binary.native and finished.status == AnswerStatus.RESOURCE_LIMIT:
+    if binary.native and finished.status == ExitStatus.RESOURCE_LIMIT:
         if _OUT_OF_MEMORY.search(finished.stderr):
             return Verdict.OUT_OF_MEMORY
         return Verdict.INTERRUPTED if _INTERRUPTED.search(finished.stderr) else Verdict.TIMEOUT
-    if binary.native and finished.status == AnswerStatus.BAD_INPUT:
+    if binary.native and finished.status == ExitStatus.BAD_INPUT:
         raise failure("rejects the specification", finished, binary, robot)
     if not said:
         if _OUT_OF_MEMORY.search(finished.stderr):
             return Verdict.OUT_OF_MEMORY
-        problem = f"gave no verdict (exit status {finished.status})"
+        problem = f"printed no verdict (exit status {finished.status})"
         raise failure(problem, finished, binary, robot)
     verdict = Verdict(said[-1].decode())
-    if binary.native and finished.status != AnswerStatus[verdict.name]:
-        problem = f"said {verdict}, but ended with exit status {finished.status}"
+    if binary.native and finished.status != ExitStatus[verdict.name]:
+        problem = f"printed {verdict}, but ended with exit status {finished.status}"
         raise failure(problem, finished, binary, robot)
     return verdict
 
 
 def too_large(finished: Finished) -> bool:
     """Whether a strategy was given up because it has more nodes than may be listed."""
-    return finished.status == AnswerStatus.RESOURCE_LIMIT and _TOO_MANY_NODES in finished.stderr
+    return finished.status == ExitStatus.RESOURCE_LIMIT and _TOO_MANY_NODES in finished.stderr
 
 
 def failure(problem: str, finished: Finished, binary: Binary, robot: str) -> SynthesizerError:
@@ -67,10 +67,10 @@ def failure(problem: str, finished: Finished, binary: Binary, robot: str) -> Syn
     lines = [f"the synthesizer {binary.path} {problem} (robot '{robot}')"]
     words = finished.last_words
     if words:
-        lines.append("    it said last:")
+        lines.append("    its last output:")
         lines += [f"      {line}" for line in words.splitlines()]
     else:
-        lines.append("    it said nothing")
+        lines.append("    it printed nothing")
     if binary.native:
         lines.append(
             "    `safenav synth -o DIR` writes the specification, to try and to report this"

@@ -1,4 +1,4 @@
-"""Requests to a running ``slugs --serve`` and its answers, a line each."""
+"""Requests to a running ``slugs --serve`` and its replies, one line each."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from safenav.synthesis.process import Crew, Finished, kill_group
 
 _CHUNK = 1 << 16
 _MOST_LINE = 64 << 20
-"""Bytes of an answer; a line that is longer is none."""
+"""Maximum length of a reply, in bytes."""
 
 
-class Talk:
-    """Lines to and from the process. ``seconds`` (wall) limit each answer; ``file``: an open one
+class Connection:
+    """Lines to and from the process. ``seconds`` (wall) limit each reply; ``file``: an open one
     that the process shares; ``crew``: who can dismiss it, up to ``leave_crew``."""
 
     def __init__(self, command: Sequence[str], seconds: float, crew: Crew, file: IO[bytes]) -> None:
@@ -35,7 +35,7 @@ class Talk:
         assert self._process.stdin and self._process.stdout
         self._given, self._output = self._process.stdin, self._process.stdout
         self._selector.register(self._output, selectors.EVENT_READ)
-        self._heard = b""
+        self._read = b""
         self._closed = False
 
     @property
@@ -46,17 +46,17 @@ class Talk:
         """From now on the owner of the strategy ends the process."""
         self._crew.forget(self._process)
 
-    def ask(self, request: Mapping[str, Any]) -> dict[str, Any]:
-        """The answer to a request."""
+    def request(self, request: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the reply to a request."""
         if self._closed:
             raise SynthesizerError(f"the synthesizer {self._program} has been closed")
         try:
             self._given.write(json.dumps(request).encode() + b"\n")
-            line = self.hear(time.monotonic() + self._seconds)
+            line = self.read_line(time.monotonic() + self._seconds)
         except TimeoutError:
             self.close()
             raise SynthesizerError(
-                f"the synthesizer {self._program} gave no answer within {self._seconds:g} s"
+                f"the synthesizer {self._program} sent no reply within {self._seconds:g} s"
             ) from None
         except BrokenPipeError:
             line = None
@@ -67,41 +67,41 @@ class Talk:
             self.close()
             raise SynthesizerError(
                 f"the synthesizer {self._program} ended while it served a strategy (exit status "
-                f"{status})\n    it said last: {words or 'nothing'}"
+                f"{status})\n    its last output: {words or 'nothing'}"
             )
-        answer = self.parsed(line)
-        if "error" in answer:
+        reply = self.parsed(line)
+        if "error" in reply:
             raise SynthesizerError(
-                f"the synthesizer {self._program} does not understand a request: {answer['error']}"
+                f"the synthesizer {self._program} rejects a request: {reply['error']}"
             )
-        return answer
+        return reply
 
-    def hear(self, deadline: float | None) -> bytes | None:
+    def read_line(self, deadline: float | None) -> bytes | None:
         """The next line, None at the end. Raises TimeoutError."""
-        while b"\n" not in self._heard:
+        while b"\n" not in self._read:
             left = None if deadline is None else deadline - time.monotonic()
             if (left is not None and left <= 0) or not self._selector.select(left):
                 raise TimeoutError
             data = self._output.read(_CHUNK)
             if not data:
                 return None
-            self._heard += data
-            if len(self._heard) > _MOST_LINE:
-                raise self.nonsense(self._heard[:200])
-        line, _, self._heard = self._heard.partition(b"\n")
+            self._read += data
+            if len(self._read) > _MOST_LINE:
+                raise self.invalid(self._read[:200])
+        line, _, self._read = self._read.partition(b"\n")
         return line
 
     def parsed(self, line: bytes) -> dict[str, Any]:
         try:
-            answer = json.loads(line)
+            reply = json.loads(line)
         except ValueError:
-            answer = None
-        if not isinstance(answer, dict):
-            raise self.nonsense(line[:200])
-        return answer
+            reply = None
+        if not isinstance(reply, dict):
+            raise self.invalid(line[:200])
+        return reply
 
-    def nonsense(self, answer: object) -> SynthesizerError:
-        return SynthesizerError(f"the synthesizer {self._program} answers nonsense: {answer!r}")
+    def invalid(self, reply: object) -> SynthesizerError:
+        return SynthesizerError(f"the synthesizer {self._program} sent an invalid reply: {reply!r}")
 
     def ended(self, begun: float) -> Finished:
         """Its result, after its output has ended."""

@@ -1,4 +1,4 @@
-"""Stand-ins for slugs, and questions to them."""
+"""Stand-ins for slugs, and requests to them."""
 
 from __future__ import annotations
 
