@@ -37,7 +37,7 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
     from safenav.runtime.coordination.foresight import foreseen
     from safenav.runtime.explanation import explain_unrealizable
     from safenav.runtime.mission import default_synthesizer, first_results
-    from safenav.scenario.doubts import doubts
+    from safenav.scenario.lint import lint
     from safenav.scenario.objective import describe
     from safenav.scenario.reading.loader import load_scenario
     from safenav.spec.compile import assumption_names
@@ -46,8 +46,8 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
     synthesizer = default_synthesizer(plan)
     answers = first_results(plan, synthesizer, WaitingLine())
     verdicts: list[dict[str, Any]] = []
-    doubtful = [*doubts(plan), *foreseen(plan)]
-    warnings: list[str] = [*doubtful]
+    of_scenario = [*lint(plan), *foreseen(plan)]
+    warnings = list(of_scenario)
     for name, answer in answers.items():
         why = (
             None
@@ -74,7 +74,9 @@ def command(scenario: Path, strict: bool, as_json: bool) -> int:
         )
     if as_json:
         click.echo(
-            json.dumps({"scenario": plan.name, "robots": verdicts, "warnings": doubtful}, indent=2)
+            json.dumps(
+                {"scenario": plan.name, "robots": verdicts, "warnings": of_scenario}, indent=2
+            )
         )
     else:
         for verdict in verdicts:

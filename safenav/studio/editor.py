@@ -24,9 +24,9 @@ from safenav.scenario.yaml.source import MAX_BYTES
 from safenav.studio.editing import beginnings
 from safenav.studio.editing.document import OpenDocument, TextOrigin
 from safenav.studio.editing.drawing import drawing_of, palette
-from safenav.studio.editing.judging import Judging
 from safenav.studio.editing.operations import edited
 from safenav.studio.editing.played import played
+from safenav.studio.editing.realizability_queue import RealizabilityQueue
 from safenav.studio.editing.round_trip import changed
 from safenav.studio.editing.walls import embed
 from safenav.studio.run.orders import RunOrder
@@ -47,7 +47,7 @@ class Editor(Studio):
         self.named = named
         self.document = OpenDocument(text, origin)
         self._drawn: TextOrigin | None = None
-        self._judging = Judging(self.tell)
+        self._realizability = RealizabilityQueue(self.tell)
         self._companions: dict[str, bytes] = {}
         self._plan: FloorPlan | None = None
         self._drawing: dict[str, Any] | None = None
@@ -88,15 +88,15 @@ class Editor(Studio):
         return "safenav studio"
 
     async def close(self) -> None:
-        await self._judging.close()
+        await self._realizability.close()
         if self._checking is not None:
             self._checking.cancel()
         await super().close()
 
     def join(self, page: asyncio.Queue[str | None]) -> None:
         super().join(page)
-        if not self._judging.verdicts and self._draft.world is not None:
-            self._judging.judge(self._order_of(self.document.text))
+        if not self._realizability.verdicts and self._draft.world is not None:
+            self._realizability.check(self._order_of(self.document.text))
 
     async def made(self, name: str) -> Made | None:
         """A download: the scenario, the one that was played, a picture, or what a run gives."""
@@ -150,7 +150,7 @@ class Editor(Studio):
 
     def _everything(self) -> list[dict[str, Any]]:
         told = super()._everything()
-        return [*told, self._told(), {"is": "verdicts", "verdicts": self._judging.verdicts}]
+        return [*told, self._told(), {"is": "verdicts", "verdicts": self._realizability.verdicts}]
 
     def _hello(self) -> dict[str, Any]:
         more = {"editor": True, "templates": TEMPLATES, "folder": str(self.shelf.folder)}
@@ -224,7 +224,7 @@ class Editor(Studio):
         self._checking = asyncio.create_task(self._check(self.document.revision))
         hopeless = self._draft.world is None
         order = replace(self._order_of(self.document.text), first=first)
-        self._judging.judge(None if hopeless else order)
+        self._realizability.check(None if hopeless else order)
 
     async def _check(self, revision: int) -> None:
         await asyncio.sleep(0.1)

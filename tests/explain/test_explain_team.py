@@ -140,7 +140,7 @@ def test_the_command_tells_people_and_machines(tmp_path: Path, invoke: Invoke) -
         (KEYS, ["r and b cannot meet their objectives", "r has it, but blue_door@west is in"]),
         (
             NARROW.replace("visit: [7, 10]", "hold: 8").replace("visit: [10, 7]", "hold: 8"),
-            ["a and b are to hold region 8 [1, 2], and only one of them can be there at a time"],
+            ["a and b must both hold region 8 [1, 2], but it has room for one robot"],
         ),
     ],
     ids=["lifter", "keys", "hold"],

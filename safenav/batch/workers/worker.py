@@ -18,7 +18,7 @@ from pathlib import Path
 
 from safenav.batch.cases.case import Case, CaseVerdict, Conditions, Result, without_a_run
 from safenav.batch.workers.case_process import READY
-from safenav.batch.workers.offspring import MARK, kill_family, kill_orphans
+from safenav.batch.workers.process_tree import MARK, kill_family, kill_orphans
 from safenav.errors import SafenavError
 
 _START_SECONDS = 60.0

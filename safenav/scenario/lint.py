@@ -1,7 +1,7 @@
 """Probable mistakes in a valid scenario: warnings of ``safenav check``.
 
-An obstacle with an action that nobody has, or too few; a capability that nothing needs; one region
-that several robots are to hold; a seed that nothing depends on.
+An obstacle with an action that no robot has, or too few; a capability that no obstacle needs; one
+region that several robots must hold; a seed without effect.
 """
 
 from __future__ import annotations
@@ -14,15 +14,15 @@ from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.yaml.findings import closest
 
 
-def doubts(scenario: Scenario) -> tuple[str, ...]:
+def lint(scenario: Scenario) -> tuple[str, ...]:
     """One sentence each, in the scenario's terms."""
     found = [*scenario.map.notes, *_needless(scenario), *_crowded(scenario)]
     for obstacle in scenario.obstacles:
         found += _unable(obstacle, scenario)
     if scenario.seed and not _draws(scenario):
         found.append(
-            f"seed {scenario.seed} has no effect: nothing is drawn (no probability, no timing with "
-            "a least and a most) and no robots share a floor"
+            f"seed {scenario.seed} has no effect: no probabilities, no variable timing, "
+            "no robots sharing a floor"
         )
     return tuple(dict.fromkeys(found))
 
@@ -50,7 +50,7 @@ def _unable(obstacle: Obstacle, scenario: Scenario) -> Iterator[str]:
 
 
 def _crowded(scenario: Scenario) -> Iterator[str]:
-    """Robots that are to hold one region, where only one of them can be."""
+    """Robots that must hold the same region, which has room for one."""
     for number, robot in enumerate(scenario.robots):
         for other in scenario.robots[:number]:
             own, theirs = robot.objective, other.objective
@@ -60,8 +60,8 @@ def _crowded(scenario: Scenario) -> Iterator[str]:
             if len(both) == 1 and scenario.conflict(robot, other):
                 place = scenario.map.label(min(both))
                 yield (
-                    f"{other.name} and {robot.name} are to hold region {place}, and only one of "
-                    "them can be there at a time"
+                    f"{other.name} and {robot.name} must both hold region {place}, but it has room "
+                    "for one robot"
                 )
 
 

@@ -17,20 +17,20 @@ CALM = 0.25
 """Seconds without a change before the robots are checked."""
 
 
-class Judging:
-    """Owner of the process that judges. ``verdicts``: of the present text, by robot."""
+class RealizabilityQueue:
+    """Owner of the checking process. ``verdicts``: of each robot, for the present text."""
 
     def __init__(self, tell: Callable[[dict[str, Any]], None]) -> None:
         self.verdicts: dict[str, dict[str, Any]] = {}
         self._tell = tell
         self._task: asyncio.Task[None] | None = None
 
-    def judge(self, order: RunOrder | None) -> None:
+    def check(self, order: RunOrder | None) -> None:
         """Check this text; None ends the check of the one before."""
         self.verdicts = {}
         if self._task is not None:
             self._task.cancel()
-        self._task = None if order is None else asyncio.create_task(self._judge(order))
+        self._task = None if order is None else asyncio.create_task(self._check(order))
 
     async def close(self) -> None:
         """End the running check."""
@@ -40,12 +40,12 @@ class Judging:
             with suppress(asyncio.CancelledError):
                 await task
 
-    async def _judge(self, order: RunOrder) -> None:
+    async def _check(self, order: RunOrder) -> None:
         await asyncio.sleep(CALM)
         process = await asyncio.create_subprocess_exec(
             sys.executable,
             "-m",
-            "safenav.studio.editing.judge",
+            "safenav.studio.editing.realizability_check",
             stdin=asyncio.subprocess.PIPE,
             stdout=asyncio.subprocess.PIPE,
             stderr=asyncio.subprocess.DEVNULL,

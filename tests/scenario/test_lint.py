@@ -1,4 +1,4 @@
-"""What a valid scenario probably does not intend."""
+"""Warnings about a valid scenario that is probably mistaken."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from safenav.scenario.doubts import doubts
+from safenav.scenario.lint import lint
 from safenav.scenario.reading.loader import load_scenario
 
 ROOT = Path(__file__).parents[2]
@@ -67,8 +67,8 @@ PLAIN = {
         pytest.param(
             {"seed": "7"},
             [
-                "seed 7 has no effect: nothing is drawn (no probability, no timing with a least "
-                "and a most) and no robots share a floor"
+                "seed 7 has no effect: no probabilities, no variable timing, "
+                "no robots sharing a floor"
             ],
             id="a seed for nothing",
         ),
@@ -88,9 +88,9 @@ PLAIN = {
 def test_warnings(changes: dict[str, str], said: list[str], tmp_path: Path) -> None:
     file = tmp_path / "s.yaml"
     file.write_text(SCENARIO.format(**PLAIN | changes))
-    assert list(doubts(load_scenario(file))) == said
+    assert list(lint(load_scenario(file))) == said
 
 
 @pytest.mark.parametrize("name", ["hello", "case_study_1", "case_study_2_beliefs", "team_of_six"])
 def test_shipped_scenarios_mean_what_they_say(name: str) -> None:
-    assert doubts(load_scenario(ROOT / "scenarios" / f"{name}.yaml")) == ()
+    assert lint(load_scenario(ROOT / "scenarios" / f"{name}.yaml")) == ()
