@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from safenav.runtime.team import RobotState, TeamState
-from safenav.spec.others.belief import watch_for
-from safenav.spec.others.knowledge import Knowledge
+from safenav.spec.other_robots.belief import watch_for
+from safenav.spec.other_robots.knowledge import Knowledge
 from safenav.spec.task import Task
 from safenav.trace import records
 

@@ -1,8 +1,8 @@
 """Knowledge of robots about each other during a run: a seen region, or a belief.
 
 Updated with the same function from which the specifications were written
-(``safenav.spec.others.knowledge``), by one look per turn: a strategy observes exactly what it was
-synthesized for.
+(``safenav.spec.other_robots.knowledge``), by one look per turn: a strategy observes exactly what
+it was synthesized for.
 """
 
 from __future__ import annotations
@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from safenav.scenario.model import Tracking
-from safenav.spec.others.belief import known_of, watch_for
-from safenav.spec.others.knowledge import Knowledge, Tracker, watch
+from safenav.spec.other_robots.belief import known_of, watch_for
+from safenav.spec.other_robots.knowledge import Knowledge, Tracker, watch
 from safenav.spec.task import Task
 from safenav.world.map import Region, RegionMap
 from safenav.world.partition import Partition

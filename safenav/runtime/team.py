@@ -22,7 +22,7 @@ from safenav.runtime.progress import Progress
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.objective import Objective
 from safenav.spec.objective import Memory
-from safenav.spec.others.tracking import Sightings
+from safenav.spec.other_robots.tracking import Sightings
 from safenav.spec.task import Task
 from safenav.trace import records
 from safenav.trace.header import objective_in_trace, obstacle_header
@@ -207,7 +207,7 @@ class TeamState:
         moving = [self.robots[o.name] for o in task.observed if o.danger]
         taken: set[Region] = set().union(*(other.occupied for other in moving))
         sides = set(self.scenario.map.neighbours(here))
-        # A specification assumes at most as many busy sides as other robots (spec.others.nearby).
+        # A specification assumes at most as many busy sides as robots (spec.other_robots.nearby).
         room = len(moving) - len(sides & taken)
         taken |= set(sorted(shown - taken)[: max(0, room)])
         return Sightings(here, frozenset(taken), positions, known)

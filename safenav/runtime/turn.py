@@ -33,7 +33,7 @@ from safenav.scenario.guarantees import guarantees_of, values_of
 from safenav.scenario.model import Outcome, Tracking
 from safenav.scenario.objective import Ltl
 from safenav.spec.forms import alternating
-from safenav.spec.others.tracking import Sightings, observe
+from safenav.spec.other_robots.tracking import Sightings, observe
 from safenav.spec.specification import Constraint
 from safenav.spec.task import Task
 from safenav.trace import records, vocabulary

@@ -17,8 +17,8 @@ from dataclasses import replace
 from safenav.dataclass import dataclass
 from safenav.scenario.model import Tracking
 from safenav.scenario.objective import Ltl
+from safenav.spec.assignable_regions import AssignableRegions, Part, assignable_regions, whereabouts
 from safenav.spec.movement import among, one_of
-from safenav.spec.sending import Part, Sending, sending, whereabouts
 from safenav.spec.specification import Constraint, Origin, Owner, Section, Variable
 from safenav.spec.task import Task
 from safenav.world.map import Region, RegionMap
@@ -41,9 +41,9 @@ class Switch:
     assigned region does not change while a request is open. ``refused``: the pose in which the
     last move of the strategy was refused that the team could not do with."""
 
-    def __init__(self, sending: Sending) -> None:
-        self.sending = sending
-        self._neutral = neutral(sending)
+    def __init__(self, assignable: AssignableRegions) -> None:
+        self.assignable = assignable
+        self._neutral = neutral(assignable)
         self._sent: Region | None = None
         self.refused: Pose | None = None
 
@@ -83,15 +83,15 @@ def inputs(task: Task, world: RegionMap) -> tuple[Variable, ...]:
     )
 
 
-def neutral(sending: Sending) -> Region:
+def neutral(assignable: AssignableRegions) -> Region:
     """The command inputs without a request."""
-    return min(sending.places)
+    return min(assignable.places)
 
 
 def assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
     """Requests are to places that it can reach without giving up its own objective, and keep still
     while they are open."""
-    possible = sending(task, world)
+    possible = assignable_regions(task, world)
     idle = neutral(possible)
     begin = Origin("coordination", "nothing is asked before the first move", SOURCE)
     nothing = ("!request", f"assigned = {idle}")
@@ -113,7 +113,7 @@ def assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
     yield Constraint(Section.ENV_LIVENESS, "!wait'", fair)
 
 
-def at_leisure(constraint: Constraint) -> Constraint:
+def unless_waiting(constraint: Constraint) -> Constraint:
     """What is assumed of the others again and again, assumed of moments in which the robot is not
     told to wait: it might be in nobody's way whenever it must not move, and then only."""
     if constraint.section is not Section.ENV_LIVENESS:
@@ -126,7 +126,7 @@ def guarantees(task: Task, world: RegionMap) -> Iterator[Constraint]:
     """It waits when told, and goes where it is asked to."""
     stay = Origin("coordination", "told to wait, it stays", SOURCE)
     yield Constraint(Section.SYS_TRANS, "wait' -> region' = region", stay)
-    possible = sending(task, world)
+    possible = assignable_regions(task, world)
     able = Origin("coordination", "it passes by nothing that it is asked to go to", SOURCE)
     for part in possible.parts:
         formula = f"{_asked(part)} -> {_in(part, task, NEXT)}"

@@ -12,7 +12,7 @@ from safenav.scenario.objective import Ltl, describe
 from safenav.spec import assignable
 from safenav.spec.movement import heading_rules, stepping, walls
 from safenav.spec.objective import encode
-from safenav.spec.others.tracking import OthersEncoding, encode_others
+from safenav.spec.other_robots.tracking import OthersEncoding, encode_others
 from safenav.spec.specification import (
     Constraint,
     Origin,
@@ -49,7 +49,7 @@ def compile_task(task: Task, world: RegionMap) -> Specification:
     variables += objective.variables
     constraints = [
         *steering.assumptions,
-        *(assignable.at_leisure(c) if task.assignable else c for c in others.assumptions),
+        *(assignable.unless_waiting(c) if task.assignable else c for c in others.assumptions),
         *(begins(constraint) for constraint in _beginning(task)),
         *(assignable.elsewhere(task, world) if anywhere else ()),
         *_motion(task, world, others),

@@ -8,7 +8,7 @@ from safenav.scenario.model import Obstacle, Robot, Scenario, Tracking
 from safenav.scenario.motion import resolved
 from safenav.scenario.objective import Objective as ScenarioObjective
 from safenav.scenario.objective import to_data
-from safenav.spec.others.belief import MOST_CELLS
+from safenav.spec.other_robots.belief import MOST_CELLS
 from safenav.trace import setting
 from safenav.trace.objective import Objective
 from safenav.world.map import RegionMap

@@ -12,7 +12,7 @@ A partition divides all free regions among cells. The scenario gives it
             walls divide gives a cell for each connected piece.
 
 The finer the cells, the more there is to know and to compute: k cells make up to 2^k - 1
-beliefs (``safenav.spec.others.knowledge``).
+beliefs (``safenav.spec.other_robots.knowledge``).
 """
 
 from __future__ import annotations

@@ -11,8 +11,8 @@ from typing import Any
 
 from safenav.scenario.model import Tracking
 from safenav.scenario.objective import Ltl, Patrol, Visit
-from safenav.spec.others.belief import models
-from safenav.spec.sending import sending
+from safenav.spec.assignable_regions import assignable_regions
+from safenav.spec.other_robots.belief import models
 from safenav.spec.task import Fairness, Task
 from safenav.world.map import RegionMap
 from safenav.world.moves import Pose
@@ -52,7 +52,7 @@ def circumstances(task: Task, world: RegionMap) -> dict[str, Any]:
         }
         told["sight_closed"] = sorted(task.closed)
     if task.assignable:
-        possible = sending(task, world)
+        possible = assignable_regions(task, world)
         told["places"] = sorted(possible.places)
         told["neutral"] = min(told["places"])
         told["places_from"] = [

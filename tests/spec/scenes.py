@@ -12,8 +12,8 @@ from safenav.formula.parser import parse
 from safenav.runtime.beliefs import BeliefTracker
 from safenav.scenario.model import Robot, RobotModel, Tracking
 from safenav.scenario.objective import Visit
-from safenav.spec.others import belief
-from safenav.spec.others.knowledge import Knowledge
+from safenav.spec.other_robots import belief
+from safenav.spec.other_robots.knowledge import Knowledge
 from safenav.spec.task import Fairness, Known, Observed, Task
 from safenav.world.map import Region, RegionMap
 from safenav.world.moves import Mobility, Pose

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from safenav.spec.assignable import at_leisure
+from safenav.spec.assignable import unless_waiting
 from safenav.spec.specification import Constraint, Origin, Section
 
 
@@ -20,4 +20,4 @@ def test_others_are_out_of_the_way_when_it_may_move(
     section: Section, formula: str, joined: str
 ) -> None:
     constraint = Constraint(section, formula, Origin("robots", "somewhere else"))
-    assert at_leisure(constraint).formula == joined
+    assert unless_waiting(constraint).formula == joined

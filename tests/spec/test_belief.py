@@ -23,9 +23,9 @@ from safenav.scenario.objective import Visit
 from safenav.scenario.reading.loader import load_scenario
 from safenav.spec.compile import compile_task
 from safenav.spec.movement import headings
-from safenav.spec.others import belief
-from safenav.spec.others.knowledge import Knowledge, occurring
-from safenav.spec.others.tracking import OthersEncoding, encode_others
+from safenav.spec.other_robots import belief
+from safenav.spec.other_robots.knowledge import Knowledge, occurring
+from safenav.spec.other_robots.tracking import OthersEncoding, encode_others
 from safenav.spec.specification import Section
 from safenav.spec.task import LADDERS, Fairness, Observed, Task
 from safenav.synthesis.slugs import Synthesizer

@@ -24,7 +24,7 @@ from safenav.report.terminal.map import MapPicture, Marker, draw
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import describe
 from safenav.spec.forms import asked_of
-from safenav.spec.others.nearby import busy
+from safenav.spec.other_robots.nearby import busy
 from safenav.spec.specification import Constraint
 from safenav.trace.labels import labels
 from safenav.world.map import Heading, Region, RegionMap

@@ -87,7 +87,7 @@ def _next(team: TeamState, robot: RobotState, goal: Mask) -> Region | None:
         way += 1
         region = pose % graph.size
         there = graph.poses_on(1 << region)
-        if not switch.sending.allows(robot.pose, robot.memory.values, region):
+        if not switch.assignable.allows(robot.pose, robot.memory.values, region):
             continue
         if graph.steps_between(1 << here, there, own) == way:
             found = region

@@ -13,9 +13,9 @@ from safenav.runtime.navigation import Planner
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.scenario.model import Tracking
 from safenav.spec.assignable import Switch
+from safenav.spec.assignable_regions import assignable_regions
 from safenav.spec.forms import alternating
-from safenav.spec.others.belief import models
-from safenav.spec.sending import sending
+from safenav.spec.other_robots.belief import models
 from safenav.spec.task import Task
 from safenav.trace import records, vocabulary
 
@@ -56,7 +56,7 @@ class Strategies:
         state = self._state.robots[found.task.robot.name]
         planner = Planner.start(found.task, strategy)
         if found.task.assignable:
-            planner.switch = Switch(sending(found.task, self._state.scenario.map))
+            planner.switch = Switch(assignable_regions(found.task, self._state.scenario.map))
         if (
             found.form is vocabulary.Form.OTHER_MEMORY
             and state.assignment.role is Role.OWN

@@ -7,9 +7,9 @@ from safenav.runtime.team import TeamState
 from safenav.scenario.model import Tracking
 from safenav.scenario.objective import Ltl
 from safenav.spec.assignable import neutral
+from safenav.spec.assignable_regions import AssignableRegions, assignable_regions
 from safenav.spec.compile import assumption_names
-from safenav.spec.others.belief import models
-from safenav.spec.sending import Sending, sending
+from safenav.spec.other_robots.belief import models
 from safenav.spec.task import Fairness, Task
 from safenav.synthesis.verdict import SynthesisResult
 from safenav.trace import records, vocabulary
@@ -25,7 +25,7 @@ def synthesis_record(
     from; ``node``: where its strategy begins."""
     task, result = found.task, found.result
     world = team.scenario.map
-    possible = sending(task, world) if task.assignable else None
+    possible = assignable_regions(task, world) if task.assignable else None
     believed = task.tracking is Tracking.BELIEF and bool(task.observed)
     return records.Synthesis(
         team.tick,
@@ -75,7 +75,7 @@ def synthesis_record(
     )
 
 
-def _places_from(possible: Sending) -> tuple[records.PlacesFrom, ...] | None:
+def _places_from(possible: AssignableRegions) -> tuple[records.PlacesFrom, ...] | None:
     found = (
         records.PlacesFrom(tuple(sorted(part.regions)), _places(poses), dict(memory) or None)
         for part in possible.parts

@@ -8,7 +8,7 @@ import pytest
 
 from safenav.scenario.model import Robot, RobotModel
 from safenav.scenario.objective import Cover, Hold, Ltl, Objective, Visit
-from safenav.spec.sending import Sending, sending
+from safenav.spec.assignable_regions import AssignableRegions, assignable_regions
 from safenav.spec.task import Known, Task
 from safenav.world.map import Heading, RegionMap
 from safenav.world.moves import Mobility, Pose
@@ -17,10 +17,10 @@ CORRIDOR = RegionMap.from_grid(["#######", "#.....#", "#######"])  # regions 8 t
 RING = RegionMap.from_grid(["#####", "#...#", "#.#.#", "#...#", "#####"])  # 6 to 18 around 12
 
 
-def sent(world: RegionMap, start: Pose, objective: Objective) -> Sending:
+def sent(world: RegionMap, start: Pose, objective: Objective) -> AssignableRegions:
     mobility = Mobility.FREE if start.heading is None else Mobility.HEADING
     robot = Robot("r", RobotModel("m", mobility, "ground", frozenset()), start, objective)
-    return sending(Task(robot, start, objective, assignable=True), world)
+    return assignable_regions(Task(robot, start, objective, assignable=True), world)
 
 
 def visit(*regions: int) -> Visit:
@@ -45,7 +45,7 @@ def visit(*regions: int) -> Visit:
 def test_it_is_sent_where_its_objective_stays_possible(
     objective: Objective, regions: set[int]
 ) -> None:
-    assert sent(CORRIDOR, Pose(9), objective) == Sending(frozenset(regions))
+    assert sent(CORRIDOR, Pose(9), objective) == AssignableRegions(frozenset(regions))
 
 
 def test_behind_a_one_way_step_it_is_sent_on_only() -> None:
@@ -84,12 +84,12 @@ def test_what_it_remembers_counts() -> None:
 
 def test_both_ways_round_are_as_good() -> None:
     found = sent(RING, Pose(6, Heading.EAST), Cover((frozenset({18}), frozenset({8}))))
-    assert found == Sending(frozenset(RING.free))
+    assert found == AssignableRegions(frozenset(RING.free))
 
 
 def test_nothing_is_assigned_if_the_objective_is_lost_already() -> None:
     found = sent(CORRIDOR, Pose(11, Heading.WEST), visit(12))
-    assert found == Sending(frozenset({11}))
+    assert found == AssignableRegions(frozenset({11}))
 
 
 def test_obstacles_that_stay_are_walls() -> None:
@@ -97,4 +97,4 @@ def test_obstacles_that_stay_are_walls() -> None:
     robot = Robot("r", model, Pose(9), visit(9))
     task = Task(robot, Pose(9), visit(9), assignable=True)
     shut = replace(task, blocked=(Known(11, "door", "it stays"),))
-    assert sending(shut, CORRIDOR).places == {8, 9, 10}
+    assert assignable_regions(shut, CORRIDOR).places == {8, 9, 10}

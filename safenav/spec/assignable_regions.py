@@ -1,8 +1,8 @@
-"""Where a robot can be sent from where, without giving up its own objective.
+"""Regions to which a robot can be commanded from each pose and still resume its own objective.
 
-Ways may be one-way (headings in a corridor, formulas about steps or with a memory), and a joint
-plan or a duty leads a robot through them. So what it can be sent to depends on where it is, and
-on what it remembers.
+Paths may be irreversible (headings in a corridor, formulas about steps or with a memory), and a
+joint plan or a duty leads a robot through them. So its assignable regions depend on its pose and
+on its memory.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ State = tuple[Pose, Remembered]
 
 @dataclass(frozen=True)
 class Part:
-    """Regions, and from where they matter: the poses for each memory."""
+    """Regions with the states (pose and memory) at which they matter."""
 
     regions: frozenset[Region]
     states: frozenset[State]
@@ -40,18 +40,18 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Sending:
-    """``places``: where the robot can be sent from somewhere. ``parts``: regions to which it can be
-    sent from some poses only, and those. ``homes``: where it can circulate and meet its objective
-    forever, if there are several such regions: for each of them the poses that are there or on the
-    way to it. A robot stays among them unless it is sent elsewhere."""
+class AssignableRegions:
+    """``places``: regions assignable from some pose. ``parts``: regions assignable from some poses
+    only, with those poses. ``homes``: where the robot can circulate and meet its objective forever,
+    if there are several such region sets: for each of them the poses in it or in transit to it. A
+    robot stays among them unless it is assigned a region elsewhere."""
 
     places: frozenset[Region]
     parts: tuple[Part, ...] = ()
     homes: tuple[Part, ...] = ()
 
     def allows(self, pose: Pose, memory: Mapping[str, int], place: Region) -> bool:
-        """Whether the robot can be sent from a pose to a place, with what it remembers."""
+        """Whether ``place`` is assignable at a pose with this memory."""
         if place not in self.places:
             return False
         parts = [part.poses() for part in self.parts if place in part.regions]
@@ -65,9 +65,9 @@ def _agree(known: Remembered, memory: Mapping[str, int]) -> bool:
     return all(memory.get(name) == value for name, value in known)
 
 
-def sending(task: Task, world: RegionMap) -> Sending:
-    """Where the robot of a task can be sent."""
-    return _sending(_Ground.of(task, world))
+def assignable_regions(task: Task, world: RegionMap) -> AssignableRegions:
+    """Return the assignable regions of a task's robot."""
+    return _assignable_regions(_Ground.of(task, world))
 
 
 def whereabouts(task: Task, world: RegionMap) -> frozenset[Region]:
@@ -143,19 +143,19 @@ class _Ground:
 
 
 @lru_cache(maxsize=64)
-def _sending(ground: _Ground) -> Sending:
+def _assignable_regions(ground: _Ground) -> AssignableRegions:
     ways = _ways(ground)
     rounds, home = _homes(ground, ways)
     here = frozenset({ground.start.region})
     of_state = {state: k for k, members in enumerate(rounds) for state in members}
     begins = [of_state[state] for state in ground.begins() if state in of_state]
     if all(home[k] is None for k in begins):  # it cannot meet its objective from where it starts
-        return Sending(here)
+        return AssignableRegions(here)
     guarantees = ground.guarantees
     if guarantees is not None and not guarantees.memories:
         # With some memory it could; with what it remembers it may not, once it has left.
         there = rounds[next(at for k in begins if (at := home[k]) is not None)]
-        return Sending(frozenset(pose.region for pose, _ in there))
+        return AssignableRegions(frozenset(pose.region for pose, _ in there))
     reach: list[frozenset[Region]] = []  # the regions that it can reach and still continue
     for k, members in enumerate(rounds):
         after = {of_state[to] for state in members for to in ways[state] if to in of_state} - {k}
@@ -163,7 +163,7 @@ def _sending(ground: _Ground) -> Sending:
         reach.append(frozenset(found).union(*(reach[to] for to in sorted(after))))
     parts = _parts(rounds, reach)
     alive = sum(len(members) for members, found in zip(rounds, reach, strict=True) if found)
-    return Sending(
+    return AssignableRegions(
         frozenset[Region]().union(*(part.regions for part in parts)) or here,
         tuple(part for part in parts if len(part.states) < alive),
         _told_apart(rounds, home),

@@ -19,8 +19,8 @@ from safenav.dataclass import dataclass
 from safenav.errors import UsageError
 from safenav.scenario.objective import Target
 from safenav.spec.movement import headings, step_formula
-from safenav.spec.others.exact import out_of_my_way
-from safenav.spec.others.knowledge import (
+from safenav.spec.other_robots.exact import out_of_my_way
+from safenav.spec.other_robots.knowledge import (
     Belief,
     Knowledge,
     TooManyBeliefsError,

@@ -11,8 +11,8 @@ from dataclasses import field
 
 from safenav.dataclass import dataclass
 from safenav.scenario.model import Tracking
-from safenav.spec.others import belief, exact, nearby
-from safenav.spec.others.knowledge import Knowledge
+from safenav.spec.other_robots import belief, exact, nearby
+from safenav.spec.other_robots.knowledge import Knowledge
 from safenav.spec.specification import Constraint, Variable
 from safenav.spec.task import Task
 from safenav.world.map import Region, RegionMap
