@@ -10,7 +10,7 @@ from safenav.audit.grid import opposite
 from safenav.audit.progress import ENDS
 from safenav.audit.proofs.formulas import Formulas, UnreadError, read_formulas
 from safenav.audit.situation import Situation, Status
-from safenav.audit.team import Gate, Member, Need, Pose, Poses, Team
+from safenav.audit.team import Member, Need, OpenObstacle, Pose, Poses, Team
 from safenav.trace.vocabulary import Region
 
 HEADINGS = ("north", "east", "south", "west")
@@ -25,11 +25,13 @@ def pose_of(name: str, now: Situation) -> Pose:
     return toward, way if now.has_heading(name) else None
 
 
-def gates_of(now: Situation, refused: Collection[tuple[str, str]] = ()) -> tuple[Gate, ...]:
+def open_obstacles(
+    now: Situation, refused: Collection[tuple[str, str]] = ()
+) -> tuple[OpenObstacle, ...]:
     """The obstacles with an open request, the oldest first. ``refused``: robots that have no
     strategy for serving an obstacle."""
     return tuple(
-        Gate(
+        OpenObstacle(
             name,
             now.obstacles[name].region,
             frozenset(now.stopped_by(name)),

@@ -30,7 +30,7 @@ class Need(NamedTuple):
     together: bool = False
 
 
-class Gate(NamedTuple):
+class OpenObstacle(NamedTuple):
     """An open obstacle. ``stops``: robots that it physically stops; ``left``: its unmet needs, the
     next one first; ``done``: robots that have had their part in that; ``barred``: robots without a
     strategy for serving it."""
@@ -49,7 +49,7 @@ class Gate(NamedTuple):
         enters = enters and self.region in last[0].regions and robot in last[0].able
         return bool(last) and robot in self.stops and not enters
 
-    def advanced(self) -> Gate:
+    def advanced(self) -> OpenObstacle:
         return self._replace(left=self.left[1:], done=frozenset())
 
 
@@ -63,14 +63,14 @@ class Member(NamedTuple):
     ticks: int = 1
 
 
-Gates = tuple[Gate, ...]
+OpenObstacles = tuple[OpenObstacle, ...]
 Sets = tuple[Poses, ...]  # poses that each robot may choose
 
 
 class Step(NamedTuple):
-    """The next need of the gate with that index, met by ``group``, each ``at`` some poses."""
+    """The next need of the obstacle with that index, met by ``group``, each ``at`` some poses."""
 
-    gate: int
+    obstacle: int
     group: tuple[str, ...]
     at: tuple[Poses, ...]
     lossless: bool
@@ -105,28 +105,30 @@ class Team:
         self._reach, self._live = cache(self._reached), cache(self._lively)
 
     @staticmethod
-    def walls(name: str, gates: Gates) -> frozenset[int]:
-        return frozenset(gate.region for gate in gates if gate.closes(name))
+    def walls(name: str, obstacles: OpenObstacles) -> frozenset[int]:
+        return frozenset(obstacle.region for obstacle in obstacles if obstacle.closes(name))
 
-    def reach(self, name: str, poses: Poses, gates: Gates) -> Poses:
+    def reach(self, name: str, poses: Poses, obstacles: OpenObstacles) -> Poses:
         """Return the poses that a robot can reach from some poses."""
-        return self._reach(name, poses, self.walls(name, gates))
+        return self._reach(name, poses, self.walls(name, obstacles))
 
-    def around(self, name: str, pose: Pose, gates: Gates) -> Poses:
+    def around(self, name: str, pose: Pose, obstacles: OpenObstacles) -> Poses:
         """Return the poses that a robot can go back and forth between."""
-        there, walls = self.reach(name, frozenset([pose]), gates), self.walls(name, gates)
+        there, walls = self.reach(name, frozenset([pose]), obstacles), self.walls(name, obstacles)
         back = _spread({pose}, lambda p: (q for q in self._before[name].get(p, ()) if q in there))
         return frozenset(p for p in back if p == pose or p[0] not in walls)
 
-    def goes_on(self, name: str, poses: Poses, gates: Gates) -> bool:
+    def goes_on(self, name: str, poses: Poses, obstacles: OpenObstacles) -> bool:
         """Return whether a robot can meet each of its targets infinitely often from some of the
         poses."""
-        return bool(self.reach(name, poses, gates) & self._live(name, self.walls(name, gates)))
+        return bool(
+            self.reach(name, poses, obstacles) & self._live(name, self.walls(name, obstacles))
+        )
 
-    def ticks(self, name: str, poses: Poses, there: Poses, gates: Gates) -> int | None:
+    def ticks(self, name: str, poses: Poses, there: Poses, obstacles: OpenObstacles) -> int | None:
         """Return an upper bound on the ticks to the nearest of some poses; None if there is no
         path."""
-        walls, steps = self.walls(name, gates), self.members[name].steps
+        walls, steps = self.walls(name, obstacles), self.members[name].steps
         seen, edge, count = set(poses), set(poses), 0
         while edge and not edge & there:
             edge = {q for p in edge for q in steps.get(p, ()) if q[0] not in walls} - seen
@@ -164,18 +166,18 @@ class Team:
             for way in ways
         )
 
-    def after(self, step: Step, sets: Sets, gates: Gates) -> tuple[Sets, Gates]:
+    def after(self, step: Step, sets: Sets, obstacles: OpenObstacles) -> tuple[Sets, OpenObstacles]:
         where = dict(zip(self.names, sets, strict=True)) | dict(
             zip(step.group, step.at, strict=True)
         )
-        k = step.gate
-        return tuple(where.values()), (*gates[:k], gates[k].advanced(), *gates[k + 1 :])
+        k = step.obstacle
+        return tuple(where.values()), (*obstacles[:k], obstacles[k].advanced(), *obstacles[k + 1 :])
 
     def options(
         self,
         sets: Sets,
         origins: Sets,
-        gates: Gates,
+        obstacles: OpenObstacles,
         present: Mapping[str, frozenset[str]],
         *,
         every: bool = False,
@@ -184,25 +186,28 @@ class Team:
         gets back to all poses of its set (of these one for each obstacle); robots that serve the
         obstacle already; those that are there first; the oldest request; the team's order."""
         found: list[tuple[tuple[object, ...], Step]] = []
-        for k, gate in ((k, gate) for k, gate in enumerate(gates) if gate.left):
-            need, then = gate.left[0], (*gates[:k], gate.advanced(), *gates[k + 1 :])
+        for k, obstacle in ((k, obstacle) for k, obstacle in enumerate(obstacles) if obstacle.left):
+            need, then = (
+                obstacle.left[0],
+                (*obstacles[:k], obstacle.advanced(), *obstacles[k + 1 :]),
+            )
             at, back, rank = (
                 dict[str, Poses](),
                 dict[str, bool](),
                 dict[str, tuple[bool, int, int]](),
             )
             for i, name in enumerate(self.names):
-                if name not in need.able - gate.done - gate.barred:
+                if name not in need.able - obstacle.done - obstacle.barred:
                     continue
                 there = frozenset(
-                    p for p in self.reach(name, sets[i], gates) if p[0] in need.regions
+                    p for p in self.reach(name, sets[i], obstacles) if p[0] in need.regions
                 )
                 if there:
                     at[name], back[name] = there, sets[i] <= self.reach(name, there, then)
-                    stranger = name not in present.get(gate.name, ())
-                    rank[name] = stranger, self.ticks(name, origins[i], there, gates) or 0, i
+                    stranger = name not in present.get(obstacle.name, ())
+                    rank[name] = stranger, self.ticks(name, origins[i], there, obstacles) or 0, i
             able = sorted(at, key=lambda name: (not back[name], rank[name]))
-            for group in combinations(able, max(1, need.robots - len(gate.done))):
+            for group in combinations(able, max(1, need.robots - len(obstacle.done))):
                 if need.together and not self.fits(group, at):
                     continue
                 lossless = all(back[name] for name in group)
@@ -222,85 +227,96 @@ class Team:
         self,
         sets: Sets,
         origins: Sets,
-        gates: Gates,
+        obstacles: OpenObstacles,
         wanted: frozenset[str],
         present: Mapping[str, frozenset[str]],
     ) -> list[Step] | None:
         """Return steps after which all ``wanted`` obstacles are resolved and every robot can
         continue; None if there are none. Raises TooManyError."""
-        failed, nodes = set[tuple[Sets, Gates]](), 0
+        failed, nodes = set[tuple[Sets, OpenObstacles]](), 0
 
-        def search(sets: Sets, origins: Sets, gates: Gates) -> list[Step] | None:
+        def search(sets: Sets, origins: Sets, obstacles: OpenObstacles) -> list[Step] | None:
             nonlocal nodes
             nodes += 1
             if nodes > MOST_NODES:
                 raise TooManyError
-            if self._done(sets, gates, wanted):
+            if self._done(sets, obstacles, wanted):
                 return []
-            if (sets, gates) in failed:
+            if (sets, obstacles) in failed:
                 return None
-            for step in self.options(sets, origins, gates, present):
-                after, then = self.after(step, sets, gates)
-                rest = search(after, self.after(step, origins, gates)[0], then)
+            for step in self.options(sets, origins, obstacles, present):
+                after, then = self.after(step, sets, obstacles)
+                rest = search(after, self.after(step, origins, obstacles)[0], then)
                 if rest is not None:
                     return [step, *rest]
                 if step.lossless:
                     break  # nothing was lost by it, so no other step would suffice either
-            failed.add((sets, gates))
+            failed.add((sets, obstacles))
             return None
 
-        return search(sets, origins, gates)
+        return search(sets, origins, obstacles)
 
-    def _done(self, sets: Sets, gates: Gates, wanted: frozenset[str]) -> bool:
-        if any(gate.left for gate in gates if gate.name in wanted):
+    def _done(self, sets: Sets, obstacles: OpenObstacles, wanted: frozenset[str]) -> bool:
+        if any(obstacle.left for obstacle in obstacles if obstacle.name in wanted):
             return False
-        return all(map(self.goes_on, self.names, sets, [gates] * len(sets)))
+        return all(map(self.goes_on, self.names, sets, [obstacles] * len(sets)))
 
     def settle(
-        self, at: Mapping[str, Pose], gates: Gates, present: Mapping[str, frozenset[str]]
+        self,
+        at: Mapping[str, Pose],
+        obstacles: OpenObstacles,
+        present: Mapping[str, frozenset[str]],
     ) -> Settlement | None:
         """Return the robots that serve each obstacle; None if no order of resolutions lets every
-        robot continue. ``gates``: the open ones, the oldest request first; ``present``: the robots
+        robot continue. ``obstacles``: the oldest request first; ``present``: the robots
         that serve them now."""
         origins = tuple(frozenset([at[name]]) for name in self.names)
-        sets = tuple(self.around(name, at[name], gates) for name in self.names)
+        sets = tuple(self.around(name, at[name], obstacles) for name in self.names)
         served = frozenset[str]()
-        if self.solve(sets, sets, gates, served, {}) is None:
+        if self.solve(sets, sets, obstacles, served, {}) is None:
             return None
-        for gate in gates:
-            if self.solve(sets, sets, gates, served | {gate.name}, {}) is not None:
-                served |= {gate.name}
-        plan = self.solve(sets, origins, gates, served, present)
+        for obstacle in obstacles:
+            if self.solve(sets, sets, obstacles, served | {obstacle.name}, {}) is not None:
+                served |= {obstacle.name}
+        plan = self.solve(sets, origins, obstacles, served, present)
         assert plan is not None
-        for name in dict.fromkeys(gates[step.gate].name for step in reversed(plan)):
+        for name in dict.fromkeys(obstacles[step.obstacle].name for step in reversed(plan)):
             if name not in served:  # perhaps it can stay as it is
-                rest = [step for step in plan if gates[step.gate].name != name]
-                plan = self._replayed(rest, sets, gates, served) or plan
+                rest = [step for step in plan if obstacles[step.obstacle].name != name]
+                plan = self._replayed(rest, sets, obstacles, served) or plan
         duties, begun, busy = dict[str, Duty](), set[int](), set[str]()
         for step in plan:
-            gate = gates[step.gate]
-            ready = step.gate not in begun and not busy & {*step.group}
-            begun, busy = begun | {step.gate}, busy | {*step.group}
-            spots = tuple(self._spots(name, sets, gates, step.gate) for name in step.group)
+            obstacle = obstacles[step.obstacle]
+            ready = step.obstacle not in begun and not busy & {*step.group}
+            begun, busy = begun | {step.obstacle}, busy | {*step.group}
+            spots = tuple(self._spots(name, sets, obstacles, step.obstacle) for name in step.group)
             if ready and all(spots):
                 now = step._replace(at=spots)
                 for name, there in zip(step.group, spots, strict=True):
-                    lasting = self._lasting(now, name, there, sets, gates, served) or there
+                    lasting = self._lasting(now, name, there, sets, obstacles, served) or there
                     regions = frozenset(region for region, _ in lasting)
-                    stays = gate.left[0].together or len(step.group) > 1
-                    duties[name] = Duty(gate.name, step.group, regions, stays)
-        return Settlement(tuple(gate.name for gate in gates if gate.name in served), duties)
+                    stays = obstacle.left[0].together or len(step.group) > 1
+                    duties[name] = Duty(obstacle.name, step.group, regions, stays)
+        return Settlement(
+            tuple(obstacle.name for obstacle in obstacles if obstacle.name in served), duties
+        )
 
-    def _spots(self, name: str, sets: Sets, gates: Gates, k: int) -> Poses:
+    def _spots(self, name: str, sets: Sets, obstacles: OpenObstacles, k: int) -> Poses:
         """Return the poses where a robot can meet the next need of an obstacle."""
-        reached = self.reach(name, sets[self.names.index(name)], gates)
-        return frozenset(p for p in reached if p[0] in gates[k].left[0].regions)
+        reached = self.reach(name, sets[self.names.index(name)], obstacles)
+        return frozenset(p for p in reached if p[0] in obstacles[k].left[0].regions)
 
     def _lasting(
-        self, step: Step, name: str, there: Poses, sets: Sets, gates: Gates, served: frozenset[str]
+        self,
+        step: Step,
+        name: str,
+        there: Poses,
+        sets: Sets,
+        obstacles: OpenObstacles,
+        served: frozenset[str],
     ) -> Poses:
         """Return the poses from which every robot can continue once the step is done."""
-        (after, then), k = self.after(step, sets, gates), self.names.index(name)
+        (after, then), k = self.after(step, sets, obstacles), self.names.index(name)
         good, bad = set[Pose](), set[Pose]()
         for pose in sorted(there, key=str):
             if pose in good or pose in bad:
@@ -312,19 +328,19 @@ class Team:
         return frozenset(good)
 
     def _replayed(
-        self, plan: list[Step], sets: Sets, gates: Gates, wanted: frozenset[str]
+        self, plan: list[Step], sets: Sets, obstacles: OpenObstacles, wanted: frozenset[str]
     ) -> list[Step] | None:
         """Return the same steps with the poses as they are then; None if that no longer
         suffices."""
         found = []
         for step in plan:
-            at = {name: self._spots(name, sets, gates, step.gate) for name in step.group}
-            together = gates[step.gate].left[0].together
+            at = {name: self._spots(name, sets, obstacles, step.obstacle) for name in step.group}
+            together = obstacles[step.obstacle].left[0].together
             if not all(at.values()) or (together and not self.fits(step.group, at)):
                 return None
             found.append(step._replace(at=tuple(at.values())))
-            sets, gates = self.after(found[-1], sets, gates)
-        return found if self._done(sets, gates, wanted) else None
+            sets, obstacles = self.after(found[-1], sets, obstacles)
+        return found if self._done(sets, obstacles, wanted) else None
 
 
 def _spread(starts: Iterable[Pose], after: Callable[[Pose], Iterator[Pose]]) -> Poses:

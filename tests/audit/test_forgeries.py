@@ -39,7 +39,7 @@ def closure_of(lines: list[Line]) -> dict[str, Any]:
     moment = moment_of(now, {}, ())
     return {
         "kind": "closure",
-        "resolved": list(moment.gates),
+        "resolved": list(moment.obstacles),
         "never": [],
         "robots": {
             name: {

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from safenav.audit.proofs.moment import Gate, Moment, Pose, Robot
+from safenav.audit.proofs.moment import Moment, OpenObstacle, Pose, Robot
 from safenav.audit.proofs.reading import MalformedError, mapping, names, poses
 
 Sets = Mapping[str, frozenset[Pose]]
@@ -27,11 +27,11 @@ def closure_problems(
         name: mapping(table, f"the table of {name}")
         for name, table in mapping(proof.get("robots"), "robots").items()
     }
-    unknown = [name for name in never if name not in moment.gates]
+    unknown = [name for name in never if name not in moment.obstacles]
     if unknown:
         yield f"{', '.join(unknown)} is not known, or resolved already, so it closes nothing"
         return
-    forgotten = sorted(moment.gates.keys() - {*never, *away})
+    forgotten = sorted(moment.obstacles.keys() - {*never, *away})
     if forgotten:
         yield f"the closure says nothing of {', '.join(forgotten)}"
         return
@@ -42,7 +42,7 @@ def closure_problems(
     begins = start or {name: frozenset([r.pose]) for name, r in moment.robots.items()}
     stuck: dict[str, int] = {}
     for name in never:
-        stages = list(_stuck_at(moment.gates[name], moment, inside))
+        stages = list(_stuck_at(moment.obstacles[name], moment, inside))
         if not stages:
             yield f"{name} can be resolved: enough robots get to where that is done"
             return
@@ -50,24 +50,26 @@ def closure_problems(
         stuck[name] = stages[0]
     for name, robot in moment.robots.items():
         walls = moment.sealed[name] | {
-            moment.gates[one].region for one in never if moment.gates[one].closes(robot, stuck[one])
+            moment.obstacles[one].region
+            for one in never
+            if moment.obstacles[one].closes(robot, stuck[one])
         }
         yield from _robot_problems(robot, moment, inside[name], begins[name], walls, tables[name])
     if lame and all(_is_live(tables[name]) for name in tables):
         yield "everybody is said to be able to go on for ever, so nothing is proven"
 
 
-def _stuck_at(gate: Gate, moment: Moment, inside: Sets) -> Iterator[int]:
+def _stuck_at(obstacle: OpenObstacle, moment: Moment, inside: Sets) -> Iterator[int]:
     """Yield the stages at which too few robots can reach the regions where the need is met."""
-    for stage in range(gate.stage, len(gate.needs)):
-        need = gate.needs[stage]
+    for stage in range(obstacle.stage, len(obstacle.needs)):
+        need = obstacle.needs[stage]
         able = {
             name: frozenset(region for region, _ in inside[name])
             for name, robot in moment.robots.items()
             if need.action in robot.capabilities
-            and not (stage == gate.stage and not need.together and name in gate.done)
+            and not (stage == obstacle.stage and not need.together and name in obstacle.done)
         }
-        if not moment.enough(need, gate.missing(stage), able):
+        if not moment.enough(need, obstacle.missing(stage), able):
             yield stage
 
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from heapq import heappop, heappush
 from itertools import product
 
-from safenav.audit.proofs.moment import Gate, Moment, Pose, Robot
+from safenav.audit.proofs.moment import Moment, OpenObstacle, Pose, Robot
 from safenav.audit.proofs.reading import mapping, names, pose, whole
 
 MOST_STATES = 200_000
@@ -70,20 +70,20 @@ def joint_problems(proof: Mapping[str, object], moment: Moment) -> Iterator[str]
     robots = [moment.robots[name] for name in moment.robots if name in listed]
     if not all(robot.judged for robot in robots):
         return  # what their formulas demand is more than is read here
-    yield from _Enumeration(moment.without(moment.gates.keys() - stages.keys()), robots).problems(
-        told, digest
-    )
+    yield from _Enumeration(
+        moment.without(moment.obstacles.keys() - stages.keys()), robots
+    ).problems(told, digest)
 
 
 def _stages_problem(stages: Mapping[str, int], listed: set[str], moment: Moment) -> str:
     outside = [robot for name, robot in moment.robots.items() if name not in listed]
     for name, stage in stages.items():
-        gate = moment.gates.get(name)
-        if gate is None:
+        obstacle = moment.obstacles.get(name)
+        if obstacle is None:
             return f"{name} is not known, or resolved already, so it closes nothing"
-        if stage != gate.stage:
-            return f"{name} has {gate.stage} of its needs met, not {stage}"
-        rest = {need.action for need in gate.needs[stage:]}
+        if stage != obstacle.stage:
+            return f"{name} has {obstacle.stage} of its needs met, not {stage}"
+        rest = {need.action for need in obstacle.needs[stage:]}
         helper = next((robot for robot in outside if rest & robot.capabilities), None)
         if helper is not None:
             return f"{helper.name}, which the proof leaves out, may have a part in resolving {name}"
@@ -94,7 +94,7 @@ class _Enumeration:
     def __init__(self, moment: Moment, robots: list[Robot]) -> None:
         self._moment = moment
         self._robots = robots
-        self._gates = dict(moment.gates)
+        self._obstacles = dict(moment.obstacles)
         self._rivals = [
             [k for k, other in enumerate(robots) if other.name in robot.conflicts]
             for robot in robots
@@ -156,7 +156,7 @@ class _Enumeration:
             else:
                 choices.append([(robot.rounds_left, sum(1 << k for k in robot.covered))])
         poses = tuple(robot.pose for robot in self._robots)
-        stages = tuple(sorted((g.name, g.stage, g.done) for g in self._gates.values()))
+        stages = tuple(sorted((g.name, g.stage, g.done) for g in self._obstacles.values()))
         return [self._settled(_State(poses, left, stages)) for left in product(*choices)]
 
     def _successors(self, state: _State) -> Iterator[_State]:
@@ -175,14 +175,14 @@ class _Enumeration:
     def _closed(self, stages: tuple[Stage, ...]) -> list[frozenset[int]]:
         known = self._walls.get(stages)
         if known is None:
-            gates = [self._gate(stage) for stage in stages]
-            known = [self._moment.walls(robot, gates) for robot in self._robots]
+            obstacles = [self._obstacle(stage) for stage in stages]
+            known = [self._moment.walls(robot, obstacles) for robot in self._robots]
             self._walls[stages] = known
         return known
 
-    def _gate(self, stage: Stage) -> Gate:
+    def _obstacle(self, stage: Stage) -> OpenObstacle:
         name, index, done = stage
-        return replace(self._gates[name], stage=index, done=done)
+        return replace(self._obstacles[name], stage=index, done=done)
 
     def _is_complete(self, state: _State) -> bool:
         if any(goals for goals, _ in state.left):
@@ -236,7 +236,7 @@ class _Enumeration:
         """Return the stage after the actions that the robots can perform where they stand; None:
         resolved."""
         name, index, done = stage
-        need = self._gates[name].needs[index]
+        need = self._obstacles[name].needs[index]
         here = {
             robot.name
             for robot, at in zip(self._robots, poses, strict=True)
@@ -247,7 +247,7 @@ class _Enumeration:
                 return stage
         elif len(done | here) < need.robots:
             return name, index, done | here
-        last = index + 1 == len(self._gates[name].needs)
+        last = index + 1 == len(self._obstacles[name].needs)
         return None if last else (name, index + 1, frozenset())
 
     def _met(self, robot: Robot, region: int, left: Left) -> Left:

@@ -31,7 +31,7 @@ class Need:
 
 
 @dataclass(frozen=True)
-class Gate:
+class OpenObstacle:
     """An obstacle that is known and unresolved: the needs before ``stage`` are met, and ``done``
     have had their part in the one at it. ``blocks``: robots that it physically stops."""
 
@@ -97,7 +97,7 @@ class Moment:
     cols: int
     free: frozenset[int]
     robots: Mapping[str, Robot]
-    gates: Mapping[str, Gate]
+    obstacles: Mapping[str, OpenObstacle]
     sealed: Mapping[str, frozenset[int]]
     rounds: int
     shut: frozenset[str] = frozenset()
@@ -121,9 +121,9 @@ class Moment:
             return [to for to in found if robot.formulas.allows(pose, to)]
         return found
 
-    def walls(self, robot: Robot, gates: Iterable[Gate]) -> frozenset[int]:
-        """Return the regions that the gates close to a robot, and the sealed ones."""
-        closed = {gate.region for gate in gates if gate.closes(robot)}
+    def walls(self, robot: Robot, obstacles: Iterable[OpenObstacle]) -> frozenset[int]:
+        """Return the regions that the open obstacles close to a robot, and the sealed ones."""
+        closed = {obstacle.region for obstacle in obstacles if obstacle.closes(robot)}
         return self.sealed[robot.name] | closed
 
     def closure(
@@ -204,11 +204,11 @@ class Moment:
             if len(kept) == size:
                 return kept
 
-    def without(self, gates: Iterable[str]) -> Moment:
-        """Return the same moment without these gates."""
-        gone = set(gates)
-        rest = {name: gate for name, gate in self.gates.items() if name not in gone}
-        return replace(self, gates=rest)
+    def without(self, obstacles: Iterable[str]) -> Moment:
+        """Return the same moment without these obstacles."""
+        gone = set(obstacles)
+        rest = {name: obstacle for name, obstacle in self.obstacles.items() if name not in gone}
+        return replace(self, obstacles=rest)
 
     def enough(self, need: Need, missing: int, places: Mapping[str, frozenset[int]]) -> bool:
         """Return whether this many of these robots can perform the need simultaneously

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from itertools import combinations
 
 from safenav.audit.proofs.closure import Sets, closure_problems
-from safenav.audit.proofs.moment import Gate, Moment, Pose
+from safenav.audit.proofs.moment import Moment, OpenObstacle, Pose
 from safenav.audit.proofs.reading import MalformedError, mapping, names, sequence, whole
 
 MOST_NODES = 10_000
@@ -49,7 +49,7 @@ def _problems(
         return
     if kind != "tree":
         raise MalformedError(f"{kind!r} within a tree")
-    walls = {n: moment.walls(r, moment.gates.values()) for n, r in moment.robots.items()}
+    walls = {n: moment.walls(r, moment.obstacles.values()) for n, r in moment.robots.items()}
     closed = {n: moment.closure(r, sets[n], walls[n]) for n, r in moment.robots.items()}
     if all(not r.judged or moment.live(r, closed[n], walls[n]) for n, r in moment.robots.items()):
         yield "everybody can go on for ever before any of the choices"
@@ -86,24 +86,24 @@ def _options(moment: Moment, closed: Sets) -> list[_Option]:
     """Return every need that is next for its obstacle, with every group of robots that could meet
     it."""
     found = []
-    for name, gate in moment.gates.items():
-        need = gate.needs[gate.stage]
+    for name, obstacle in moment.obstacles.items():
+        need = obstacle.needs[obstacle.stage]
         places = {
             one: frozenset(region for region, _ in closed[one]) & need.regions
             for one, robot in moment.robots.items()
-            if need.action in robot.capabilities and (need.together or one not in gate.done)
+            if need.action in robot.capabilities and (need.together or one not in obstacle.done)
         }
         able = sorted(one for one, at in places.items() if at)
-        for group in combinations(able, gate.missing(gate.stage)):
+        for group in combinations(able, obstacle.missing(obstacle.stage)):
             if not need.together or moment.fits(group, places):
-                found.append(_Option(name, gate.stage, frozenset(group)))
+                found.append(_Option(name, obstacle.stage, frozenset(group)))
     return found
 
 
 def _is_lossless(
     option: _Option, moment: Moment, closed: Sets, walls: Mapping[str, frozenset[int]]
 ) -> bool:
-    regions = moment.gates[option.obstacle].needs[option.need].regions
+    regions = moment.obstacles[option.obstacle].needs[option.need].regions
     return all(
         moment.closure(moment.robots[name], _on(closed[name], regions), walls[name]) >= closed[name]
         for name in option.robots
@@ -111,16 +111,16 @@ def _is_lossless(
 
 
 def _after(option: _Option, moment: Moment, closed: Sets) -> tuple[Moment, Sets]:
-    gate = moment.gates[option.obstacle]
-    regions = gate.needs[option.need].regions
+    obstacle = moment.obstacles[option.obstacle]
+    regions = obstacle.needs[option.need].regions
     there = {
         name: _on(inside, regions) if name in option.robots else inside
         for name, inside in closed.items()
     }
-    if option.need + 1 == len(gate.needs):
-        return moment.without([gate.name]), there
-    further: Gate = replace(gate, stage=option.need + 1, done=frozenset())
-    return replace(moment, gates={**moment.gates, gate.name: further}), there
+    if option.need + 1 == len(obstacle.needs):
+        return moment.without([obstacle.name]), there
+    further: OpenObstacle = replace(obstacle, stage=option.need + 1, done=frozenset())
+    return replace(moment, obstacles={**moment.obstacles, obstacle.name: further}), there
 
 
 def _on(inside: frozenset[Pose], regions: frozenset[int]) -> frozenset[Pose]:

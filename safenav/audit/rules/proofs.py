@@ -11,7 +11,7 @@ from typing import Any
 from safenav.audit.progress import ENDS
 from safenav.audit.proofs.formulas import UnreadError, read_formulas
 from safenav.audit.proofs.judging import never_resolved_problems, problems_of
-from safenav.audit.proofs.moment import Gate, Moment, Need, Pose, Robot
+from safenav.audit.proofs.moment import Moment, Need, OpenObstacle, Pose, Robot
 from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.situation import Situation, Status
 from safenav.trace.objective import Objective
@@ -123,8 +123,8 @@ def moment_of(
     every robot were in service."""
     out = frozenset() if hopeful else frozenset(now.out)
     world = now.grid
-    gates = {
-        name: Gate(
+    obstacles = {
+        name: OpenObstacle(
             name,
             obstacle.region,
             tuple(
@@ -147,7 +147,7 @@ def moment_of(
             name: replace(_robot(name, now, goals.get(name, [])), out=name in out)
             for name in now.header.robots
         },
-        gates,
+        obstacles,
         {
             name: frozenset(
                 obstacle.region

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from safenav.audit.deriving import gates_of, pose_of, serving, team_of
+from safenav.audit.deriving import open_obstacles, pose_of, serving, team_of
 from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.situation import RESYNTHESIS, Situation, helpers_of
 from safenav.audit.team import Duty, Settlement, TooManyError
@@ -107,13 +107,17 @@ class BidsRule(Rule):
         for robot in sorted(able - set(record.bids)):
             problem = f"{robot} could resolve {record.obstacle}, but does not bid"
             yield self.broken_by(record, robot, problem)
-        team, gates, where = team_of(now), gates_of(now), set(now.need(record.obstacle).regions)
+        team, obstacles, where = (
+            team_of(now),
+            open_obstacles(now),
+            set(now.need(record.obstacle).regions),
+        )
         if team is None:
             return
         for robot in sorted(able & set(record.bids)):
             there = frozenset(pose for pose in team.members[robot].steps if pose[0] in where)
             here = frozenset([pose_of(robot, now)])
-            truth, bid = team.ticks(robot, here, there, gates), record.bids[robot]
+            truth, bid = team.ticks(robot, here, there, obstacles), record.bids[robot]
             if bid != truth:
                 said, least = _ticks(bid), _ticks(truth)
                 problem = f"{robot} bids {said} for {record.obstacle}; it takes {least}"
@@ -206,7 +210,7 @@ class HelperRule(Rule):
             return None
         poses = {name: pose_of(name, now) for name in now.header.robots}
         try:
-            return team.settle(poses, gates_of(now, refused), self._present)
+            return team.settle(poses, open_obstacles(now, refused), self._present)
         except TooManyError:
             return None
 

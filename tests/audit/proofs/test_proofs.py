@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from safenav.audit.proofs.judging import problems_of
-from safenav.audit.proofs.moment import Gate, Moment, Need, Pose, Robot
+from safenav.audit.proofs.moment import Moment, Need, OpenObstacle, Pose, Robot
 
 # A corridor of regions 1 to 5; nobody may enter 0 or 6.
 FREE = frozenset(range(1, 6))
@@ -33,15 +33,15 @@ def robot(name: str, at: int, *targets: int, can: str = "", heading: str | None 
     )
 
 
-def gate(name: str, at: int, *needs: Need, blocks: str) -> Gate:
-    return Gate(name, at, needs, frozenset(blocks.split()))
+def obstacle(name: str, at: int, *needs: Need, blocks: str) -> OpenObstacle:
+    return OpenObstacle(name, at, needs, frozenset(blocks.split()))
 
 
 def need(action: str, *regions: int, robots: int = 1, together: bool = False) -> Need:
     return Need(action, robots, frozenset(regions), together)
 
 
-def moment(robots: list[Robot], *gates: Gate, together: bool = False) -> Moment:
+def moment(robots: list[Robot], *obstacles: OpenObstacle, together: bool = False) -> Moment:
     if together:
         everybody = {one.name for one in robots}
         robots = [replace(one, conflicts=frozenset(everybody - {one.name})) for one in robots]
@@ -50,7 +50,7 @@ def moment(robots: list[Robot], *gates: Gate, together: bool = False) -> Moment:
         7,
         FREE,
         {one.name: one for one in robots},
-        {one.name: one for one in gates},
+        {one.name: one for one in obstacles},
         {one.name: frozenset() for one in robots},
         1,
     )
@@ -68,7 +68,7 @@ def reasons(proof: dict[str, Any], about: Moment) -> list[str]:
 
 NOBODY = moment(
     [robot("a", 1, 5, 1), robot("b", 2, 1, 2, can="sense")],
-    gate("door@4", 4, need("push", 4), blocks="a b"),
+    obstacle("door@4", 4, need("push", 4), blocks="a b"),
 )
 NO_PUSHER = {
     "kind": "closure",
@@ -114,7 +114,7 @@ def test_a_closure_that_does_not_hold_gets_a_reason(proof: dict[str, Any], reaso
 def test_an_obstacle_that_somebody_can_resolve_is_not_never_resolved() -> None:
     able = moment(
         [robot("a", 1, 5, 1), robot("b", 2, 1, 2, can="push")],
-        gate("door@4", 4, need("push", 3), blocks="a b"),
+        obstacle("door@4", 4, need("push", 3), blocks="a b"),
     )
     assert "can be resolved" in reasons(NO_PUSHER, able)[0]
 
@@ -122,8 +122,8 @@ def test_an_obstacle_that_somebody_can_resolve_is_not_never_resolved() -> None:
 def test_a_pusher_behind_the_door_does_not_help_where_it_cannot_get() -> None:
     far = moment(
         [robot("a", 1, 5, 1), robot("b", 5, 5, can="push")],
-        gate("door@3", 3, need("push", 2), blocks="a b"),
-        gate("fog@4", 4, need("sense", 2), blocks="b"),
+        obstacle("door@3", 3, need("push", 2), blocks="a b"),
+        obstacle("fog@4", 4, need("sense", 2), blocks="b"),
     )
     proof = {
         "kind": "closure",
@@ -137,7 +137,7 @@ def test_a_pusher_behind_the_door_does_not_help_where_it_cannot_get() -> None:
 def test_a_second_need_that_nobody_can_meet_is_enough() -> None:
     vault = moment(
         [robot("a", 1, 5, 1, can="sense")],
-        gate("vault@3", 3, need("sense", 2), need("lift", 2), blocks="a"),
+        obstacle("vault@3", 3, need("sense", 2), need("lift", 2), blocks="a"),
     )
     proof = {
         "kind": "closure",
@@ -158,7 +158,7 @@ def test_robots_that_keep_apart_do_not_lift_together_on_one_region(
             robot("b", 1, 1, can="lift"),
             robot("c", 2, 2, can="lift"),
         ],
-        gate("beam@4", 4, need("lift", 3, robots=2, together=True), blocks="a b c"),
+        obstacle("beam@4", 4, need("lift", 3, robots=2, together=True), blocks="a b c"),
         together=apart,
     )
     proof = {
@@ -179,8 +179,8 @@ def test_robots_that_keep_apart_do_not_lift_together_on_one_region(
 # With a heading there is no way back: who senses at 1 can never push at 5, and the other way round.
 ONE_WAY = moment(
     [robot("a", 3, 3, heading="east", can="push"), robot("b", 3, 1, 5)],
-    gate("west@2", 2, need("push", 4), blocks="b"),
-    gate("east@4", 4, need("push", 2), blocks="b"),
+    obstacle("west@2", 2, need("push", 4), blocks="b"),
+    obstacle("east@4", 4, need("push", 2), blocks="b"),
 )
 
 
@@ -217,8 +217,8 @@ def test_one_lossless_choice_stands_for_all() -> None:
     """Two can push at once; whoever does it can come back, so that one of them is enough."""
     about = moment(
         [robot("a", 1, 1, can="push"), robot("b", 2, 2, can="push"), robot("c", 1, 5)],
-        gate("door@4", 4, need("push", 3), blocks="a b c"),
-        gate("wall@5", 5, need("lift", 4), blocks="a b c"),
+        obstacle("door@4", 4, need("push", 3), blocks="a b c"),
+        obstacle("wall@5", 5, need("lift", 4), blocks="a b c"),
     )
     after = {
         "kind": "closure",
@@ -246,7 +246,7 @@ def joint_proof(about: Moment, poses: list[list[Pose]]) -> dict[str, Any]:
         "kind": "joint",
         "robots": list(about.robots),
         "start": {name: list(one.pose) for name, one in about.robots.items()},
-        "stages": {name: one.stage for name, one in about.gates.items()},
+        "stages": {name: one.stage for name, one in about.obstacles.items()},
         "goal": {"rounds": 1},
         "states": len(poses),
         "sha256": hashlib.sha256("".join(lines).encode()).hexdigest(),
@@ -290,7 +290,7 @@ def test_a_team_that_can_complete_is_not_deadlocked() -> None:
 def test_who_is_left_out_of_a_proof_must_not_be_of_any_help() -> None:
     about = moment(
         [robot("a", 1, 5), robot("b", 5, 1), robot("c", 3, 3, can="push")],
-        gate("door@3", 3, need("push", 2), blocks="a b"),
+        obstacle("door@3", 3, need("push", 2), blocks="a b"),
         together=True,
     )
     proof = joint_proof(PASSING, ORDERED) | {"stages": {"door@3": 0}}
@@ -303,7 +303,7 @@ def test_two_who_lift_together_open_the_way_for_each_other() -> None:
     """The same floor with a beam that they can lift: what is behind it counts, too."""
     about = moment(
         [robot("a", 1, 5, can="lift"), robot("b", 2, 4, can="lift")],
-        gate("beam@3", 3, need("lift", 1, 2, robots=2, together=True), blocks="a b"),
+        obstacle("beam@3", 3, need("lift", 1, 2, robots=2, together=True), blocks="a b"),
         together=True,
     )
     found = reasons(joint_proof(about, [[(1, None), (2, None)]]), about)
