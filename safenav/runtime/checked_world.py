@@ -6,7 +6,8 @@ from collections.abc import Callable, Collection, Iterable
 from typing import Any, TypeVar
 
 from safenav.errors import ExitCode, SafenavError
-from safenav.runtime.world import Change, ChangingWorld, World
+from safenav.runtime.protocol import BlockingWorld
+from safenav.runtime.world import Change, ChangingWorld
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.world.map import Region
 from safenav.world.moves import Mobility, Pose
@@ -23,7 +24,7 @@ class WorldError(SafenavError):
 class CheckedWorld:
     """Queries a world, and raises WorldError for impossible results."""
 
-    def __init__(self, world: World, scenario: Scenario) -> None:
+    def __init__(self, world: BlockingWorld, scenario: Scenario) -> None:
         self._world = world
         self._scenario = scenario
         self._regions = {robot.name: robot.start.region for robot in scenario.robots}

@@ -14,9 +14,10 @@ from safenav.errors import UsageError
 from safenav.runtime.coordination.events import Event, Unsettled
 from safenav.runtime.knowledge import UNTRAVERSABLE
 from safenav.runtime.progress import Progress
+from safenav.runtime.protocol import BlockingWorld
 from safenav.runtime.team import Assignment, RobotState, Role, TeamState
 from safenav.runtime.turn import Turns
-from safenav.runtime.world import SimulatedWorld, World
+from safenav.runtime.world import SimulatedWorld
 from safenav.scenario.model import Obstacle, ObstacleType
 from safenav.scenario.objective import Objective, targets_of
 from safenav.trace import records, vocabulary
@@ -77,7 +78,7 @@ class Interventions:
     """Asked for at any time, applied at the beginning of the next tick."""
 
     state: TeamState
-    world: World
+    world: BlockingWorld
     turns: Turns
     _asked: list[Intervention] = field(default_factory=list)
 

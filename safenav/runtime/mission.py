@@ -21,11 +21,12 @@ from safenav.runtime.coordination.reasons import Shortfall
 from safenav.runtime.coordination.strategies import Strategies
 from safenav.runtime.coordination.strategy_search import StrategySearch, TaskResult
 from safenav.runtime.interventions import Intervention, Interventions
+from safenav.runtime.protocol import BlockingWorld
 from safenav.runtime.team import TeamState
 from safenav.runtime.termination import Conclusion, RunEnded, Stop
 from safenav.runtime.traffic.planning import Traffic
 from safenav.runtime.turn import Turns
-from safenav.runtime.world import SimulatedWorld, World
+from safenav.runtime.world import SimulatedWorld
 from safenav.scenario.model import Outcome, Scenario
 from safenav.synthesis.binary import Binary
 from safenav.synthesis.cache import Cache
@@ -66,7 +67,7 @@ class Mission:
         scenario: Scenario,
         synthesizer: Synthesizer | None = None,
         *,
-        world: World | None = None,
+        world: BlockingWorld | None = None,
         listeners: Iterable[Listener] = (),
         progress: SynthesisListener | None = None,
     ) -> None:

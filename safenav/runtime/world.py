@@ -1,4 +1,4 @@
-"""The actual world, as a mission meets it: a simulation of the scenario's own, or real robots.
+"""The actual world of a scenario, simulated, and how far its obstacles are resolved.
 
 The modelled world is the map with its known obstacles O; the actual one also holds the hidden
 obstacles R, found when a robot is about to enter one (paper, Sections III and V-A).
@@ -15,29 +15,6 @@ from safenav.dataclass import dataclass
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.world.map import Region
 from safenav.world.moves import Pose
-
-
-class World(Protocol):
-    """The actual world: an implementation of these three methods can drive real robots.
-
-    Its results are checked (``CheckedWorld``); an exception ends the run with a typed error.
-    """
-
-    def sense(self, robot: Robot, region: Region) -> Obstacle | None:
-        """The unresolved obstacle in a region that ``robot`` is about to enter, if any."""
-        ...
-
-    def move(self, robot: Robot, pose: Pose) -> Pose | None:
-        """Bring the robot to ``pose``: its own region or a neighbouring one. Return the pose that
-        it really has now, or None if that is the commanded one."""
-        ...
-
-    def act(self, robot: Robot) -> Iterable[tuple[Obstacle, bool | None]]:
-        """Let the robot perform its actions where it stands; return the obstacles whose last need
-        that fulfils, each with whether its region is traversable (None: its type has no truth).
-
-        Earlier needs are not returned: the mission derives them from where robots are."""
-        ...
 
 
 @dataclass(frozen=True)

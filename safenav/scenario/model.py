@@ -228,6 +228,39 @@ class Controllers(StrEnum):
     AUTO = "auto"
 
 
+class Clock(StrEnum):
+    """How a run passes time: in ticks, in each of which every robot takes its turn, or in seconds
+    (``live``): each robot decides when its last command has ended."""
+
+    LOCKSTEP = "lockstep"
+    LIVE = "live"
+
+
+class FailedMoves(StrEnum):
+    """What follows when the moves of a robot into a region have failed too often: the region counts
+    as an obstacle that only an operator resolves, or the robot is out of service."""
+
+    OBSTACLE = "obstacle"
+    OUT_OF_SERVICE = "out_of_service"
+
+
+@dataclass(frozen=True)
+class Failures:
+    """Policies of a live run. ``retries``: a failed move into a region is repeated so often, then
+    comes ``then``. ``most``: failed moves without an arrival after which a robot is out of service.
+    ``actions``: failed actions of a robot on an obstacle after which another robot helps.
+    ``patience``: a command that takes so many times the median duration is cancelled, and
+    ``timeout``: one that takes so many seconds (None: no such limit); if it has not ended after the
+    same time again, the robot is lost."""
+
+    retries: int = 2
+    then: FailedMoves = FailedMoves.OBSTACLE
+    most: int = 6
+    actions: int = 2
+    patience: float = 10.0
+    timeout: float | None = None
+
+
 class Outcome(StrEnum):
     """How a run can end."""
 
@@ -251,8 +284,9 @@ class Until:
 
 @dataclass(frozen=True)
 class Limits:
-    """``ticks`` and ``seconds`` (wall, None for no limit) of a run; seconds (wall) and MiB of each
-    single synthesis; ``states`` of a strategy that is listed where that is left to safenav."""
+    """``ticks`` and ``seconds`` (wall, or on the clock of a live run; None for no limit) of a run;
+    seconds (wall) and MiB of each single synthesis; ``states`` of a strategy that is listed where
+    that is left to safenav."""
 
     ticks: int = 1000
     synthesis_seconds: float = 60.0
@@ -282,14 +316,18 @@ class Expect:
     never: tuple[EventPattern, ...] | None = None
 
 
+DEFAULT_CLOCK = Clock.LOCKSTEP
+"""The clock of a scenario that names none."""
+
+
 @dataclass(frozen=True)
 class Scenario:
     """Everything that a run needs. ``source`` is the file it came from, for messages.
 
     ``deadlock``: whether joint plans resolve deadlocks.
     ``partition``: the cells of beliefs, None for the rooms of the map. ``changes``: the changes
-    for robots during the run, by tick. ``catalogue``: the models and types that its text could
-    name, those of its own among them.
+    for robots during the run, by tick (live: at so many seconds). ``catalogue``: the models and
+    types that its text could name, those of its own among them. ``failures``: live policies.
     """
 
     name: str
@@ -307,6 +345,8 @@ class Scenario:
     controllers: Controllers = Controllers.AUTO
     changes: tuple[RobotChange, ...] = ()
     catalogue: Catalogue = field(default=Catalogue(), repr=False, compare=False)
+    clock: Clock = DEFAULT_CLOCK
+    failures: Failures = Failures()
 
     def robot(self, name: str) -> Robot:
         """The robot of that name. Raises KeyError."""

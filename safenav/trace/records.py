@@ -18,14 +18,18 @@ from safenav.trace.objective import Objective
 from safenav.trace.proofs import Proof
 from safenav.trace.setting import ObstacleHeader, ScenarioHeader
 from safenav.trace.vocabulary import (
+    ActResult,
     BlockReason,
     ChangeCause,
     Count,
     Ending,
     Form,
     Heading,
+    HoldReason,
     MovedBy,
+    MoveEnd,
     OperatorCause,
+    OperatorDeed,
     Place,
     PlanEndReason,
     Reason,
@@ -44,21 +48,25 @@ VERSION = 3
 @dataclass(frozen=True)
 class Record:
     """Fields of all lines: ``tick``, 0 before the first move, and the number of the ``line`` in
-    the file it was read from, from 1 (0: it was not read; not part of the line)."""
+    the file it was read from, from 1 (0: it was not read; not part of the line). In a live run
+    ``tick`` is the number of the pass, and ``t`` the time in seconds."""
 
     type: ClassVar[str]
     tick: Count
+    t: Seconds | None = field(default=None, kw_only=True)
     line: int = field(default=0, kw_only=True, compare=False, repr=False)
 
 
 @dataclass(frozen=True)
 class Header(Record):
-    """The first line; the only one without a tick in the file."""
+    """The first line; the only one without a tick in the file. ``clock``: ``live`` for a run in
+    time, None for lockstep."""
 
     type: ClassVar[str] = "header"
     trace: int
     safenav: str
     scenario: ScenarioHeader
+    clock: str | None = None
 
 
 @dataclass(frozen=True)
@@ -157,6 +165,121 @@ class Move(Record):
     by: MovedBy | None = None
     signal: Signal | None = None
     busy: tuple[Region, ...] | None = None
+
+
+@dataclass(frozen=True)
+class Depart(Record):
+    """Live: a robot begins a step, and occupies both regions until the ``arrive`` line with the
+    same ``command``. ``heading``: the one at its end. ``by`` as in ``Move``; ``node``: the
+    strategy's node after the step; ``shown``: regions that were shown to its strategy as occupied
+    although no robot is there; ``seconds``: expected duration."""
+
+    type: ClassVar[str] = "depart"
+    command: Count
+    robot: str
+    from_: Region
+    to: Region
+    heading: Heading | None
+    by: MovedBy
+    node: Count | None = None
+    shown: tuple[Region, ...] | None = None
+    signal: Signal | None = None
+    seconds: Seconds | None = None
+
+
+@dataclass(frozen=True)
+class Arrive(Record):
+    """Live: the step of a robot has ended, and it occupies the region ``at`` only (``regions`` if
+    it is lost: it is somewhere in these). ``reason``: why it is not where it was to go."""
+
+    type: ClassVar[str] = "arrive"
+    command: Count
+    robot: str
+    at: Region
+    heading: Heading | None
+    result: MoveEnd
+    reason: str | None = None
+    regions: tuple[Region, ...] | None = None
+
+
+@dataclass(frozen=True)
+class Act(Record):
+    """Live: a robot begins to act on ``obstacles`` (none: on what the team does not know) where it
+    stands. ``robots``: all that take part, which stay until the ``acted`` line."""
+
+    type: ClassVar[str] = "act"
+    command: Count
+    robot: str
+    robots: tuple[str, ...]
+    obstacles: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Acted(Record):
+    """Live: the end of an action. ``results``: the result for each obstacle."""
+
+    type: ClassVar[str] = "acted"
+    command: Count
+    robot: str
+    results: Mapping[str, ActResult]
+
+
+@dataclass(frozen=True)
+class Hold(Record):
+    """Live: a robot stays where it is, from now on for another reason than before."""
+
+    type: ClassVar[str] = "hold"
+    robot: str
+    why: HoldReason
+    signal: Signal | None = None
+
+
+@dataclass(frozen=True)
+class Late(Record):
+    """Live: a report of the world that was dropped, and why: ``event`` is its kind, ``at`` the time
+    (seconds) that it is about."""
+
+    type: ClassVar[str] = "late"
+    event: str
+    reason: str
+    robot: str | None = None
+    obstacle: str | None = None
+    command: Count | None = None
+    at: Seconds | None = None
+
+
+@dataclass(frozen=True)
+class Reopened(Record):
+    """Live: an obstacle that was given up (``blocked``) is pending again: what it lacked may be
+    there now."""
+
+    type: ClassVar[str] = "reopened"
+    obstacle: str
+
+
+@dataclass(frozen=True)
+class Waiting(Record):
+    """Live: the run would end, and waits for an operator instead. ``outcome``: the end that it
+    would have; the other fields as there."""
+
+    type: ClassVar[str] = "waiting"
+    outcome: Ending
+    explanation: str
+    cause: OperatorCause | None = None
+    proof: Proof | None = None
+
+
+@dataclass(frozen=True)
+class Operator(Record):
+    """Live: an intervention of an operator."""
+
+    type: ClassVar[str] = "operator"
+    deed: OperatorDeed
+    robot: str | None = None
+    obstacle: str | None = None
+    region: Region | None = None
+    heading: Heading | None = None
+    objective: Objective | None = None
 
 
 @dataclass(frozen=True)
@@ -399,7 +522,9 @@ class PlanEnd(Record):
 @dataclass(frozen=True)
 class Outcome(Record):
     """The last line. ``rounds`` of each robot. ``cause``: why an operator is needed. ``proof``:
-    of a negative. ``unrealizable``: robot and spec of each synthesis that ended the run."""
+    of a negative. ``unrealizable``: robot and spec of each synthesis that ended the run. Live:
+    ``makespan``, the time (seconds) of the last end of a command, and the seconds in which each
+    robot had a command (``busy``) and in which it had none before that (``waiting``)."""
 
     type: ClassVar[str] = "outcome"
     outcome: Ending
@@ -412,6 +537,9 @@ class Outcome(Record):
     cause: OperatorCause | None = None
     proof: Proof | None = None
     unrealizable: Mapping[str, Sha256] | None = None
+    makespan: Seconds | None = None
+    busy: Mapping[str, Seconds] | None = None
+    waiting: Mapping[str, Seconds] | None = None
 
 
 KINDS: Mapping[str, type[Record]] = {

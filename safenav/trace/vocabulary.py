@@ -105,6 +105,53 @@ class MovedBy(StrEnum):
     """The robot was kept where it is: no successor, or held back by coordination."""
 
 
+class MoveEnd(StrEnum):
+    """How a step ends."""
+
+    ARRIVED = "arrived"
+    ELSEWHERE = "elsewhere"
+    BLOCKED = "blocked"
+    FAILED = "failed"
+    LOST = "lost"
+
+
+class HoldReason(StrEnum):
+    """Why a robot stays where it is."""
+
+    STRATEGY = "strategy"
+    """Its strategy has it stay."""
+    HELD = "held"
+    """Kept there: its strategy has no successor that it may take now."""
+    PLAN = "plan"
+    """The joint plan has it stay: it is done, or others go first."""
+    SYNTHESIS = "synthesis"
+    ACTING = "acting"
+    SERVICE = "service"
+    OPERATOR = "operator"
+
+
+class ActResult(StrEnum):
+    """The result of an action on an obstacle."""
+
+    DONE = "done"
+    UNTRAVERSABLE = "untraversable"
+    FAILED = "failed"
+    NOTHING = "nothing"
+    """There is no such obstacle."""
+
+
+class OperatorDeed(StrEnum):
+    """An intervention of an operator."""
+
+    RESOLVED = "resolved"
+    PERMANENT = "permanent"
+    PUT_BACK = "put_back"
+    OUT_OF_SERVICE = "out_of_service"
+    OBJECTIVE = "objective"
+    ADDED = "added"
+    GIVE_UP = "give_up"
+
+
 class ChangeCause(StrEnum):
     """Why an obstacle appeared or disappeared."""
 

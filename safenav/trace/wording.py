@@ -108,6 +108,17 @@ _PLAN_OVER = {
 }
 
 
+_HOLDS = {
+    vocabulary.HoldReason.STRATEGY: "by its strategy",
+    vocabulary.HoldReason.HELD: "held back",
+    vocabulary.HoldReason.PLAN: "by the joint plan",
+    vocabulary.HoldReason.SYNTHESIS: "until its strategy is synthesized",
+    vocabulary.HoldReason.ACTING: "acting",
+    vocabulary.HoldReason.SERVICE: "out of service",
+    vocabulary.HoldReason.OPERATOR: "until an operator intervenes",
+}
+
+
 @dataclass(frozen=True)
 class Wording:
     """The wording of a run. ``word``: what a region is called in the names of obstacles and in
@@ -180,10 +191,45 @@ class Wording:
                 return f"{self._all(line.robots)} move by a joint plan ({line.reason})"
             case records.PlanEnd():
                 return f"the joint plan is over: {_PLAN_OVER[line.reason]}"
+            case records.Depart():
+                way = f"from {self._at(line.from_)} to {self._at(line.to)}"
+                return f"{self.robot(line.robot)} sets out {way}"
+            case records.Arrive():
+                where = f"{self.robot(line.robot)} is at {self._at(line.at)}"
+                if line.result is vocabulary.MoveEnd.ARRIVED:
+                    return where
+                why = f" ({line.reason})" if line.reason else ""
+                return f"{where}, its step ended: {line.result.value}{why}"
+            case records.Act():
+                names = " and ".join(map(self.obstacle, line.obstacles))
+                return f"{self._all(frozenset(line.robots))} act on {names or 'what is there'}"
+            case records.Acted():
+                results = (f"{self.obstacle(name)}: {deed}" for name, deed in line.results.items())
+                return f"the action of {self.robot(line.robot)} ends ({', '.join(results)})"
+            case records.Hold():
+                return f"{self.robot(line.robot)} stays ({_HOLDS[line.why]})"
+            case records.Late():
+                about = line.robot or line.obstacle
+                what = f"{line.event} of {about}" if about else line.event
+                return f"a report is dropped: {what}, {line.reason}"
+            case records.Reopened():
+                return f"{self.strong(self.obstacle(line.obstacle))} may be resolvable again"
+            case records.Waiting():
+                return f"the team waits for an operator: {line.explanation}"
+            case records.Operator():
+                return f"an operator intervenes: {self._operator(line)}"
             case records.Outcome():
                 text = line.outcome.value.replace("_", " ")
                 return f"{text}: {line.explanation}" if line.explanation else text
         raise TypeError(f"{line.type} is not an event")
+
+    def _operator(self, line: records.Operator) -> str:
+        what = line.deed.value.replace("_", " ")
+        words = [self.obstacle(line.obstacle)] if line.obstacle else []
+        words += [self.robot(line.robot)] if line.robot else []
+        words += [f"at {self._at(line.region)}"] if line.region is not None else []
+        words += [self.objective(line.objective)] if line.objective else []
+        return f"{what} {' '.join(words)}".rstrip()
 
     def objectives(self, line: records.Push | records.Pop, names: Iterable[str]) -> str:
         """Return the objectives of these robots after the line, in brackets; empty if no robot has

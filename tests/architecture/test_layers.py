@@ -99,8 +99,8 @@ def classes(name: str) -> list[str]:
     return [cls for cls in found if not cls.startswith("_")]
 
 
-TOLD = {"Choice", "Closure", "Joint", "Reach", "Tree", "Option"}  # of proofs
-TOLD |= {"Met", "Outcome", "Request", "Signal", "Violation"}
+TOLD = {"Acted", "Blocked", "Choice", "Closure", "Joint", "Reach", "Tree", "Option"}  # of proofs
+TOLD |= {"Hold", "Met", "Outcome", "Request", "Signal", "Violation"}
 """Records of the trace that are called as what they tell of."""
 
 

@@ -133,6 +133,7 @@ def definition(name: str) -> dict[str, Any]:
     [
         (SCHEMA, loader.KEYS, loader.REQUIRED),
         (SCHEMA["properties"]["limits"], loader.LIMIT_KEYS, ()),
+        (SCHEMA["properties"]["failures"], loader.FAILURE_KEYS, ()),
         (definition("map"), map_reader.KEYS, ()),
         (definition("rectangle"), area_reader.KEYS, ()),
         (definition("robot"), robot_reader.KEYS, robot_reader.REQUIRED),

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 import pytest
 
 from report.browser import Browser
-from safenav import LiveView, Mission, Obstacle, Pose, Robot, World, load_scenario
+from safenav import BlockingWorld, LiveView, Mission, Obstacle, Pose, Robot, load_scenario
 from safenav.errors import UsageError
 from safenav.runtime.world import SimulatedWorld
 from studio.serving import SCENARIOS
@@ -22,9 +22,9 @@ def browser() -> Iterator[Browser]:
 
 
 class Fleet:
-    """A `World`: what the mission asks goes to something else."""
+    """A `BlockingWorld`: what the mission asks goes to something else."""
 
-    def __init__(self, actual: World) -> None:
+    def __init__(self, actual: BlockingWorld) -> None:
         self.asked: list[str] = []
         self._actual = actual
 

@@ -7,14 +7,19 @@ each know one item of the format; docs/scenario.md is its reference.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from safenav.dataclass import dataclass
 from safenav.errors import Diagnostic, InputError
 from safenav.scenario.model import (
+    DEFAULT_CLOCK,
     Catalogue,
+    Clock,
     Controllers,
     Coordination,
+    FailedMoves,
+    Failures,
     Limits,
     Robot,
     RobotChange,
@@ -52,6 +57,8 @@ KEYS = (
     "changes",
     "until",
     "limits",
+    "clock",
+    "failures",
     "seed",
     "coordination",
     "controllers",
@@ -60,6 +67,7 @@ KEYS = (
     "expect",
     "catalogue",
 )
+FAILURE_KEYS = ("retries", "then", "most", "actions", "patience", "timeout")
 LIMIT_KEYS = ("ticks", "seconds", "synthesis_seconds", "synthesis_memory", "states")
 REQUIRED = {
     "safenav": "begin the file with 'safenav: 1', the version of its format",
@@ -183,6 +191,8 @@ class _Loader:
         )
         deadlock = read.switch(item.get("deadlock"), "'deadlock'", self._findings)
         partition = read_partition(item.get("partition"), regions, self._findings)
+        clock = read.choice(item.get("clock"), "'clock'", Clock, self._findings)
+        failures = self._failures(item.get("failures"))
         if regions.world is None:
             return None
         return Scenario(
@@ -201,6 +211,8 @@ class _Loader:
             controllers or Controllers.AUTO,
             changes,
             catalogue=catalogue,
+            clock=clock or DEFAULT_CLOCK,
+            failures=failures,
         )
 
     def _version(self, node: Node | None) -> None:
@@ -244,6 +256,24 @@ class _Loader:
         label = "'rounds' of until"
         rounds = read.integer(item.get("rounds"), label, self._findings, least=1)
         return Until() if rounds is None else Until(rounds)
+
+    def _failures(self, node: Node | None) -> Failures:
+        item = read.mapping(node, "failures", self._findings, FAILURE_KEYS)
+        if item is None:
+            return Failures()
+        counts = {
+            key: read.integer(
+                item.get(key), f"'{key}' of failures", self._findings, least=int(key != "retries")
+            )
+            for key in ("retries", "most", "actions")
+        }
+        times = {
+            key: read.positive(item.get(key), f"'{key}' of failures", self._findings)
+            for key in ("patience", "timeout")
+        }
+        then = read.choice(item.get("then"), "'then' of failures", FailedMoves, self._findings)
+        given = {**counts, **times, "then": then}
+        return replace(Failures(), **{k: v for k, v in given.items() if v is not None})  # type: ignore[arg-type]
 
     def _limits(self, node: Node | None) -> Limits:
         item = read.mapping(node, "limits", self._findings, LIMIT_KEYS)

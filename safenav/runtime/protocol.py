@@ -1,0 +1,170 @@
+"""The protocols of the actual world: commands that return immediately, and the events that end
+them; or three methods that block.
+
+A robot that was sent somewhere occupies the region that it leaves and the one that it goes to
+until an event ends the command. So events must be true, and sent after the robot has left all
+regions that they do not name (docs/library.md).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import field
+from typing import Protocol, runtime_checkable
+
+from safenav.dataclass import dataclass
+from safenav.scenario.model import Obstacle, Robot
+from safenav.trace.vocabulary import ActResult
+from safenav.world.map import Region
+from safenav.world.moves import Pose
+
+
+@dataclass(frozen=True)
+class WorldEvent:
+    """An event that a world reports. ``at``: when it was so, in seconds on the world's clock.
+    ``command``: the number of the command that it ends; None if it ends none."""
+
+    at: float
+    command: int | None = field(default=None, kw_only=True)
+
+
+@dataclass(frozen=True)
+class Arrived(WorldEvent):
+    """The robot is in the pose that it was sent to, and in no other region."""
+
+    robot: str
+
+
+@dataclass(frozen=True)
+class Elsewhere(WorldEvent):
+    """The robot is in ``pose`` instead, and in no other region."""
+
+    robot: str
+    pose: Pose
+
+
+@dataclass(frozen=True)
+class Blocked(WorldEvent):
+    """The robot is back in ``pose``, where it set out, and in no other region: it met an obstacle
+    (None: it does not know which) in the region that it was sent to."""
+
+    robot: str
+    pose: Pose
+    obstacle: Obstacle | None = None
+
+
+@dataclass(frozen=True)
+class Failed(WorldEvent):
+    """The robot is in ``pose`` and in no other region. ``fatal``: it cannot move any more."""
+
+    robot: str
+    pose: Pose
+    reason: str
+    fatal: bool = False
+
+
+@dataclass(frozen=True)
+class Lost(WorldEvent):
+    """The robot is somewhere in ``regions``; nothing else is known of it."""
+
+    robot: str
+    regions: frozenset[Region]
+
+
+@dataclass(frozen=True)
+class Sensed(WorldEvent):
+    """``by`` (None: a sensor that is no robot's) has seen an obstacle, or (``there`` false) that it
+    is not there any more."""
+
+    obstacle: Obstacle
+    by: str | None = None
+    there: bool = True
+
+
+@dataclass(frozen=True)
+class Acted(WorldEvent):
+    """The action of a robot is over: the result for each obstacle that it was to act on, and for
+    each other one that it has resolved. ``done``: its last need is met."""
+
+    robot: str
+    found: Sequence[tuple[Obstacle, ActResult]] = ()
+
+
+Ended = Arrived | Elsewhere | Blocked | Failed | Lost
+"""Events that end a step."""
+
+
+@runtime_checkable
+class World(Protocol):
+    """The actual world, in time. Only ``wait`` may block. Commands have increasing numbers; each is
+    ended by exactly one event with its number, which ``start`` and ``act`` return if it has
+    happened already (else None), and ``wait`` later. Results are checked; an event that cannot be
+    true is a fatal failure of its robot."""
+
+    @property
+    def idle(self) -> bool:
+        """Whether no command is open, so that no event is to come."""
+        ...
+
+    def now(self) -> float:
+        """Seconds since some moment; never less than before."""
+        ...
+
+    def sense(self, robot: Robot, region: Region) -> Obstacle | None:
+        """The unresolved obstacle in a region that ``robot`` is about to enter, if any is known to
+        its sensors now."""
+        ...
+
+    def start(self, robot: Robot, pose: Pose, command: int) -> WorldEvent | None:
+        """Send the robot to ``pose``, in its own region or a neighbouring one."""
+        ...
+
+    def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> WorldEvent | None:
+        """Let the robot perform its actions where it stands: on ``obstacles``, as far as the team
+        knows, and on those that the team does not know. Always ended by ``Acted``, be it with
+        ``nothing`` for an obstacle that is not there."""
+        ...
+
+    def cancel(self, robot: Robot) -> None:
+        """Stop the robot's command as soon as possible; it is still ended by its event."""
+        ...
+
+    def wait(self, timeout: float | None) -> Sequence[WorldEvent]:
+        """Wait for events, at most ``timeout`` seconds (None: no limit); those that happened."""
+        ...
+
+
+class BlockingWorld(Protocol):
+    """The actual world of a run in lockstep: an implementation of these three methods can drive
+    real robots.
+
+    Its results are checked (``CheckedWorld``); an exception ends the run with a typed error.
+    """
+
+    def sense(self, robot: Robot, region: Region) -> Obstacle | None:
+        """The unresolved obstacle in a region that ``robot`` is about to enter, if any."""
+        ...
+
+    def move(self, robot: Robot, pose: Pose) -> Pose | None:
+        """Bring the robot to ``pose``: its own region or a neighbouring one. Return the pose that
+        it really has now, or None if that is the commanded one."""
+        ...
+
+    def act(self, robot: Robot) -> Iterable[tuple[Obstacle, bool | None]]:
+        """Let the robot perform its actions where it stands; return the obstacles whose last need
+        that fulfils, each with whether its region is traversable (None: its type has no truth).
+
+        Earlier needs are not returned: the mission derives them from where robots are."""
+        ...
+
+
+class Durations(Protocol):
+    """Expected seconds of commands in a simulated world."""
+
+    def seconds(self, robot: Robot, start: Pose, end: Pose) -> float:
+        """Duration of a step."""
+        ...
+
+    def action_seconds(self, robot: Robot, obstacle: Obstacle) -> float:
+        """Duration of an action on an obstacle."""
+        ...
