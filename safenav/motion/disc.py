@@ -6,20 +6,14 @@ Each move is a quintic from rest to rest, so it needs nothing of what comes afte
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import atan2, hypot, pi, remainder, sqrt, tau
+from math import atan2, hypot, pi, remainder, tau
 
 from safenav.errors import UsageError
 from safenav.motion.file.records import Curve, Flight, Moving
 from safenav.motion.geometry import MetricFloor, way, yaw
 from safenav.motion.mover import Crossing, Mover
 from safenav.motion.polynomial import PEAK, quintic
-
-PEAK_ACCELERATION = 10 / sqrt(3)
-"""The highest acceleration of a quintic from rest to rest over way / seconds^2."""
-TURNING = 1.5
-"""Radians per second at which it turns to face something."""
-ROOM = 0.05
-"""Metres that a robot stays inside its region when it stops short of an obstacle there."""
+from safenav.pace.robot import ROOM, TURNING, glide
 
 
 def end_of(crossing: Crossing, floor: MetricFloor, size: float) -> tuple[float, float]:
@@ -58,7 +52,7 @@ class DiscMover(Mover):
 
     def seconds(self, metres: float) -> float:
         """How long a way from rest to rest takes."""
-        return PEAK * metres / self.values["speed"]
+        return glide(metres, self.values["speed"])
 
     def move(self, crossing: Crossing) -> list[Moving]:
         there = end_of(crossing, self.floor, self.size)

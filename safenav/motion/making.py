@@ -18,13 +18,11 @@ from safenav.motion.timing.schedule import scheduled, when
 from safenav.motion.walker.limits import RECOVERING
 from safenav.motion.walker.mover import WalkerMover
 from safenav.motion.walker.pushes import pushed
+from safenav.pace.robot import SIDE as SIDE
 from safenav.scenario.motion import resolved
 from safenav.scenario.reading.catalogue import built_in
 from safenav.trace.setting import RobotHeader
 from safenav.trace.trace import Trace
-
-SIDE = 2.7
-"""Metres of a region if the trace does not say: as in the paper's code."""
 
 
 @dataclass(frozen=True)

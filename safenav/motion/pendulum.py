@@ -7,9 +7,8 @@ state splits into ``xi = c + c'/omega`` (the divergent component, or capture poi
 everything here runs eta forwards from the start and xi backwards from the goal; shooting from
 one side would multiply every rounding error by e^(omega T), 10^7 over one move.
 
-Sources: Zhao, Fernandez, Sentis (IJRR 2017) for the time of a step between two keyframes;
-Englsberger, Ott, Albu-Schaeffer (T-RO 2015) for the divergent component; the linear problem of a
-whole move is our own.
+Sources: Englsberger, Ott, Albu-Schaeffer (T-RO 2015) for the divergent component; the linear
+problem of a whole move is our own.
 
 States are arrays ``[x, y, vx, vy]`` in metres and metres per second; times are seconds.
 """
@@ -17,55 +16,11 @@ States are arrays ``[x, y, vx, vy]`` in metres and metres per second; times are 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import asinh, cosh, log, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-
-GRAVITY = 9.81
-
-
-def frequency(height: float) -> float:
-    """omega of a pendulum whose mass is ``height`` metres above the ground, in 1/s."""
-    return sqrt(GRAVITY / height)
-
-
-def period(omega: float, length: float, speed: float) -> float:
-    """Seconds of a step of the periodic gait, ``length`` metres at apex speed ``speed``."""
-    return 2 / omega * asinh(omega * length / (2 * speed))
-
-
-def sway(omega: float, offset: float, seconds: float) -> float:
-    """How far the mass sways to the side of a foot ``offset`` metres off the centre line, at
-    apex of the periodic gait with steps of this many seconds."""
-    return offset * (1 - 1 / cosh(omega * seconds / 2))
-
-
-@dataclass(frozen=True)
-class Keyframe:
-    """An instant at which the mass is over or abreast of its stance foot, along one axis:
-    position of the mass, its speed, and position of the foot (m, m/s, m)."""
-
-    position: float
-    speed: float
-    foot: float
-
-
-def step_times(omega: float, here: Keyframe, apex: Keyframe) -> tuple[float, float]:
-    """Seconds on the foot of ``here``, then on the foot of ``apex`` (whose mass is over its
-    foot), of the step from one to the other: the two parabolas of the phase plane meet once.
-    """
-    reach = apex.position - here.foot
-    ahead = here.position - here.foot
-    square = apex.speed**2 - here.speed**2
-    square += omega**2 * (ahead**2 + apex.position**2 - here.foot**2)
-    switch = square / (2 * omega**2 * reach)
-    speed = sqrt(apex.speed**2 + omega**2 * (switch - apex.position) ** 2)
-    first = log((switch - here.foot + speed / omega) / (ahead + here.speed / omega)) / omega
-    then = log((apex.position - switch + speed / omega) / (apex.speed / omega)) / omega
-    return first, then
 
 
 def divergent(state: Array, omega: float) -> Array:

@@ -7,10 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from safenav.pace.robot import PEAK as PEAK
 
-PEAK = 1.875
-"""The highest speed of a quintic from rest to rest, over its mean speed."""
+Array = NDArray[np.float64]
 
 
 def quintic(

@@ -7,14 +7,15 @@ or a convex polygon around its middle, which has room to turn in a region.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import atan2, hypot, pi, remainder, sqrt, tau
+from math import atan2, hypot, pi, remainder, tau
 
 from safenav.errors import UsageError
-from safenav.motion.disc import PEAK_ACCELERATION, ROOM, end_of
+from safenav.motion.disc import end_of
 from safenav.motion.file.records import Arc, Drive, Moving
 from safenav.motion.geometry import yaw
 from safenav.motion.mover import Crossing, Mover
-from safenav.motion.polynomial import PEAK, quintic
+from safenav.motion.polynomial import quintic
+from safenav.pace.robot import ROOM, glide
 
 
 class RoverMover(Mover):
@@ -70,15 +71,14 @@ class RoverMover(Mover):
         if abs(angle + pi) < 1e-9:
             angle = pi
         speed, pull = self.values["turning"], self.values["acceleration"] / (self.size / 2)
-        seconds = max(PEAK * abs(angle) / speed, sqrt(PEAK_ACCELERATION * abs(angle) / pull))
+        seconds = glide(abs(angle), speed, pull)
         arc = Arc(seconds, *self.place, self.facing, None, quintic(seconds, 0, 0, angle, 0))
         self.facing = wanted
         return [arc]
 
     def _driving(self, there: tuple[float, float]) -> Arc:
         metres = hypot(there[0] - self.place[0], there[1] - self.place[1])
-        pull = PEAK_ACCELERATION * metres / self.values["acceleration"]
-        seconds = max(PEAK * metres / self.values["speed"], sqrt(pull))
+        seconds = glide(metres, self.values["speed"], self.values["acceleration"])
         arc = Arc(seconds, *self.place, self.facing, 0.0, quintic(seconds, 0, 0, metres, 0))
         self.place = there
         return arc

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import sqrt
 
-from safenav.motion.disc import PEAK_ACCELERATION, DiscMover
+from safenav.motion.disc import DiscMover
+from safenav.pace.robot import RESERVE, glide
 
 
 class FlyerMover(DiscMover):
@@ -13,8 +13,6 @@ class FlyerMover(DiscMover):
 
     name = "fly"
     at_rest = "hover"
-    reserve = 0.5
-    """Share of the tilt limit that a reference may use; the rest is for the wind."""
 
     @property
     def altitude(self) -> float:
@@ -25,5 +23,4 @@ class FlyerMover(DiscMover):
         return {**super().limits(), **own}
 
     def seconds(self, metres: float) -> float:
-        pull = self.reserve * self.values["tilt"]
-        return max(super().seconds(metres), sqrt(PEAK_ACCELERATION * metres / pull))
+        return glide(metres, self.values["speed"], RESERVE * self.values["tilt"])

@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from safenav.errors import UsageError
-from safenav.motion.disc import PEAK_ACCELERATION
 from safenav.motion.file.records import Curve, Flight, FlownTrack
 from safenav.motion.flyer.body import DRAG, RATE, STEP, Body
 from safenav.motion.flyer.tracking import HORIZON, AxisTracker
 from safenav.motion.flyer.tracking import STEP as PERIOD
 from safenav.motion.geometry import Box, MetricFloor
 from safenav.motion.polynomial import derivative, values
+from safenav.pace.robot import PEAK_ACCELERATION
 
 Array = NDArray[np.float64]
 

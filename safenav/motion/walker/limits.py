@@ -12,8 +12,8 @@ import numpy as np
 from safenav.motion.pendulum import sampled
 from safenav.motion.polynomial import between, derivative, values
 from safenav.motion.walker import primitives
-from safenav.motion.walker.gait import Gait
 from safenav.motion.walker.primitives import LEFT, RIGHT, Primitive
+from safenav.pace.gait import Gait
 
 SAMPLES = 200
 

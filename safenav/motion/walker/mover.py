@@ -12,9 +12,9 @@ from safenav.motion.geometry import MetricFloor, turn, way, yaw
 from safenav.motion.mover import Crossing, Mover
 from safenav.motion.pendulum import Array
 from safenav.motion.walker import primitives
-from safenav.motion.walker.gait import Walker, gait_on
 from safenav.motion.walker.limits import LIMITS, broken, most_demanding
 from safenav.motion.walker.primitives import LEFT, Primitive
+from safenav.pace.gait import Walker, gait_on
 
 
 class WalkerMover(Mover):

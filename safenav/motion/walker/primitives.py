@@ -9,33 +9,21 @@ accumulates: each begins at the pose of an absolute region.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from itertools import pairwise
-from math import cos, log, pi, sin
+from math import cos, pi, sin
 
 import numpy as np
 
 from safenav.motion.file.records import Foothold, Swing
-from safenav.motion.pendulum import Array, Keyframe, placed, step_times
-from safenav.motion.walker.gait import Gait
+from safenav.motion.pendulum import Array, placed
+from safenav.pace.gait import Apex, Gait, Stride, starting, stopping, walking
 
 LEFT, RIGHT = 1, -1
 
-ARC_STEPS = 4
-FULL_SPEED = 0.45
-ARC_SPEEDS = {2: (0.3, 0.4, 0.4, 0.5), 1: (0.3, 0.25, 0.25, 0.5)}
-"""Apex speeds on the arc by its radius in step lengths, in m/s at ``FULL_SPEED``."""
-ARC_SHARES = {2: (0.7, 1.15), 1: (1.0, 1.15)}
-"""Shares of the chord that the first and the last step of an arc take."""
-START_SPEED = 0.15
-"""Metres per second over the first foot."""
-SHIFT_SECONDS = 0.3
-"""Half of the double support in which the mass leans before the first step."""
 STILL = (0.0,) * 6
 """Velocities and accelerations of a foot on the ground."""
-SETTLE_SECONDS = 0.6
-"""Half of the double support in which the mass comes to rest."""
 
 
 @dataclass(frozen=True)
@@ -60,43 +48,17 @@ class Primitive:
         return float(self.durations.sum())
 
 
-@dataclass(frozen=True)
-class _Apex:
-    """A keyframe of the centre line: position, heading, speed, stance foot."""
-
-    x: float
-    y: float
-    yaw: float
-    speed: float
-    foot: int
-
-
 @lru_cache(maxsize=512)
 def walk(gait: Gait, turn: int, foot: int) -> Primitive:
     """From walking pose to walking pose of the next region, beginning on ``foot``."""
-    line = [_Apex(gait.length, 0.0, 0.0, gait.speed, foot)]
-    if turn == 0:
-        _straight(line, gait, gait.steps, gait.speed)
-    else:
-        approach = gait.approach(1)
-        if (approach % 2 == 0) != (foot == turn):
-            approach += 1  # the outer foot is to swing first on the arc
-        _turned(line, gait, turn, approach)
-    return _stepping(f"walk {_WORDS[turn]}", gait, line, turn)
+    return _stepping(f"walk {_WORDS[turn]}", gait, walking(gait, turn, foot), turn)
 
 
 @lru_cache(maxsize=512)
 def start(gait: Gait, turn: int, foot: int) -> Primitive:
     """From standing pose to walking pose of the next region; of a straight start ``foot`` is
     the stance foot at the end, of a turn the arc decides."""
-    room = gait.approach(2)
-    first = -foot if turn == 0 else turn * (-1) ** room
-    line = [_Apex(2 * gait.length, 0.0, 0.0, min(START_SPEED, gait.speed), first)]
-    if turn == 0:
-        _straight(line, gait, gait.steps - 1, gait.speed)
-    else:
-        _turned(line, gait, turn, room)
-    return _stepping(f"start {_WORDS[turn]}", gait, line, turn, standing=True)
+    return _stepping(f"start {_WORDS[turn]}", gait, starting(gait, turn, foot), turn)
 
 
 @lru_cache(maxsize=64)
@@ -104,11 +66,8 @@ def stop(gait: Gait, foot: int) -> Primitive:
     """From walking pose to standing pose: a step onto the capture point, then the feet close,
     and the mass settles between them."""
     omega, offset, length = gait.omega, gait.walker.foot, gait.length
-    step = log(length * omega / gait.speed) / omega
-    lean = offset - (offset - gait.sway) * np.exp(omega * step)
-    close = log(offset / (offset + lean)) / omega
-    settle = SETTLE_SECONDS
-    durations = np.array([step, close, settle, settle])
+    durations = np.array(stopping(gait))
+    step, close = stopping(gait)[:2]
     place = 2 * length
     pressures = np.array(
         [[length, foot * offset], [place, -foot * offset], [place, 0.0], [place, 0.0]]
@@ -144,54 +103,12 @@ def stand(gait: Gait, seconds: float) -> Primitive:
 _WORDS = {0: "straight", LEFT: "left", RIGHT: "right"}
 
 
-def _straight(line: list[_Apex], gait: Gait, steps: int, speed: float) -> None:
-    """Steps straight on, with the speed rising evenly to ``speed``."""
-    first = line[-1]
-    for step in range(1, steps + 1):
-        share = step / steps
-        pace = first.speed + (speed - first.speed) * share
-        foot = first.foot * (-1) ** step
-        line.append(_Apex(first.x + step * gait.length, first.y, first.yaw, pace, foot))
-
-
-def _turned(line: list[_Apex], gait: Gait, turn: int, approach: int) -> None:
-    """A quarter turn: straight steps, an arc, and a tail to the walking pose beside it."""
-    _straight(line, gait, approach, line[0].speed)
-    first = line[-1]
-    half, length = gait.side / 2, gait.length
-    radius = half - first.x
-    size = max(1, round(radius / length))
-    early, late = ARC_SHARES[size]
-    chord = 2 * radius * sin(pi / 4 / ARC_STEPS)
-    quarter = pi / 2 / ARC_STEPS
-    pace = gait.speed / FULL_SPEED
-    x, y = first.x, first.y
-    for step, share in enumerate((early, 2 - early, 2 - late, late)):
-        middle = (step + 0.5) * quarter
-        x += chord * share * cos(middle)
-        y += chord * share * sin(middle) * turn
-        foot = first.foot * (-1) ** (step + 1)
-        speed = ARC_SPEEDS[size][step] * pace
-        line.append(_Apex(x, y, (step + 1) * quarter * turn, speed, foot))
-    last = line[-1]
-    steps = round((half + length - radius) / length)
-    end = (half, turn * (half + length))
-    for step in range(1, steps + 1):
-        share = step / steps
-        there = (last.x + (end[0] - last.x) * share, last.y + (end[1] - last.y) * share)
-        foot = last.foot * (-1) ** step
-        line.append(_Apex(*there, turn * pi / 2, gait.speed, foot))
-
-
-def _stepping(
-    name: str, gait: Gait, line: list[_Apex], turn: int, standing: bool = False
-) -> Primitive:
-    """Plans the steps along a line of apexes; ``standing`` leans onto the first foot before."""
-    omega, offset = gait.omega, gait.walker.foot
-    feet = np.array(
-        [[a.x - a.foot * offset * sin(a.yaw), a.y + a.foot * offset * cos(a.yaw)] for a in line]
-    )
-    durations = _durations(gait, line, feet)
+def _stepping(name: str, gait: Gait, stride: Stride, turn: int) -> Primitive:
+    """Plans the steps of a stride; a standing walker leans onto the first foot before."""
+    omega, offset, line = gait.omega, gait.walker.foot, stride.line
+    standing = stride.lean > 0
+    feet = np.array([apex.stance(offset) for apex in line])
+    durations = np.array(stride.durations)
     pressures = feet
     weights = np.ones(len(line))
     weights[0] = weights[-1] = 0.0
@@ -199,7 +116,7 @@ def _stepping(
     if standing:
         lead = 2
         middle = np.array([[line[0].x, 0.0]] * lead)
-        durations = np.concatenate([[SHIFT_SECONDS] * lead, durations])
+        durations = np.concatenate([[stride.lean / lead] * lead, durations])
         pressures = np.concatenate([middle, feet])
         weights = np.concatenate([np.ones(lead), weights])
     first, last = line[0], line[-1]
@@ -217,28 +134,8 @@ def _stepping(
     )
 
 
-def _durations(gait: Gait, line: list[_Apex], feet: Array) -> Array:
-    """Seconds on each foot: from half a step before its apex to half a step after it."""
-    seconds = np.zeros(len(line))
-    for index, (here, there) in enumerate(pairwise(line)):
-        way = np.array([cos(there.yaw), sin(there.yaw)])
-        body = np.array(
-            [
-                here.x - here.foot * gait.sway * sin(here.yaw),
-                here.y + here.foot * gait.sway * cos(here.yaw),
-            ]
-        )
-        speed = here.speed * cos(there.yaw - here.yaw)
-        place = Keyframe(0.0, speed, float((feet[index] - body) @ way))
-        reach = float((feet[index + 1] - body) @ way)
-        on_this, on_next = step_times(gait.omega, place, Keyframe(reach, there.speed, reach))
-        seconds[index] += on_this
-        seconds[index + 1] += on_next
-    return seconds
-
-
 def _footholds(
-    line: list[_Apex], feet: Array, times: Array, aside: float | None
+    line: Sequence[Apex], feet: Array, times: Array, aside: float | None
 ) -> tuple[Foothold, ...]:
     """Where the feet stand, in the order in which they land; ``aside``: the walker stands at
     first, with its other foot as far on the other side."""
@@ -254,7 +151,7 @@ def _footholds(
 
 
 def _swings(
-    gait: Gait, line: list[_Apex], holds: tuple[Foothold, ...], times: Array, standing: bool
+    gait: Gait, line: Sequence[Apex], holds: tuple[Foothold, ...], times: Array, standing: bool
 ) -> tuple[Swing, ...]:
     """The ways of the feet between their holds; at a walking pose a foot is half-way."""
     swings = []
@@ -292,7 +189,7 @@ def _walking(gait: Gait, x: float, foot: int) -> Array:
     return np.array([x, foot * gait.sway, gait.speed, 0.0])
 
 
-def _placed_walking(gait: Gait, apex: _Apex) -> Array:
+def _placed_walking(gait: Gait, apex: Apex) -> Array:
     way = np.array([cos(apex.yaw), sin(apex.yaw)])
     aside = np.array([-way[1], way[0]]) * apex.foot * gait.sway
     return np.concatenate([np.array([apex.x, apex.y]) + aside, way * gait.speed])

@@ -1,0 +1,266 @@
+"""How a walker walks on regions of a given side: its gait, its keyframes, and their times.
+
+Local frame: the walker enters its region at the origin, heading along x. Sources: Zhao, Fernandez,
+Sentis (IJRR 2017) for the time of a step between two keyframes; docs/motion.md.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from itertools import pairwise
+from math import asinh, ceil, cos, cosh, exp, log, pi, sin, sqrt
+
+from safenav.dataclass import dataclass
+from safenav.errors import UsageError
+
+GRAVITY = 9.81
+LEFT = 1
+
+LEAST_SIDE = 1.5
+"""Metres of a region below which the arcs of a turn would cross the walker's own feet."""
+LONGEST_STEP = 0.5
+FULL_STEP = 0.45
+"""Metres of a step at the walker's own speed; shorter ones are slower in proportion."""
+LONGEST_ARC = 2
+
+ARC_STEPS = 4
+FULL_SPEED = 0.45
+ARC_SPEEDS = {2: (0.3, 0.4, 0.4, 0.5), 1: (0.3, 0.25, 0.25, 0.5)}
+"""Apex speeds on the arc by its radius in step lengths, in m/s at ``FULL_SPEED``."""
+ARC_SHARES = {2: (0.7, 1.15), 1: (1.0, 1.15)}
+"""Shares of the chord that the first and the last step of an arc take."""
+START_SPEED = 0.15
+"""Metres per second over the first foot."""
+SHIFT_SECONDS = 0.3
+"""Half of the double support in which the mass leans before the first step."""
+SETTLE_SECONDS = 0.6
+"""Half of the double support in which the mass comes to rest."""
+
+
+@dataclass(frozen=True)
+class Walker:
+    """The parameters of a walker, in metres, seconds and metres per second.
+
+    ``foot``: how far each foot is from the centre line; ``speed``: at apex; ``clearance``: of
+    the swing foot; ``size``: diameter of the circle that its body fits in, seen from above.
+    """
+
+    size: float = 0.6
+    speed: float = 0.45
+    height: float = 0.8
+    foot: float = 0.18
+    clearance: float = 0.12
+
+
+@dataclass(frozen=True)
+class Gait:
+    """The periodic gait of a walker on regions of one side.
+
+    A straight move takes ``steps`` (even, so that each move ends on the foot it began with) of
+    ``length`` metres and ``seconds`` each; at apex it moves at ``speed``, and the mass is
+    ``sway`` metres off the centre line, towards the stance foot.
+    """
+
+    walker: Walker
+    side: float
+    steps: int
+    length: float
+    speed: float
+    omega: float
+    seconds: float
+    sway: float
+
+    def approach(self, spent: int) -> int:
+        """Straight steps before the arc of a turn that begins ``spent`` steps inside the
+        region: as many as leave an arc of the longest radius (``LONGEST_ARC`` steps)."""
+        return max(0, self.steps // 2 - spent - LONGEST_ARC)
+
+
+def gait_on(side: float, walker: Walker) -> Gait:
+    """The gait on regions of ``side`` metres. Raises UsageError if they are too small."""
+    omega = frequency(walker.height)
+    steps = max(6, 2 * ceil(side / LONGEST_STEP / 2 - 1e-9))
+    length = side / steps
+    if side < LEAST_SIDE or 2 * length < walker.size:
+        need = max(LEAST_SIDE, walker.size * steps / 2)
+        raise UsageError(
+            f"a walker of {walker.size:g} m cannot walk on regions of {side:g} m: a turn needs "
+            f"room for an arc and its body, {need:g} m\n"
+            "    give the map a larger 'resolution', or the model another 'motion'"
+        )
+    speed = walker.speed * min(1.0, length / FULL_STEP)
+    seconds = period(omega, length, speed)
+    aside = sway(omega, walker.foot, seconds)
+    return Gait(walker, side, steps, length, speed, omega, seconds, aside)
+
+
+def frequency(height: float) -> float:
+    """omega of a pendulum whose mass is ``height`` metres above the ground, in 1/s."""
+    return sqrt(GRAVITY / height)
+
+
+def period(omega: float, length: float, speed: float) -> float:
+    """Seconds of a step of the periodic gait, ``length`` metres at apex speed ``speed``."""
+    return 2 / omega * asinh(omega * length / (2 * speed))
+
+
+def sway(omega: float, offset: float, seconds: float) -> float:
+    """How far the mass sways to the side of a foot ``offset`` metres off the centre line, at
+    apex of the periodic gait with steps of this many seconds."""
+    return offset * (1 - 1 / cosh(omega * seconds / 2))
+
+
+@dataclass(frozen=True)
+class Keyframe:
+    """An instant at which the mass is over or abreast of its stance foot, along one axis:
+    position of the mass, its speed, and position of the foot (m, m/s, m)."""
+
+    position: float
+    speed: float
+    foot: float
+
+
+def step_times(omega: float, here: Keyframe, apex: Keyframe) -> tuple[float, float]:
+    """Seconds on the foot of ``here``, then on the foot of ``apex`` (whose mass is over its
+    foot), of the step from one to the other: the two parabolas of the phase plane meet once.
+    """
+    reach = apex.position - here.foot
+    ahead = here.position - here.foot
+    square = apex.speed**2 - here.speed**2
+    square += omega**2 * (ahead**2 + apex.position**2 - here.foot**2)
+    switch = square / (2 * omega**2 * reach)
+    speed = sqrt(apex.speed**2 + omega**2 * (switch - apex.position) ** 2)
+    first = log((switch - here.foot + speed / omega) / (ahead + here.speed / omega)) / omega
+    then = log((apex.position - switch + speed / omega) / (apex.speed / omega)) / omega
+    return first, then
+
+
+@dataclass(frozen=True)
+class Apex:
+    """A keyframe of the centre line: position, heading, speed, stance foot."""
+
+    x: float
+    y: float
+    yaw: float
+    speed: float
+    foot: int
+
+    def stance(self, offset: float) -> tuple[float, float]:
+        """Where the stance foot is, ``offset`` metres off the centre line."""
+        aside = self.foot * offset
+        return self.x - aside * sin(self.yaw), self.y + aside * cos(self.yaw)
+
+
+def _straight(line: list[Apex], gait: Gait, steps: int, speed: float) -> None:
+    """Steps straight on, with the speed rising evenly to ``speed``."""
+    first = line[-1]
+    for step in range(1, steps + 1):
+        share = step / steps
+        pace = first.speed + (speed - first.speed) * share
+        foot = first.foot * (-1) ** step
+        line.append(Apex(first.x + step * gait.length, first.y, first.yaw, pace, foot))
+
+
+def _turned(line: list[Apex], gait: Gait, turn: int, approach: int) -> None:
+    """A quarter turn: straight steps, an arc, and a tail to the walking pose beside it."""
+    _straight(line, gait, approach, line[0].speed)
+    first = line[-1]
+    half, length = gait.side / 2, gait.length
+    radius = half - first.x
+    size = max(1, round(radius / length))
+    early, late = ARC_SHARES[size]
+    chord = 2 * radius * sin(pi / 4 / ARC_STEPS)
+    quarter = pi / 2 / ARC_STEPS
+    pace = gait.speed / FULL_SPEED
+    x, y = first.x, first.y
+    for step, share in enumerate((early, 2 - early, 2 - late, late)):
+        middle = (step + 0.5) * quarter
+        x += chord * share * cos(middle)
+        y += chord * share * sin(middle) * turn
+        foot = first.foot * (-1) ** (step + 1)
+        speed = ARC_SPEEDS[size][step] * pace
+        line.append(Apex(x, y, (step + 1) * quarter * turn, speed, foot))
+    last = line[-1]
+    steps = round((half + length - radius) / length)
+    end = (half, turn * (half + length))
+    for step in range(1, steps + 1):
+        share = step / steps
+        there = (last.x + (end[0] - last.x) * share, last.y + (end[1] - last.y) * share)
+        foot = last.foot * (-1) ** step
+        line.append(Apex(*there, turn * pi / 2, gait.speed, foot))
+
+
+@dataclass(frozen=True)
+class Stride:
+    """The keyframes of a move, and the seconds on the foot of each: from half a step before its
+    apex to half a step after it. ``lean``: seconds in which a standing walker leans before it."""
+
+    line: tuple[Apex, ...]
+    durations: tuple[float, ...]
+    lean: float = 0.0
+
+    @property
+    def seconds(self) -> float:
+        return self.lean + sum(self.durations)
+
+    @property
+    def foot(self) -> int:
+        """The stance foot at the end."""
+        return self.line[-1].foot
+
+
+@lru_cache(maxsize=512)
+def walking(gait: Gait, turn: int, foot: int) -> Stride:
+    """From walking pose to walking pose of the next region, beginning on ``foot``; ``turn``:
+    quarter turns to the left."""
+    line = [Apex(gait.length, 0.0, 0.0, gait.speed, foot)]
+    if turn == 0:
+        _straight(line, gait, gait.steps, gait.speed)
+    else:
+        approach = gait.approach(1)
+        if (approach % 2 == 0) != (foot == turn):
+            approach += 1  # the outer foot is to swing first on the arc
+        _turned(line, gait, turn, approach)
+    return Stride(tuple(line), _durations(gait, line))
+
+
+@lru_cache(maxsize=512)
+def starting(gait: Gait, turn: int, foot: int) -> Stride:
+    """From standing pose to walking pose of the next region; of a straight start ``foot`` is
+    the stance foot at the end, of a turn the arc decides."""
+    room = gait.approach(2)
+    first = -foot if turn == 0 else turn * (-1) ** room
+    line = [Apex(2 * gait.length, 0.0, 0.0, min(START_SPEED, gait.speed), first)]
+    if turn == 0:
+        _straight(line, gait, gait.steps - 1, gait.speed)
+    else:
+        _turned(line, gait, turn, room)
+    return Stride(tuple(line), _durations(gait, line), 2 * SHIFT_SECONDS)
+
+
+@lru_cache(maxsize=64)
+def stopping(gait: Gait) -> tuple[float, float, float, float]:
+    """Seconds of a stop: a step onto the capture point, the feet close, the mass settles twice."""
+    omega, offset = gait.omega, gait.walker.foot
+    step = log(gait.length * omega / gait.speed) / omega
+    lean = offset - (offset - gait.sway) * exp(omega * step)
+    close = log(offset / (offset + lean)) / omega
+    return step, close, SETTLE_SECONDS, SETTLE_SECONDS
+
+
+def _durations(gait: Gait, line: list[Apex]) -> tuple[float, ...]:
+    seconds = [0.0] * len(line)
+    for index, (here, there) in enumerate(pairwise(line)):
+        x, y = cos(there.yaw), sin(there.yaw)
+        across = here.foot * gait.sway
+        body = (here.x - across * sin(here.yaw), here.y + across * cos(here.yaw))
+        speed = here.speed * cos(there.yaw - here.yaw)
+        stance, reach = (
+            (east - body[0]) * x + (north - body[1]) * y
+            for east, north in (a.stance(gait.walker.foot) for a in (here, there))
+        )
+        place = Keyframe(0.0, speed, stance)
+        on_this, on_next = step_times(gait.omega, place, Keyframe(reach, there.speed, reach))
+        seconds[index] += on_this
+        seconds[index + 1] += on_next
+    return tuple(seconds)

@@ -1,0 +1,262 @@
+"""How long a robot takes: to step from region to region, and to act; by its kind of motion.
+
+The motion that ``safenav motion`` writes takes the same seconds (docs/motion.md), so a run that
+draws its durations here can be shown step by step as it was. A robot whose motion is unknown, or
+impossible on regions of that size, takes one second a tick of its ``timing``.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Mapping
+from math import atan2, hypot, pi, remainder, sqrt, tau
+
+from safenav.errors import UsageError
+from safenav.pace.gait import LEFT, Walker, gait_on, starting, stopping, walking
+
+SIDE = 2.7
+"""Metres of a region where the map does not say."""
+PEAK = 1.875
+"""The highest speed of a quintic from rest to rest, over its mean speed."""
+PEAK_ACCELERATION = 10 / sqrt(3)
+"""The highest acceleration of a quintic from rest to rest over way / seconds^2."""
+TURNING = 1.5
+"""Radians per second at which a disc turns to face something."""
+ROOM = 0.05
+"""Metres that a robot stays inside its region when it stops short of an obstacle there."""
+RESERVE = 0.5
+"""Share of the tilt limit that a flyer's reference may use; the rest is for the wind."""
+AT_ONCE = 1e-9
+"""Seconds that are no delay: sums of the same durations in another order."""
+
+_YAW = {"east": 0.0, "north": pi / 2, "west": pi, "south": -pi / 2}
+
+
+class Pace(ABC):
+    """The durations of one robot, with what they depend on: which way it faces, and since when it
+    has been where it is. Regions are numbered in reading order on a map of ``cols`` columns;
+    times are seconds on the clock of the run."""
+
+    acting = 2.0
+    """Seconds of an action, once it has begun."""
+    turns = True
+    """Whether it turns to face what it acts on."""
+
+    def __init__(self, cols: int, side: float, heading: str | None, least: int = 1) -> None:
+        self._cols, self._side, self._least = cols, side, least
+        self.facing = _YAW[heading] if heading else 0.0
+        self._since = 0.0
+        self._settling = 0.0
+        self._next = self.facing
+        self._foot = self._then = 0
+
+    def step(
+        self, now: float, origin: int, to: int, ticks: int | None = None, slower: float = 1.0
+    ) -> float:
+        """Seconds from ``now`` until it has arrived in the neighbouring region ``to``; ``arrived``
+        tells when it has. ``ticks``: drawn from its ``timing`` (default: the least); ``slower``: a
+        factor of 1 or more."""
+        self._next = self._direction(origin, to)
+        slower *= (ticks or self._least) / self._least
+        at_rest = max(now, self._since + self._settling) - now + self._fresh(self._next)
+        on = self._onwards(self._next) if now <= self._since + AT_ONCE else None
+        if on is None:
+            return at_rest * slower
+        return on if slower <= 1.0 else max(on * slower, at_rest)
+
+    def arrived(self, now: float) -> None:
+        """The step has ended where it was to end."""
+        self.facing, self._since, self._settling = self._next, now, self._halting()
+        self._foot = self._then
+
+    def placed(self, now: float, heading: str | None) -> None:
+        """It stands somewhere, without its doing."""
+        self.facing = _YAW[heading] if heading else self.facing
+        self._since, self._settling, self._foot = now, 0.0, 0
+
+    def ready(self, now: float, at: int, region: int) -> float:
+        """The time at which it can begin to act on something in ``region``, being in ``at``: it has
+        come to rest and faces it."""
+        begin = max(now, self._since + self._settling)
+        if at == region or not self.turns:
+            return begin
+        wanted = self._direction(at, region)
+        angle, self.facing = _between(self.facing, wanted), wanted
+        return begin + self._turning(angle)
+
+    def acted(self, now: float, at: int, region: int) -> None:
+        """It has acted. In its own region it did so short of the middle, where it goes next."""
+        self._since, self._settling = now, self._resuming() if at == region else 0.0
+        self._foot = 0
+
+    def _direction(self, origin: int, to: int) -> float:
+        (row, col), (to_row, to_col) = divmod(origin, self._cols), divmod(to, self._cols)
+        return atan2(row - to_row, to_col - col)
+
+    @abstractmethod
+    def _fresh(self, way: float) -> float:
+        """Seconds of a step in that direction from rest."""
+
+    def _onwards(self, way: float) -> float | None:
+        """Seconds of a step that goes on without a halt; None if it halts after every step."""
+        del way
+        return None
+
+    def _halting(self) -> float:
+        return 0.0
+
+    def _turning(self, angle: float) -> float:
+        del angle
+        return 0.0
+
+    def _resuming(self) -> float:
+        return 0.0
+
+
+class TickPace(Pace):
+    """Of a robot of which nothing in metres is known: a second a tick."""
+
+    def _fresh(self, way: float) -> float:
+        del way
+        return float(self._least)
+
+
+class WalkerPace(Pace):
+    """Walks on while its next step is decided when it arrives; else it stops, stands, starts."""
+
+    turns = False
+
+    def __init__(
+        self, cols: int, side: float, heading: str | None, least: int, values: Mapping[str, float]
+    ) -> None:
+        super().__init__(cols, side, heading or "east", least)
+        names = ("size", "speed", "height", "foot", "clearance")
+        self._gait = gait_on(side, Walker(*(values[name] for name in names)))
+
+    def _fresh(self, way: float) -> float:
+        stride = starting(self._gait, _quarters(self.facing, way), LEFT)
+        self._then = stride.foot
+        return stride.seconds
+
+    def _onwards(self, way: float) -> float | None:
+        if not self._foot:
+            return None
+        return walking(self._gait, _quarters(self.facing, way), self._foot).seconds
+
+    def step(
+        self, now: float, origin: int, to: int, ticks: int | None = None, slower: float = 1.0
+    ) -> float:
+        seconds = super().step(now, origin, to, ticks, slower)
+        if self._foot and now <= self._since + AT_ONCE:
+            stride = walking(self._gait, _quarters(self.facing, self._next), self._foot)
+            if seconds <= stride.seconds:
+                self._then = stride.foot
+        return seconds
+
+    def _halting(self) -> float:
+        return sum(stopping(self._gait))
+
+
+class DiscPace(Pace):
+    """Glides from centre to centre, turning on the way; a flyer within its limit of tilt."""
+
+    def __init__(
+        self, cols: int, side: float, heading: str | None, least: int, values: Mapping[str, float]
+    ) -> None:
+        super().__init__(cols, side, heading, least)
+        self._speed, self._size = values["speed"], values["size"]
+        tilt = values.get("tilt")
+        self._pull = None if tilt is None else RESERVE * tilt
+
+    def _fresh(self, way: float) -> float:
+        angle = _between(self.facing, way)
+        return max(glide(self._side, self._speed, self._pull), self._turning(angle))
+
+    def _turning(self, angle: float) -> float:
+        return PEAK * angle / TURNING
+
+    def _resuming(self) -> float:
+        return glide(self._side / 2 - self._size / 2 - ROOM, self._speed, self._pull)
+
+
+class RoverPace(Pace):
+    """Turns on the spot, then drives straight on."""
+
+    def __init__(
+        self, cols: int, side: float, heading: str | None, least: int, values: Mapping[str, float]
+    ) -> None:
+        super().__init__(cols, side, heading, least)
+        self._values = values
+
+    def _fresh(self, way: float) -> float:
+        drive = glide(self._side, self._values["speed"], self._values["acceleration"])
+        return self._turning(_between(self.facing, way)) + drive
+
+    def _turning(self, angle: float) -> float:
+        pull = self._values["acceleration"] / (self._values["size"] / 2)
+        return glide(angle, self._values["turning"], pull)
+
+    def _resuming(self) -> float:
+        way = self._side / 2 - self._values["size"] / 2 - ROOM
+        return glide(way, self._values["speed"], self._values["acceleration"])
+
+
+_KINDS: Mapping[str, Callable[..., Pace]] = {
+    "walker": WalkerPace,
+    "rover": RoverPace,
+    "flyer": DiscPace,
+    "disc": DiscPace,
+}
+
+
+def pace_of(
+    motion: Mapping[str, object] | None,
+    cols: int,
+    side: float = SIDE,
+    heading: str | None = None,
+    least: int = 1,
+) -> Pace:
+    """The pace of a robot that moves by ``motion`` (kind and parameters, as in the header of a
+    trace) on regions of ``side`` metres. A kind of another package that has a size and a speed
+    counts as a disc. ``least``: the least ticks of its ``timing``."""
+    values = {name: float(v) for name, v in (motion or {}).items() if isinstance(v, int | float)}
+    footprint = (motion or {}).get("footprint")
+    if isinstance(footprint, list | tuple):
+        values["size"] = 2 * max(hypot(x, y) for x, y in footprint)
+    if motion is None or not {"size", "speed"} <= values.keys():
+        return TickPace(cols, side, heading, least)
+    kind = _KINDS.get(str(motion["kind"]), DiscPace)
+    try:
+        made = kind(cols, side, heading, least, values)
+    except UsageError:
+        return TickPace(cols, side, heading, least)
+    made.acting = values.get("action_seconds", made.acting)
+    return made
+
+
+def acted_by(team: Iterable[tuple[Pace, int]], now: float, region: int) -> float:
+    """Seconds from ``now`` until robots, each with the region that it is in, have acted on
+    something in ``region``, all of them together."""
+    paces = [*team]
+    begin = max(pace.ready(now, at, region) for pace, at in paces)
+    end = begin + max(pace.acting for pace, _ in paces)
+    for pace, at in paces:
+        pace.acted(end, at, region)
+    return end - now
+
+
+def glide(way: float, speed: float, pull: float | None = None) -> float:
+    """Seconds of a quintic from rest to rest over a way (or an angle), within the highest speed and
+    the highest acceleration."""
+    seconds = PEAK * way / speed
+    return seconds if pull is None else max(seconds, sqrt(PEAK_ACCELERATION * way / pull))
+
+
+def _between(before: float, after: float) -> float:
+    angle = abs(remainder(after - before, tau))
+    return 0.0 if angle < AT_ONCE else angle
+
+
+def _quarters(before: float, after: float) -> int:
+    """Quarter turns to the left: -1, 0 or 1; a walker never turns round."""
+    return max(-1, min(1, round(remainder(after - before, tau) / (pi / 2))))
