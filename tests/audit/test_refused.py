@@ -70,7 +70,7 @@ def test_no_syntheses_where_some_are_told_from_the_cache(tmp_path: Path) -> None
 
     code, said = refused("case_study_2", change, tmp_path)
     assert code == 1
-    assert "it says 0 syntheses, but the trace has 10" in said
+    assert "it reports 0 syntheses; the trace has 10" in said
 
 
 @pytest.mark.parametrize("name", ["case_study_2", "case_study_3", "corridor_swap", "two_digits"])
@@ -80,7 +80,7 @@ def test_a_run_that_goes_on_after_it_was_completed(name: str, tmp_path: Path) ->
 
     code, said = refused(name, change, tmp_path)
     assert code == 1
-    assert "every robot has done 1 round, but the run goes on" in said
+    assert "every robot has completed 1 round, but the run continues" in said
 
 
 def test_a_trace_without_its_outcome(tmp_path: Path) -> None:

@@ -29,14 +29,14 @@ def closure_problems(
     }
     unknown = [name for name in never if name not in moment.obstacles]
     if unknown:
-        yield f"{', '.join(unknown)} is not known, or resolved already, so it closes nothing"
+        yield f"{', '.join(unknown)} is unknown or already resolved, so it blocks no robot"
         return
     forgotten = sorted(moment.obstacles.keys() - {*never, *away})
     if forgotten:
-        yield f"the closure says nothing of {', '.join(forgotten)}"
+        yield f"the closure omits {', '.join(forgotten)}"
         return
     if tables.keys() != moment.robots.keys():
-        yield f"the closure is of {', '.join(sorted(tables)) or 'nobody'}, not of the whole team"
+        yield f"the closure covers {', '.join(sorted(tables)) or 'nobody'}, not of the whole team"
         return
     inside = {name: poses(table.get("poses"), f"{name}'s poses") for name, table in tables.items()}
     begins = start or {name: frozenset([r.pose]) for name, r in moment.robots.items()}
@@ -44,7 +44,7 @@ def closure_problems(
     for name in never:
         stages = list(_stuck_at(moment.obstacles[name], moment, inside))
         if not stages:
-            yield f"{name} can be resolved: enough robots get to where that is done"
+            yield f"{name} can be resolved: enough robots reach its resolution regions"
             return
         # The earlier it is stuck, the more it closes; any stage that the sets agree with will do.
         stuck[name] = stages[0]
@@ -56,7 +56,7 @@ def closure_problems(
         }
         yield from _robot_problems(robot, moment, inside[name], begins[name], walls, tables[name])
     if lame and all(_is_live(tables[name]) for name in tables):
-        yield "everybody is said to be able to go on for ever, so nothing is proven"
+        yield "the proof marks every robot as live, so it proves nothing"
 
 
 def _stuck_at(obstacle: OpenObstacle, moment: Moment, inside: Sets) -> Iterator[int]:
@@ -83,7 +83,7 @@ def _robot_problems(
 ) -> Iterator[str]:
     outside = sorted(begins - inside, key=str)
     if outside:
-        yield f"{robot.name} begins at {_told(outside[0])}, outside of its closure"
+        yield f"{robot.name} begins at {_told(outside[0])}, outside its closure"
         return
     if robot.judged:
         for pose in sorted(inside, key=str):
@@ -92,7 +92,7 @@ def _robot_problems(
                     yield f"{robot.name} gets from {_told(pose)} to {_told(to)}, out of its closure"
                     return
     if not _is_live(table) and robot.judged and moment.live(robot, inside, walls):
-        yield f"{robot.name} can go on for ever in its closure, though it is said that it cannot"
+        yield f"{robot.name} can continue forever in its closure, but is marked not live"
 
 
 def _is_live(table: Mapping[str, object]) -> bool:

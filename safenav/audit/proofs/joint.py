@@ -54,7 +54,7 @@ def joint_problems(proof: Mapping[str, object], moment: Moment) -> Iterator[str]
     told, digest = whole(proof.get("states"), "states"), proof.get("sha256")
     strangers = sorted({*listed, *start} - moment.robots.keys())
     if strangers or not listed:
-        yield f"the proof is about {', '.join(strangers) or 'nobody'}"
+        yield f"the proof names {', '.join(strangers) or 'no robots'}"
         return
     for name in listed:
         if start.get(name) != moment.robots[name].pose:
@@ -65,7 +65,7 @@ def joint_problems(proof: Mapping[str, object], moment: Moment) -> Iterator[str]
         yield problem
         return
     if told > MOST_STATES:
-        yield f"{told} states are more than the {MOST_STATES} that are looked at here"
+        yield f"{told} states exceed the {MOST_STATES} that the audit enumerates"
         return
     robots = [moment.robots[name] for name in moment.robots if name in listed]
     if not all(robot.judged for robot in robots):
@@ -80,13 +80,13 @@ def _stages_problem(stages: Mapping[str, int], listed: set[str], moment: Moment)
     for name, stage in stages.items():
         obstacle = moment.obstacles.get(name)
         if obstacle is None:
-            return f"{name} is not known, or resolved already, so it closes nothing"
+            return f"{name} is unknown or already resolved, so it blocks no robot"
         if stage != obstacle.stage:
-            return f"{name} has {obstacle.stage} of its needs met, not {stage}"
+            return f"{name} has {obstacle.stage} of its needs fulfilled, not {stage}"
         rest = {need.action for need in obstacle.needs[stage:]}
         helper = next((robot for robot in outside if rest & robot.capabilities), None)
         if helper is not None:
-            return f"{helper.name}, which the proof leaves out, may have a part in resolving {name}"
+            return f"{helper.name}, which the proof omits, may help to resolve {name}"
     return ""
 
 
@@ -116,20 +116,20 @@ class _Enumeration:
                     f"{robot.name} at {at[0]}"
                     for robot, at in zip(self._robots, state.poses, strict=True)
                 )
-                yield f"it can be completed: with {places} all is done"
+                yield f"the mission can be completed: every objective is met with {places}"
                 return
             for after in self._successors(state):
                 self._find(after, seen, poses, queue)
             if len(seen) > MOST_STATES:
-                yield f"there are more than {MOST_STATES} states, so that it cannot be checked here"
+                yield f"more than {MOST_STATES} states: too many for the audit"
                 return
             if len(poses) > told:
-                yield f"more than the {told} states that it counts can be reached"
+                yield f"more states are reachable than the {told} of the proof"
                 return
         if len(poses) != told:
-            yield f"{len(poses)} states can be reached, not {told}"
+            yield f"{len(poses)} states are reachable, not {told}"
         elif digest != _digest(poses):
-            yield "the states that can be reached are not those that it counts (sha256)"
+            yield "the reachable states are not those of the proof (sha256)"
 
     def _find(
         self,

@@ -26,7 +26,7 @@ def problems_of(proof: Mapping[str, object], moment: Moment) -> Iterator[str]:
             case "joint":
                 yield from joint_problems(proof, moment)
             case kind:
-                yield f"a proof of the unknown kind {kind!r}"
+                yield f"unknown kind of proof: {kind!r}"
     except MalformedError as error:
         yield f"the proof cannot be read: {error}"
 
@@ -37,7 +37,7 @@ def never_resolved_problems(
     """Yield why this proof does not show that an obstacle can never be resolved."""
     try:
         if proof.get("kind") != "closure":
-            yield f"it takes a closure to show that {obstacle} can never be resolved"
+            yield f"only a closure proves that {obstacle} can never be resolved"
             return
         never = proof.get("never")
         if not isinstance(never, list) or obstacle not in never:

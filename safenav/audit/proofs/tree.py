@@ -52,7 +52,7 @@ def _problems(
     walls = {n: moment.walls(r, moment.obstacles.values()) for n, r in moment.robots.items()}
     closed = {n: moment.closure(r, sets[n], walls[n]) for n, r in moment.robots.items()}
     if all(not r.judged or moment.live(r, closed[n], walls[n]) for n, r in moment.robots.items()):
-        yield "everybody can go on for ever before any of the choices"
+        yield "every robot is live before any of the choices"
         return
     told: dict[_Option, Mapping[str, object]] = {}
     for entry in sequence(proof.get("choices"), "choices"):
@@ -66,7 +66,7 @@ def _problems(
     lossless = [one for one in chosen if _is_lossless(one, moment, closed, walls)]
     if missing and not lossless:
         one = missing[0]
-        yield f"{', '.join(sorted(one.robots))} at {one.obstacle} is a choice that is not refuted"
+        yield f"{', '.join(sorted(one.robots))} at {one.obstacle} is not refuted"
         return
     for option in lossless[:1] if missing else chosen:
         after, there = _after(option, moment, closed)

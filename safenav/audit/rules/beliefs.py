@@ -33,10 +33,10 @@ class BeliefRule(Rule):
         robot, other = record.robot, record.of
         before = now.beliefs.get((robot, other))
         if before is not None and (before.seen, before.regions) == (record.seen, record.regions):
-            yield f"{robot} knows no more of {other} than it did before"
+            yield f"{robot} learns nothing new about {other}"
         if record.seen and len(record.regions) != 1:
             places = ", ".join(now.show(region) for region in sorted(record.regions))
-            yield f"{robot} sees {other} at once at {places or 'no place'}"
+            yield f"{robot} sees {other} in other than one region: {places or 'none'}"
         shut = sorted(region for region in record.regions if not now.grid.is_free(region))
         if shut:
             yield f"{robot} believes {other} at {now.show(shut[0])}, which is not free"
@@ -54,7 +54,7 @@ class BeliefRule(Rule):
             if believer == robot and now.region[other] not in belief.regions:
                 place = now.show(now.region[other])
                 how = "sees" if belief.seen else "believes"
-                problem = f"{robot} {how} {other} elsewhere than at {place}, where it is"
+                problem = f"{robot} {how} {other} elsewhere, but it is at {place}"
                 yield self.broken(turn.tick, robot, belief.line, problem)
 
 
@@ -91,7 +91,7 @@ class MissedBeliefRule(Rule):
         if robot and looked:
             for other in sorted(self._watching.get(robot, frozenset())):
                 if (robot, other) not in now.beliefs:
-                    problem = f"{robot} keeps track of {other}, but does not say where it may be"
+                    problem = f"{robot} tracks {other}, but no line records where it may be"
                     yield self.broken(turn.tick, robot, turn.line, problem)
             for (believer, other), belief in now.beliefs.items():
                 problems = self._problems(robot, other, belief, now) if believer == robot else ()
@@ -116,7 +116,7 @@ class MissedBeliefRule(Rule):
         if belief.seen:
             return
         if self._must_see(robot, own, there, now):
-            yield f"{robot} has {other} at {place} in sight, but does not say so"
+            yield f"{robot} sees {other} at {place}, but the line is missing"
             return
         before = self._before.get((robot, other))
         if before is None:
@@ -129,7 +129,7 @@ class MissedBeliefRule(Rule):
         }
         hidden = sorted(r for r in reach - belief.regions if not self._may_see(robot, own, r, now))
         if hidden:
-            yield f"{other} may have come to {now.show(hidden[0])}, out of {robot}'s sight"
+            yield f"{other} may have reached {now.show(hidden[0])}, out of {robot}'s sight"
         for cell in now.header.partition or ():
             believed = belief.regions.issuperset(cell)
             if believed and all(self._must_see(robot, own, r, now) for r in reach & set(cell)):

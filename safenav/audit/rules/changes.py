@@ -49,12 +49,12 @@ class ChangesRule(Rule):
             told = ChangeHeader(record.tick, record.robot, record.objective)
         self._told.append(told)
         if told not in (now.header.changes or ()):
-            what = f"{record.robot} is told something in tick {record.tick}"
-            yield self.broken_by(record, record.robot, f"{what} that the scenario does not say")
+            what = f"{record.robot} gets a change in tick {record.tick}"
+            yield self.broken_by(record, record.robot, f"{what} that the scenario does not list")
 
     def ending(self, now: Situation) -> Iterator[Finding]:
         for change in now.header.changes or ():
             if change.at > self._tick or change.objective is None or change in self._told:
                 continue
-            problem = f"{change.robot} is not told of its objective of tick {change.at}"
+            problem = f"{change.robot} does not get its objective of tick {change.at}"
             yield self.broken(change.at, change.robot, now.header_line, problem)

@@ -53,7 +53,7 @@ class MobilityRule(Rule):
         way = now.grid.direction(move.from_, move.to)
         if move.to != move.from_ and way is None:
             origin, to = now.show(move.from_), now.show(move.to)
-            return f"{robot} jumps from {origin} to {to}, which is no neighbour"
+            return f"{robot} jumps from {origin} to {to}, which is not a neighbour"
         if not now.has_heading(robot):
             gained = before is None and move.heading is not None
             return f"{robot} has no heading, but then faces {move.heading}" if gained else ""
@@ -113,7 +113,7 @@ class TransitRule(Rule):
         bound, robot = now.toward[record.robot], record.robot
         if bound is not None and record.toward is None and record.to != bound:
             problem = (
-                f"{robot} was on its way to {now.show(bound)}, but is at {now.show(record.to)}"
+                f"{robot} was in transit to {now.show(bound)}, but is at {now.show(record.to)}"
             )
             yield self.broken_by(record, robot, problem)
         if record.toward is None:
@@ -121,14 +121,16 @@ class TransitRule(Rule):
         to = now.show(record.toward)
         if bound is not None and record.toward != bound:
             yield self.broken_by(
-                record, robot, f"{robot} was bound for {now.show(bound)}, not {to}"
+                record, robot, f"{robot} was in transit to {now.show(bound)}, not {to}"
             )
         if record.to != record.from_:
-            yield self.broken_by(record, robot, f"{robot} moves while it is on its way to {to}")
+            yield self.broken_by(record, robot, f"{robot} moves while in transit to {to}")
         if now.grid.direction(record.to, record.toward) is None:
-            yield self.broken_by(record, robot, f"{robot} is on its way to {to}, no neighbour")
+            yield self.broken_by(
+                record, robot, f"{robot} is in transit to {to}, which is not a neighbour"
+            )
         if not now.grid.is_free(record.toward):
-            yield self.broken_by(record, robot, f"{robot} is on its way to {to}, which is not free")
+            yield self.broken_by(record, robot, f"{robot} is in transit to {to}, which is not free")
 
 
 class CollisionRule(Rule):
@@ -188,7 +190,7 @@ def _entered(robot: str, regions: set[int], now: Situation, status: Status) -> I
     how = {
         Status.UNRESOLVED: "not resolved",
         Status.UNTRAVERSABLE: "known to be untraversable",
-        Status.GIVEN_UP: "known, and that nobody can resolve",
+        Status.GIVEN_UP: "permanent: no robot can resolve it",
     }
     for obstacle in now.obstacles.values():
         here = obstacle.region in regions and now.status[obstacle.name] is status

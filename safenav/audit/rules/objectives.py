@@ -46,7 +46,7 @@ class GoalRule(Rule):
         robot, here = record.robot, now.region[record.robot]
         if record.region != here:
             told = now.show(record.region)
-            return f"{robot} is said to meet a goal at {told}, but is at {now.show(here)}"
+            return f"{robot} is recorded to meet a goal at {told}, but is at {now.show(here)}"
         in_force = (now.turn.objectives[robot], now.objectives[robot])
         if any(_is_target(objective, record.goal, here) for objective in in_force):
             return ""
@@ -66,7 +66,7 @@ class GoalOrderRule(Rule):
         for goal in now.turn.all(Goal):
             if (goal.robot, goal.goal) == (robot, record.goal) and goal.line > progress.reset_line:
                 yield self.broken_by(
-                    record, robot, f"{robot} meets target {goal.goal} twice at once"
+                    record, robot, f"{robot} meets target {goal.goal} twice in one turn"
                 )
                 return
         own = now.objectives[robot] == now.header.robots[robot].objective
@@ -105,7 +105,7 @@ class PatrolRule(Rule):
             if now.toward[robot] is not None:
                 continue  # it is leaving: a step of several ticks
             if turn.origin in target:
-                problem = f"{robot} met {now.show(here)} and does not leave it at once"
+                problem = f"{robot} met {now.show(here)} and does not leave it immediately"
                 yield self.broken(turn.tick, robot, turn.line, problem)
             elif progress.awaited is not None and progress.awaited != index:
                 problem = f"{robot} touches {now.show(here)} when it is not that target's turn"
@@ -131,7 +131,9 @@ class MissedGoalRule(Rule):
             return  # which target is next is not known yet
         for index, target in enumerate(progress.objective.targets):
             if here in target and index not in met and _is_due(progress, index, turn.origin):
-                problem = f"{robot} comes to its target {now.show(here)}, but that is not counted"
+                problem = (
+                    f"{robot} reaches its target {now.show(here)}, but the goal line is missing"
+                )
                 yield self.broken(turn.tick, robot, turn.line, problem)
 
 
@@ -196,7 +198,7 @@ class RoundsRule(Rule):
             last, told = self._last.get(robot, 0), outcome.rounds.get(robot)
             if told is None or told == last or (robot in self._unsure and told == 0):
                 continue
-            problem = f"{robot} is said to end with {told} rounds, but its goals tell of {last}"
+            problem = f"{robot} has {told} rounds in the outcome, but {last} in its goal lines"
             yield self.broken_by(outcome, robot, problem)
 
     def _problem(self, record: Goal, objective: Objective) -> str:
@@ -214,7 +216,7 @@ class RoundsRule(Rule):
             steps.append(record.round - last)
         elif not (unsure and record.round in (0, 1)):
             steps.clear()
-            return f"{robot}'s round {record.round} follows on {last}"
+            return f"{robot}'s round {record.round} follows round {last}"
         count = len(objective.targets)
         if unsure:
             steps.clear()

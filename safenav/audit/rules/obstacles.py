@@ -37,10 +37,10 @@ class ViolationRule(Rule):
         robot, obstacle = record.robot, now.obstacles[record.obstacle]
         here, proposed = now.show(record.at), now.show(record.proposed)
         if record.at != now.region[robot]:
-            yield f"{robot} is said to be at {here}, but is at {now.show(now.region[robot])}"
+            yield f"{robot} is recorded at {here}, but is at {now.show(now.region[robot])}"
         way, heading = now.grid.direction(record.at, record.proposed), now.heading[robot]
         if way is None:
-            yield f"{robot} cannot step from {here} to {proposed}, which is no neighbour"
+            yield f"{robot} cannot step from {here} to {proposed}, which is not a neighbour"
         elif now.has_heading(robot) and heading is not None and way == opposite(heading):
             yield f"{robot} faces {heading} and cannot step {way} to {proposed}"
         if obstacle.region != record.proposed:
@@ -104,13 +104,13 @@ class ResolutionRule(Rule):
             yield f"{robot} cannot {need.action}, which {name} needs"
         left = len(obstacle.all_needs) - 1 - now.stage[name]
         if left > 0:
-            yield f"{name} has {left} more needs that are not met"
+            yield f"{name} has {left} more open needs"
         if record.at != now.region[robot]:
             yield f"{robot} resolves {name} from {at}, but is at {now.show(now.region[robot])}"
         if record.at not in need.regions:
             yield f"{name} cannot be resolved from {at}"
         if now.status[name] is Status.ABSENT:
-            yield f"{name} is not there"
+            yield f"{name} is absent"
             return
         again = now.status[name] is Status.RESOLVED and not now.external
         if again or now.status[name] is Status.UNTRAVERSABLE:
@@ -122,7 +122,7 @@ class ResolutionRule(Rule):
             yield f"{name} is {truth}, but {robot} finds it {found}"
         if record.requested is not now.is_requested(name):
             claim, fact = (" not", "was") if not record.requested else ("", "was not")
-            yield f"{name} is said{claim} to have been requested, but it {fact}"
+            yield f"{name} is recorded as{claim} requested, but it {fact}"
 
 
 def _group_problems(record: Resolved, now: Situation) -> Iterator[str]:
@@ -161,7 +161,7 @@ class NeedRule(Rule):
             count = len(now.obstacles[name].all_needs)
             failed = need + 1 == count and name not in resolved  # another rule judges that
             if count > 1 and not failed and now.status[name] is not Status.GIVEN_UP:
-                problem = f"no line tells that need {need + 1} of {name} is met"
+                problem = f"the line for need {need + 1} of {name} is missing"
                 yield self.broken_by(move, now.turn.robot, problem)
 
     def _problems(self, record: Met, now: Situation) -> Iterator[str]:
@@ -245,10 +245,10 @@ class BlockedRule(Rule):
         stopped = now.stopped_by(name)
         if record.robots != stopped:
             told, truth = _names(record.robots), _names(stopped)
-            yield f"{name} is said to block {told}, but it blocks {truth}"
+            yield f"{name} is recorded to block {told}, but it blocks {truth}"
         if record.reason is BlockReason.UNTRAVERSABLE:
             if not any(r.obstacle == name and r.traversable is False for r in turn.all(Resolved)):
-                yield f"nobody has found {name} untraversable in this turn"
+                yield f"no robot found {name} untraversable in this turn"
             return
         # That it can never be resolved is proven, which another rule judges.
         if name not in now.requests:
@@ -269,4 +269,4 @@ def _truth(traversable: bool | None) -> str:
 
 
 def _names(robots: set[str] | frozenset[str]) -> str:
-    return ", ".join(sorted(robots)) or "nobody"
+    return ", ".join(sorted(robots)) or "no robot"

@@ -62,7 +62,7 @@ class HeaderRule(Rule):
             yield None, f"the grid is not one of {world.rows} rows by {world.cols} columns"
             return
         if not header.robots:
-            yield None, "there is no robot"
+            yield None, "no robots"
         for name, robot in header.robots.items():
             if not grid.is_free(robot.start):
                 yield name, f"{name} starts at {now.show(robot.start)}, which is not free"
@@ -121,7 +121,7 @@ class OrderRule(Rule):
     def turn(self, now: Situation) -> Iterator[Finding]:
         turn = now.turn
         if turn.robot and turn.first(Move) is None and not turn.torn:
-            problem = f"{turn.robot}'s turn has no move (a robot that stays moves, too)"
+            problem = f"{turn.robot}'s turn has no move (a robot that stays also has one)"
             yield self.broken(turn.tick, turn.robot, turn.line, problem)
 
     def ending(self, now: Situation) -> Iterator[Finding]:

@@ -63,15 +63,15 @@ class OutcomeRule(Rule):
             len(self._moves) in (0, len(now.header.robots))
         )
         if outcome.ticks != last and (moved_by_all or outcome.ticks != last - 1):
-            yield f"it says {outcome.ticks} ticks; the last move is of tick {last}"
+            yield f"it reports {outcome.ticks} ticks; the last move is of tick {last}"
         complete = outcome.outcome in (Ending.COMPLETED, Ending.TICK_LIMIT)
         if outcome.tick not in ((last,) if complete else (last, last + 1)):
             yield f"it is of tick {outcome.tick}; the last move is of tick {last}"
         if outcome.syntheses < len(self._syntheses):
-            yield f"it says {outcome.syntheses} syntheses, but the trace has {len(self._syntheses)}"
+            yield f"it reports {outcome.syntheses} syntheses; the trace has {len(self._syntheses)}"
         limit = now.header.limits.ticks
         if outcome.outcome is Ending.TICK_LIMIT and limit is not None and outcome.ticks != limit:
-            yield f"the tick limit is said to be met after {outcome.ticks} ticks, but is {limit}"
+            yield f"it reports the tick limit after {outcome.ticks} ticks, but the limit is {limit}"
 
     def _cause(self, outcome: Outcome, now: Situation) -> Iterator[str]:
         negative = [s for s in now.turn.all(Synthesis) if s.verdict is RecordedVerdict.UNREALIZABLE]
@@ -79,16 +79,16 @@ class OutcomeRule(Rule):
             if self._moves:
                 yield "unrealizable is for runs that never begin, but robots have moved"
             if not negative:
-                yield "it says unrealizable, but no synthesis before the start was"
+                yield "it reports unrealizable, but no synthesis before the start was"
         if outcome.outcome is Ending.ASSUMPTION_VIOLATED and not self._assumptions:
-            yield "it says that an assumption was violated, but no line tells of it"
+            yield "it reports a violated assumption, but no line records one"
         proven = outcome.proof is not None or outcome.unrealizable
         if outcome.outcome is Ending.OPERATOR_NEEDED and (proven or outcome.cause is None):
             causes = _causes(outcome.proof, now)
             if outcome.cause is None:
-                yield "an operator is needed, but it does not say why"
+                yield "an operator is needed, but the cause is missing"
             elif outcome.cause not in causes:
-                yield f"its cause is {outcome.cause}; what is proven is {causes[0]}"
+                yield f"its cause is {outcome.cause}; proven is {causes[0]}"
 
 
 def _causes(proof: Proof | None, now: Situation) -> tuple[OperatorCause, ...]:
@@ -126,7 +126,7 @@ class CompletedRule(Rule):
                 self._goes_on = True
                 wanted = now.header.until.rounds
                 rounds = "1 round" if wanted == 1 else f"{wanted} rounds"
-                problem = f"every robot has done {rounds}, but the run goes on"
+                problem = f"every robot has completed {rounds}, but the run continues"
                 yield self.broken_by(record, None, problem)
         if isinstance(record, Resolved):
             self._goals.clear()
@@ -157,7 +157,7 @@ class CompletedRule(Rule):
     def _rounds(self, robot: str, outcome: Outcome, wanted: int, now: Situation) -> Iterator[str]:
         told = outcome.rounds.get(robot)
         if told is None:
-            yield f"the rounds of {robot} are not told"
+            yield f"the rounds of {robot} are missing"
             return
         objective = now.objectives[robot]
         _, most = _bounds(self._goals.get(robot, []), objective)

@@ -21,7 +21,7 @@ class AppearedRule(Rule):
             return
         obstacle = now.obstacles[record.obstacle]
         if now.status[obstacle.name] not in (Status.ABSENT, Status.RESOLVED):
-            yield self.broken_by(record, None, f"{obstacle.name} appears where it is already")
+            yield self.broken_by(record, None, f"{obstacle.name} appears where it already is")
         for robot in now.header.robots:
             if obstacle.region in now.taken_by(robot):
                 place = now.show(obstacle.region)
@@ -31,7 +31,9 @@ class AppearedRule(Rule):
         if record.cause is ChangeCause.SCENARIO:
             since = min((o.from_ for o in now.listed[obstacle.name] if o.from_), default=None)
             if since is None:
-                yield self.broken_by(record, None, f"the scenario lets {obstacle.name} not appear")
+                yield self.broken_by(
+                    record, None, f"the scenario does not let {obstacle.name} appear"
+                )
             elif record.tick < since:
                 problem = f"{obstacle.name} appears in tick {record.tick}, before {since}"
                 yield self.broken_by(record, None, problem)
@@ -48,11 +50,13 @@ class GoneRule(Rule):
             return
         obstacle = now.obstacles[record.obstacle]
         if now.status[obstacle.name] in (Status.ABSENT, Status.RESOLVED):
-            yield self.broken_by(record, None, f"{obstacle.name} goes, but it is not there")
+            yield self.broken_by(record, None, f"{obstacle.name} disappears, but it is absent")
         if record.cause is ChangeCause.SCENARIO:
             until = min((o.until for o in now.listed[obstacle.name] if o.until), default=None)
             if until is None:
-                yield self.broken_by(record, None, f"the scenario lets {obstacle.name} not go")
+                yield self.broken_by(
+                    record, None, f"the scenario does not let {obstacle.name} disappear"
+                )
             elif record.tick < until:
-                problem = f"{obstacle.name} goes in tick {record.tick}, before {until}"
+                problem = f"{obstacle.name} disappears in tick {record.tick}, before {until}"
                 yield self.broken_by(record, None, problem)

@@ -40,7 +40,7 @@ class PlanRule(Rule):
         for first, i, then, j in plan.orders:
             for robot, index in ((first, i), (then, j)):
                 if not index < len(plan.robots.get(robot, ())):
-                    yield robot, f"an order speaks of place {index} of {robot}, which it has not"
+                    yield robot, f"an order names place {index} of {robot}, which does not exist"
                     return
         yield from _meetings(plan, now)
 
@@ -70,7 +70,7 @@ class FollowsPlanRule(Rule):
                 if problem:
                     yield self.broken_by(record, record.robot, problem)
             case Move() if record.by is MovedBy.PLAN and now.toward[record.robot] is None:
-                problem = f"{record.robot} is said to move by a plan, but takes part in none"
+                problem = f"{record.robot} is recorded to move by a plan, but is in none"
                 yield self.broken_by(record, record.robot, problem)
             case _:
                 pass
@@ -110,7 +110,7 @@ class _Running:
             return ""  # it finishes the step in which the plan found it
         index = self.at[robot] + 1
         if index >= len(places):
-            return f"{robot} goes on to {now.show(entered)} after its last place of the plan"
+            return f"{robot} continues to {now.show(entered)} after its last place of the plan"
         region, heading = places[index]
         told = ""
         if entered != region:
@@ -129,7 +129,7 @@ class _Running:
     def _too_early(self, robot: str, index: int) -> str:
         for first, i, then, j in self.plan.orders:
             if (then, j) == (robot, index) and self.at[first] < i:
-                return f"{robot} does not wait until {first} has come to its place {i}"
+                return f"{robot} does not wait until {first} has reached its place {i}"
         return ""
 
 
@@ -182,7 +182,10 @@ def _meetings(plan: Plan, now: Situation) -> Iterator[tuple[str | None, str]]:
                 if one == other or not now.conflict(one, other):
                     continue
                 if not (order.left_before(one, i, other, j) or order.left_before(other, j, one, i)):
-                    yield one, f"the plan lets {one} and {other} into {now.show(region)} at once"
+                    yield (
+                        one,
+                        f"the plan lets {one} and {other} into {now.show(region)} simultaneously",
+                    )
                     return
         for outsider in now.header.robots:
             if outsider in plan.robots or region not in now.taken_by(outsider):

@@ -51,7 +51,7 @@ class RequestRule(Rule):
             unasked = record.obstacle not in self._told
             given_up = isinstance(record, Blocked) and record.reason is not UNTRAVERSABLE
             if unasked and given_up:
-                problem = f"{record.obstacle} is given up, though no robot has asked for help"
+                problem = f"{record.obstacle} is given up, but no robot has requested help"
                 yield self.broken_by(record, now.turn.robot, problem)
             self._told.pop(record.obstacle, None)
 
@@ -60,33 +60,33 @@ class RequestRule(Rule):
         given_up = {record.obstacle for record in turn.all(Blocked)}
         for request in self._again:
             if helpers_of(request) or request.obstacle not in given_up:
-                problem = f"the request for {request.obstacle} is told again without a reason"
+                problem = f"the request for {request.obstacle} is recorded again without a reason"
                 yield self.broken_by(request, request.requester, problem)
         self._again.clear()
         if turn.torn or now.is_cut_short():
             return
         asked = {record.obstacle for record in turn.all(Request)}
         if violation is not None and violation.obstacle in now.requests.keys() - asked:
-            problem = f"{turn.robot} meets {violation.obstacle} and does not ask for help"
+            problem = f"{turn.robot} encounters {violation.obstacle} and does not request help"
             yield self.broken_by(violation, turn.robot, problem)
         pushed = {(entry.obstacle, entry.requester) for entry in now.stack}
         for request in turn.all(Request):
             for requester in now.requests.get(request.obstacle, ()):
                 if (request.obstacle, requester) not in pushed:
-                    problem = f"{requester} waits for {request.obstacle}, but nothing is pushed"
+                    problem = f"{requester} waits for {request.obstacle}, but no push follows"
                     yield self.broken_by(request, requester, problem)
 
     def _problems(self, record: Request, now: Situation) -> Iterator[str]:
         name = record.obstacle
         if record.requester not in now.requests.get(name, ()):
-            yield f"{record.requester} asks for {name} without having met it"
+            yield f"{record.requester} requests {name} without having encountered it"
         if record.need is not None and record.need != now.stage[name]:
-            yield f"need {record.need} of {name} is asked for, but {now.stage[name]} is next"
+            yield f"need {record.need} of {name} is requested, but {now.stage[name]} is next"
         listed = now.need(name).regions
         wanted = {region for region in listed if now.grid.is_free(region)}
         if not wanted <= set(record.regions) <= set(listed):
             told, truth = _list(record.regions), _list(sorted(wanted))
-            yield f"{name} is resolved from {truth}, but {told} is asked for"
+            yield f"{name} is resolved from {truth}, but {told} is requested"
 
 
 class BidsRule(Rule):
@@ -219,7 +219,7 @@ class HelperRule(Rule):
         truth = {n for n, duty in found.duties.items() if duty.obstacle == line.obstacle}
         if told != truth:
             wrong = [name for name in now.header.robots if name in truth - told]
-            chosen, right = (", ".join(sorted(some)) or "nobody" for some in (told, truth))
+            chosen, right = (", ".join(sorted(some)) or "no robot" for some in (told, truth))
             problem = f"{chosen} is to resolve {line.obstacle}, but it should be {right}"
             yield self.broken_by(line, (wrong or [*told])[0], problem)
 

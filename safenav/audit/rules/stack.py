@@ -42,7 +42,7 @@ class ToldRule(Rule):
 
     def line(self, record: Record, now: Situation) -> Iterator[Finding]:
         if isinstance(record, Told) and now.header.coordination == RESYNTHESIS:
-            yield self.broken_by(record, record.robot, f"{record.robot} is told by no signals")
+            yield self.broken_by(record, record.robot, f"{record.robot} has no command inputs")
 
 
 class PopRule(Rule):
@@ -79,7 +79,7 @@ class MissedPopRule(Rule):
         for entry in () if now.turn.final else now.stack:
             if entry.obstacle not in now.requests and entry not in self._told:
                 self._told.append(entry)
-                problem = f"{entry.obstacle} is done with, but its entry stays on the stack"
+                problem = f"{entry.obstacle} is over, but its entry stays on the stack"
                 last = now.turn.records[-1].line if now.turn.records else now.turn.line
                 yield self.broken(now.turn.tick, now.turn.robot, last, problem)
 
@@ -89,4 +89,4 @@ def _missing(
 ) -> Iterator[tuple[str | None, str]]:
     for robot in now.header.robots:
         if robot not in objectives:
-            yield robot, f"it is not said what {robot} has to do"
+            yield robot, f"the objective of {robot} is missing"

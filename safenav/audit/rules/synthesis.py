@@ -69,7 +69,7 @@ class SynthesisRule(Rule):
             if record.reason is Reason.REQUEST and any(map(now.done.get, now.requests)):
                 continue  # a robot has had its part in a need
             if causes and not any(map(turn.first, causes)):
-                problem = f"a synthesis for the reason {record.reason}, which no line gives"
+                problem = f"a synthesis for the reason {record.reason}, which no line records"
                 yield self.broken_by(record, record.robot, problem)
         if turn.final or now.header.coordination != RESYNTHESIS:
             return

@@ -96,15 +96,15 @@ def test_a_closure_shows_that_nobody_can_open_the_door() -> None:
     [
         (changed(NO_PUSHER, "robots", "a", "poses", to=[[1, None], [2, None]]), "out of its"),
         (changed(NO_PUSHER, "robots", "a", "poses", to=[[3, None]]), "begins at 1, outside"),
-        (changed(NO_PUSHER, "robots", "a", "live", to=True), "nothing is proven"),
-        (changed(NO_PUSHER, "robots", "b", "live", to=False), "b can go on for ever"),
-        (changed(NO_PUSHER, "never", to=[]), "says nothing of door@4"),
-        (changed(NO_PUSHER, "never", to=["door@4", "door@2"]), "door@2 is not known"),
+        (changed(NO_PUSHER, "robots", "a", "live", to=True), "proves nothing"),
+        (changed(NO_PUSHER, "robots", "b", "live", to=False), "b can continue forever"),
+        (changed(NO_PUSHER, "never", to=[]), "omits door@4"),
+        (changed(NO_PUSHER, "never", to=["door@4", "door@2"]), "door@2 is unknown"),
         (changed(NO_PUSHER, "robots", to={"a": table(range(1, 4), False)}), "not of the whole"),
         (changed(NO_PUSHER, "robots", "a", "live", to="no"), "live must be true or false"),
         (changed(NO_PUSHER, "robots", "a", "poses", to=[[1]]), "a region and a heading"),
         (changed(NO_PUSHER, "never", to=None), "never must be a list"),
-        ({"kind": "belief"}, "unknown kind 'belief'"),
+        ({"kind": "belief"}, "unknown kind of proof: 'belief'"),
     ],
 )
 def test_a_closure_that_does_not_hold_gets_a_reason(proof: dict[str, Any], reason: str) -> None:
@@ -205,7 +205,7 @@ def test_a_tree_that_refutes_each_choice_is_accepted() -> None:
 
 def test_a_choice_that_is_left_out_is_named() -> None:
     proof = {"kind": "tree", "choices": []}
-    assert "a at west@2 is a choice that is not refuted" in reasons(proof, ONE_WAY)[0]
+    assert "a at west@2 is not refuted" in reasons(proof, ONE_WAY)[0]
 
 
 def test_a_choice_whose_own_proof_fails_is_refused() -> None:
@@ -264,13 +264,13 @@ def test_robots_that_cannot_pass_each_other_are_proven_to_be_stuck() -> None:
 @pytest.mark.parametrize(
     ("field", "value", "reason"),
     [
-        ("states", 9, "more than the 9 states"),
-        ("states", 11, "10 states can be reached, not 11"),
-        ("states", 10**9, "more than the 200000"),
+        ("states", 9, "reachable than the 9 of"),
+        ("states", 11, "10 states are reachable, not 11"),
+        ("states", 10**9, "exceed the 200000"),
         ("sha256", "0" * 64, "sha256"),
         ("start", {"a": [2, None], "b": [5, None]}, "not where the proof begins"),
-        ("robots", [], "about nobody"),
-        ("stages", {"door@3": 0}, "door@3 is not known"),
+        ("robots", [], "names no robots"),
+        ("stages", {"door@3": 0}, "door@3 is unknown"),
     ],
 )
 def test_a_joint_proof_that_does_not_hold_gets_a_reason(
@@ -283,7 +283,8 @@ def test_a_joint_proof_that_does_not_hold_gets_a_reason(
 def test_a_team_that_can_complete_is_not_deadlocked() -> None:
     about = moment([robot("a", 1, 2), robot("b", 5, 4)], together=True)
     assert (
-        "it can be completed: with a at 2, b at 4" in reasons(joint_proof(about, ORDERED), about)[0]
+        "every objective is met with a at 2, b at 4"
+        in reasons(joint_proof(about, ORDERED), about)[0]
     )
 
 
@@ -294,7 +295,7 @@ def test_who_is_left_out_of_a_proof_must_not_be_of_any_help() -> None:
         together=True,
     )
     proof = joint_proof(PASSING, ORDERED) | {"stages": {"door@3": 0}}
-    assert "c, which the proof leaves out" in reasons(proof, about)[0]
+    assert "c, which the proof omits" in reasons(proof, about)[0]
     away = joint_proof(PASSING, ORDERED)
     assert reasons(away, about) == []
 
@@ -307,4 +308,4 @@ def test_two_who_lift_together_open_the_way_for_each_other() -> None:
         together=True,
     )
     found = reasons(joint_proof(about, [[(1, None), (2, None)]]), about)
-    assert "more than the 1 states" in found[0]
+    assert "reachable than the 1 of" in found[0]
