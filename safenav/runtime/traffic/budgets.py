@@ -61,6 +61,10 @@ CERTIFICATES_KEPT = 10_000
 REJOIN_PLACES = 3
 """Places of the last plan to which the way back may lead: those that most robots are in."""
 
+SHORTENING_ROUNDS = 3
+SHORTENING_LAYERS = 20_000
+"""Layers of the search for one robot's path: a tick and a number of steps each."""
+
 AIM_NODES = 20_000
 """Nodes of a strategy that are searched for the next thing that a robot remembers."""
 REMEMBERED_STATES = 4_000

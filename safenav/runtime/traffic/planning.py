@@ -28,6 +28,7 @@ from safenav.runtime.traffic.joint_plan import Search
 from safenav.runtime.traffic.local import local_plan
 from safenav.runtime.traffic.remembering import plain_poses, remembering
 from safenav.runtime.traffic.searches import Searches
+from safenav.runtime.traffic.shortening import shortened
 from safenav.runtime.traffic.watch import Watch
 from safenav.scenario.model import Outcome
 from safenav.trace import records, vocabulary
@@ -277,14 +278,27 @@ class Traffic:
         return found
 
     def _begin(
-        self, floor: Floor, states: list[Joint], counts: Sequence[Count], reason: str
+        self, floor: Floor, states: Sequence[Joint], counts: Sequence[Count], reason: str
     ) -> None:
+        states = shortened(self._searches.course(floor), states, self._fixed(floor))
         sizes = [member.graph.size for member in floor.problem.members]
         poses = [plain_poses(floor.problem, state.poses) for state in states]
         plan = schedule(poses, sizes, floor.problem.conflicts)
         self.execution = Execution(plan, dues_of(states, counts))
         self._watch.begin_anew()
         self.state.emit(_record(self.state.tick, floor, plan, reason))
+
+    def _fixed(self, floor: Floor) -> list[int]:
+        """The robots that must end where a plan leads them: that is why it was made, or what makes
+        the rest of the mission possible."""
+        return [
+            index
+            for index, robot in enumerate(self.state.robots.values())
+            if self._turning
+            or floor.problem.members[index].turns
+            or robot.assignment.role is Role.HELPS
+            or robot.name == self._starved
+        ]
 
 
 def _record(tick: int, floor: Floor, plan: Schedule, reason: str) -> records.Plan:

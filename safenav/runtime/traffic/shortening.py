@@ -1,0 +1,248 @@
+"""Shorter joint plans: each robot's path is searched again against the timed paths of the others.
+
+A plan is timed by its own dependency order, one tick per step; no robot enters a region in the tick
+in which another one leaves it. Then one robot at a time, the last to arrive first, gets the path
+with the fewest steps that is no later than the plan; the last robots get the earliest path.
+Sets of poses are bit masks: a layer of the search (a tick, a number of steps) is a few shifts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from itertools import pairwise
+
+from safenav.dataclass import dataclass
+from safenav.runtime.traffic.budgets import SHORTENING_LAYERS, SHORTENING_ROUNDS
+from safenav.runtime.traffic.execution import Execution, Schedule, schedule
+from safenav.runtime.traffic.joint import Course, Joint, has_met
+from safenav.runtime.traffic.remembering import remembering
+from safenav.world.poses import Mask, PoseGraph, bits, region_mask
+
+Timed = Sequence[tuple[int, ...]]
+"""The joint poses at each tick, from the first to the last."""
+
+
+def shortened(course: Course, states: Sequence[Joint], fixed: Collection[int]) -> Sequence[Joint]:
+    """Return a plan of at most as many ticks and steps as ``states``: the same goals are counted,
+    the same stages reached. ``fixed``: the robots that must end in the same pose. The plan stays as
+    it is where goals depend on what a robot remembers."""
+    problem, first, last = course.problem, states[0], states[-1]
+    if len(states) < 3 or remembering(problem):
+        return states
+    sizes = [member.graph.size for member in problem.members]
+    plan = schedule([state.poses for state in states], sizes, problem.conflicts)
+    joint = timed(plan)
+    if last.stages != first.stages:
+        fixed = range(len(sizes))
+    paths = [
+        _Path(
+            member.graph,
+            course.steps(first.stages)[robot].allowed,
+            tuple(
+                1 << after.poses[robot]
+                for before, after in pairwise(states)
+                if before.counts[robot] != after.counts[robot] and after.stages == first.stages
+            ),
+            1 << last.poses[robot] if robot in fixed else member.graph.everywhere,
+        )
+        for robot, member in enumerate(problem.members)
+    ]
+    best = _improved(joint, paths, problem.conflicts)
+    turns = timed(schedule(best, sizes, problem.conflicts), in_turn=True)
+    if best is joint or len(turns) > len(timed(plan, in_turn=True)):
+        return states
+    found = [first]
+    for poses in best[1:]:
+        found.append(course.moved(found[-1], poses, range(len(poses))))
+    *between, end = found
+    early = any(state.stages != first.stages for state in between)
+    met = last.stages != first.stages or all(map(has_met, end.counts, last.counts))
+    return found if end.stages == last.stages and met and not early else states
+
+
+def timed(plan: Schedule, *, in_turn: bool = False) -> list[tuple[int, ...]]:
+    """Return the joint poses at each tick if each step takes one and begins as soon as the order
+    of the plan allows. ``in_turn``: a robot may follow one that is before it in the team in the
+    same tick, as in lockstep."""
+    run = Execution(plan)
+    joint = [tuple(way[0] for way in plan.ways)]
+    while not run.finished:
+        moving = {}
+        for robot in range(len(plan.ways)):
+            pose = run.next(robot)
+            if pose is not None:
+                moving[robot] = pose
+                if in_turn:
+                    run.arrived(robot)
+        assert moving, "the order of a plan has no circle"
+        for robot in () if in_turn else moving:
+            run.arrived(robot)
+        joint.append(tuple(moving.get(robot, pose) for robot, pose in enumerate(joint[-1])))
+    return joint
+
+
+def _improved(joint: Timed, paths: Sequence[_Path], conflicts: Sequence[frozenset[int]]) -> Timed:
+    """The plan after each robot's path was searched again, until nothing changes."""
+    sizes = [path.graph.size for path in paths]
+    for _ in range(SHORTENING_ROUNDS):
+        before = joint
+        arrivals = [_arrival(joint, robot) for robot in range(len(paths))]
+        for robot in sorted(range(len(paths)), key=lambda robot: -arrivals[robot]):
+            for way in paths[robot].ways(joint, robot, conflicts[robot], sizes, arrivals[robot]):
+                new = [(*p[:robot], q, *p[robot + 1 :]) for p, q in zip(joint, way, strict=True)]
+                found = timed(schedule(new, sizes, conflicts))
+                (ticks, steps), (most_ticks, most_steps) = _cost(found), _cost(joint)
+                shorter = ticks < most_ticks or steps < most_steps
+                if shorter and ticks <= most_ticks and steps <= most_steps:
+                    joint = found
+                    break
+        if joint is before:
+            break
+    return joint
+
+
+def _cost(joint: Timed) -> tuple[int, int]:
+    """Ticks and steps of a plan."""
+    return len(joint), sum(a != b for x, y in pairwise(joint) for a, b in zip(x, y, strict=True))
+
+
+def _arrival(joint: Timed, robot: int) -> int:
+    """The tick in which a robot takes its last step; 0 if it stays."""
+    ticks = range(1, len(joint))
+    return max((t for t in ticks if joint[t][robot] != joint[t - 1][robot]), default=0)
+
+
+@dataclass(frozen=True)
+class _Path:
+    """Requirements on a robot's path: poses ``allowed``, sets of poses in the order in which it
+    must pass them (``via``), and those in which it may end (``final``)."""
+
+    graph: PoseGraph
+    allowed: Mask
+    via: tuple[Mask, ...]
+    final: Mask
+
+    def ways(
+        self,
+        joint: Timed,
+        robot: int,
+        rivals: Collection[int],
+        sizes: Sequence[int],
+        arrival: int,
+    ) -> Iterator[list[int]]:
+        """The path with the fewest steps among those that end in time, then, for a robot that is
+        among the last to arrive, the earliest. One pose per tick."""
+        start, steps, ticks = (
+            joint[0][robot],
+            _cost([(p[robot],) for p in joint])[1],
+            len(joint) - 1,
+        )
+        least = self._least(start)
+        fewer, earlier = steps > least, arrival == ticks > least
+        if not (fewer or earlier):
+            return
+        closed = []
+        for now, then in pairwise(joint):
+            regions = 0
+            for other in rivals:
+                regions |= 1 << now[other] % sizes[other] | 1 << then[other] % sizes[other]
+            closed.append(self.graph.poses_on(regions))
+        later = self.graph.poses_on(region_mask(joint[-1][o] % sizes[o] for o in rivals))
+        ends = [self.final & ~later]
+        for poses in reversed(closed):
+            later |= poses
+            ends.insert(0, self.final & ~later)
+        way = self._way(start, closed, ends, steps - 1, early=False) if fewer else None
+        if way is not None:
+            yield way
+        way = self._way(start, closed, ends[:-1], steps, early=True) if earlier else None
+        if way is not None:
+            yield [*way, way[-1]]
+
+    def _least(self, start: int) -> int:
+        """The steps of the shortest path without others in the way; 0 if the robot may stay."""
+        found = 0
+        for goal in (*self.via, self.final):
+            found += self.graph.distances(goal, self.allowed)[start]
+            start = goal.bit_length() - 1
+        return found
+
+    def _way(
+        self, start: int, closed: Sequence[Mask], ends: Sequence[Mask], most: int, early: bool
+    ) -> list[int] | None:
+        """Return a path of at most ``most`` steps, one pose per tick: the earliest, else the one
+        with the fewest steps; None if there is none, or the budget is spent. ``closed``: the poses
+        that others close in each tick; ``ends``: those where it may end at each tick."""
+        forward, goals = self.graph.forward, len(self.via)
+        rows: list[list[_Cell]] = []  # by number of steps, then by tick
+        known = [[0] * (goals + 1) for _ in ends]
+        last, found, layers = len(ends) - 1, None, 0
+        for count in range(most + 1):
+            row: list[_Cell] = []
+            for tick in range(last + 1):
+                cell = [0] * (goals + 1)
+                if tick == 0:
+                    cell[0] = 1 << start if count == 0 else 0
+                elif free := ~closed[tick - 1]:
+                    cell = [poses & free for poses in row[-1]]
+                    if count:
+                        for k, poses in enumerate(rows[-1][tick - 1]):
+                            if poses:
+                                cell[k] |= forward(poses & free) & self.allowed & free
+                self._pass(cell)
+                for k, poses in enumerate(known[tick]):
+                    cell[k] &= ~poses
+                    known[tick][k] |= cell[k]
+                row.append(cell)
+                if cell[goals] & ends[tick]:
+                    found, last = (count, tick), tick - 1
+                    break
+            rows.append(row)
+            layers += len(row)
+            if found is not None and not early:
+                break
+            if layers > SHORTENING_LAYERS or not any(map(any, row)):
+                break
+        if found is None:
+            return None
+        count, tick = found
+        pose = next(bits(rows[count][tick][goals] & ends[tick]))
+        way = [pose] * (len(ends) - tick)
+        k = goals
+        while tick:
+            tick -= 1
+            count, k, pose = self._before(rows, count, tick, k, pose, closed[tick])
+            way.append(pose)
+        return way[::-1]
+
+    def _pass(self, cell: _Cell) -> None:
+        """Count what a robot passes in its poses."""
+        for k, via in enumerate(self.via):
+            met = cell[k] & via
+            cell[k] ^= met
+            cell[k + 1] |= met
+
+    def _before(
+        self,
+        rows: Sequence[Sequence[_Cell]],
+        count: int,
+        tick: int,
+        k: int,
+        pose: int,
+        closed: Mask,
+    ) -> tuple[int, int, int]:
+        """Steps, sets passed and pose a tick before a robot is in a cell."""
+        for passed in range(k, -1, -1):
+            if rows[count][tick][passed] & 1 << pose:
+                return count, passed, pose
+            if count:
+                came = self.graph.backward(1 << pose) & rows[count - 1][tick][passed] & ~closed
+                if came:
+                    return count - 1, passed, next(bits(came))
+            if not passed or not self.via[passed - 1] >> pose & 1:
+                break
+        raise AssertionError("each cell was reached from another one")
+
+
+_Cell = list[int]
+"""The poses in which a robot may be, by how many of ``via`` it has passed."""

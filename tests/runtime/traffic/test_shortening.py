@@ -1,0 +1,146 @@
+"""Shortened plans: never longer, valid in every order, and the same goals in the same order."""
+
+from __future__ import annotations
+
+import random
+from itertools import pairwise
+
+import pytest
+
+from runtime.coordination.floors import Block, Bot, Floor
+from runtime.played import Runner
+from runtime.traffic.test_joint_plan import SWAP, play, search
+from safenav.runtime.traffic.answers import Found
+from safenav.runtime.traffic.execution import schedule
+from safenav.runtime.traffic.joint import Course, Joint
+from safenav.runtime.traffic.shortening import shortened
+
+ROOMS = [
+    "#########",
+    "#...#...#",
+    "#.......#",
+    "#...#...#",
+    "###.#####",
+    "#.......#",
+    "#.......#",
+    "#########",
+]
+
+
+def ticks(floor: Floor, states: list[Joint]) -> int:
+    """Ticks of a plan, by its order between the robots alone."""
+    sizes = [member.graph.size for member in floor.problem.members]
+    plan = schedule([state.poses for state in states], sizes, floor.problem.conflicts)
+    waits: dict[tuple[int, int], list[tuple[int, int]]] = {}
+    for order in plan.orders:
+        waits.setdefault((order.robot, order.step), []).append((order.other, order.before))
+    ends = {(robot, -1): 0 for robot in range(len(sizes))}
+    left = [(robot, step) for robot, way in enumerate(plan.ways) for step in range(len(way) - 1)]
+    while left:
+        robot, step = left.pop(0)
+        before = [(robot, step - 1), *waits.get((robot, step), ())]
+        if all(each in ends for each in before):
+            ends[robot, step] = 1 + max(ends[each] for each in before)
+        else:
+            left.append((robot, step))
+    return max(ends.values())
+
+
+def steps(states: list[Joint]) -> int:
+    return sum(a != b for x, y in pairwise(states) for a, b in zip(x.poses, y.poses, strict=True))
+
+
+def counted(states: list[Joint], robot: int) -> list[int]:
+    """The poses in which a plan counts the goals of a robot, in order."""
+    return [b.poses[robot] for a, b in pairwise(states) if a.counts[robot] != b.counts[robot]]
+
+
+def crowd(seed: int) -> Floor:
+    """Two to five robots in rooms, some with headings, at times with an obstacle in a doorway."""
+    rng = random.Random(seed)
+    free = [i for i, c in enumerate("".join(ROOMS)) if c == "."]
+    turning = ["", *"nesw"] if seed % 3 == 0 else [""]
+    starts = rng.sample([region for region in free if region not in (22, 39)], rng.randint(2, 5))
+    bots = {
+        f"r{k}": Bot(f"{at}{rng.choice(turning)}", rng.sample(free, 2), can="push" if k else "")
+        for k, at in enumerate(starts)
+    }
+    door = Block(22, [("push", 1, [21, 23], False)], blocks=range(len(bots)))
+    return Floor(ROOMS, bots, [door] if seed % 4 == 0 else [])
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_a_shortened_plan_does_the_same_in_less(seed: int) -> None:
+    rng, floor = random.Random(seed), crowd(seed)
+    first = floor.problem.nothing_done
+    until = (lambda state: state.stages != first) if first else None
+    answer = search(floor, goal=until).run(1, 1)
+    if not isinstance(answer, Found):
+        pytest.skip("no plan within a small budget")
+    old, members = list(answer.states), floor.problem.members
+    fixed = [i for i, member in enumerate(members) if member.turns or rng.random() < 0.5]
+    new = list(shortened(Course(floor.problem, 1), old, fixed))
+    play(floor, Found(tuple(new)), rng)
+    assert new[0] == old[0]
+    assert new[-1].stages == old[-1].stages
+    assert all(state.stages == first for state in new[:-1])
+    assert ticks(floor, new) <= ticks(floor, old)
+    assert steps(new) <= steps(old)
+    for robot in range(len(members)):
+        if robot in fixed or new[-1].stages != first:
+            assert new[-1].poses[robot] == old[-1].poses[robot]
+        if new[-1].stages == first:
+            assert counted(new, robot) == counted(old, robot)
+
+
+def test_detours_of_a_plan_disappear() -> None:
+    """One robot walks round the ring before it enters the niche; nobody needs that."""
+    floor = Floor(SWAP, {"a": Bot("6", [8]), "b": Bot("8", [6])})
+    course = Course(floor.problem, 1)
+    states = [course.begun(floor.poses, floor.counts, floor.problem.nothing_done)]
+    for poses in [
+        (7, 8),
+        (6, 8),
+        (7, 8),
+        (12, 8),
+        (12, 7),
+        (12, 8),
+        (12, 7),
+        (12, 6),
+        (7, 6),
+        (8, 6),
+    ]:
+        states.append(course.moved(states[-1], poses, range(2)))
+    assert course.completed(states[-1])
+    new = list(shortened(course, states, ()))
+    assert (ticks(floor, states), ticks(floor, new), steps(new)) == (10, 6, 6)
+
+
+def test_the_requester_clears_the_way_of_its_helper(run: Runner) -> None:
+    """A walker that cannot turn round comes to a doorway where the robot that asked waits. Its
+    first plan had 37 steps."""
+    played = run(
+        """
+        safenav: 1
+        name: requester stands in the helper's way
+        map:
+          grid: |
+            ###############
+            #...####......#
+            #.............#
+            #...####......#
+            ###############
+        catalogue:
+          robots: {cart: {mobility: free, layer: ground, capabilities: []}}
+        robots:
+          cart: {model: cart, start: [2, 1], objective: {visit: [[2, 12], [2, 1]]}}
+          digit:
+            {model: digit, start: [1, 1], heading: east, objective: {visit: [[1, 1], [3, 3]]}}
+        obstacles:
+          - {type: door, region: [2, 6]}
+        until: {rounds: 1}
+        limits: {ticks: 200}
+        """
+    )
+    assert played.outcome["outcome"] == "completed"
+    assert played.one("resolved")["tick"] <= 20
