@@ -38,13 +38,18 @@ def open_obstacles(
             tuple(
                 Need(
                     frozenset(
-                        n for n, r in now.header.robots.items() if need.action in r.capabilities
+                        n
+                        for n, r in now.header.robots.items()
+                        if now.obstacles[name].actions(number) <= r.capabilities
+                        and (number > now.stage[name] or not need.same or n in now.group[name])
                     ),
                     frozenset(need.regions),
                     need.robots,
                     need.together,
+                    bool(need.same),
                 )
-                for need in now.obstacles[name].all_needs[now.stage[name] :]
+                for number, need in enumerate(now.obstacles[name].all_needs)
+                if number >= now.stage[name]
             ),
             frozenset() if now.need(name).together else frozenset(now.done[name]),
             frozenset(robot for robot, obstacle in refused if obstacle == name),

@@ -150,6 +150,8 @@ class Situation:
         }
         self.stage = dict.fromkeys(self.obstacles, 0)
         self.done: dict[str, set[str]] = {name: set() for name in self.obstacles}
+        self.group: dict[str, frozenset[str]] = {}
+        """The robots that met the last need of each obstacle."""
         self.introduced = {obstacle.name for obstacle in self.header.obstacles}
         """Obstacles that the scenario lists, or that a line has described."""
         self.discovered: set[str] = set()
@@ -176,9 +178,13 @@ class Situation:
         return other in listed
 
     def capable(self, obstacle: str) -> set[str]:
-        """Return the robots that have the action which the obstacle needs next."""
-        action = self.need(obstacle).action
-        return {n for n, r in self.header.robots.items() if action in r.capabilities}
+        """Return the robots that have the action which the obstacle needs next, and what the same
+        robots must do after it: only those of the need before it where it takes the same."""
+        robots, needs = self.header.robots, self.obstacles[obstacle].all_needs
+        stage = min(self.stage[obstacle], len(needs) - 1)
+        actions = self.obstacles[obstacle].actions(stage)
+        able = {name for name, robot in robots.items() if actions <= robot.capabilities}
+        return able & self.group[obstacle] if needs[stage].same else able
 
     def alternates(self, robot: str) -> bool:
         """Return whether the robot was synthesized for its objective as plain alternation."""
@@ -189,10 +195,16 @@ class Situation:
         needs = self.obstacles[obstacle].all_needs
         return needs[min(self.stage[obstacle], len(needs) - 1)]
 
-    def too_few(self, need: NeedHeader) -> bool:
-        """Return whether fewer robots have the action than the need takes."""
-        robots = self.header.robots.values()
-        return sum(need.action in robot.capabilities for robot in robots) < need.robots
+    def too_few(self, obstacle: str) -> list[bool]:
+        """Return for each unmet need whether fewer robots have its action, and what the same robots
+        must do after it, than it takes."""
+        about, robots = self.obstacles[obstacle], self.header.robots.values()
+        left = range(self.stage[obstacle], len(about.all_needs))
+        return [
+            sum(about.actions(k) <= robot.capabilities for robot in robots)
+            < about.all_needs[k].robots
+            for k in left
+        ]
 
     def stopped_by(self, obstacle: str) -> set[str]:
         """Return the robots that the obstacle physically stops."""
@@ -213,6 +225,7 @@ class Situation:
         return (
             len(left) == 1
             and left[0].robots == 1
+            and not left[0].same
             and self.obstacles[obstacle].region in left[0].regions
             and left[0].action in self.header.robots[robot].capabilities
         )
@@ -406,6 +419,7 @@ class Situation:
                 self.turn.met[name, self.stage[name]] = frozenset(group)
             if len(group) < need.robots or last:
                 return
+            self.group[name] = frozenset(group)
             self.stage[name] += 1
             self.done[name].clear()
             self.turn.advanced.add(name)

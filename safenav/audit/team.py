@@ -8,12 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache
-from itertools import combinations, product
+from itertools import combinations, product, takewhile
 from typing import NamedTuple
 
 Pose = tuple[int, str | None]
 Poses = frozenset[Pose]
 MOST_NODES = 20_000
+FAR = 1 << 30
 
 
 class TooManyError(Exception):
@@ -22,12 +23,13 @@ class TooManyError(Exception):
 
 class Need(NamedTuple):
     """An action that ``robots`` of the ``able`` ones perform, each on one of ``regions``, all in
-    one tick if ``together``."""
+    one tick if ``together``; ``same``: they are among those of the need before it."""
 
     able: frozenset[str]
     regions: frozenset[int]
     robots: int = 1
     together: bool = False
+    same: bool = False
 
 
 class OpenObstacle(NamedTuple):
@@ -45,12 +47,25 @@ class OpenObstacle(NamedTuple):
     def closes(self, robot: str) -> bool:
         """Whether a robot must keep out: it is stopped, and does not resolve it by entering."""
         last = self.left[-1:]
-        enters = len(self.left) == 1 and last[0].robots == 1
+        enters = len(self.left) == 1 and last[0].robots == 1 and not last[0].same
         enters = enters and self.region in last[0].regions and robot in last[0].able
         return bool(last) and robot in self.stops and not enters
 
-    def advanced(self) -> OpenObstacle:
-        return self._replace(left=self.left[1:], done=frozenset())
+    def chain(self) -> tuple[Need, ...]:
+        """The needs after the next one that the same robots must meet."""
+        later = self.left[1:]
+        return tuple(takewhile(lambda need: need.same, later))
+
+    def commits(self) -> bool:
+        """Whether the robots that meet the next need are chosen for another one by that."""
+        chosen = self.left[0].same and len(self.left[0].able) <= self.left[0].robots
+        return bool(self.chain()) and not chosen
+
+    def advanced(self, group: Iterable[str]) -> OpenObstacle:
+        left, met = self.left[1:], self.done.union(group)
+        if left and left[0].same:
+            left = (left[0]._replace(able=left[0].able & met), *left[1:])
+        return self._replace(left=left, done=frozenset())
 
 
 class Member(NamedTuple):
@@ -171,7 +186,8 @@ class Team:
             zip(step.group, step.at, strict=True)
         )
         k = step.obstacle
-        return tuple(where.values()), (*obstacles[:k], obstacles[k].advanced(), *obstacles[k + 1 :])
+        then = obstacles[k].advanced(step.group)
+        return tuple(where.values()), (*obstacles[:k], then, *obstacles[k + 1 :])
 
     def options(
         self,
@@ -189,7 +205,7 @@ class Team:
         for k, obstacle in ((k, obstacle) for k, obstacle in enumerate(obstacles) if obstacle.left):
             need, then = (
                 obstacle.left[0],
-                (*obstacles[:k], obstacle.advanced(), *obstacles[k + 1 :]),
+                (*obstacles[:k], obstacle.advanced(()), *obstacles[k + 1 :]),
             )
             at, back, rank = (
                 dict[str, Poses](),
@@ -205,12 +221,20 @@ class Team:
                 if there:
                     at[name], back[name] = there, sets[i] <= self.reach(name, there, then)
                     stranger = name not in present.get(obstacle.name, ())
-                    rank[name] = stranger, self.ticks(name, origins[i], there, obstacles) or 0, i
+                    ticks = self.ticks(name, origins[i], there, obstacles) or 0
+                    for further in obstacle.chain():
+                        goal = frozenset(
+                            p for p in self.members[name].steps if p[0] in further.regions
+                        )
+                        more = self.ticks(name, there, goal, obstacles)
+                        far = FAR * self.members[name].ticks
+                        ticks, there = ticks + (far if more is None else more), goal
+                    rank[name] = stranger, ticks, i
             able = sorted(at, key=lambda name: (not back[name], rank[name]))
             for group in combinations(able, max(1, need.robots - len(obstacle.done))):
                 if need.together and not self.fits(group, at):
                     continue
-                lossless = all(back[name] for name in group)
+                lossless = all(back[name] for name in group) and not obstacle.commits()
                 order = (
                     not lossless,
                     sum(rank[name][0] for name in group),

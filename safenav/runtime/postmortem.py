@@ -223,7 +223,7 @@ def _needs(failed: _Failure) -> Iterator[Candidate]:
         need = kind.needs[number]
         milder = []
         able = len(lacks.helpers) + len(lacks.done)
-        if 0 < able < need.robots:
+        if 0 < able < need.robots and not any(each.same for each in kind.needs):
             milder.append(replace(need, robots=able, together=need.together and able > 1))
         if need.at is not ResolveAt.NEIGHBOURS:
             milder.append(replace(need, at=ResolveAt.NEIGHBOURS))
@@ -250,7 +250,8 @@ def _need_written(need: Need, failed: _Failure) -> str:
     )
     robots = f", robots: {need.robots}" if need.robots > 1 else ""
     together = ", together: true" if need.together else ""
-    return f"{{action: {need.action}{robots}, at: {at}{together}}}"
+    same = ", same: true" if need.same else ""
+    return f"{{action: {need.action}{robots}, at: {at}{together}{same}}}"
 
 
 def _walls(failed: _Failure) -> Iterator[Candidate]:

@@ -83,10 +83,12 @@ class Works:
     def _met(self, work: Work, robot: Robot, regions: Mapping[str, Region]) -> bool:
         """Whether the robot brings the obstacle to its next need."""
         need = work.obstacle.needs[work.need]
+        skills = work.obstacle.type.actions(work.need)
         places = work.obstacle.resolution_regions(self.scenario.map, work.need)
 
         def there(other: Robot) -> bool:
-            return need.action in other.capabilities and regions[other.name] in places
+            asked = not need.same or other.name in work.groups[work.need - 1]
+            return asked and skills <= other.capabilities and regions[other.name] in places
 
         if not there(robot):
             return False

@@ -86,12 +86,14 @@ class ResolveAt(StrEnum):
 @dataclass(frozen=True)
 class Need:
     """One of the things that an obstacle needs: ``robots`` distinct ones perform ``action``, each
-    at one of the regions of ``at``; in the same tick if ``together``."""
+    at one of the regions of ``at``; in the same tick if ``together``. ``same``: those of the need
+    before it, which must be able to perform both."""
 
     action: str
     robots: int = 1
     at: ResolveAt | frozenset[Region] = ResolveAt.SELF
     together: bool = False
+    same: bool = False
 
 
 @dataclass(frozen=True)
@@ -116,6 +118,16 @@ class ObstacleType:
     def needs(self) -> tuple[Need, ...]:
         """Its needs, in this order."""
         return self.listed or (Need(self.action, at=self.resolve_at),)
+
+    def actions(self, number: int) -> frozenset[str]:
+        """The actions that a robot must have for a need: its own, and those of the needs that the
+        same robots must meet after it."""
+        found = {self.needs[number].action}
+        for need in self.needs[number + 1 :]:
+            if not need.same:
+                break
+            found.add(need.action)
+        return frozenset(found)
 
 
 @dataclass(frozen=True)
@@ -181,7 +193,7 @@ class Obstacle:
         inside = last.at is ResolveAt.SELF or (
             isinstance(last.at, frozenset) and self.region in last.at
         )
-        only = need == len(self.needs) - 1 and last.robots == 1
+        only = need == len(self.needs) - 1 and last.robots == 1 and not last.same
         return only and inside and last.action in robot.capabilities
 
     def closed_to(self, robot: Robot, need: int = 0) -> bool:

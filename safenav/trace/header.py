@@ -69,7 +69,11 @@ def obstacle_header(
 def _needs(obstacle: Obstacle, world: RegionMap) -> tuple[setting.NeedHeader, ...]:
     return tuple(
         setting.NeedHeader(
-            need.action, obstacle.resolution_regions(world, number), need.robots, need.together
+            need.action,
+            obstacle.resolution_regions(world, number),
+            need.robots,
+            need.together,
+            need.same or None,
         )
         for number, need in enumerate(obstacle.needs)
     )

@@ -42,12 +42,13 @@ class RobotHeader:
 @dataclass(frozen=True)
 class NeedHeader:
     """One of several actions that an obstacle needs, in order: by ``robots`` distinct robots,
-    ``together`` in one tick, from ``regions``."""
+    ``together`` in one tick, from ``regions``; ``same``: by robots that met the need before it."""
 
     action: str
     regions: tuple[Region, ...]
     robots: Annotated[int, Least(1)] = 1
     together: bool = False
+    same: bool | None = None
 
 
 @dataclass(frozen=True)
@@ -73,11 +74,20 @@ class ObstacleHeader:
         """Its needs in order, also where the trace records only one."""
         return self.needs or (NeedHeader(self.action, self.resolution_regions),)
 
+    def actions(self, stage: int) -> frozenset[str]:
+        """The actions that a robot must have for a need: its own, and those of the needs that the
+        same robots must meet after it."""
+        needs = self.all_needs
+        last = stage
+        while last + 1 < len(needs) and needs[last + 1].same:
+            last += 1
+        return frozenset(need.action for need in needs[stage : last + 1])
+
     def resolved_by_entering(self, robot: RobotHeader, stage: int) -> bool:
         """Whether a robot alone resolves it by entering its region once ``stage`` needs are met:
         only one is left, and the region is one of that need's."""
         last = self.all_needs[-1]
-        only = stage == len(self.all_needs) - 1 and last.robots == 1
+        only = stage == len(self.all_needs) - 1 and last.robots == 1 and not last.same
         return only and self.region in last.regions and last.action in robot.capabilities
 
 

@@ -62,12 +62,21 @@ def closure_problems(
 def _stuck_at(obstacle: OpenObstacle, moment: Moment, inside: Sets) -> Iterator[int]:
     """Yield the stages at which too few robots can reach the regions where the need is met."""
     for stage in range(obstacle.stage, len(obstacle.needs)):
-        need = obstacle.needs[stage]
+        need, begin = obstacle.needs[stage], stage
+        while begin > obstacle.stage and obstacle.needs[begin].same:
+            begin -= 1  # the same robots must have met it, so they got there, too
+        regions = {name: {region for region, _ in poses} for name, poses in inside.items()}
         able = {
-            name: frozenset(region for region, _ in inside[name])
+            name: frozenset(regions[name])
             for name, robot in moment.robots.items()
-            if need.action in robot.capabilities
+            if obstacle.able(robot, stage)
+            and (begin > obstacle.stage or not obstacle.needs[begin].same or name in obstacle.group)
             and not (stage == obstacle.stage and not need.together and name in obstacle.done)
+            and all(
+                regions[name] & obstacle.needs[k].regions
+                or (k == obstacle.stage and name in obstacle.done)
+                for k in range(begin, stage)
+            )
         }
         if not moment.enough(need, obstacle.missing(stage), able):
             yield stage

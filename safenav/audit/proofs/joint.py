@@ -23,7 +23,9 @@ Left = tuple[int, int]
 """Remaining work of a robot: in order, the goals left and which is next; otherwise the rounds left
 and the targets covered in this one, bit by bit."""
 
-Stage = tuple[str, int, frozenset[str]]
+Stage = tuple[str, int, frozenset[str], frozenset[str]]
+"""An obstacle, its next need, who has had a part in that, and who met the need before it if it
+takes the same robots."""
 
 
 @dataclass(frozen=True)
@@ -156,7 +158,10 @@ class _Enumeration:
             else:
                 choices.append([(robot.rounds_left, sum(1 << k for k in robot.covered))])
         poses = tuple(robot.pose for robot in self._robots)
-        stages = tuple(sorted((g.name, g.stage, g.done) for g in self._obstacles.values()))
+        stages = tuple(
+            (g.name, g.stage, g.done, g.group if g.needs[g.stage].same else frozenset())
+            for _, g in sorted(self._obstacles.items())
+        )
         return [self._settled(_State(poses, left, stages)) for left in product(*choices)]
 
     def _successors(self, state: _State) -> Iterator[_State]:
@@ -181,8 +186,8 @@ class _Enumeration:
         return known
 
     def _obstacle(self, stage: Stage) -> OpenObstacle:
-        name, index, done = stage
-        return replace(self._obstacles[name], stage=index, done=done)
+        name, index, done, group = stage
+        return replace(self._obstacles[name], stage=index, done=done, group=group)
 
     def _is_complete(self, state: _State) -> bool:
         if any(goals for goals, _ in state.left):
@@ -235,20 +240,23 @@ class _Enumeration:
     def _performed(self, stage: Stage, poses: tuple[Pose, ...]) -> Stage | None:
         """Return the stage after the actions that the robots can perform where they stand; None:
         resolved."""
-        name, index, done = stage
-        need = self._obstacles[name].needs[index]
+        name, index, done, group = stage
+        obstacle = self._obstacle(stage)
+        need = obstacle.needs[index]
         here = {
             robot.name
             for robot, at in zip(self._robots, poses, strict=True)
-            if need.action in robot.capabilities and at[0] in need.regions
+            if at[0] in need.regions and obstacle.able(robot, index)
         }
         if need.together:
             if len(here) < need.robots:
                 return stage
         elif len(done | here) < need.robots:
-            return name, index, done | here
-        last = index + 1 == len(self._obstacles[name].needs)
-        return None if last else (name, index + 1, frozenset())
+            return name, index, done | here, group
+        if index + 1 == len(obstacle.needs):
+            return None
+        met = done | here if obstacle.needs[index + 1].same else frozenset()
+        return name, index + 1, frozenset(), met
 
     def _met(self, robot: Robot, region: int, left: Left) -> Left:
         goals, covered = left  # in order: which is next

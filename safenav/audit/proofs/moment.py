@@ -22,18 +22,21 @@ _BACK = {"north": "south", "south": "north", "east": "west", "west": "east"}
 
 @dataclass(frozen=True)
 class Need:
-    """``robots`` distinct robots perform ``action`` from ``regions``, ``together`` or not."""
+    """``robots`` distinct robots perform ``action`` from ``regions``, ``together`` or not;
+    ``same``: they are among those that met the need before it."""
 
     action: str
     robots: int
     regions: frozenset[int]
     together: bool
+    same: bool = False
 
 
 @dataclass(frozen=True)
 class OpenObstacle:
     """An obstacle that is known and unresolved: the needs before ``stage`` are met, and ``done``
-    have had their part in the one at it. ``blocks``: robots that it physically stops."""
+    have had their part in the one at it; ``group`` met the need before it. ``blocks``: robots that
+    it physically stops."""
 
     name: str
     region: int
@@ -41,12 +44,30 @@ class OpenObstacle:
     blocks: frozenset[str]
     stage: int = 0
     done: frozenset[str] = frozenset()
+    group: frozenset[str] = frozenset()
+
+    def able(self, robot: Robot, stage: int) -> bool:
+        """Return whether the robot has the action of that stage's need, and what the same robots
+        must do after it; whether it met the need before the present one, if it takes the same."""
+        actions, later = {self.needs[stage].action}, stage + 1
+        while later < len(self.needs) and self.needs[later].same:
+            actions.add(self.needs[later].action)
+            later += 1
+        chosen = stage != self.stage or not self.needs[stage].same or robot.name in self.group
+        return chosen and actions <= robot.capabilities
+
+    def commits(self) -> bool:
+        """Return whether meeting the present need chooses the robots for another one."""
+        need, later = self.needs[self.stage], self.needs[self.stage + 1 :]
+        chosen = need.same and len(self.group) <= need.robots
+        return bool(later) and later[0].same and not chosen
 
     def closes(self, robot: Robot, stage: int | None = None) -> bool:
         """Return whether the robot may not enter: it is blocked, and does not resolve the obstacle
         by entering, given the needs unmet at that stage (default: the present one)."""
         last = self.needs[-1]
         only = (self.stage if stage is None else stage) == len(self.needs) - 1 and last.robots == 1
+        only = only and not last.same
         enters = only and self.region in last.regions and last.action in robot.capabilities
         return robot.name in self.blocks and not enters
 

@@ -91,7 +91,7 @@ def _options(moment: Moment, closed: Sets) -> list[_Option]:
         places = {
             one: frozenset(region for region, _ in closed[one]) & need.regions
             for one, robot in moment.robots.items()
-            if need.action in robot.capabilities and (need.together or one not in obstacle.done)
+            if obstacle.able(robot, obstacle.stage) and (need.together or one not in obstacle.done)
         }
         able = sorted(one for one, at in places.items() if at)
         for group in combinations(able, obstacle.missing(obstacle.stage)):
@@ -104,7 +104,7 @@ def _is_lossless(
     option: _Option, moment: Moment, closed: Sets, walls: Mapping[str, frozenset[int]]
 ) -> bool:
     regions = moment.obstacles[option.obstacle].needs[option.need].regions
-    return all(
+    return not moment.obstacles[option.obstacle].commits() and all(
         moment.closure(moment.robots[name], _on(closed[name], regions), walls[name]) >= closed[name]
         for name in option.robots
     )
@@ -119,7 +119,8 @@ def _after(option: _Option, moment: Moment, closed: Sets) -> tuple[Moment, Sets]
     }
     if option.need + 1 == len(obstacle.needs):
         return moment.without([obstacle.name]), there
-    further: OpenObstacle = replace(obstacle, stage=option.need + 1, done=frozenset())
+    group = obstacle.done | option.robots
+    further: OpenObstacle = replace(obstacle, stage=option.need + 1, done=frozenset(), group=group)
     return replace(moment, obstacles={**moment.obstacles, obstacle.name: further}), there
 
 

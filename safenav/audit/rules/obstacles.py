@@ -261,7 +261,7 @@ class BlockedRule(Rule):
 
 def _lacks_robots(obstacle: str, now: Situation) -> bool:
     """Return whether too few robots have an action that the obstacle still needs."""
-    return any(map(now.too_few, now.obstacles[obstacle].all_needs[now.stage[obstacle] :]))
+    return any(now.too_few(obstacle))
 
 
 def _truth(traversable: bool | None) -> str:

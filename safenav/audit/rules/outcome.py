@@ -97,11 +97,11 @@ def _causes(proof: Proof | None, now: Situation) -> tuple[OperatorCause, ...]:
         return (OperatorCause.DEADLOCK,)
     if not (isinstance(proof, Closure) and proof.never):
         return (OperatorCause.UNREALIZABLE,)
-    needs = [now.obstacles[name].all_needs[now.stage[name] :] for name in proof.never]
-    if any(now.too_few(left[0]) for left in needs if left):
+    short = [now.too_few(name) for name in proof.never]
+    if any(left[0] for left in short if left):
         return (OperatorCause.NO_CAPABLE_ROBOT,)
     others = (OperatorCause.NEVER_RESOLVABLE, OperatorCause.CYCLIC_REQUESTS)
-    later = any(now.too_few(need) for left in needs for need in left)
+    later = any(any(left) for left in short)
     return (*others, OperatorCause.NO_CAPABLE_ROBOT) if later else others
 
 

@@ -128,12 +128,19 @@ def moment_of(
             name,
             obstacle.region,
             tuple(
-                Need(need.action, need.robots, frozenset(need.regions), need.together)
+                Need(
+                    need.action,
+                    need.robots,
+                    frozenset(need.regions),
+                    need.together,
+                    bool(need.same),
+                )
                 for need in obstacle.all_needs
             ),
             frozenset(obstacle.blocks),
             now.stage[name],
             frozenset(now.done[name]),
+            now.group.get(name, frozenset()),
         )
         for name, obstacle in now.obstacles.items()
         if now.status[name] in (Status.UNRESOLVED, Status.GIVEN_UP) and name in now.discovered

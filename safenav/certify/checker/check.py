@@ -43,12 +43,14 @@ Poses = frozenset[Pose]
 
 
 class Need(NamedTuple):
-    """A need of an obstacle: able robots, regions, their number, simultaneously or in turn."""
+    """A need of an obstacle: able robots, regions, their number, simultaneously or in turn, whether
+    they are among those of the need before it."""
 
     able: frozenset[str]
     regions: frozenset[int]
     robots: int
     together: bool
+    same: bool
 
 
 class Obstacle(NamedTuple):
@@ -70,12 +72,23 @@ class Obstacle(NamedTuple):
         """Return whether a robot must keep out: the obstacle stops it and entering does not resolve
         it, or it stays permanently for that robot."""
         last = self.left[-1] if len(self.left) == 1 else None
-        enters = last and last.robots == 1 and self.region in last.regions and name in last.able
+        enters = (
+            last
+            and last.robots == 1
+            and not last.same
+            and self.region in last.regions
+            and name in last.able
+        )
         open_ = enters or not self.left
         return (self.present and name in self.blocks and not open_) or name in (self.sealed or ())
 
-    def advanced(self) -> Obstacle:
-        return self._replace(left=self.left[1:], done=frozenset())
+    def advanced(self, group: frozenset[str]) -> Obstacle:
+        """Return the obstacle after its next need is met; ``same`` robots must meet the one after
+        it."""
+        left = self.left[1:]
+        if left and left[0].same:
+            left = (left[0]._replace(able=left[0].able & group), *left[1:])
+        return self._replace(left=left, done=frozenset())
 
     def worked(self, at: Mapping[str, Pose], acting: set[str]) -> Obstacle:
         """Return the obstacle after the robots' actions where they stand, requested or not."""
@@ -86,7 +99,7 @@ class Obstacle(NamedTuple):
         group = self.done | (there if need.together and there & acting else there & acting)
         if len(group) < need.robots:
             return self if need.together else self._replace(done=group)
-        return self.advanced().worked(at, acting)
+        return self.advanced(group).worked(at, acting)
 
 
 class Robot:
@@ -181,8 +194,10 @@ class Team:
                 if need.together and all(len({*way}) < len(way) for way in ways):
                     continue  # they cannot all stand there simultaneously
                 now = sets | {name: at[name] for name in group}
-                yield tuple(now.items()), (*obstacles[:k], obstacle.advanced(), *obstacles[k + 1 :])
-                if all(ahead[n] == self.reach(n, at[n], obstacles) for n in group):
+                then = obstacle.advanced(obstacle.done.union(group))
+                yield tuple(now.items()), (*obstacles[:k], then, *obstacles[k + 1 :])
+                chosen = obstacle.left[1:] and obstacle.left[1].same  # for another need
+                if not chosen and all(ahead[n] == self.reach(n, at[n], obstacles) for n in group):
                     return  # nothing is lost: all can return to all that they could reach
 
     def never(self) -> set[str]:
@@ -525,8 +540,11 @@ class Run:
         needs, robots = list[Need](), self.robots.values()
         for need in data.get("needs") or [{**data, "regions": data["resolution_regions"]}]:
             able = frozenset(r.name for r in robots if need["action"] in r.data["capabilities"])
-            how = need.get("robots", 1), need.get("together", False)
+            how = need.get("robots", 1), need.get("together", False), need.get("same", False)
             needs.append(Need(able, frozenset(need["regions"]), *how))
+        for k in range(len(needs) - 1, 0, -1):
+            if needs[k].same:  # whoever cannot do both does neither
+                needs[k - 1] = needs[k - 1]._replace(able=needs[k - 1].able & needs[k].able)
         names = {SOMEBODY, *self.robots, *(f"robots.{name}" for name in self.robots)}
         require(data["name"] not in names, "an obstacle has the name of a robot")
         require(data["name"] not in self.obstacles, f"there is a {data['name']} already")

@@ -164,9 +164,8 @@ def bids_for(floor: Floor, gate: int) -> dict[str, int | None]:
     problem, stages = floor.problem, floor.stages
     need = problem.next_need(gate, stages)
     found: dict[str, int | None] = {}
-    for index, member in enumerate(problem.members):
-        if need.action not in member.capabilities:
-            continue
+    for index in problem.skilled(gate, stages):
+        member = problem.members[index]
         steps = member.graph.steps_between(
             1 << floor.poses[index],
             member.graph.poses_on(need.regions),

@@ -243,9 +243,10 @@ def closed(team: TeamState, stopping: Stopping = lambda: None) -> tuple[Floor, C
 def _enough(team: TeamState, request: Request) -> bool:
     """Whether for each need as many robots have the action as it takes."""
     robots = [robot.robot for robot in team.robots.values()]
+    kind = request.obstacle.type
     return all(
-        sum(need.action in robot.capabilities for robot in robots) >= need.robots
-        for need in request.obstacle.needs
+        sum(kind.actions(number) <= robot.capabilities for robot in robots) >= need.robots
+        for number, need in enumerate(kind.needs)
     )
 
 

@@ -46,6 +46,7 @@ def floor_of(
                 need.robots,
                 region_mask(obstacle.resolution_regions(scenario.map, number)),
                 need.together,
+                need.same,
             )
             for number, need in enumerate(obstacle.needs)
         )
@@ -56,7 +57,11 @@ def floor_of(
         barred = frozenset(i for i, name in enumerate(names) if (name, obstacle.name) in refused)
         gates.append(Gate(obstacle.name, obstacle.region, closed_to, needs, barred))
         done = frozenset(names.index(name) for name in work.done)
-        stages.append(Stage(state.knowledge.need_of(obstacle), done))
+        number = state.knowledge.need_of(obstacle)
+        group = None
+        if needs[number].same:
+            group = frozenset(names.index(name) for name in work.groups[number - 1])
+        stages.append(Stage(number, done, group))
     members = tuple(
         _member(robot, state) if hopeful or entry.active else _out_of_service(entry, state)
         for robot, entry in zip(robots, state.robots.values(), strict=True)

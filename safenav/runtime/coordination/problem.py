@@ -8,7 +8,7 @@ Permanent obstacles (the paper's set O) are no longer among them: they are missi
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from functools import cached_property
 from itertools import combinations
 
@@ -23,12 +23,14 @@ class SpentError(Exception):
 @dataclass(frozen=True)
 class GateNeed:
     """One thing that an obstacle needs: ``robots`` distinct ones that can do ``action``, each on
-    one of ``regions`` (a mask), all in the same tick if ``together``."""
+    one of ``regions`` (a mask), all in the same tick if ``together``; ``same``: they are among
+    those that met the need before it."""
 
     action: str
     robots: int
     regions: Mask
     together: bool = False
+    same: bool = False
 
 
 @dataclass(frozen=True)
@@ -42,6 +44,13 @@ class Gate:
     closed_to: tuple[frozenset[int], ...]
     needs: tuple[GateNeed, ...]
     barred: frozenset[int] = frozenset()
+
+    def chain(self, need: int) -> tuple[GateNeed, ...]:
+        """A need, and those after it that the same robots must meet."""
+        last = need + 1
+        while last < len(self.needs) and self.needs[last].same:
+            last += 1
+        return self.needs[need:last]
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,10 +82,12 @@ class Member:
 
 @dataclass(frozen=True)
 class Stage:
-    """Progress of an obstacle: the next need, and the robots that fulfilled their part of it."""
+    """Progress of an obstacle: the next need, and the robots that fulfilled their part of it.
+    ``group``: those that met the need before it, if the same must meet this one (None: any)."""
 
     need: int = 0
     done: frozenset[int] = frozenset()
+    group: frozenset[int] | None = None
 
 
 Stages = tuple[Stage, ...]
@@ -114,19 +125,38 @@ class Problem:
 
     def able(self, gate: int, stages: Stages) -> list[int]:
         """The robots that can do something for the obstacle's next need, in the team's order."""
-        need = self.next_need(gate, stages)
         out = stages[gate].done | self.gates[gate].barred
+        return [i for i in self.skilled(gate, stages) if i not in out]
+
+    def skilled(self, gate: int, stages: Stages) -> list[int]:
+        """The robots that have the action of the obstacle's next need, and what the same robots
+        must do after it; only those that met the need before it if the same must meet this one."""
+        stage = stages[gate]
+        actions = {need.action for need in self.gates[gate].chain(stage.need)}
         return [
-            i for i, m in enumerate(self.members) if need.action in m.capabilities and i not in out
+            i
+            for i, member in enumerate(self.members)
+            if actions <= member.capabilities and (stage.group is None or i in stage.group)
         ]
+
+    def commits(self, gate: int, stages: Stages) -> bool:
+        """Whether the robots that meet the next need are chosen for another one by that."""
+        stage, gate_ = stages[gate], self.gates[gate]
+        chosen = stage.group is not None and len(stage.group) <= gate_.needs[stage.need].robots
+        return len(gate_.chain(stage.need)) > 1 and not chosen
 
     def missing(self, gate: int, stages: Stages) -> int:
         """Return the number of further robots that the next need takes."""
         return self.next_need(gate, stages).robots - len(stages[gate].done)
 
-    def advanced(self, gate: int, stages: Stages) -> Stages:
-        """The stages after the next need of an obstacle is met."""
-        after = Stage(stages[gate].need + 1)
+    def advanced(self, gate: int, stages: Stages, group: Collection[int] | None = None) -> Stages:
+        """The stages after the next need of an obstacle is met, by ``group`` (None: nobody knows)
+        and those that had their part in it before."""
+        stage = stages[gate]
+        met = None if group is None else stage.done.union(group)
+        met = stage.group if met is None else met
+        same = len(self.gates[gate].chain(stage.need)) > 1
+        after = Stage(stage.need + 1, group=met if same else None)
         return (*stages[:gate], after, *stages[gate + 1 :])
 
     @property

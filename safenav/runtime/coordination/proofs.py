@@ -9,7 +9,7 @@ joint search has a proof of its own (``safenav.runtime.traffic``).
 from __future__ import annotations
 
 from safenav.dataclass import dataclass
-from safenav.runtime.coordination.problem import Stages
+from safenav.runtime.coordination.problem import Stage, Stages
 from safenav.runtime.coordination.solve import Sets, Solver, Step
 from safenav.world.poses import Mask
 
@@ -70,7 +70,7 @@ def closure_of(solver: Solver, sets: Sets, stages: Stages) -> Closure:
     while grown:
         grown = False
         for gate in problem.open(stages):
-            if _enough(solver, gate, sets, stages):
+            if _enough(solver, gate, sets, stages, given[gate]):
                 stages = problem.advanced(gate, stages)
                 grown = True
     never = tuple(problem.open(stages))
@@ -83,15 +83,23 @@ def closure_of(solver: Solver, sets: Sets, stages: Stages) -> Closure:
     return Closure(resolved, never, robots, stuck, stages)
 
 
-def _enough(solver: Solver, gate: int, sets: Sets, stages: Stages) -> bool:
-    """Whether enough robots can get to where the next need of an obstacle is met."""
+def _enough(solver: Solver, gate: int, sets: Sets, stages: Stages, given: Stage) -> bool:
+    """Whether enough robots can get to where the next need of an obstacle is met, and to where
+    those before it were met (from the ``given`` one on) by the same robots."""
     problem = solver.problem
-    regions = problem.next_need(gate, stages).regions
-    able = [
-        i
-        for i in problem.able(gate, stages)
-        if solver.reach(i, sets[i], stages) & problem.members[i].graph.poses_on(regions)
-    ]
+    needs, number = problem.gates[gate].needs, stages[gate].need
+    begin = number
+    while begin > given.need and needs[begin].same:
+        begin -= 1
+    able = []
+    for i in problem.able(gate, stages):
+        reach = solver.reach(i, sets[i], stages)
+        graph = problem.members[i].graph
+        there = [bool(reach & graph.poses_on(need.regions)) for need in needs[begin : number + 1]]
+        if begin == given.need < number and i in given.done:
+            there[0] = True
+        if all(there):
+            able.append(i)
     return len(able) >= problem.missing(gate, stages)
 
 
@@ -101,7 +109,12 @@ def refute(solver: Solver, sets: Sets, stages: Stages) -> Proof:
     if not all(reach.live for reach in closure.robots):
         return closure
     steps = [option.step for option in solver.options(sets, None, stages, {}, every=True)]
-    safe = [step for step in steps if _loses_nothing(solver, step, sets, stages)]
+    safe = [
+        step
+        for step in steps
+        if not solver.problem.commits(step.gate, stages)
+        and _loses_nothing(solver, step, sets, stages)
+    ]
     choices = []
     for step in safe[:1] or steps:
         proof = refute(solver, *solver.after(step, sets, stages))

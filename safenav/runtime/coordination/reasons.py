@@ -64,13 +64,13 @@ def shortfalls(floor: Floor, closure: Closure, out: Collection[str] = ()) -> tup
 def _shortfall(floor: Floor, closure: Closure, number: int, out: Collection[str]) -> Shortfall:
     problem = floor.problem
     stage, gate = closure.left[number], problem.gates[number]
-    need = gate.needs[stage.need]
+    need, skilled = gate.needs[stage.need], problem.skilled(number, closure.left)
     helpers = [
         Helper(member.name, Hindrance.OUT_OF_SERVICE)
         if member.name in out
         else _helper(floor, closure, number, robot)
         for robot, member in enumerate(problem.members)
-        if need.action in member.capabilities and robot not in stage.done
+        if robot in skilled and robot not in stage.done
     ]
     return Shortfall(
         gate.name,

@@ -15,7 +15,7 @@ from dataclasses import field
 
 from safenav.dataclass import dataclass
 from safenav.runtime.coordination.problem import Problem, SpentError, Stages, groups
-from safenav.world.poses import Mask
+from safenav.world.poses import FAR, Mask
 
 BUDGET = 20_000
 """Nodes of one search; the largest trees seen had three."""
@@ -107,7 +107,7 @@ class Solver:
         changed = list(sets)
         for robot, at in zip(step.group, step.at, strict=True):
             changed[robot] = at
-        return tuple(changed), self.problem.advanced(step.gate, stages)
+        return tuple(changed), self.problem.advanced(step.gate, stages, step.group)
 
     def options(
         self,
@@ -190,17 +190,22 @@ class Solver:
             if there:
                 places[robot] = there
                 if origins is not None:
-                    steps = member.graph.steps_between(origins[robot], there, allowed)
-                    ticks[robot] = (steps or 0) * member.ticks
+                    steps = member.graph.steps_between(origins[robot], there, allowed) or 0
+                    for further in problem.gates[gate].chain(stages[gate].need)[1:]:
+                        goal = member.graph.poses_on(further.regions)
+                        more = member.graph.steps_between(there, goal, allowed)
+                        steps, there = steps + (FAR if more is None else more), goal
+                    ticks[robot] = steps * member.ticks
         helping = present.get(gate, ())
         able = sorted(places, key=lambda i: (i not in helping, ticks.get(i, 0), i))
         back = {i: self._comes_back(i, places[i], sets[i], then) for i in able}
         able.sort(key=lambda i: not back[i])
+        commits = problem.commits(gate, stages)
         found = []
         for group in groups(able, max(1, problem.missing(gate, stages))):
             if need.together and not self._fits(group, places):
                 continue
-            lossless = all(back[i] for i in group)
+            lossless = all(back[i] for i in group) and not commits
             slowest = max(ticks.get(i, 0) for i in group)
             strangers = sum(i not in helping for i in group)
             step = Step(gate, stages[gate].need, group, tuple(places[i] for i in group))

@@ -225,8 +225,10 @@ def performed(problem: Problem, poses: tuple[int, ...], stages: Stages) -> Stage
             enough = len(here) >= problem.missing(gate, stages)
             if need.together and not enough:
                 continue
-            after = Stage(stage.need + 1) if enough else Stage(stage.need, stage.done | {*here})
-            if after != stage:
+            if enough:
+                stages = problem.advanced(gate, stages, here)
+            else:
+                after = Stage(stage.need, stage.done | {*here}, stage.group)
                 stages = (*stages[:gate], after, *stages[gate + 1 :])
-                changing = True
+            changing = changing or stages[gate] != stage
     return stages

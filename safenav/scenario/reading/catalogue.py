@@ -38,7 +38,7 @@ MODEL_REQUIRED = {
 }
 TYPE_REQUIRED = {"action": "the capability that resolves it, for example 'action: push'"}
 TYPE_KEYS = ("action", "resolve_at", "needs", "blocks", "has_truth")
-NEED_KEYS = ("action", "robots", "at", "together")
+NEED_KEYS = ("action", "robots", "at", "together", "same")
 MOST_ROBOTS = 100
 
 
@@ -193,6 +193,11 @@ def _type(
         action = read.text(item.get("action"), f"'action' of {what}", findings)
         where = _places(item.get("resolve_at"), f"'resolve_at' of {what}", regions, findings)
     blocks = _blocks(item.get("blocks"), what, known, findings, team)
+    if needs and needs[-1].same and needs[-1].at is ResolveAt.SELF and blocks != frozenset():
+        found = (
+            f"the last need of {what} is met inside it by the 'same' robots, which may not enter"
+        )
+        findings.add(node, found, "say 'at: neighbours', or 'blocks: []'")
     has_truth = read.boolean(item.get("has_truth"), f"'has_truth' of {what}", findings)
     if len(findings) > before or name is None or action is None:
         return None
@@ -206,20 +211,28 @@ def _needs(
     items = read.sequence(node, f"'needs' of {what}", findings) or ()
     if node is not None and not items:
         findings.add(node, f"'needs' of {what} is empty", "say what must be done to resolve it")
-    found = []
+    found: list[Need] = []
     for number, entry in enumerate(items, 1):
         label = f"need {number} of {what}"
         item = read.mapping(entry, label, findings, NEED_KEYS, TYPE_REQUIRED)
         if item is None:
             continue
         action = read.text(item.get("action"), f"'action' of {label}", findings)
+        same = read.boolean(item.get("same"), f"'same' of {label}", findings) or False
+        if same and number == 1:
+            findings.add(item.get("same"), f"{label} has no need before it to be the 'same' as")
+        before = found[-1].robots if same and found else 1
         robots = read.integer(
             item.get("robots"), f"'robots' of {label}", findings, least=1, most=MOST_ROBOTS
         )
+        if same and found and (robots or before) != before:
+            said = f"{label} takes {robots} robots, and the need before it {before}"
+            findings.add(item.get("robots"), said, "the same robots meet both; leave 'robots' out")
         where = _places(item.get("at"), f"'at' of {label}", regions, findings)
         together = read.boolean(item.get("together"), f"'together' of {label}", findings)
         if action is not None:
-            found.append(Need(action, robots or 1, where or ResolveAt.SELF, together or False))
+            where = where or ResolveAt.SELF
+            found.append(Need(action, robots or before, where, together or False, same))
     return tuple(found)
 
 

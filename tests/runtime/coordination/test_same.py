@@ -1,0 +1,285 @@
+"""Needs that the same robots meet, one after the other: SOLVE against every order of acts, and runs
+whose audit and checker of bundles agree."""
+
+from __future__ import annotations
+
+import os
+from collections import deque
+from collections.abc import Iterator
+from itertools import combinations
+from pathlib import Path
+from random import Random
+
+import pytest
+import yaml
+
+from certify.making import run_checker
+from runtime.coordination.floors import Bot, Floor
+from runtime.played import Runner
+from safenav.certify.record import bundle_of_run
+from safenav.errors import InputError
+from safenav.runtime.coordination.problem import Gate, GateNeed, Problem
+from safenav.runtime.coordination.proofs import Closure, closure_of, refute
+from safenav.runtime.coordination.solve import Solver
+from safenav.scenario.reading.loader import load_scenario_text
+from safenav.world.poses import bits, region_mask
+
+COUNT = int(os.environ.get("SAFENAV_FUZZ", "0")) or 24
+
+
+def floor(seed: int) -> Floor:
+    """Two or three robots that may pass each other, one or two obstacles with needs for the same
+    robots; one may be unable to turn on the spot."""
+    random = Random(seed)
+    rows, cols = 2, random.randint(3, 4)
+    wall = "#" * (cols + 2)
+    inside = [
+        "".join("#" if random.random() < 0.15 else "." for _ in range(cols)) for _ in range(rows)
+    ]
+    grid = [wall, *(f"#{row}#" for row in inside), wall]
+    free = [k for k, cell in enumerate("".join(grid)) if cell == "."]
+    turns = random.random() < 0.5
+    bots = {
+        f"r{k}": Bot(
+            f"{random.choice(free)}{random.choice('nesw') if k == 0 and turns else ''}",
+            [random.choice(free)],
+            " ".join(action for action in "ab" if random.random() < 0.75),
+            layer=str(k),
+        )
+        for k in range(2 if turns else random.randint(2, 3))
+    }
+    made = Floor(grid, bots)
+    gates = []
+    for number in range(random.randint(1, 2)):
+        robots = random.choice((1, 1, 2))
+        needs = tuple(
+            GateNeed(
+                random.choice("ab"),
+                robots,
+                region_mask(random.sample(free, min(2, len(free)))),
+                robots > 1 and random.random() < 0.5,
+                same=k > 0 and random.random() < 0.8,
+            )
+            for k in range(random.randint(2, 3))
+        )
+        stopped = frozenset(k for k in range(len(bots)) if random.random() < 0.6)
+        place = random.choice(free)
+        gates.append(Gate(f"o{number}", place, (stopped,) * len(needs), needs))
+    made.problem = Problem(made.problem.members, tuple(gates), made.problem.conflicts)
+    return made
+
+
+Moment = tuple[tuple[int, ...], tuple[tuple[int, frozenset[int], frozenset[int]], ...]]
+"""Poses; for each obstacle its next need, who has had a part in it, and who met the one before."""
+
+
+def orders(problem: Problem, start: tuple[int, ...]) -> set[Moment]:
+    """Every moment that some order of steps and acts leads to; nobody has to act."""
+    everybody = frozenset(range(len(start)))
+    first: Moment = (start, tuple((0, frozenset(), everybody) for _ in problem.gates))
+    seen, queue = {first}, deque([first])
+    while queue:
+        for after in following(problem, queue.popleft()):
+            if after not in seen:
+                seen.add(after)
+                queue.append(after)
+    return seen
+
+
+def following(problem: Problem, moment: Moment) -> Iterator[Moment]:
+    poses, stages = moment
+    for robot in range(len(poses)):
+        for pose in steps(problem, moment, robot):
+            yield (*poses[:robot], pose, *poses[robot + 1 :]), stages
+    for number, (need, done, group) in enumerate(stages):
+        gate = problem.gates[number]
+        if need == len(gate.needs):
+            continue
+        wants = gate.needs[need]
+        there = [
+            robot
+            for robot, pose in enumerate(poses)
+            if wants.action in problem.members[robot].capabilities
+            and wants.regions >> pose % problem.members[robot].graph.size & 1
+            and (not wants.same or robot in group)
+        ]
+        sizes = [wants.robots] if wants.together else [1]
+        for who in combinations(there, sizes[0]):
+            had = done | {*who}
+            last = need + 1, frozenset[int](), had
+            after = last if len(had) >= wants.robots else (need, had, group)
+            yield poses, (*stages[:number], after, *stages[number + 1 :])
+
+
+def steps(problem: Problem, moment: Moment, robot: int) -> list[int]:
+    graph = problem.members[robot].graph
+    closed = {
+        gate.region
+        for gate, (need, _, _) in zip(problem.gates, moment[1], strict=True)
+        if need < len(gate.needs) and robot in gate.closed_to[need]
+    }
+    return [pose for pose in graph.steps(moment[0][robot]) if pose % graph.size not in closed]
+
+
+def goes_on(problem: Problem, moment: Moment, robot: int) -> bool:
+    """Whether the robot alone gets to its target as the obstacles are now, where it may stay."""
+    seen, queue = {moment[0][robot]}, deque([moment[0][robot]])
+    aim, graph = problem.members[robot].targets[0], problem.members[robot].graph
+    closed = {
+        gate.region
+        for gate, (need, _, _) in zip(problem.gates, moment[1], strict=True)
+        if need < len(gate.needs) and robot in gate.closed_to[need]
+    }
+    while queue:
+        pose = queue.popleft()
+        if aim >> pose & 1 and pose % graph.size not in closed:
+            return True
+        here = (*moment[0][:robot], pose, *moment[0][robot + 1 :])
+        for after in steps(problem, (here, moment[1]), robot):
+            if after not in seen:
+                seen.add(after)
+                queue.append(after)
+    return False
+
+
+@pytest.mark.parametrize("seed", range(COUNT))
+def test_solve_finds_exactly_what_some_order_of_acts_does(seed: int) -> None:
+    made = floor(seed)
+    problem, stages = made.problem, made.problem.nothing_done
+    moments = orders(problem, made.poses)
+    fine = [m for m in moments if all(goes_on(problem, m, k) for k in range(len(made.poses)))]
+    solver = Solver(problem)
+    sets = solver.sets(made.poses, stages)
+    for size in range(len(problem.gates) + 1):
+        for wanted in combinations(range(len(problem.gates)), size):
+            truth = any(
+                all(m[1][gate][0] == len(problem.gates[gate].needs) for gate in wanted)
+                for m in fine
+            )
+            assert solver.feasible(sets, stages, frozenset(wanted)) == truth, wanted
+    if not fine:
+        assert refute(solver, sets, stages)
+    never = closure_of(solver, sets, stages)
+    assert isinstance(never, Closure)
+    for gate in never.never:  # it may be optimistic, never pessimistic
+        assert all(m[1][gate][0] < len(problem.gates[gate].needs) for m in moments)
+    for robot, reach in enumerate(never.robots):
+        assert {m[0][robot] for m in moments} <= {*bits(reach.poses)}
+
+
+DELIVERY = """\
+safenav: 1
+map:
+  grid: |
+    #############
+    #...........#
+    #...........#
+    #...........#
+    #...........#
+    #############
+  names: {depot: [4, 11]}
+catalogue:
+  robots:
+    drone: {mobility: free, layer: air, capabilities: [fetch, swap]}
+    clerk: {mobility: free, layer: ground, capabilities: [fetch]}
+    carrier: {mobility: heading, layer: ground, capabilities: [push]}
+  obstacles:
+    flat: {needs: [{action: fetch, at: [depot]}, {action: swap, at: neighbours, same: true}],
+           blocks: [carrier]}
+robots:
+  digit: {model: carrier, start: [2, 1], heading: east, objective: {visit: [[2, 11], [3, 1]]}}
+  north: {model: drone, start: [1, 8], objective: {hold: [1, 8]}}
+  south: {model: drone, start: [4, 9], objective: {visit: [[4, 9], [4, 10]]}}
+  clerk: {model: clerk, start: depot, objective: {hold: depot}}
+obstacles: [{type: flat, region: [2, 8]}]
+until: {rounds: 1}
+"""
+
+
+def test_who_fetched_it_swaps_it(run: Runner) -> None:
+    """The clerk stands at the depot and cannot swap, so it does not fetch; north could swap, and
+    has no battery."""
+    met = [(r["need"], r["robot"]) for r in run(DELIVERY).all("met")]
+    assert met == [(0, "south"), (1, "south")]
+
+
+def test_a_checker_of_bundles_follows_it(tmp_path: Path) -> None:
+    (tmp_path / "delivery.yaml").write_text(DELIVERY)
+    bundle_of_run(tmp_path / "delivery.yaml", tmp_path / "bundle")
+    code, said = run_checker(tmp_path / "bundle")
+    assert code == 0, said
+
+
+def mission(seed: int) -> str:
+    """Robots in the air and on the ground, a crate that the same ones lift and put down."""
+    random = Random(seed)
+    grid = ["##########", *(f"#{_row(random)}#" for _ in range(3)), "##########"]
+    free = [k for k, cell in enumerate("".join(grid)) if cell == "."]
+    random.shuffle(free)
+    models = ("drone", "drone", "loader", "loader", "cart")
+    robots = {
+        f"r{k}": {
+            "model": (model := random.choice(models)),
+            "start": free.pop(),
+            "objective": {"visit": [free[k], free[k + 4]]},
+            **({"heading": "east"} if model == "loader" else {}),
+        }
+        for k in range(random.randint(2, 4))
+    }
+    count, both = random.choice((1, 1, 2)), random.random() < 0.5
+    first = {"action": "lift", "robots": count, "at": random.sample(free, 3), "together": both}
+    then = {"action": "drop", "at": random.sample(free, 3), "together": both, "same": True}
+    return yaml.safe_dump(
+        {
+            "safenav": 1,
+            "map": {"grid": grid},
+            "catalogue": {
+                "robots": {
+                    "drone": {"mobility": "free", "layer": "air", "capabilities": ["lift", "drop"]},
+                    "loader": {
+                        "mobility": "heading",
+                        "layer": "ground",
+                        "capabilities": ["lift", "drop"],
+                    },
+                    "cart": {"mobility": "free", "layer": "ground", "capabilities": ["lift"]},
+                },
+                "obstacles": {"crate": {"needs": [first, then], "blocks": ["ground"]}},
+            },
+            "robots": robots,
+            "obstacles": [{"type": "crate", "region": free[0]}],
+            "until": {"rounds": 1},
+            "limits": {"ticks": 300},
+            "seed": seed,
+        }
+    )
+
+
+def _row(random: Random) -> str:
+    return "".join("#" if random.random() < 0.1 else "." for _ in range(8))
+
+
+@pytest.mark.parametrize("seed", range(COUNT // 8))
+def test_runs_keep_to_it(seed: int, run: Runner) -> None:
+    """The audit, which follows the rule by itself, accepts the run; and so does this."""
+    try:
+        load_scenario_text(mission(seed))
+    except InputError:
+        return
+    groups: dict[int, set[str]] = {}
+    for line in run(mission(seed)).all("met"):
+        groups[line["need"]] = {*(line.get("robots") or [line["robot"]])}
+    assert groups.get(1, set()) <= groups.get(0, set())
+
+
+@pytest.mark.parametrize(
+    ("needs", "found"),
+    [
+        ("[{action: fetch, same: true}]", "no need before it"),
+        ("[{action: fetch, at: [depot]}, {action: swap, robots: 2, same: true}]", "takes 2 robots"),
+        ("[{action: fetch, at: [depot]}, {action: swap, same: true}]", "may not enter"),
+    ],
+)
+def test_what_cannot_be_is_refused(needs: str, found: str) -> None:
+    was = DELIVERY[DELIVERY.index("needs: ") + 7 : DELIVERY.index(",\n           blocks")]
+    with pytest.raises(InputError, match=found):
+        load_scenario_text(DELIVERY.replace(was, needs))
