@@ -51,7 +51,7 @@ def _keeps_clear(
     task: Task, world: RegionMap, regions: frozenset[Region] | None
 ) -> Iterator[Constraint]:
     """Require that no robot comes next to the robot (while it is in one of the regions)."""
-    origin = Origin(task.item, "a promise of the others")
+    origin = Origin(task.item, "an assumption about the other robots")
     places = world.free if regions is None else sorted(regions)
     if task.tracking is Tracking.NEARBY:
         clear = " & ".join(f"!{busy(heading)}'" for heading in headings(world))
@@ -67,7 +67,7 @@ def _keeps_clear(
 
 
 def _stays_out(task: Task, regions: frozenset[Region]) -> Iterator[Constraint]:
-    origin = Origin(task.item, "a promise of the others")
+    origin = Origin(task.item, "an assumption about the other robots")
     for other in task.observed:
         if other.danger:
             formula = f"!({one_of(other.variable, regions, chr(39))})"

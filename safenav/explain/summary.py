@@ -25,29 +25,29 @@ def why_words(found: Diagnosis, task: Task, world: RegionMap) -> str:
     things = "; ".join(f"{world.label(k.region)}: {k.reason}" for k in found.culprits)
     match found.cause:
         case NoStrategyCause.NO_WAY:
-            return f"no way from {here} to {lost}: walls are between them"
+            return f"no path from {here} to {lost}: walls are between them"
         case NoStrategyCause.OBSTACLE | NoStrategyCause.PARKED_ROBOT:
-            way = f"no way from {here} to {lost}" if lost else "no way to its targets"
+            way = f"no path from {here} to {lost}" if lost else "no path to its targets"
             return f"{way}; {things}"
         case NoStrategyCause.HEADING:
             facing = "" if task.pose.heading is None else f" facing {task.pose.heading.label}"
-            return f"from {here}{facing} it gets nowhere useful, and it cannot turn on the spot"
+            return f"from {here}{facing} it cannot reach its targets: it cannot turn on the spot"
         case NoStrategyCause.CROSSING:
             what = target_words(found.crossing, world) if found.crossing else "a target"
             return (
-                f"'form: literal' forbids to cross {what} out of turn, and there is no other way; "
-                "without it that is allowed"
+                f"'form: literal' forbids crossing {what} out of turn, and there is no other path; "
+                "without it, crossing is allowed"
             )
         case NoStrategyCause.ONE_WAY:
             if found.lost:
-                return f"no way from {here} to {lost} under its mobility"
-            return "a place on the way can be entered but not left under its mobility"
+                return f"its mobility allows no path from {here} to {lost}"
+            return "its mobility allows it to enter a region on the way, but not to leave it"
     if isinstance(task.objective, Ltl):
-        return "its guarantees cannot all be kept"
+        return "its guarantees conflict"
     others = ", ".join(other.name for other in task.observed if other.danger)
     if others:
-        return f"{others} could keep it from there for ever, or corner it"
-    return "its guarantees cannot all be kept"
+        return f"{others} could keep it away forever, or corner it"
+    return "its guarantees conflict"
 
 
 def target_words(target: Target, world: RegionMap) -> str:

@@ -22,10 +22,10 @@ from safenav.verify.cycles import cyclic_parts
 class Way(StrEnum):
     """Ways in which the robot makes assumptions fail; the value states it in words."""
 
-    NO_BEGINNING = "no beginning satisfies the assumptions, so that nothing is promised"
-    DEAD_END = "the others can be brought where the assumptions leave them no move"
-    UNFAIR = "the others can be brought where they cannot meet this assumption any more"
-    FORCED = "the robot could make the others break an assumption from the start on"
+    NO_BEGINNING = "no initial state satisfies the assumptions, so nothing is guaranteed"
+    DEAD_END = "the other robots can be driven into a state where the assumptions allow no move"
+    UNFAIR = "the other robots can be driven into a state where they can never meet this assumption"
+    FORCED = "the robot could make the other robots break an assumption from the start"
 
 
 @dataclass(frozen=True)

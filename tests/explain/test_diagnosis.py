@@ -121,7 +121,7 @@ catalogue: {robots: {r: {mobility: free, layer: ground, capabilities: []}}}
     assert found.witness.goal is not None
     assert found.witness.goal.regions == (16,)
     assert [repair.kind for repair in found.repairs] == [RepairKind.ASSUMPTION]
-    assert cause_words(found, scenario.map) == "blocker can keep it away for ever"
+    assert cause_words(found, scenario.map) == "blocker can keep it away forever"
 
 
 def test_a_robot_that_must_not_wait_can_be_cornered() -> None:
@@ -145,7 +145,7 @@ catalogue: {robots: {r: {mobility: free, layer: ground, capabilities: []}}}
     assert found.cause is NoStrategyCause.CORNERED
     assert found.witness is not None and found.witness.ending is WitnessEnd.STUCK
     said = cause_words(found, world)
-    assert said == "blocker can bring it where every move breaks a guarantee"
+    assert said == "blocker can force it into a state where every move breaks a guarantee"
 
 
 def test_a_robot_that_stays_in_the_only_way_is_what_is_in_the_way() -> None:

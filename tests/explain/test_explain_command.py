@@ -25,7 +25,7 @@ def test_a_realizable_scenario_needs_no_explanation(invoke: Invoke) -> None:
 def test_every_unrealizable_scenario_is_told_in_full(file: Path, invoke: Invoke) -> None:
     answer = invoke(command, file)
     assert answer.status == 1
-    for part in ("because", "cannot all be kept together", "What happens", "Any one of these"):
+    for part in ("because", "These guarantees conflict", "What happens", "Any one of these"):
         assert part in answer.output
     assert "busy_" not in answer.output.split("Any one of these")[0].split("What happens")[1]
 

@@ -41,15 +41,15 @@ def explanation_lines(found: Explanation, scenario: Scenario) -> Iterator[str]:
     yield ""
     yield from _indented(_picture(found, scenario))
     yield ""
-    yield "These cannot all be kept together; without any one of them it could:"
+    yield "These guarantees conflict; without any one of them, the rest is realizable:"
     yield from _indented(f"- {member_words(m, found, world)}" for m in _in_order(found.core))
     if not found.core.alone:
-        yield "  (if the others helped, they could: somebody else can prevent it)"
+        yield "  (realizable if the other robots cooperated)"
     if not found.core.minimal:
-        yield "  (some questions took too long: it may be possible to leave some out)"
+        yield "  (some checks timed out: the core may not be minimal)"
     if found.core.fairness:
         rules = dict.fromkeys(origin.rule for origin in found.core.fairness)
-        yield "even if it may rely on this:"
+        yield "even under the assumption:"
         yield from _indented(f"- {rule}" for rule in rules)
     if found.witness is not None:
         yield ""
@@ -57,7 +57,7 @@ def explanation_lines(found: Explanation, scenario: Scenario) -> Iterator[str]:
         yield from _indented(witness_lines(found.witness, found, world))
     yield ""
     if found.repairs:
-        yield "Any one of these helps (each was tried):"
+        yield "Any one of these repairs suffices (each was tried):"
         yield from _indented(f"- {repair_words(repair, world)}" for repair in found.repairs)
     else:
         yield "No repair was found among the simple ones."
@@ -66,15 +66,15 @@ def explanation_lines(found: Explanation, scenario: Scenario) -> Iterator[str]:
 def cause_words(found: Explanation, world: RegionMap) -> str:
     match found.cause:
         case NoStrategyCause.IMPOSSIBLE_START:
-            return "its objective does not allow it to begin where it stands"
+            return "its objective does not allow its start"
         case NoStrategyCause.CONTRADICTION:
-            return "its objective contradicts itself, on whatever map"
+            return "its objective contradicts itself, whatever the map"
         case NoStrategyCause.FORBIDDEN_WAY:
-            return "its objective forbids what the map and its mobility make it do"
+            return "its objective forbids the moves that the map and its mobility require"
         case NoStrategyCause.CORNERED:
-            return f"{_others(found)} can bring it where every move breaks a guarantee"
+            return f"{_others(found)} can force it into a state where every move breaks a guarantee"
         case NoStrategyCause.KEPT_AWAY:
-            return f"{_others(found)} can keep it away for ever"
+            return f"{_others(found)} can keep it away forever"
         case _:
             return why_words(found.diagnosis, found.task, world)
 
@@ -99,7 +99,7 @@ def repair_words(repair: Repair, world: RegionMap) -> str:
             obstacle = repair.change[-1][1]
             wall = repair.change[0][1].removeprefix("no wall at ")
             return (
-                f"instead of the wall at {world.label(int(wall))} an obstacle {obstacle}, which "
+                f"replace the wall at {world.label(int(wall))} by an obstacle {obstacle}, which "
                 f"{who} can resolve ({repair.action})"
             )
         case RepairKind.REMOVE_WALLS:
@@ -115,10 +115,10 @@ def witness_lines(witness: Witness, found: Explanation, world: RegionMap) -> Ite
     robot = found.robot
     match witness.ending:
         case WitnessEnd.CONFINED:
-            yield f"{robot} can only get to {_regions(sorted(witness.confined), world)}."
+            yield f"{robot} can only reach {_regions(sorted(witness.confined), world)}."
             return
         case WitnessEnd.NO_BEGINNING:
-            yield f"{robot} cannot even begin: no start satisfies its guarantees."
+            yield f"{robot} cannot start: no initial state satisfies its guarantees."
             return
     for moment in witness.moments[:_SHOWN]:
         yield _moment_words(moment, found, world)
@@ -128,15 +128,15 @@ def witness_lines(witness: Witness, found: Explanation, world: RegionMap) -> Ite
         last = witness.moments[-1]
         happens = _inputs_words(witness.pressure, world)
         if happens:
-            yield f"Then {happens}, and nothing is left:"
+            yield f"Then {happens}, and no move is left:"
         else:
-            yield "Then nothing is left:"
+            yield "Then no move is left:"
         for dilemma in witness.dilemmas:
             yield f"  {_dilemma_words(dilemma, last, found, world)}"
         return
     count = len(witness.cycle)
     if count:
-        every = "this goes on for ever" if count == 1 else f"the last {count} moments repeat"
+        every = "this repeats forever" if count == 1 else f"the last {count} moments repeat"
         yield f"and {every}."
     if witness.goal is not None:
         yield f"Never: {_goal_words(witness.goal, found, world)}."
@@ -181,7 +181,7 @@ def _goal_words(goal: Constraint, found: Explanation, world: RegionMap) -> str:
 
 def _others(found: Explanation) -> str:
     names = [other.name for other in found.task.observed if other.danger]
-    return " or ".join(names) or "somebody else"
+    return " or ".join(names) or "other robots"
 
 
 def _in_order(core: Core) -> list[CoreMember]:
@@ -223,7 +223,7 @@ def _runs(regions: Sequence[Region]) -> str:
 
 def _moment_words(moment: PlayMoment, found: Explanation, world: RegionMap) -> str:
     if moment.region is None:
-        return "it is somewhere"
+        return "its region is unknown"
     facing = "" if moment.heading is None else f", facing {moment.heading.label}"
     words = f"{found.robot} at {world.label(moment.region)}{facing}"
     others = _inputs_words(moment.others, world)
@@ -237,7 +237,7 @@ def _inputs_words(inputs: Sequence[tuple[str, int]], world: RegionMap) -> str:
     for name, value in inputs:
         if name in sides:
             if value:
-                words.append(f"somebody is in the {sides[name].label} of it")
+                words.append(f"a robot is to its {sides[name].label}")
         elif name.startswith("at_"):
             known = value < world.size
             where = f"at {world.label(value)}" if known else "out of sight"

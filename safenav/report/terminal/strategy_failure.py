@@ -27,7 +27,7 @@ def failure_lines(failure: Failure, strategy: Strategy) -> Iterator[str]:
         yield f"shortest path, {len(failure.path) - 1} steps:"
         yield from _steps(failure.path, strategy)
     if failure.cycle:
-        yield f"then for ever, every {len(failure.cycle)} steps:"
+        yield f"then forever, every {len(failure.cycle)} steps:"
         yield from _steps(failure.cycle, strategy)
 
 

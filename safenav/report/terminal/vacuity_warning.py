@@ -21,7 +21,7 @@ def vacuity_lines(robot: str, vacuity: Vacuity, strategy: Strategy) -> Iterator[
             yield f"  assumption: {origin.item}: {origin.rule}"
     if vacuity.path:
         count = len(vacuity.path) - 1
-        yield f"  it happens after {count} steps, if the others do this:"
+        yield f"  it happens after {count} steps, if the other robots do this:"
         skipped = max(0, len(vacuity.path) - _SHOWN)
         if skipped:
             yield f"    ... {skipped} steps before"
