@@ -27,7 +27,7 @@ ROOM = 0.05
 RESERVE = 0.5
 """Share of the tilt limit that a flyer's reference may use; the rest is for the wind."""
 AT_ONCE = 1e-9
-"""Seconds that are no delay: sums of the same durations in another order."""
+"""Delays in seconds below this are rounding: sums of the same durations in another order."""
 
 _YAW = {"east": 0.0, "north": pi / 2, "west": pi, "south": -pi / 2}
 
@@ -98,7 +98,7 @@ class Pace(ABC):
         """Seconds of a step in that direction from rest."""
 
     def _onwards(self, way: float) -> float | None:
-        """Seconds of a step that goes on without a halt; None if it halts after every step."""
+        """Seconds of a step that continues without a halt; None if it halts after every step."""
         del way
         return None
 
@@ -114,7 +114,7 @@ class Pace(ABC):
 
 
 class TickPace(Pace):
-    """Of a robot of which nothing in metres is known: a second a tick."""
+    """Pace of a robot without data in metres: one second per tick."""
 
     def _fresh(self, way: float) -> float:
         del way

@@ -5,8 +5,8 @@ keeps it where it is; ``request`` sends it to the region ``assigned``, and excus
 meanwhile. What it can be sent to is limited to regions from which it can resume its own
 objective, and obstacles that turn out to be permanent still need a new strategy.
 
-Told to wait while a request is open, a robot is not told its place: that would be a bit beside
-every pair of a place and a request, and so twice the nodes.
+While a robot must wait, an open request does not carry its region: that would add a bit to every
+pair of a region and a request, and so double the nodes.
 """
 
 from __future__ import annotations
@@ -77,9 +77,9 @@ class Switch:
 def inputs(task: Task, world: RegionMap) -> tuple[Variable, ...]:
     del task
     return (
-        Variable("request", Owner.INPUT, None, "the robot is asked to go somewhere"),
-        Variable("wait", Owner.INPUT, None, "the robot shall stay where it is"),
-        Variable("assigned", Owner.INPUT, (0, world.size - 1), "where it is asked to go"),
+        Variable("request", Owner.INPUT, None, "the robot is assigned a region"),
+        Variable("wait", Owner.INPUT, None, "the robot must stay where it is"),
+        Variable("assigned", Owner.INPUT, (0, world.size - 1), "the region assigned to it"),
     )
 
 
@@ -93,11 +93,13 @@ def assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
     while they are open."""
     possible = assignable_regions(task, world)
     idle = neutral(possible)
-    begin = Origin("coordination", "nothing is asked before the first move", SOURCE)
+    begin = Origin("coordination", "no request before the first move", SOURCE)
     nothing = ("!request", f"assigned = {idle}")
     for formula in nothing if begins_anywhere(task) else (*nothing, "!wait"):
         yield Constraint(Section.ENV_INIT, formula, begin)
-    where = Origin("coordination", "it is sent only where its objective stays possible", SOURCE)
+    where = Origin(
+        "coordination", "only regions from which it can resume its objective are assigned", SOURCE
+    )
     allowed_next = one_of("assigned", possible.places, "'")
     yield Constraint(Section.ENV_TRANS, f"request' & !wait' -> {allowed_next}", where)
     for part in possible.parts:
@@ -106,16 +108,18 @@ def assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
             Section.ENV_TRANS, f"{asked} -> {here}", where, tuple(sorted(part.regions))
         )
     yield Constraint(Section.ENV_TRANS, f"!request' | wait' -> assigned' = {idle}", where)
-    still = Origin("coordination", "an open request keeps its place until it has to wait", SOURCE)
+    still = Origin(
+        "coordination", "an open request keeps its region until the robot must wait", SOURCE
+    )
     kept = "request & !wait & request' & !wait' -> assigned' = assigned"
     yield Constraint(Section.ENV_TRANS, kept, still)
-    fair = Origin("coordination", "it is infinitely often not told to wait", SOURCE)
+    fair = Origin("coordination", "infinitely often, it need not wait", SOURCE)
     yield Constraint(Section.ENV_LIVENESS, "!wait'", fair)
 
 
 def unless_waiting(constraint: Constraint) -> Constraint:
-    """What is assumed of the others again and again, assumed of moments in which the robot is not
-    told to wait: it might be in nobody's way whenever it must not move, and then only."""
+    """Restrict a fairness assumption to moments when the robot need not wait: other robots might
+    be out of its way only while it must not move."""
     if constraint.section is not Section.ENV_LIVENESS:
         return constraint
     wait = "wait'" if "'" in constraint.formula else "wait"  # of the same moment
@@ -123,20 +127,20 @@ def unless_waiting(constraint: Constraint) -> Constraint:
 
 
 def guarantees(task: Task, world: RegionMap) -> Iterator[Constraint]:
-    """It waits when told, and goes where it is asked to."""
-    stay = Origin("coordination", "told to wait, it stays", SOURCE)
+    """It waits when commanded, and goes to the assigned region."""
+    stay = Origin("coordination", "it stays while it must wait", SOURCE)
     yield Constraint(Section.SYS_TRANS, "wait' -> region' = region", stay)
     possible = assignable_regions(task, world)
-    able = Origin("coordination", "it passes by nothing that it is asked to go to", SOURCE)
+    able = Origin("coordination", "it never loses a region that it is assigned", SOURCE)
     for part in possible.parts:
         formula = f"{_asked(part)} -> {_in(part, task, NEXT)}"
         yield Constraint(Section.SYS_TRANS, formula, able, tuple(sorted(part.regions)))
-    home = Origin("coordination", "it does not leave for good unless it is asked to", SOURCE)
+    home = Origin("coordination", "it does not leave permanently unless assigned elsewhere", SOURCE)
     for part in possible.homes:
         asked = "!request' | " + one_of("assigned", part.regions, "'")
         formula = f"{_in(part, task)} & ({asked}) -> {_in(part, task, NEXT)}"
         yield Constraint(Section.SYS_TRANS, formula, home)
-    go = Origin("coordination", "an open request is answered", SOURCE)
+    go = Origin("coordination", "it reaches the assigned region", SOURCE)
     yield Constraint(Section.SYS_LIVENESS, "request' & !wait' -> region' = assigned'", go)
 
 
@@ -173,16 +177,18 @@ def begins_anywhere(task: Task) -> bool:
 
 
 def unless_elsewhere(constraint: Constraint) -> Constraint:
-    """How it begins where it is; told to wait at first, it is elsewhere."""
+    """Restrict its initial state to starts without ``wait``; with it, the robot is elsewhere."""
     if constraint.section is not Section.SYS_INIT:
         return constraint
     return replace(constraint, formula=f"wait | ({constraint.formula})")
 
 
 def elsewhere(task: Task, world: RegionMap) -> Iterator[Constraint]:
-    """Told to wait at first, it is anywhere that it can ever reach."""
+    """With ``wait`` at first, it starts in any region that it can ever reach."""
     anywhere = one_of("region", whereabouts(task, world))
-    origin = Origin("coordination", "told to wait at first, it is where others have put it", SOURCE)
+    origin = Origin(
+        "coordination", "if it must wait at first, it starts wherever a plan put it", SOURCE
+    )
     yield Constraint(Section.SYS_INIT, f"wait -> {anywhere}", origin)
 
 
@@ -192,5 +198,7 @@ def excused(constraint: Constraint, holds: bool = False) -> Constraint:
     stays = holds and constraint.origin.rule.endswith(", stay")
     if constraint.section is not Section.SYS_LIVENESS and not stays:
         return constraint
-    origin = replace(constraint.origin, rule=f"{constraint.origin.rule}, unless it is asked to go")
+    origin = replace(
+        constraint.origin, rule=f"{constraint.origin.rule}, unless it is assigned a region"
+    )
     return replace(constraint, formula=f"request' | ({constraint.formula})", origin=origin)

@@ -107,7 +107,7 @@ def _motion(task: Task, world: RegionMap, others: OthersEncoding) -> Iterator[Co
     for known in task.blocked:
         origin = Origin(known.item, known.reason, "paper, eq. (3)")
         yield Constraint(Section.SYS_TRANS, f"region' != {known.region}", origin, (known.region,))
-    lost = Origin("coordination", "from there the team could not go on", "design, section 5")
+    lost = Origin("coordination", "from there the team could not continue", "design, section 5")
     for pose in sorted(task.forbidden, key=lambda pose: (pose.region, pose.heading or 0)):
         formula = f"region' != {pose.region}"
         if pose.heading is not None:

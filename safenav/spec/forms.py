@@ -97,7 +97,7 @@ def concession(
     asked: Objective, rung: Rung, word: Word = number_word, others: Collection[str] = ()
 ) -> str | None:
     """How far a form falls short of what the user asked for, and why: ``may cross a target on the
-    way: the corridor leaves no other way``. ``others``: the robots on its floor. None for the
+    way: the corridor leaves no other path``. ``others``: the robots on its floor. None for the
     strongest form."""
     if rung.weakening is None:
         return None
@@ -128,12 +128,12 @@ _MAY = {
     Weakening.ASSIGNED: _WAIT,
 }
 _WHY = {
-    Weakening.CORRIDOR: "the corridor leaves no other way",
-    Weakening.MOBILITY: "its mobility leaves no other way",
-    Weakening.OBSTACLES: "the obstacles that are known leave no other way",
-    Weakening.KEPT: "the team could not go on from a place on the other way",
+    Weakening.CORRIDOR: "the corridor leaves no other path",
+    Weakening.MOBILITY: "its mobility leaves no other path",
+    Weakening.OBSTACLES: "the known obstacles leave no other path",
+    Weakening.KEPT: "the team could not continue from a pose on the other path",
     Weakening.SHARED: "it shares its floor with others",
-    Weakening.ASSIGNED: "it can be sent elsewhere at any time",
+    Weakening.ASSIGNED: "it can be assigned another region at any time",
 }
 
 

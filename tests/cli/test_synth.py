@@ -99,7 +99,7 @@ def test_a_literal_patrol_is_kept_by_the_letter_or_unrealizable(
     scenario.write_text(LITERAL)
     done = safenav(command, scenario)
     assert done.returncode == 1
-    assert "'form: literal' forbids to cross 10" in done.stdout + done.stderr
+    assert "'form: literal' forbids crossing 10" in done.stdout + done.stderr
     assert "scout" not in done.stdout + done.stderr
 
 
@@ -116,7 +116,7 @@ def test_a_weaker_form_is_named_with_its_reason(
     scenario.write_text(CROSSING)
     done = safenav(command, scenario)
     assert done.returncode == 0
-    why = "may cross a target on the way: the corridor leaves no other way"
+    why = "may cross a target on the way: the corridor leaves no other path"
     assert f"patrol far <-> mid|near ({why})" in done.stdout
 
 

@@ -14,10 +14,7 @@ PHRASES = [
 """An expression, what to write instead, and the kinds of prose that it holds for."""
 
 UNREAD: tuple[str, ...] = (
-    *(
-        f"safenav/{name}/"
-        for name in ("certify", "explain", "report", "runtime", "scenario", "spec")
-    ),
+    *(f"safenav/{name}/" for name in ("certify", "report", "runtime", "scenario")),
     *(f"safenav/{name}/" for name in ("motion", "studio", "trace")),
     "slugs/",
     "docs/",

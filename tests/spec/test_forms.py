@@ -107,7 +107,7 @@ def test_who_must_cross_a_target_patrols_by_alternation() -> None:
     (rung,) = climbed(wide, 3)
     assert rung == Rung(Visit((at(0), at(1, 2))), 0, Weakening.CORRIDOR)
     assert concession(wide, rung) == (
-        "may cross a target on the way: the corridor leaves no other way"
+        "may cross a target on the way: the corridor leaves no other path"
     )
     assert climbed(Patrol(at(0), at(1, 2), literal=True), 3) == [
         Rung(Patrol(at(0), at(1, 2), literal=True), 0)

@@ -34,7 +34,7 @@ from safenav.world.map import Heading, Region, RegionMap
 from safenav.world.partition import rooms
 from safenav.world.sight import Regions, as_mask, members
 
-SOURCE = "safenav: what is believed of others"
+SOURCE = "safenav: beliefs about other robots"
 MOST_CELLS = 6
 """Cells of an automatic partition: with more rooms than that the smallest are joined (figures in
 docs/beliefs.md)."""
@@ -128,7 +128,7 @@ def assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
     not, and do not step onto this robot (they guarantee it)."""
     for model in models(task, world):
         item, name = f"robots.{model.other.name}", model.other.variable
-        begin = Origin(f"{item}.start", f"what is known of {model.other.name} to begin with")
+        begin = Origin(f"{item}.start", f"initial knowledge of {model.other.name}")
         yield Constraint(Section.ENV_INIT, f"{name} = {model.number(known_of(model.other))}", begin)
         yield from _steps(model, item)
         yield from _sight(model, item)

@@ -14,7 +14,7 @@ from safenav.spec.specification import Constraint, Origin, Owner, Section, Varia
 from safenav.spec.task import Fairness, Task
 from safenav.world.map import Region, RegionMap
 
-SOURCE = "safenav: exact positions of others"
+SOURCE = "safenav: exact positions of other robots"
 
 
 def inputs(task: Task, world: RegionMap) -> tuple[Variable, ...]:
@@ -77,7 +77,7 @@ def out_of_my_way(task: Task, world: RegionMap) -> Iterator[Constraint]:
     dangers = [other for other in task.observed if other.danger]
     if not dangers or not headings(world):
         return
-    rule = f"infinitely often nobody is beside it ({', '.join(o.name for o in dangers)})"
+    rule = f"infinitely often no robot is beside it ({', '.join(o.name for o in dangers)})"
     sides = [on_side(o.variable, heading, world) for heading in headings(world) for o in dangers]
     formula = f"!({' | '.join(sides)})"
     yield Constraint(Section.ENV_LIVENESS, formula, Origin(task.item, rule, SOURCE))

@@ -18,7 +18,7 @@ from safenav.spec.specification import Constraint, Origin, Owner, Section, Varia
 from safenav.spec.task import Fairness, Task
 from safenav.world.map import Heading, Region, RegionMap
 
-SOURCE = "safenav: others nearby"
+SOURCE = "safenav: other robots nearby"
 MOVE = "move"
 
 
@@ -83,7 +83,7 @@ def fairness(task: Task, world: RegionMap) -> Iterator[Constraint]:
     sides = headings(world)
     if task.fairness is not Fairness.OUT_OF_MY_WAY or not sides:
         return
-    rule = f"infinitely often nobody is beside it ({', '.join(_dangers(task))})"
+    rule = f"infinitely often no robot is beside it ({', '.join(_dangers(task))})"
     nobody = " & ".join(f"!{busy(heading)}'" for heading in sides)
     yield Constraint(Section.ENV_LIVENESS, nobody, Origin(task.item, rule, SOURCE))
 
