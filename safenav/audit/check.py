@@ -9,8 +9,17 @@ from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from safenav.audit.passes import expanded
 from safenav.audit.rules.beliefs import BeliefRule, MissedBeliefRule
 from safenav.audit.rules.changes import ChangesRule, ServiceRule
+from safenav.audit.rules.live import (
+    ActRule,
+    ClockRule,
+    CommandRule,
+    HoldsRule,
+    LateRule,
+    WaitingRule,
+)
 from safenav.audit.rules.motion import (
     CollisionRule,
     ContinuityRule,
@@ -107,6 +116,12 @@ RULES: tuple[type[Rule], ...] = (
     OutcomeRule,
     CompletedRule,
     ProofRule,
+    ClockRule,
+    CommandRule,
+    ActRule,
+    HoldsRule,
+    LateRule,
+    WaitingRule,
 )
 """Every rule, in the order in which findings on one line are reported."""
 
@@ -179,6 +194,7 @@ def audit(trace: Trace) -> Audit:
 
 
 def _findings(trace: Trace) -> Iterator[Finding]:
+    trace = expanded(trace)
     now = Situation(trace)
     announced = {obstacle.name for obstacle in now.header.obstacles}
     rules = [rule() for rule in RULES]

@@ -11,23 +11,30 @@ from enum import Enum, auto
 from typing import TypeVar
 
 from safenav.audit.grid import Grid
+from safenav.audit.passes import LIVE
 from safenav.audit.progress import Progress
 from safenav.trace.objective import Objective
 from safenav.trace.records import (
+    Act,
+    Acted,
     Appeared,
+    Arrive,
     Assumption,
     Backtrack,
     Belief,
     Blocked,
+    Depart,
     Discovered,
     Goal,
     Gone,
     Move,
     NewObjective,
+    Operator,
     Outcome,
     Pop,
     Push,
     Record,
+    Reopened,
     Request,
     Resolved,
     Service,
@@ -40,6 +47,7 @@ from safenav.trace.records import (
 from safenav.trace.setting import NeedHeader, ObstacleHeader
 from safenav.trace.trace import Trace
 from safenav.trace.vocabulary import (
+    ActResult,
     BlockReason,
     Ending,
     Form,
@@ -50,6 +58,7 @@ from safenav.trace.vocabulary import (
 L = TypeVar("L", bound=Record)
 
 RESYNTHESIS = "resynthesis"
+WITHOUT_EFFECT = (ActResult.FAILED, ActResult.NOTHING)
 
 
 class Status(Enum):
@@ -158,6 +167,13 @@ class Situation:
         self.out: set[str] = set()
         """The robots that are out of service."""
         self.form: dict[tuple[str, Objective], Form | None] = {}
+        self.live = trace.header.clock == LIVE
+        self.under_way: dict[str, Depart] = {}
+        """Live: the step of each robot that has not ended."""
+        self.acting: dict[str, Act] = {}
+        """Live: the action of each robot that has not ended."""
+        self.ended: dict[str, Arrive] = {}
+        """Live: the end of each robot's step that its next move shows."""
         self.outcome: Outcome | None = None
         self.turn = Turn(0, None, self.header_line, dict(self.objectives))
 
@@ -289,6 +305,22 @@ class Situation:
             return
         self.turn.records.append(record)
         match record:
+            case Depart():
+                self.under_way[record.robot] = record
+            case Arrive():
+                self.under_way.pop(record.robot, None)
+                self.ended[record.robot] = record
+            case Act():
+                self.acting[record.robot] = record
+            case Acted():
+                self.acting.pop(record.robot, None)
+                self._perform(record.robot, record.results)
+            case Reopened():
+                self.status[record.obstacle] = Status.UNRESOLVED
+            case Operator() if record.region is not None and record.robot is not None:
+                self.region[record.robot] = record.region
+                self.heading[record.robot] = record.heading
+                self.toward[record.robot] = None
             case Move():
                 self.region[record.robot] = record.to
                 self.heading[record.robot] = record.heading
@@ -296,7 +328,9 @@ class Situation:
                 if record.signal is not None:
                     self.signals[record.robot] = record.signal
                 self._wait_here(record.robot)
-                self._perform(record.robot)
+                self.ended.pop(record.robot, None)
+                if not self.live:
+                    self._perform(record.robot, {})
             case Belief():
                 self.beliefs[record.robot, record.of] = record
             case Violation():
@@ -390,7 +424,8 @@ class Situation:
         """Return the robots that have the action that the obstacle needs next and stand where it is
         performed."""
         regions = self.need(obstacle).regions
-        return {robot for robot in self.capable(obstacle) if self.region[robot] in regions}
+        able = self.capable(obstacle) - self.under_way.keys()
+        return {robot for robot in able if self.region[robot] in regions}
 
     def _wait_here(self, robot: str) -> None:
         """Note that a robot that encounters an obstacle waits where it has backed up to."""
@@ -400,10 +435,12 @@ class Situation:
             here = self.region[robot] if toward is None else toward
             self.requests[violation.obstacle][robot] = here
 
-    def _perform(self, robot: str) -> None:
-        """Note what the robot does where it stands: its part in the needs that are next. A need
-        that is met gives way to the next."""
+    def _perform(self, robot: str, results: Mapping[str, ActResult]) -> None:
+        """Note what the robot does where it stands: its part in the needs that are next, unless its
+        result was none. A need that is met gives way to the next."""
         for name, obstacle in self.obstacles.items():
+            if results.get(name) in WITHOUT_EFFECT:
+                continue
             # Needs of an obstacle that no scenario lists count from its discovery on.
             counted = name in self.introduced or len(obstacle.all_needs) == 1
             if counted and self.status[name] in (Status.UNRESOLVED, Status.GIVEN_UP):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.situation import Situation
@@ -34,21 +35,27 @@ class ChangesRule(Rule):
 
     def __init__(self) -> None:
         self._told: list[ChangeHeader] = []
-        self._tick = 0
+        self._tick = 0.0
 
     def line(self, record: Record, now: Situation) -> Iterator[Finding]:
-        if isinstance(record, Move):
+        if isinstance(record, Move) and not now.live:
             self._tick = record.tick
+        elif now.live and record.t is not None:
+            self._tick = record.t
         if not isinstance(record, NewObjective | Service):
             return
         if record.cause is not ChangeCause.SCENARIO:
             return
-        if isinstance(record, Service):
-            told = ChangeHeader(record.tick, record.robot, active=record.active)
-        else:
-            told = ChangeHeader(record.tick, record.robot, record.objective)
-        self._told.append(told)
-        if told not in (now.header.changes or ()):
+        told = ChangeHeader(
+            record.tick,
+            record.robot,
+            None if isinstance(record, Service) else record.objective,
+            record.active if isinstance(record, Service) else None,
+        )
+        due = [c for c in now.header.changes or () if not now.live or c.at <= (record.t or 0.0)]
+        same = [c for c in due if (replace(c, at=record.tick) if now.live else c) == told]
+        self._told += same
+        if not same:
             what = f"{record.robot} gets a change in tick {record.tick}"
             yield self.broken_by(record, record.robot, f"{what} that the scenario does not list")
 

@@ -8,6 +8,7 @@ from safenav.audit.grid import opposite
 from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.situation import Situation, Status
 from safenav.trace.records import Move, Record
+from safenav.trace.vocabulary import MoveEnd
 
 
 class ContinuityRule(Rule):
@@ -43,7 +44,7 @@ class MobilityRule(Rule):
     name = "mobility"
 
     def line(self, record: Record, now: Situation) -> Iterator[Finding]:
-        if isinstance(record, Move):
+        if isinstance(record, Move) and not _failed(record, now):
             problem = self._problem(record, now)
             if problem:
                 yield self.broken_by(record, record.robot, problem)
@@ -103,7 +104,8 @@ class KnownObstacleRule(Rule):
 
 class TransitRule(Rule):
     """A step of several ticks: a robot in transit stands where it departed, in transit to one and
-    the same neighbouring free region, until it arrives (T, Time)."""
+    the same neighbouring free region, until it arrives (T, Time). Live: a step that fails ends
+    where its ``arrive`` line says."""
 
     name = "transit"
 
@@ -111,7 +113,8 @@ class TransitRule(Rule):
         if not isinstance(record, Move):
             return
         bound, robot = now.toward[record.robot], record.robot
-        if bound is not None and record.toward is None and record.to != bound:
+        over = record.toward is None and not _failed(record, now)
+        if bound is not None and over and record.to != bound:
             problem = (
                 f"{robot} was in transit to {now.show(bound)}, but is at {now.show(record.to)}"
             )
@@ -175,6 +178,12 @@ class SwapRule(Rule):
                 problem = f"{other.robot} and {record.robot} change places, {places}"
                 yield self.broken_by(record, record.robot, problem)
         self._moves.append(record)
+
+
+def _failed(move: Move, now: Situation) -> bool:
+    """Return whether a step has ended otherwise than it should, which another rule judges."""
+    ended = now.ended.get(move.robot)
+    return ended is not None and ended.result is not MoveEnd.ARRIVED
 
 
 def _taken(move: Move) -> set[int]:

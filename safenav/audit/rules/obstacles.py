@@ -8,13 +8,17 @@ from safenav.audit.grid import opposite
 from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.situation import Situation, Status
 from safenav.trace.records import (
+    Acted,
     Appeared,
+    Arrive,
     Backtrack,
     Blocked,
+    Depart,
     Gone,
     Met,
     Move,
     Record,
+    Reopened,
     Resolved,
     Violation,
 )
@@ -112,7 +116,7 @@ class ResolutionRule(Rule):
         if now.status[name] is Status.ABSENT:
             yield f"{name} is absent"
             return
-        again = now.status[name] is Status.RESOLVED and not now.external
+        again = now.status[name] is Status.RESOLVED and (now.live or not now.external)
         if again or now.status[name] is Status.UNTRAVERSABLE:
             yield f"{name} was resolved before"
             return
@@ -185,16 +189,32 @@ class NeedRule(Rule):
 
 class MissedResolutionRule(Rule):
     """Robots that have the action which an obstacle needs next, and stand after a turn where it is
-    performed, as many as it takes, have met the need, whether or not a request was made (D 5.2).
-    Where two could be resolved and the first ended the run, the second is not missed; where the
-    world is not simulated, actions may fail."""
+    performed, as many as it takes, have met the need, whether or not a request was made (D 5.2);
+    live, they act on it before they depart. Where two could be resolved and the first ended the
+    run, the second is not missed; where the world is not simulated, actions may fail."""
 
     name = "missed-resolution"
+
+    def __init__(self) -> None:
+        self._tried: set[tuple[str, str]] = set()
+
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        if isinstance(record, Acted):
+            self._tried |= {(record.robot, name) for name in record.results}
+        elif isinstance(record, Arrive):
+            self._tried = {tried for tried in self._tried if tried[0] != record.robot}
+        elif isinstance(record, Depart) and not now.external:
+            for name in now.obstacles:
+                if (record.robot, name) not in self._tried and _could_act(record.robot, name, now):
+                    problem = f"{record.robot} departs without acting on {name}, as it could"
+                    yield self.broken_by(record, record.robot, problem)
 
     def turn(self, now: Situation) -> Iterator[Finding]:
         turn = now.turn
         move = turn.first(Move)
         if turn.robot is None or move is None or now.is_cut_short() or now.external:
+            return
+        if now.live:
             return
         met = {record.obstacle for record in turn.all(Resolved)} | turn.advanced
         for name in now.obstacles:
@@ -208,6 +228,15 @@ class MissedResolutionRule(Rule):
                     f"{now.show(now.region[turn.robot])}, but does not resolve {name}"
                 )
                 yield self.broken_by(move, turn.robot, problem)
+
+
+def _could_act(robot: str, obstacle: str, now: Situation) -> bool:
+    standing, need = now.standing(obstacle), now.need(obstacle)
+    if now.status[obstacle] is not Status.UNRESOLVED or robot not in standing:
+        return False
+    if need.together:
+        return len(standing) >= need.robots
+    return robot not in now.done[obstacle]
 
 
 class BlockedRule(Rule):
@@ -226,7 +255,7 @@ class BlockedRule(Rule):
             for problem in self._problems(record, now):
                 yield self.broken_by(record, now.turn.robot, problem)
             self._blocked.add(record.obstacle)
-        elif isinstance(record, Appeared | Gone):
+        elif isinstance(record, Appeared | Gone | Reopened):
             self._blocked.discard(record.obstacle)
 
     def turn(self, now: Situation) -> Iterator[Finding]:

@@ -7,22 +7,30 @@ from collections.abc import Iterator
 from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.situation import Situation
 from safenav.trace.records import (
+    Act,
+    Acted,
     Appeared,
+    Arrive,
     Assumption,
     Backtrack,
     Belief,
     Blocked,
+    Depart,
     Discovered,
     Goal,
     Gone,
+    Hold,
+    Late,
     Met,
     Move,
     NewObjective,
+    Operator,
     Plan,
     PlanEnd,
     Pop,
     Push,
     Record,
+    Reopened,
     Request,
     Resolved,
     Service,
@@ -30,6 +38,7 @@ from safenav.trace.records import (
     Told,
     Truth,
     Violation,
+    Waiting,
 )
 from safenav.trace.vocabulary import Ending
 
@@ -39,7 +48,10 @@ _BEFORE_THE_MOVE = (Violation, Backtrack)
 _AFTER_THE_MOVE = (Met, Resolved, Blocked, Pop, Synthesis, Goal, Request, Push, Told)
 """When in a turn a line may come (T, Time). An assumption may be violated, and a belief told, at
 any moment. What follows a move has no order of its own: a settlement may follow on anything."""
-_AT_ANY_MOMENT = (Discovered, Appeared, Gone, Truth, NewObjective, Service, Plan, PlanEnd)
+_AT_ANY_MOMENT = (
+    *(Discovered, Appeared, Gone, Truth, NewObjective, Service, Plan, PlanEnd),
+    *(Depart, Arrive, Act, Acted, Hold, Late, Reopened, Waiting, Operator),
+)
 _SETTLING = (Blocked, Pop, Goal, Request, Push, Told)
 """Lines that come before the first move of a tick only after a line that records a change there."""
 _BEFORE_THE_FIRST_MOVE = (Synthesis, Goal, Assumption)
@@ -85,9 +97,9 @@ class HeaderRule(Rule):
 
 
 class OrderRule(Rule):
-    """Ticks follow one another; in each every robot has one turn with one move, in the order of the
-    header; the lines of a turn come in the order of the format, and all concern the robot whose
-    turn it is; nothing comes after the outcome (D 4 and 5, T Time)."""
+    """Ticks follow one another (live: passes); in each every robot has one turn with one move, in
+    the order of the header; the lines of a turn come in the order of the format, and all concern
+    the robot whose turn it is; nothing comes after the outcome (D 4 and 5, T Time)."""
 
     name = "order"
 
@@ -105,6 +117,8 @@ class OrderRule(Rule):
         yield from found
 
     def _of_the_turn(self, record: Record, now: Situation) -> Iterator[Finding]:
+        if now.live and not self._index:  # a pass in which nothing happens has no lines
+            self._tick = max(self._tick, record.tick)
         if isinstance(record, _AT_ANY_MOMENT):  # within a turn, or before the first line of one
             if record.tick not in (now.turn.tick, self._tick):
                 problem = f"a line of tick {record.tick} among those of tick {now.turn.tick}"
@@ -156,6 +170,7 @@ class OrderRule(Rule):
         early = isinstance(record, Met | Resolved | Belief) or (
             isinstance(record, _SETTLING) and turn.tick == self._last
         )
+        early = early and not now.live
         if record.tick != turn.tick and (early or record.tick != self._tick):
             problem = f"a {kind} line of tick {record.tick} among those of tick {turn.tick}"
             yield self.broken_by(record, turn.robot, problem)

@@ -24,9 +24,10 @@ from safenav.trace.vocabulary import Ending, OperatorCause, RecordedVerdict
 
 
 class OutcomeRule(Rule):
-    """The outcome agrees with the run: ticks and syntheses are counted correctly, the tick limit is
-    neither passed nor claimed early, a negative has its cause in the last turn (D 5.7, T). A
-    recorded synthesis may have taken several attempts, so there may be more of them."""
+    """The outcome agrees with the run: ticks and syntheses are counted correctly, the tick limit
+    (live: the limit in seconds) is neither passed nor claimed early, nobody acts when it is
+    completed, a negative has its cause in the last turn (D 5.7, T). A recorded synthesis may have
+    taken several attempts, so there may be more of them."""
 
     name = "outcome"
 
@@ -44,7 +45,7 @@ class OutcomeRule(Rule):
                 self._assumptions += 1
             case Move():
                 self._moves[record.robot] = record.tick
-                limit = now.header.limits.ticks
+                limit = None if now.live else now.header.limits.ticks
                 if limit is not None and record.tick > limit and not self._passed_limit:
                     self._passed_limit = True
                     yield self.broken_by(record, record.robot, f"the limit is {limit} ticks")
@@ -58,6 +59,9 @@ class OutcomeRule(Rule):
                 yield self.broken_by(outcome, None, problem)
 
     def _counts(self, outcome: Outcome, now: Situation) -> Iterator[str]:
+        if now.live:
+            yield from self._live_counts(outcome, now)
+            return
         last = max(self._moves.values(), default=0)
         moved_by_all = len(set(self._moves.values())) <= 1 and (
             len(self._moves) in (0, len(now.header.robots))
@@ -72,6 +76,19 @@ class OutcomeRule(Rule):
         limit = now.header.limits.ticks
         if outcome.outcome is Ending.TICK_LIMIT and limit is not None and outcome.ticks != limit:
             yield f"it reports the tick limit after {outcome.ticks} ticks, but the limit is {limit}"
+
+    def _live_counts(self, outcome: Outcome, now: Situation) -> Iterator[str]:
+        """Yield what differs from the commands; a run in seconds has no limit of ticks."""
+        if outcome.syntheses < len(self._syntheses):
+            yield f"it says {outcome.syntheses} syntheses, but the trace has {len(self._syntheses)}"
+        if outcome.outcome is Ending.TICK_LIMIT:
+            yield "a live run has no limit of ticks"
+        limit = now.header.limits.seconds
+        early = limit is not None and outcome.t is not None and outcome.t < limit
+        if outcome.outcome is Ending.TIME_LIMIT and early:
+            yield f"the time limit is said to be met after {outcome.t} s, but is {limit} s"
+        if outcome.outcome is Ending.COMPLETED and now.acting:
+            yield f"the run is completed while {', '.join(sorted(now.acting))} act"
 
     def _cause(self, outcome: Outcome, now: Situation) -> Iterator[str]:
         negative = [s for s in now.turn.all(Synthesis) if s.verdict is RecordedVerdict.UNREALIZABLE]

@@ -17,7 +17,7 @@ from safenav.trace.records import (
     Record,
     Violation,
 )
-from safenav.trace.vocabulary import MovedBy, Place, PlanEndReason
+from safenav.trace.vocabulary import MovedBy, Place, PlanEndReason, Region
 
 
 class PlanRule(Rule):
@@ -47,8 +47,9 @@ class PlanRule(Rule):
 
 class FollowsPlanRule(Rule):
     """While a plan is in force, its robots make its steps and no others, each only when the orders
-    allow it. One plan follows on the end of another; it ends as reached when all its steps were
-    made, and otherwise for a reason that is recorded in the same turn (T)."""
+    allow it; live, one that has made all its steps may enter what no robot in conflict has ahead.
+    One plan follows on the end of another; it ends as reached when all its steps were made, and
+    otherwise for a reason that is recorded in the same turn (T)."""
 
     name = "follows-plan"
 
@@ -110,6 +111,8 @@ class _Running:
             return ""  # it finishes the step in which the plan found it
         index = self.at[robot] + 1
         if index >= len(places):
+            if now.live and not self._ahead(robot, entered, now):
+                return ""  # it continues with its strategy
             return f"{robot} continues to {now.show(entered)} after its last place of the plan"
         region, heading = places[index]
         told = ""
@@ -125,6 +128,12 @@ class _Running:
         else:
             self.bound.add(robot)
         return told
+
+    def _ahead(self, robot: str, region: Region, now: Situation) -> bool:
+        """Return whether a robot in conflict still has a region ahead."""
+        rivals = (other for other in self.plan.robots if now.conflict(robot, other))
+        left = (self.plan.robots[other][self.at[other] + 1 :] for other in rivals)
+        return any(region == place for places in left for place, _ in places)
 
     def _too_early(self, robot: str, index: int) -> str:
         for first, i, then, j in self.plan.orders:

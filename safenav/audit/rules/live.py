@@ -1,0 +1,319 @@
+"""Rules on runs in time: commands and their ends, what robots have meanwhile, who is waited for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import combinations
+
+from safenav.audit.rules.rule import Finding, Rule
+from safenav.audit.situation import Situation, Status
+from safenav.trace.records import (
+    Act,
+    Acted,
+    Appeared,
+    Arrive,
+    Blocked,
+    Depart,
+    Gone,
+    Hold,
+    Late,
+    Operator,
+    Outcome,
+    Plan,
+    PlanEnd,
+    Record,
+    Reopened,
+    Resolved,
+    Service,
+    Waiting,
+)
+from safenav.trace.vocabulary import (
+    BlockReason,
+    Ending,
+    HoldReason,
+    MoveEnd,
+    OperatorDeed,
+    Region,
+)
+
+_ROUNDED = 1e-6
+"""Seconds by which sums of written times may differ."""
+_LIVE = (Depart, Arrive, Act, Acted, Hold, Late, Reopened, Waiting, Operator)
+
+
+class ClockRule(Rule):
+    """A run has times on all of its lines or on none, and no time is less than the one before. In
+    seconds, robots in conflict never have a region at the same time: a robot has the two regions of
+    a step from its ``depart`` line to the ``arrive`` line that ends it, then where that says it is
+    (T, Live runs)."""
+
+    name = "clock"
+
+    def __init__(self) -> None:
+        self._last = 0.0
+        self._since: dict[str, float] = {}
+        self._have: dict[str, tuple[Region, ...]] = {}
+        self._spans: dict[Region, list[tuple[float, float, str, int]]] = {}
+
+    def opening(self, now: Situation) -> Iterator[Finding]:
+        self._since = dict.fromkeys(now.region, 0.0)
+        self._have = {robot: (region,) for robot, region in now.region.items()}
+        return iter(())
+
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        if not now.live:
+            if record.t is not None or isinstance(record, _LIVE):
+                yield self.broken_by(record, None, "a line of a live run in a run in lockstep")
+            return
+        if record.t is None:
+            if type(record).__name__ != "Move":
+                yield self.broken_by(record, None, "a line of a live run has no time")
+            return
+        if record.t < self._last:
+            problem = f"it is {record.t} s after {self._last} s in the line before"
+            yield self.broken_by(record, None, problem)
+        self._last = record.t
+        match record:
+            case Depart():
+                self._has(record.robot, record, (record.from_, record.to))
+            case Arrive():
+                self._has(record.robot, record, record.regions or (record.at,))
+            case Operator() if record.robot is not None and record.region is not None:
+                self._has(record.robot, record, (record.region,))
+            case _:
+                pass
+
+    def ending(self, now: Situation) -> Iterator[Finding]:
+        for robot, regions in self._have.items():
+            for region in regions:
+                span = (self._since[robot], float("inf"), robot, now.header_line)
+                self._spans.setdefault(region, []).append(span)
+        for region, spans in self._spans.items():
+            for (since, until, one, _), (later, end, other, line) in combinations(sorted(spans), 2):
+                shared = min(until, end) - max(since, later)
+                if one != other and shared > 0 and now.live and now.conflict(one, other):
+                    where = f"{one} and {other} both have {now.show(region)} from {later} s on"
+                    yield self.broken(0, other, line, where)
+
+    def _has(self, robot: str, record: Record, regions: tuple[Region, ...]) -> None:
+        assert record.t is not None
+        for region in self._have.get(robot, ()):
+            span = (self._since[robot], record.t, robot, record.line)
+            self._spans.setdefault(region, []).append(span)
+        self._since[robot], self._have[robot] = record.t, regions
+
+
+class CommandRule(Rule):
+    """A robot gets a command only while it has none, with a number that no command had before: to
+    depart from where it is to another region, or to act. Each ``arrive`` and ``acted`` ends the
+    command of its robot that is open: it has arrived where it was to go, or is back if it was
+    blocked. Nobody is sent anywhere while it is out of service (T, Live runs)."""
+
+    name = "command"
+
+    def __init__(self) -> None:
+        self._numbers: dict[str, int] = {}
+        self._out: set[str] = set()
+
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        match record:
+            case Depart() | Act():
+                for problem in self._begun(record, now):
+                    yield self.broken_by(record, record.robot, problem)
+                self._numbers[record.robot] = record.command
+            case Arrive() | Acted():
+                for problem in self._ended(record, now):
+                    yield self.broken_by(record, record.robot, problem)
+            case _:
+                pass
+
+    def _begun(self, record: Depart | Act, now: Situation) -> Iterator[str]:
+        robot = record.robot
+        if robot in now.under_way or robot in now.acting:
+            yield f"{robot} gets command {record.command} before the last one has ended"
+        if record.command <= self._numbers.get(robot, -1):
+            yield f"{robot} had a command {record.command} before"
+        if isinstance(record, Depart):
+            if record.from_ != now.region[robot]:
+                yield f"{robot} departs from {now.show(record.from_)}, but is elsewhere"
+            if robot in now.out:
+                yield f"{robot} departs, but is out of service"
+            taking = [one for one, act in now.acting.items() if robot in act.robots]
+            if taking and robot not in taking:
+                yield f"{robot} departs, but takes part in what {taking[0]} does"
+
+    def _ended(self, record: Arrive | Acted, now: Situation) -> Iterator[str]:
+        robot = record.robot
+        if isinstance(record, Acted):
+            act = now.acting.get(robot)
+            if act is None or act.command != record.command:
+                yield f"{robot} has acted by command {record.command}, which is not open"
+            elif missing := set(act.obstacles) - record.results.keys():
+                yield f"nothing is told of {', '.join(sorted(missing))}, on which {robot} has acted"
+            return
+        depart = now.under_way.get(robot)
+        if depart is None or depart.command != record.command:
+            yield f"{robot} ends command {record.command}, which is not open"
+            return
+        wanted = {MoveEnd.ARRIVED: depart.to, MoveEnd.BLOCKED: depart.from_}
+        if record.at != wanted.get(record.result, record.at):
+            where = now.show(record.at)
+            yield f"the step of {robot} has ended as {record.result.value}, but at {where}"
+        if record.result is MoveEnd.ARRIVED and record.heading != depart.heading:
+            yield f"{robot} was to face {depart.heading}, but faces {record.heading}"
+
+
+class ActRule(Rule):
+    """Who acts is in service and stands still, with all that take part, where it can do what an
+    obstacle needs next, of those that the line names (T, Live runs)."""
+
+    name = "act"
+
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        if not isinstance(record, Act):
+            return
+        if record.robot not in record.robots:
+            yield self.broken_by(record, record.robot, f"{record.robot} has no part in its own act")
+        for robot in record.robots:
+            if robot in now.under_way:
+                yield self.broken_by(record, robot, f"{robot} is to act, but is on its way")
+        for name in record.obstacles:
+            if name not in now.obstacles:
+                yield self.broken_by(record, record.robot, f"{name} is not known")
+            elif not set(record.robots) & now.standing(name):
+                problem = f"none of {', '.join(record.robots)} can act on {name} from there"
+                yield self.broken_by(record, record.robot, problem)
+
+
+class HoldsRule(Rule):
+    """A robot stays for the reason that its line names: it acts, is out of service, takes part in a
+    joint plan, or the team waits for an operator. A line tells of a change only (T, Live runs)."""
+
+    name = "holds"
+
+    def __init__(self) -> None:
+        self._why: dict[str, tuple[HoldReason, object]] = {}
+        self._plan: frozenset[str] = frozenset()
+        self._waiting = False
+
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        match record:
+            case Hold():
+                problem = self._problem(record, now)
+                if problem:
+                    yield self.broken_by(record, record.robot, problem)
+                self._why[record.robot] = record.why, record.signal
+            case Depart() | Act():
+                self._why.pop(record.robot, None)
+            case Plan():
+                self._plan = frozenset(record.robots)
+            case PlanEnd():
+                self._plan = frozenset()
+            case Waiting():
+                self._waiting = True
+            case Operator():
+                self._waiting = False
+            case _:
+                pass
+
+    def _problem(self, record: Hold, now: Situation) -> str:
+        robot = record.robot
+        if robot in now.under_way:
+            return f"{robot} stays, but is on its way"
+        if self._why.get(robot) == (record.why, record.signal):
+            return f"{robot} stays for the same reason as before"
+        taking = any(robot in act.robots for act in now.acting.values())
+        true = {
+            HoldReason.ACTING: taking,
+            HoldReason.SERVICE: robot in now.out,
+            HoldReason.PLAN: robot in self._plan,
+            HoldReason.OPERATOR: self._waiting,
+        }
+        return "" if true.get(record.why, True) else f"{robot} stays ({record.why.value}): not so"
+
+
+class LateRule(Rule):
+    """A report is dropped for a reason: it answers a command that is not open, or it is about a
+    time before the last that was learnt of its obstacle (T, Live runs)."""
+
+    name = "late"
+
+    def __init__(self) -> None:
+        self._learnt: dict[str, float] = {}
+
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        if isinstance(record, Resolved | Gone | Appeared | Acted) and record.t is not None:
+            names = record.results if isinstance(record, Acted) else [record.obstacle]
+            self._learnt |= dict.fromkeys(names, record.t)
+        if not isinstance(record, Late):
+            return
+        if not record.reason:
+            yield self.broken_by(record, record.robot, "a report is dropped without a reason")
+        open_ = {now.under_way.get(record.robot or ""), now.acting.get(record.robot or "")}
+        numbers = {command.command for command in open_ if command is not None}
+        if record.command is not None and record.command in numbers:
+            problem = f"what ends command {record.command} of {record.robot} is dropped"
+            yield self.broken_by(record, record.robot, problem)
+        learnt = self._learnt.get(record.obstacle or "", -1.0)
+        about = record.command is None and record.obstacle is not None
+        if about and record.at is not None and record.at > learnt + _ROUNDED:
+            problem = f"the report on {record.obstacle} is not older than what is known"
+            yield self.broken_by(record, None, problem)
+
+
+class WaitingRule(Rule):
+    """While the team waits for an operator nobody gets a command; a wait says what a run could end
+    with; what is reopened was given up, and not found untraversable, and is so by an operator or
+    since a robot is back in service; an operator puts robots down where nobody in conflict is
+    (T, Live runs)."""
+
+    name = "waiting"
+
+    def __init__(self) -> None:
+        self._waiting: Waiting | None = None
+        self._hope = False
+
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        match record:
+            case Waiting():
+                self._waiting = record
+                ends = (Ending.OPERATOR_NEEDED, Ending.ASSUMPTION_VIOLATED, Ending.SEARCH_LIMIT)
+                if record.outcome not in ends:
+                    problem = f"nobody waits because of {record.outcome.value}"
+                    yield self.broken_by(record, None, problem)
+            case Depart() | Act() if self._waiting is not None:
+                problem = f"{record.robot} gets a command while the team waits for an operator"
+                yield self.broken_by(record, record.robot, problem)
+            case Operator():
+                self._waiting, self._hope = None, True
+                for problem in self._deed(record, now):
+                    yield self.broken_by(record, record.robot, problem)
+            case Service():
+                self._hope = self._hope or record.active
+            case Reopened():
+                if now.status[record.obstacle] is not Status.GIVEN_UP:
+                    problem = f"{record.obstacle} is reopened, but was not given up"
+                    yield self.broken_by(record, None, problem)
+                elif not self._hope:
+                    problem = f"{record.obstacle} is reopened, but nothing has changed"
+                    yield self.broken_by(record, None, problem)
+            case Blocked() if record.reason is not BlockReason.UNTRAVERSABLE:
+                self._hope = False
+            case Outcome() if self._waiting is not None:
+                told = (Ending.INTERRUPTED, Ending.ERROR, Ending.TIME_LIMIT, self._waiting.outcome)
+                if record.outcome not in told:
+                    problem = f"the run ends as {record.outcome.value} while it waits"
+                    yield self.broken_by(record, None, problem)
+            case _:
+                pass
+
+    def _deed(self, record: Operator, now: Situation) -> Iterator[str]:
+        if record.deed is not OperatorDeed.PUT_BACK or record.robot is None:
+            return
+        if record.region is None or not now.grid.is_free(record.region):
+            yield f"{record.robot} is put down on no free region"
+            return
+        for other in now.region:
+            apart = other != record.robot and now.conflict(record.robot, other)
+            if apart and record.region in now.taken_by(other):
+                yield f"{record.robot} is put down where {other} is"

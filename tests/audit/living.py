@@ -1,0 +1,78 @@
+"""Traces in lockstep, told as those of live runs: what happens in a tick is a pass, a second long."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+Line = dict[str, Any]
+RESULT = {True: "done", None: "done", False: "untraversable"}
+
+
+def living(lines: Iterable[Line]) -> list[Line]:
+    """The lines of the same run with commands and their ends instead of moves."""
+    header, *rest = lines
+    told = [{**header, "clock": "live"}, *_Told(header).all(rest)]
+    told[0]["t"] = 0.0
+    return told
+
+
+class _Told:
+    def __init__(self, header: Line) -> None:
+        self.numbers = dict.fromkeys(header["scenario"]["robots"], 0)
+        self.under_way: dict[str, int] = {}
+        self.held: dict[str, Any] = {}
+        self.turn = ""
+
+    def all(self, lines: list[Line]) -> Iterator[Line]:
+        for k, line in enumerate(lines):
+            at = {"t": float(line["tick"])}
+            if line["type"] == "move":
+                self.turn = line["robot"]
+                does = lines[k + 1]["type"] in ("met", "resolved")
+                yield from ({**one, **at} for one in self._moved(line, does))
+            else:
+                acts = line["type"] in ("met", "resolved") and lines[k - 1]["type"] == "move"
+                if acts:
+                    yield from ({**one, **at} for one in self._acted(line, lines[k:]))
+                yield {**line, **at}
+
+    def _moved(self, line: Line, does: bool) -> Iterator[Line]:
+        name, here = line["robot"], line["from"]
+        to = line.get("toward", line["to"])
+        base = {"tick": line["tick"], "robot": name}
+        step = {"from": here, "to": to, "heading": line["heading"]}
+        more = {"shown" if k == "busy" else k: line[k] for k in ("busy", "signal") if k in line}
+        if name not in self.under_way and to != here:
+            number = self.numbers[name] = self.numbers[name] + 1
+            if "toward" in line and line["heading"]:
+                step["heading"] = self._way(here, to)
+            by = line.get("by", "strategy")
+            self.under_way[name] = number
+            self.held.pop(name, None)
+            yield {"type": "depart", **base, "command": number, **step, "by": by, **more}
+        if name in self.under_way and "toward" not in line:
+            number, end = self.under_way.pop(name), {"at": line["to"], "heading": line["heading"]}
+            yield {"type": "arrive", **base, "command": number, **end, "result": "arrived"}
+        elif to == here and not does:
+            why = {"strategy": "strategy", "plan": "plan"}.get(line.get("by", "strategy"), "held")
+            if self.held.get(name) != (why, more):
+                yield {"type": "hold", **base, "why": why, **more}
+            self.held[name] = why, more
+
+    def _acted(self, line: Line, rest: list[Line]) -> Iterator[Line]:
+        name = line["robot"]
+        base = {"tick": line["tick"], "robot": name}
+        number = self.numbers[name] = self.numbers[name] + 1
+        results = {}
+        for one in rest:
+            if one["type"] == "move":
+                break
+            if one["type"] == "resolved":
+                results[one["obstacle"]] = RESULT[one["traversable"]]
+        self.held.pop(name, None)
+        yield {"type": "act", **base, "command": number, "robots": [name], "obstacles": [*results]}
+        yield {"type": "acted", **base, "command": number, "results": results}
+
+    def _way(self, here: int, to: int) -> str:
+        return {1: "east", -1: "west"}.get(to - here, "south" if to > here else "north")
