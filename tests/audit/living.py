@@ -1,4 +1,4 @@
-"""Traces in lockstep, told as those of live runs: what happens in a tick is a pass, a second long."""
+"""Traces in lockstep, told as those of live runs: a tick is a pass, a second long."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ def living(lines: Iterable[Line]) -> list[Line]:
     """The lines of the same run with commands and their ends instead of moves."""
     header, *rest = lines
     told = [{**header, "clock": "live"}, *_Told(header).all(rest)]
-    told[0]["t"] = 0.0
+    if told[-1].get("outcome") == "tick_limit":
+        told[-1]["outcome"] = "time_limit"
     return told
 
 

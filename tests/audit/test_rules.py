@@ -7,11 +7,14 @@ import pytest
 from audit.broken_plans import CASES_OF_PLANS
 from audit.broken_traces import CASES as CASES_OF_RUNS
 from audit.broken_traces import Case
-from audit.good_traces import GOOD
+from audit.good_traces import GOOD as GOOD_IN_TICKS
+from audit.live_traces import CASES_OF_LIVE, GOOD_LIVE
+from audit.living import living
 from audit.trace_script import Line, Script, obstacle, robot, text
 from safenav.audit.check import NAMES_RULE, RULES, check_trace
 
-CASES: list[Case] = [*CASES_OF_RUNS, *CASES_OF_PLANS]
+CASES: list[Case] = [*CASES_OF_RUNS, *CASES_OF_PLANS, *CASES_OF_LIVE]
+GOOD = GOOD_IN_TICKS | GOOD_LIVE
 HOLD: Line = {"ltl": {}}
 
 
@@ -137,6 +140,11 @@ def test_a_good_trace_breaks_no_rule(name: str) -> None:
     assert audit.findings == ()
     assert audit.ok
     assert audit.complete
+
+
+@pytest.mark.parametrize("name", GOOD_IN_TICKS)
+def test_a_run_in_ticks_told_in_seconds_breaks_no_rule(name: str) -> None:
+    assert check_trace(text(living(GOOD_IN_TICKS[name]()))).findings == ()
 
 
 @pytest.mark.parametrize("case", CASES, ids=_id)

@@ -88,10 +88,13 @@ class ClockRule(Rule):
             for region in regions:
                 span = (self._since[robot], float("inf"), robot, now.header_line)
                 self._spans.setdefault(region, []).append(span)
-        for region, spans in self._spans.items():
+        told: set[tuple[str, str]] = set()
+        for region, spans in sorted(self._spans.items()):
             for (since, until, one, _), (later, end, other, line) in combinations(sorted(spans), 2):
                 shared = min(until, end) - max(since, later)
-                if one != other and shared > 0 and now.live and now.conflict(one, other):
+                new = one != other and (one, other) not in told
+                if now.live and new and shared > 0 and now.conflict(one, other):
+                    told |= {(one, other), (other, one)}
                     where = f"{one} and {other} both have {now.show(region)} from {later} s on"
                     yield self.broken(0, other, line, where)
 

@@ -111,7 +111,8 @@ class _Running:
             return ""  # it finishes the step in which the plan found it
         index = self.at[robot] + 1
         if index >= len(places):
-            if now.live and not self._ahead(robot, entered, now):
+            ahead = now.toward[robot] is None and self._ahead(robot, entered, now)
+            if now.live and not ahead:
                 return ""  # it continues with its strategy
             return f"{robot} continues to {now.show(entered)} after its last place of the plan"
         region, heading = places[index]

@@ -25,6 +25,7 @@ from safenav.trace.records import (
     Record,
     Resolved,
     Synthesis,
+    Waiting,
 )
 from safenav.trace.vocabulary import BlockReason, Ending
 
@@ -54,7 +55,7 @@ class ProofRule(Rule):
             self._never.discard(record.obstacle)
         elif isinstance(record, Blocked) and record.reason is not BlockReason.UNTRAVERSABLE:
             yield from self._given_up(record, now)
-        elif isinstance(record, Outcome) and record.outcome is Ending.OPERATOR_NEEDED:
+        elif isinstance(record, Outcome | Waiting) and record.outcome is Ending.OPERATOR_NEEDED:
             if record.proof is None:
                 if not self._unrealizable(record, now):
                     yield self.broken_by(
@@ -69,11 +70,12 @@ class ProofRule(Rule):
             ):
                 yield self.broken_by(record, None, problem)
 
-    def _unrealizable(self, record: Outcome, now: Situation) -> bool:
+    def _unrealizable(self, record: Outcome | Waiting, now: Situation) -> bool:
         """Return whether some robot has permanently lost its objective, as a synthesis states:
         alone, and without any obstacle that may yet be resolved, it cannot continue forever."""
         moment = moment_of(now, self._goals, self._never)
-        for name, spec in (record.unrealizable or {}).items():
+        told = record.unrealizable if isinstance(record, Outcome) else None
+        for name, spec in (told or {}).items():
             robot = moment.robots.get(name)
             memory = self._memory.get((name, spec))
             if robot is None:

@@ -1,0 +1,237 @@
+"""Traces of runs in time, written by hand, and broken on purpose."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Self
+
+from audit.broken_traces import Case
+from audit.good_plans import given_up
+from audit.living import living
+from audit.trace_script import (
+    Line,
+    Script,
+    both,
+    drop,
+    edit,
+    find,
+    insert_after,
+    obstacle,
+    robot,
+)
+
+ROOM = "######\n#....#\n#....#\n######"
+"""Free regions: 7 to 10 above 13 to 16."""
+
+
+class Live(Script):
+    """Each line has the time ``now``; commands are counted."""
+
+    def __init__(self, robots: dict[str, Line], obstacles: list[Line], world: str) -> None:
+        self.now, self.commands = 0.0, 0
+        self.open: dict[str, Line] = {}
+        super().__init__(ROOM, robots, obstacles)
+        self.lines[0]["clock"] = "live"
+        self.lines[0]["scenario"]["world"] = world
+
+    def add(self, kind: str, **fields: Any) -> Self:
+        return super().add(kind, t=self.now, **fields)
+
+    def at(self, now: float) -> Self:
+        """The next pass."""
+        self.now = now
+        self.next_tick()
+        return self
+
+    def command(self, kind: str, name: str, **fields: Any) -> Self:
+        self.commands += 1
+        self.open[name] = {"command": self.commands, **fields}
+        return self.add(kind, robot=name, command=self.commands, **fields)
+
+    def depart(self, name: str, to: int, **more: Any) -> Self:
+        way = {"from": self.position[name], "to": to, "heading": None, "by": "strategy"}
+        return self.command("depart", name, **way, **more)
+
+    def arrive(self, name: str, result: str = "arrived", **more: Any) -> Self:
+        step = self.open.pop(name)
+        at = more.pop("at", step["to"] if result == "arrived" else step["from"])
+        self.position[name] = at
+        end = {"at": at, "heading": None, "result": result, **more}
+        return self.add("arrive", robot=name, command=step["command"], **end)
+
+    def act(self, *names: str, on: str) -> Self:
+        return self.command("act", names[0], robots=list(names), obstacles=[on])
+
+    def acted(self, name: str, **results: str) -> Self:
+        results = {what.replace("_", "@"): deed for what, deed in results.items()}
+        number = self.open.pop(name)["command"]
+        return self.add("acted", robot=name, command=number, results=results)
+
+    def hold(self, name: str, why: str) -> Self:
+        return self.add("hold", robot=name, why=why)
+
+
+def delayed() -> list[Line]:
+    """Two robots at their own speeds; a step fails and is made again, another ends elsewhere."""
+    a = robot("ground", [], 7, {"visit": [10]})
+    s = Live({"a": a, "b": robot("ground", [], 16, {"visit": [15, 16]})}, [], "external")
+    s.at(0).depart("a", 8).depart("b", 15)
+    s.at(1).arrive("b").goal("b", 0, 0).at(1).depart("b", 16)
+    s.at(2.5).arrive("a").at(2.5).depart("a", 9)
+    s.at(3).arrive("b").goal("b", 1, 1).at(3).hold("b", "strategy")
+    s.at(3.5).arrive("a", "failed", reason="the wheels slip").at(3.5).depart("a", 9)
+    s.at(4).arrive("a", "elsewhere", at=14).at(4).depart("a", 8)
+    s.at(5).arrive("a").at(5).depart("a", 9)
+    s.at(6).arrive("a").at(6).depart("a", 10)
+    s.at(7).arrive("a").goal("a", 0, 1)
+    return s.end("completed", {"a": 1, "b": 1})
+
+
+def opened() -> list[Line]:
+    """A robot meets a door that no sensor has shown, another one opens it at the second try."""
+    quad = robot("air", ["sense"], 8, {"visit": [10]})
+    digit = robot("ground", ["push"], 15, {"visit": [15]})
+    door = obstacle("door", 9, "push", [9], ["digit", "quad"])
+    s = Live({"quad": quad, "digit": digit}, [door], "external")
+    s.at(0).depart("quad", 9).hold("digit", "strategy").goal("digit", 0, 1)
+    s.at(0.6).arrive("quad", "blocked")
+    why = {"proposed": 9, "obstacle": "door@9", "action": "push"}
+    s.add("violation", robot="quad", at=8, **why).add("backtrack", robot="quad", to=8)
+    s.request("quad", "door@9", {"digit": 1}, "digit")
+    s.push("quad", "door@9", "digit", quad={"hold": 8}, digit={"visit": [9, 15]})
+    s.synthesize("request", "quad", "digit")
+    s.at(0.6).depart("digit", 9)
+    s.at(2).arrive("digit").at(2).act("digit", on="door@9").hold("digit", "acting")
+    s.at(3).hold("quad", "strategy").acted("digit", door_9="failed")
+    s.at(3).act("digit", on="door@9").at(4).acted("digit", door_9="done")
+    s.resolve("digit", "door@9").pop().synthesize("resolved", "quad", "digit")
+    s.at(4).depart("digit", 15)
+    late = {"event": "Sensed", "reason": "the door was opened since", "at": 3.0}
+    s.at(5).add("late", obstacle="door@9", **late).arrive("digit").goal("digit", 0, 1)
+    s.at(5).depart("quad", 9).at(6).arrive("quad").at(6).depart("quad", 10)
+    s.at(7).arrive("quad").goal("quad", 0, 1)
+    return s.end("completed", {"quad": 1, "digit": 1})
+
+
+def lost() -> list[Line]:
+    """A robot is lost between two regions, until an operator puts it back."""
+    a = robot("ground", [], 7, {"visit": [8]})
+    s = Live({"a": a, "b": robot("ground", [], 10, {"visit": [9]})}, [], "external")
+    s.at(0).depart("a", 8).hold("b", "strategy")
+    s.at(4).add("service", robot="a", active=False, cause="world")
+    s.arrive("a", "lost", at=7, regions=[7, 8]).hold("a", "service").depart("b", 9)
+    s.at(5).arrive("b").goal("b", 0, 1)
+    s.at(5).add("waiting", outcome="assumption_violated", explanation="a is out of service")
+    s.hold("b", "operator")
+    s.at(9).add("operator", deed="put_back", robot="a", region=7, heading=None)
+    s.add("service", robot="a", active=True, cause="user").at(9).depart("a", 8)
+    s.position["a"] = 7
+    s.at(10).arrive("a").goal("a", 0, 1)
+    return s.end("completed", {"a": 1, "b": 1})
+
+
+def waits() -> list[Line]:
+    """Nobody can open a gate; an operator says that it is open; the team then gives up."""
+    lines = living(given_up())
+    outcome = lines[-1]
+    told = ("tick", "t", "outcome", "explanation", "cause", "proof")
+    waiting = {"type": "waiting", **{key: outcome[key] for key in told}}
+    later = {"tick": outcome["tick"] + 1, "t": 9.0}
+    deed = {"type": "operator", **later, "deed": "resolved", "obstacle": "gate@10"}
+    reopened = {"type": "reopened", **later, "obstacle": "gate@10"}
+    for key in ("cause", "proof"):
+        del outcome[key]
+    outcome |= later | {"outcome": "interrupted", "ticks": later["tick"]}
+    return [*lines[:-1], waiting, deed, reopened, outcome]
+
+
+def simulated() -> list[Line]:
+    """Whoever can open the door acts on it before it departs."""
+    a = robot("ground", ["push"], 7, {"visit": [9]})
+    s = Live({"a": a}, [obstacle("door", 8, "push", [8], ["a"])], "simulated")
+    s.at(0).depart("a", 8).at(1).arrive("a").at(1).act("a", on="door@8")
+    s.at(3).acted("a", door_8="done").resolve("a", "door@8", requested=False)
+    s.synthesize("resolved", "a").at(3).depart("a", 9).at(4).arrive("a").goal("a", 0, 1)
+    return s.end("completed", {"a": 1})
+
+
+def released() -> list[Line]:
+    """A robot that has made its part of a plan continues by its strategy; others make theirs."""
+    a, b = robot("ground", [], 7, {"visit": [13]}), robot("ground", [], 10, {"visit": [16]})
+    s = Live({"a": a, "b": b}, [], "external")
+    ways = {"a": [[7, None], [8, None]], "b": [[10, None], [9, None], [15, None], [16, None]]}
+    s.at(0).add("plan", reason="starvation", robots=ways, orders=[])
+    s.depart("a", 8).lines[-1]["by"] = "plan"
+    s.depart("b", 9).lines[-1]["by"] = "plan"
+    s.at(1).arrive("a").at(1).depart("a", 14).at(2).arrive("a").at(2).depart("a", 13)
+    s.at(3).arrive("a").goal("a", 0, 1).arrive("b")
+    s.at(3).hold("a", "strategy").depart("b", 15).lines[-1]["by"] = "plan"
+    s.at(4).arrive("b").at(4).depart("b", 16).lines[-1]["by"] = "plan"
+    s.at(5).arrive("b").goal("b", 0, 1)
+    s.add("plan_end", reason="reached")
+    return s.end("completed", {"a": 1, "b": 1})
+
+
+GOOD_LIVE: dict[str, Callable[[], list[Line]]] = {
+    builder.__name__: builder for builder in (delayed, opened, lost, waits, simulated, released)
+}
+
+
+def second_resolution(lines: list[Line]) -> None:
+    """The door is opened twice."""
+    at = find(lines, "resolved")
+    lines[at + 1 : at + 1] = [{**lines[at], "requested": False}]
+
+
+def all_earlier(lines: list[Line]) -> None:
+    """The second robot enters a region of the lost one."""
+    b = {"robot": "b", "command": 2}
+    edit("depart", b, to=9)(lines)
+    edit("arrive", {"robot": "a", "result": "lost"}, regions=[7, 8, 9])(lines)
+
+
+def passes_again(lines: list[Line]) -> None:
+    """The other robot has a region ahead that is entered."""
+    lines[find(lines, "plan")]["robots"]["b"] += [[15, None], [14, None]]
+    edit("plan_end", {}, reason="changed")(lines)
+
+
+ACTING = ("act", "acted", "resolved")
+ACTS: Line = {"type": "act", "robot": "a", "command": 9, "robots": ["a"], "obstacles": [], "t": 4.0}
+B_HOLDS: Line = {"robot": "b", "why": "strategy"}
+CASES_OF_LIVE: list[Case] = [
+    ("clock", "delayed", edit("arrive", {"robot": "a", "command": 1}, t=0.5), 4, None),
+    ("clock", "delayed", edit("goal", {"robot": "b", "goal": 1}, t=None), 6, None),
+    ("clock", "lost", all_earlier, 0, "a"),
+    ("command", "delayed", edit("arrive", {"robot": "b"}, command=9), 2, "b"),
+    ("command", "delayed", edit("depart", {"robot": "a", "command": 4}, command=1), 5, "a", 2),
+    ("command", "opened", edit("acted", {"command": 4}, results={}), 8, "digit"),
+    ("command", "delayed", edit("arrive", {"result": "elsewhere"}, result="blocked"), 10, "a"),
+    (
+        "act",
+        "opened",
+        both(edit("act", {}, robots=["quad"]), drop("hold", why="acting")),
+        5,
+        "digit",
+        2,
+    ),
+    ("holds", "delayed", insert_after("hold", B_HOLDS), 7, "b"),
+    ("holds", "delayed", edit("hold", B_HOLDS, why="operator"), 7, "b"),
+    ("holds", "lost", edit("hold", {"robot": "a"}, why="acting"), 2, "a"),
+    ("late", "opened", edit("late", {}, at=4.5), 10, None),
+    ("late", "opened", edit("late", {}, reason=""), 10, None),
+    ("waiting", "lost", edit("waiting", {}, outcome="completed"), 4, None),
+    ("waiting", "lost", drop("operator", deed="put_back"), 6, "a", 2),
+    ("waiting", "waits", drop("operator"), 3, None),
+    ("proof", "waits", edit("waiting", {}, proof=None), 2, None),
+    ("outcome", "simulated", insert_after("goal", {}, **ACTS), 6, None),
+    (
+        "missed-resolution",
+        "simulated",
+        both(*map(drop, ACTING), drop("synthesis", reason="resolved")),
+        5,
+        "a",
+    ),
+    ("resolution", "opened", second_resolution, 8, "digit"),
+    ("follows-plan", "released", passes_again, 3, "a"),
+]
