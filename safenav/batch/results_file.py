@@ -63,15 +63,18 @@ def to_json(report: Report, comparison: BaselineComparison | None = None) -> str
 
 
 def to_csv(report: Report) -> str:
-    """The figures of each case, for a spreadsheet."""
+    """The figures of each case, for a spreadsheet; the least robustness of each requirement."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(COLUMNS)
+    required = list(dict.fromkeys(n for r in report.in_order for n in r.requirements or ()))
+    writer.writerow([*COLUMNS, *(f"requirement {name}" for name in required)])
     for result in report.in_order:
         record = result.record()
         record["settings"] = json.dumps(result.settings)
         record["reasons"] = "; ".join(result.reasons)
-        writer.writerow([record[column] for column in COLUMNS])
+        judged = result.requirements or {}
+        least = [judged[name]["robustness"][0] if name in judged else None for name in required]
+        writer.writerow([*(record[column] for column in COLUMNS), *least])
     return text.getvalue()
 
 

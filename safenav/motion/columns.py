@@ -81,10 +81,15 @@ def columns_of(motion: Motion, robot: str, rate: float, in_world: bool = True) -
 
     Raises UsageError for a robot that is not of the motion.
     """
+    times = np.arange(0.0, motion.outcome.makespan + 0.5 / rate, 1.0 / rate)
+    return columns_at(motion, robot, times, in_world)
+
+
+def columns_at(motion: Motion, robot: str, times: Array, in_world: bool = True) -> Columns:
+    """The columns of one robot at ascending times. Raises UsageError as ``columns_of``."""
     if robot not in motion.header.robots:
         known = ", ".join(motion.header.robots)
         raise UsageError(f"'{robot[:40]}' is not a robot of this motion\n    known: {known}")
-    times = np.arange(0.0, motion.outcome.makespan + 0.5 / rate, 1.0 / rate)
     pieces = [line for line in motion.lines if isinstance(line, Moving) and line.robot == robot]
     limits = motion.header.robots[robot]
     walks = any(isinstance(piece, Segment) for piece in pieces)

@@ -340,6 +340,7 @@ class Scenario:
     ``partition``: the cells of beliefs, None for the rooms of the map. ``changes``: the changes
     for robots during the run, by tick (live: at so many seconds). ``catalogue``: the models and
     types that its text could name, those of its own among them. ``failures``: live policies.
+    ``requirements``: formulas over the motion, by name.
     """
 
     name: str
@@ -356,6 +357,7 @@ class Scenario:
     partition: tuple[frozenset[Region], ...] | None = None
     controllers: Controllers = Controllers.AUTO
     changes: tuple[RobotChange, ...] = ()
+    requirements: Mapping[str, str] = field(default_factory=dict, hash=False)
     catalogue: Catalogue = field(default=Catalogue(), repr=False, compare=False)
     clock: Clock = DEFAULT_CLOCK
     failures: Failures = Failures()

@@ -45,6 +45,7 @@ def scenario_header(
         coordination=scenario.coordination.value,
         partition=_partition(scenario),
         changes=_changes(scenario),
+        requirements=scenario.requirements or None,
     )
 
 

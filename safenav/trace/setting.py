@@ -141,7 +141,8 @@ class LimitsHeader:
 class ScenarioHeader:
     """The scenario, fully resolved. ``robots`` are in the order of their turns. ``world``:
     ``simulated`` or ``external``. ``partition``: the cells of beliefs, None where no robot keeps
-    any. ``changes``: the changes for robots during the run, by tick."""
+    any. ``changes``: the changes for robots during the run, by tick. ``requirements``: formulas
+    over the motion of the run, by name."""
 
     name: str
     map: MapHeader
@@ -154,3 +155,4 @@ class ScenarioHeader:
     world: str = "simulated"
     partition: tuple[tuple[Region, ...], ...] | None = None
     changes: tuple[ChangeHeader, ...] | None = None
+    requirements: Mapping[str, str] | None = None

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import csv
 import json
+import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import pytest
@@ -139,3 +141,42 @@ def test_parameters_out_of_range_are_told(safenav: Command, tmp_path: Path) -> N
     found = safenav("check", scenario(tmp_path, motion="motion: {kind: flyer, tilt: 20}"))
     assert found.returncode == 2
     assert "'tilt' in 'motion' of robot model cart is 20, and must be from 0.5 to 8" in found.stderr
+
+
+REQUIRED = """\
+requirements:
+  - calm: always(speed(rover) <= 3)
+  - always(resolved_door@17 -> once requested_door@17)
+"""
+
+
+def test_requirements_from_scenario_to_verdict(safenav: Command, tmp_path: Path) -> None:
+    (tmp_path / "a.yaml").write_text(scenario(tmp_path).read_text() + REQUIRED)
+    made = safenav("run", "a.yaml", "--trace", "a.jsonl", "--motion", "a.motion.jsonl")
+    assert made.returncode == 0, made.stderr
+    assert safenav("check-trace", "a.jsonl").returncode == 0
+    found = safenav("check-motion", "a.motion.jsonl", "a.jsonl")
+    assert found.returncode == 1
+    assert "calm: always(speed(rover) <= 3): satisfied (robustness 2." in found.stdout
+    assert "once requested_door@17): violated (robustness -1.000)" in found.stdout
+    only = ("check-motion", "a.motion.jsonl", "a.jsonl", "--json", "--rate", "200")
+    data = json.loads(safenav(*only, "--require", "x(rover) >= 0").stdout)
+    assert [one["verdict"] for one in data["requirements"]] == [
+        "satisfied",
+        "violated",
+        "satisfied",
+    ]
+    wrong = safenav(*only, "--require", "x(bat) >= 0")
+    assert wrong.returncode == 2
+    assert "'bat' is not a robot" in wrong.stderr
+
+    ran = safenav("batch", "a.yaml", "--junit", "j.xml", "--csv", "c.csv", "--results", "r.json")
+    assert ran.returncode == 1
+    assert "once requested_door@17): violated" in ran.stdout
+    (case,) = ET.parse(tmp_path / "j.xml").iter("testcase")
+    assert [part.tag for part in case] == ["failure", "system-out"]
+    assert "requirement calm: satisfied" in str(case[1].text)
+    (row,) = csv.DictReader((tmp_path / "c.csv").read_text().splitlines())
+    assert float(row["requirement calm"]) > 2
+    (result,) = json.loads((tmp_path / "r.json").read_text())["results"]
+    assert result["requirements"]["calm"]["verdict"] == "satisfied"

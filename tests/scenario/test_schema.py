@@ -44,6 +44,7 @@ WELL_SHAPED = {
     "bad_obstacle_type": False,
     "bad_partition": False,
     "bad_patrols": False,
+    "bad_requirements": False,
     "bad_robot_model": False,
     "bad_robot_names": False,
     "bad_tiles": False,

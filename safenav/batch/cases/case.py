@@ -71,7 +71,8 @@ class Conditions:
 class Result:
     """The result of one case. ``reasons`` says what is wrong, one sentence each; ``detail`` is
     more for a reader who looks into it (a traceback, last words); ``earlier`` holds the reasons of
-    former attempts. ``seconds`` is the run itself,
+    former attempts. ``requirements``: name -> verdict and robustness on the motion of the run.
+    ``seconds`` is the run itself,
     ``wall_seconds`` all of the time from handing it out to having the answer."""
 
     name: str
@@ -90,6 +91,7 @@ class Result:
     resolved: list[str] | None = None
     blocked: list[str] | None = None
     helpers: dict[str, str] | None = None
+    requirements: dict[str, dict[str, Any]] | None = None
     syntheses: int | None = None
     synthesis_seconds: float | None = None
     seconds: float | None = None

@@ -10,7 +10,7 @@ from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from safenav.batch.cases.case import Case, CaseVerdict, Conditions, Result, without_a_run
 from safenav.batch.cases.variation import varied
@@ -32,6 +32,9 @@ from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from safenav.synthesis.binary import Binary, find_binary
 from safenav.synthesis.slugs import Synthesizer
 from safenav.trace.writing import Listener, TraceWriter
+
+if TYPE_CHECKING:
+    from safenav.motion.requirements import Judgement
 
 
 def execute(case: Case, conditions: Conditions, trace: Path | None = None) -> Result:
@@ -70,7 +73,7 @@ def _run(case: Case, scenario: Scenario, conditions: Conditions, trace: Path | N
     with ExitStack() as stack:
         listeners: list[Listener] = [ledger]
         kept = Kept()
-        if conditions.certify is not None and trace is None:
+        if (conditions.certify is not None or scenario.requirements) and trace is None:
             trace = Path(stack.enter_context(TemporaryDirectory())) / "trace.jsonl"
         if trace is not None:
             listeners.append(stack.enter_context(TraceWriter(trace)))
@@ -79,13 +82,16 @@ def _run(case: Case, scenario: Scenario, conditions: Conditions, trace: Path | N
             scenario, verify=conditions.verify, binary=_binary(), at_once=1
         )
         ended = Mission(scenario, synthesizer, listeners=listeners, progress=kept).run()
-        uncertified = []
+        uncertified, requirements = [], None
+        if scenario.requirements and trace is not None:
+            requirements = _required(trace)
         if conditions.certify is not None and trace is not None:
             uncertified = _certify(case, trace, kept, synthesizer, Path(conditions.certify))
     expect = scenario.expect
     if expect.outcome is None:
         expect = replace(expect, outcome=Outcome.COMPLETED)
     wrong = [*differences(expect, ledger, scenario.map.word), *uncertified]
+    wrong += [told for one in requirements or () if (told := one.complaint)]
     measured: dict[str, Any] = {
         "scenario": scenario.name,
         "outcome": ended.outcome.value,
@@ -96,12 +102,24 @@ def _run(case: Case, scenario: Scenario, conditions: Conditions, trace: Path | N
         "resolved": ledger.resolved,
         "blocked": ledger.blocked,
         "helpers": ledger.helpers,
+        "requirements": None if requirements is None else {r.name: r.data() for r in requirements},
         "syntheses": ended.syntheses,
         "synthesis_seconds": ended.synthesis_seconds,
         "seconds": ended.seconds,
     }
     verdict = CaseVerdict.DIFFERENT if wrong else CaseVerdict.PASSED
     return replace(without_a_run(case, verdict, wrong), **measured)
+
+
+def _required(trace: Path) -> list[Judgement]:
+    """The verdicts on the requirements of a run, on the motion that its trace gives."""
+    from safenav.motion.making import motion_of
+    from safenav.motion.requirements import MotionRecording, judged, requirements_of
+    from safenav.motion.source import read_source
+
+    source = read_source(trace)
+    recording = MotionRecording(motion_of(source.trace, source.digest), source.trace)
+    return judged(recording, requirements_of(source.trace))
 
 
 def _certify(

@@ -63,9 +63,13 @@ def _testcase(suite: ET.Element, folder: str, case: Case, result: Result | None)
         message = _clean("; ".join(result.reasons))
         child = ET.SubElement(element, word, message=message, type=result.verdict.value)
         child.text = _clean("\n".join(told(result)))
-    elif result.flaky:
-        output = ET.SubElement(element, "system-out")
-        output.text = _clean("\n".join([f"passed at attempt {result.attempts}", *result.earlier]))
+    notes = [f"passed at attempt {result.attempts}", *result.earlier] if result.flaky else []
+    notes += [
+        f"requirement {name}: {one['verdict']}, robustness {one['robustness']}"
+        for name, one in (result.requirements or {}).items()
+    ]
+    if notes:
+        ET.SubElement(element, "system-out").text = _clean("\n".join(notes))
 
 
 def told(result: Result) -> list[str]:

@@ -35,6 +35,7 @@ from safenav.scenario.reading.map import read_map
 from safenav.scenario.reading.obstacles import read_obstacles
 from safenav.scenario.reading.partition import read_partition
 from safenav.scenario.reading.regions import RegionReader
+from safenav.scenario.reading.requirements import read_requirements
 from safenav.scenario.reading.robots import read_robots
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Scalar
@@ -64,6 +65,7 @@ KEYS = (
     "controllers",
     "deadlock",
     "partition",
+    "requirements",
     "expect",
     "catalogue",
 )
@@ -178,6 +180,13 @@ class _Loader:
             regions, obstacles if all_known else None, named, self._findings
         )
         expect = expectations.read(item.get("expect"))
+        requirements = read_requirements(
+            item.get("requirements"),
+            regions,
+            named,
+            obstacles if all_known else None,
+            self._findings,
+        )
         name = read.text(item.get("name"), "'name'", self._findings)
         until, limits = self._until(item.get("until")), self._limits(item.get("limits"))
         seed = read.integer(item.get("seed"), "'seed'", self._findings, most=2**63 - 1)
@@ -210,6 +219,7 @@ class _Loader:
             partition,
             controllers or Controllers.AUTO,
             changes,
+            requirements,
             catalogue=catalogue,
             clock=clock or DEFAULT_CLOCK,
             failures=failures,

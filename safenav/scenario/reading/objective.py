@@ -19,7 +19,7 @@ from safenav.scenario.objective import (
 )
 from safenav.scenario.reading.regions import RegionReader
 from safenav.scenario.yaml import fields as read
-from safenav.scenario.yaml.document import Node, Place, Scalar, Sequence, clipped
+from safenav.scenario.yaml.document import Node, Scalar, Sequence, clipped
 from safenav.scenario.yaml.findings import Findings, suggestion
 from safenav.world.map import Heading
 from safenav.world.moves import Mobility
@@ -187,7 +187,7 @@ class ObjectiveReader:
         try:
             formula = parse(text)
         except FormulaError as error:
-            self._at(node, error.column, f"{what}: {error.found}", error.hint)
+            self._findings.add_inside(node, error.column, f"{what}: {error.found}", error.hint)
             return None
 
         def constant(name: Name, within: Comparison) -> int | None:
@@ -204,7 +204,7 @@ class ObjectiveReader:
             elif problem.unknown:
                 names = {*declared, *self._regions.names, *self._regions.areas}
                 hint = suggestion(problem.unknown, names)
-            self._at(node, problem.column, f"{what}: {problem.found}", hint)
+            self._findings.add_inside(node, problem.column, f"{what}: {problem.found}", hint)
         return to_text(formula)
 
     def _constant(
@@ -219,16 +219,6 @@ class ObjectiveReader:
         if of_heading and name.name in _HEADINGS:
             return _HEADINGS[name.name]
         return self._regions.names.get(name.name)
-
-    def _at(self, node: Scalar, column: int, found: str, hint: str) -> None:
-        """Report at a column of a formula: exactly if it is written in one line without
-        escapes, else at its beginning with the column told in words."""
-        if node.literal:
-            quote = 1 if node.style else 0
-            place = Place(node.place.line, node.place.column + quote + column - 1)
-            self._findings.add(place, found, hint)
-        else:
-            self._findings.add(node, f"{found} (column {column} of the formula)", hint)
 
 
 def _is_empty(node: Node | None) -> bool:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from safenav.dataclass import dataclass
 from safenav.errors import Diagnostic, InputError
-from safenav.scenario.yaml.document import Node, Place, clipped
+from safenav.scenario.yaml.document import Node, Place, Scalar, clipped
 
 MAX_REPORTED = 100
 
@@ -65,6 +65,15 @@ class Findings:
             return
         place = where if isinstance(where, Place) else where.place
         self._found.append(Diagnostic(self.file, place.line, place.column, found, hint))
+
+    def add_inside(self, node: Scalar, column: int, found: str, hint: str = "") -> None:
+        """Report at a column of a text: exactly if it is written in one line without escapes,
+        else at its beginning with the column told in words."""
+        if node.literal:
+            quote = 1 if node.style else 0
+            self.add(Place(node.place.line, node.place.column + quote + column - 1), found, hint)
+        else:
+            self.add(node, f"{found} (column {column} of the formula)", hint)
 
     def __len__(self) -> int:
         return len(self._found)

@@ -1,0 +1,218 @@
+"""The requirements of a scenario, evaluated on the motion of a run (docs/motion.md)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from math import ceil, inf, isfinite
+
+import numpy as np
+from numpy.typing import NDArray
+
+from safenav.errors import UsageError
+from safenav.motion.columns import Columns, columns_at
+from safenav.motion.file.records import Action, Blow, Motion, Moving
+from safenav.stl.parser import RequirementError, parse_requirement
+from safenav.stl.robustness import Robustness, robustness
+from safenav.stl.syntax import Happens, Requirement, RobotSignal, Within, nodes
+from safenav.trace.records import Request, Resolved
+from safenav.trace.trace import Trace
+
+Array = NDArray[np.float64]
+
+RATE = 50.0
+"""Samples per second unless the user says otherwise."""
+
+MOST_RATE = 10_000
+FINISHED = ("completed", "operator_needed")
+"""The outcomes after which nothing happens that an unbounded window could miss."""
+
+SATISFIED, VIOLATED, UNDECIDED = "satisfied", "violated", "undecided"
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """The verdict on a requirement: its robustness at the start is between ``low`` and ``high``, up
+    to ``error``. ``advice``: what would decide it, if it is undecided."""
+
+    name: str
+    formula: str
+    verdict: str
+    low: float
+    high: float
+    error: float
+    advice: str = ""
+
+    def data(self) -> dict[str, object]:
+        """As JSON: None for an infinite bound."""
+        bounds = [value if isfinite(value) else None for value in (self.low, self.high)]
+        told: dict[str, object] = {"name": self.name, "formula": self.formula}
+        told |= {"verdict": self.verdict, "robustness": bounds, "error": self.error}
+        return told | ({"advice": self.advice} if self.advice else {})
+
+    @property
+    def complaint(self) -> str:
+        """What is wrong, in one sentence; empty if the requirement is satisfied."""
+        return "" if self.verdict == SATISFIED else f"requirement {self}"
+
+    def __str__(self) -> str:
+        if self.low == self.high:
+            value = f"robustness {self.low:.3f}"
+        else:
+            value = f"robustness between {self.low:.3f} and {self.high:.3f}"
+        label = self.formula if self.name == self.formula else f"{self.name}: {self.formula}"
+        error = f" +- {self.error:.3f}" if self.error else ""
+        return f"{label}: {self.verdict} ({value}{error})" + (
+            f"; {self.advice}" * bool(self.advice)
+        )
+
+
+class MotionRecording:
+    """The signals of a motion and its trace. Raises UsageError where ``rate`` is out of bounds."""
+
+    def __init__(self, motion: Motion, trace: Trace, rate: float = RATE) -> None:
+        if not 0 < rate <= MOST_RATE:
+            raise UsageError(f"{rate:g} samples per second: more than 0, at most {MOST_RATE}")
+        self.rate = rate
+        self.end = motion.outcome.makespan
+        outcome = trace.outcome
+        self.finished = outcome is not None and outcome.outcome in FINISHED
+        self._motion = motion
+        self._events = _events(motion, trace)
+        self._columns = cache(self._sampled)
+        self._times: Array = np.zeros(0)
+
+    @property
+    def robots(self) -> Mapping[str, object]:
+        return self._motion.header.robots
+
+    def signal(self, which: RobotSignal, times: Array) -> tuple[Array, float]:
+        """Values at the times, and a bound of their change per second."""
+        if times is not self._times:
+            self._times = times
+            self._columns.cache_clear()
+        bodies = [_Body(self._columns(robot), times) for robot in which.robots]
+        first = bodies[0]
+        match which.name:
+            case "distance":
+                apart = first.place - bodies[1].place
+                return np.sqrt((apart**2).sum(axis=0)), sum(body.fastest for body in bodies)
+            case "speed":
+                return first.speed, first.pull
+            case name:
+                return first.place["xyz".index(_AXES[name])], first.fastest
+
+    def jumps(self, which: RobotSignal) -> tuple[float, ...]:
+        """The pushes that change a speed instantly."""
+        if which.name != "speed":
+            return ()
+        pushes = (line for line in self._motion.lines if isinstance(line, Blow))
+        return tuple(push.t for push in pushes if push.robot in which.robots)
+
+    def instants(self, event: Happens) -> tuple[float, ...]:
+        """When the event happens, in the seconds of the motion."""
+        return self._events.get((event.kind, event.obstacle), ())
+
+    def _sampled(self, robot: str) -> Columns:
+        return columns_at(self._motion, robot, self._times, in_world=False)
+
+
+_AXES = {"x": "x", "y": "y", "height": "z"}
+
+
+class _Body:
+    """The middle of a body (3, times), its speed (times), and bounds of both changes."""
+
+    def __init__(self, columns: Columns, times: Array) -> None:
+        middle = "com_" if "com_x" in columns.columns else ""
+        self.place = np.array([columns.columns[f"{middle}{axis}"] for axis in "xyz"])
+        velocity = np.array([columns.columns[f"vel_{axis}"] for axis in "xyz"])
+        self.speed: Array = np.sqrt((velocity**2).sum(axis=0))
+        gaps = np.diff(times)
+        wide = gaps > 1e-5  # not those around an event
+        pulls = np.sqrt((np.diff(velocity)[:, wide] ** 2).sum(axis=0)) / gaps[wide]
+        if "acc_x" in columns.columns:
+            given = np.array([columns.columns[f"acc_{axis}"] for axis in "xyz"])
+            pulls = np.append(pulls, np.sqrt((given**2).sum(axis=0)))
+        self.pull = float(np.max(pulls, initial=0.0))
+        gap = float(np.max(gaps, initial=0.0))
+        self.fastest = float(np.max(self.speed, initial=0.0)) + self.pull * gap / 2
+
+
+def _events(motion: Motion, trace: Trace) -> dict[tuple[str, str], tuple[float, ...]]:
+    """When obstacles were requested (their requester stood where its last move had ended) and
+    when their last action ended."""
+    found: dict[tuple[str, str], list[float]] = {}
+    ends = [(line.robot, line.tick, line.t1) for line in motion.lines if isinstance(line, Moving)]
+    acts = [line for line in motion.lines if isinstance(line, Action)]
+    for record in trace.records:
+        if isinstance(record, Request):
+            times = [t1 for name, k, t1 in ends if name == record.requester and k <= record.tick]
+            moment = max(times, default=0.0)
+            found.setdefault(("requested", record.obstacle), []).append(moment)
+        elif isinstance(record, Resolved):
+            of = [a.t1 for a in acts if (a.obstacle, a.tick) == (record.obstacle, record.tick)]
+            if of:
+                found.setdefault(("resolved", record.obstacle), []).append(max(of))
+    return {key: tuple(sorted(set(times))) for key, times in found.items()}
+
+
+def requirements_of(trace: Trace, more: tuple[str, ...] = ()) -> dict[str, str]:
+    """The formulas of a trace by name, and ``more`` of them, which are their own names."""
+    return {**(trace.header.scenario.requirements or {}), **{text: text for text in more}}
+
+
+def judged(recording: MotionRecording, formulas: Mapping[str, str]) -> list[Judgement]:
+    """The verdict on each formula. Raises UsageError for one that cannot be read or evaluated."""
+    return [_judged(recording, name, text) for name, text in formulas.items()]
+
+
+def readable(recording: MotionRecording, text: str) -> Requirement:
+    """The formula in a text, whose robots are those of the motion. Raises UsageError."""
+    try:
+        formula = parse_requirement(text)
+    except RequirementError as error:
+        raise UsageError(f"requirement '{text[:80]}': {error}") from error
+    for node in nodes(formula):
+        for robot in node.robots if isinstance(node, RobotSignal) else ():
+            if robot not in recording.robots:
+                known = ", ".join(recording.robots)
+                found = f"requirement '{text[:80]}': '{robot}' is not a robot of this motion"
+                raise UsageError(f"{found}\n    known: {known}")
+    return formula
+
+
+def evaluated(recording: MotionRecording, formula: Requirement) -> Robustness:
+    """The robustness of a formula over time. Raises UsageError if it needs too many samples."""
+    try:
+        return robustness(formula, recording)
+    except MemoryError as error:
+        raise UsageError(str(error)) from error
+
+
+def _judged(recording: MotionRecording, name: str, text: str) -> Judgement:
+    found = evaluated(recording, readable(recording, text))
+    low, high, error = float(found.low[0]), float(found.high[0]), found.error
+    verdict, advice = UNDECIDED, ""
+    if low > error:
+        verdict = SATISFIED
+    elif high < -error:
+        verdict = VIOLATED
+    elif low != high and (low == -inf or high == inf or low < -error or high > error):
+        advice = "its window reaches behind the end of the run"
+    else:
+        least = min(abs(low), abs(high))
+        wanted = ceil(recording.rate * error / least * 1.1) if least > 1e-9 else inf
+        advice = "refine the rate"
+        advice += f": --rate {wanted}" if wanted <= MOST_RATE else ", or change its bound a little"
+    return Judgement(name, text, verdict, low, high, error, advice)
+
+
+def curve(recording: MotionRecording, text: str) -> Robustness:
+    """Robustness over time as people want to see it: below an outer ``always``, which would show
+    its least value from the beginning on."""
+    formula = readable(recording, text)
+    while isinstance(formula, Within) and formula.operator == "always":
+        formula = formula.operand
+    return evaluated(recording, formula)

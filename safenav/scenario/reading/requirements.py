@@ -1,0 +1,88 @@
+"""The ``requirements:`` of a scenario: formulas of signal temporal logic over its motion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from safenav.scenario.model import Obstacle
+from safenav.scenario.reading.naming import NAME
+from safenav.scenario.reading.regions import RegionReader
+from safenav.scenario.yaml import fields as read
+from safenav.scenario.yaml.document import Mapping, Node, Scalar, clipped
+from safenav.scenario.yaml.findings import Findings, suggestion
+from safenav.stl.parser import RequirementError, parse_requirement
+from safenav.stl.syntax import Happens, RobotSignal, nodes
+
+_WHAT = "requirements"
+
+
+def read_requirements(
+    node: Node | None,
+    regions: RegionReader,
+    robots: Sequence[str],
+    obstacles: Sequence[Obstacle] | None,
+    findings: Findings,
+) -> dict[str, str]:
+    """The formulas by name: a list of formulas, each its own name, or named ones, or both.
+    ``obstacles`` is None if they are not all known because some were reported."""
+    found: dict[str, str] = {}
+    for name, item in _entries(node, findings):
+        what = _WHAT if name is None else f"requirement {clipped(name.text)}"
+        text = read.text(item, what, findings)
+        if text is None or not isinstance(item, Scalar):
+            continue
+        if name is not None and not NAME.fullmatch(name.text):
+            hint = "use letters, digits, '_' and '-', beginning with a letter"
+            findings.add(name, f"'{clipped(name.text)}' cannot name a requirement", hint)
+        label = text if name is None else name.text
+        if label in found:
+            findings.add(name or item, f"{_WHAT}: '{clipped(label)}' is there twice")
+        found[label] = _formula(item, text, what, regions, robots, obstacles, findings)
+    return found
+
+
+def _entries(node: Node | None, findings: Findings) -> list[tuple[Scalar | None, Node]]:
+    if isinstance(node, Mapping):
+        return list(node.entries)
+    found: list[tuple[Scalar | None, Node]] = []
+    for item in read.sequence(node, f"'{_WHAT}'", findings) or ():
+        found += item.entries if isinstance(item, Mapping) else [(None, item)]
+    return found
+
+
+def _formula(
+    node: Scalar,
+    text: str,
+    what: str,
+    regions: RegionReader,
+    robots: Sequence[str],
+    obstacles: Sequence[Obstacle] | None,
+    findings: Findings,
+) -> str:
+    """The text with the regions of events as numbers."""
+    try:
+        tree = parse_requirement(text)
+    except RequirementError as error:
+        findings.add_inside(node, error.column, f"{what}: {error.found}", error.hint)
+        return text
+    events = []
+    for part in nodes(tree):
+        if isinstance(part, RobotSignal):
+            for robot, column in zip(part.robots, part.columns, strict=True):
+                if robot not in robots:
+                    told = f"{what}: no robot is named '{clipped(robot)}'"
+                    findings.add_inside(node, column, told, suggestion(robot, robots))
+        elif isinstance(part, Happens):
+            events.append(part)
+    for event in sorted(events, key=lambda event: -event.column):
+        kind, _, where = event.obstacle.partition("@")
+        region = regions.written(where)
+        name = event.obstacle if region is None else f"{kind}@{region}"
+        if obstacles is not None and name not in (known := [o.name for o in obstacles]):
+            told = f"{what}: there is no obstacle '{clipped(event.obstacle)}'"
+            hint = suggestion(event.obstacle, known) or "the scenario has no obstacles"
+            findings.add_inside(node, event.column + len(event.kind) + 1, told, hint)
+        begin = event.column - 1
+        end = begin + len(event.kind) + 1 + len(event.obstacle)
+        text = f"{text[:begin]}{event.kind}_{name}{text[end:]}"
+    return text

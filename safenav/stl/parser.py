@@ -1,0 +1,307 @@
+"""Parser of signal temporal logic.
+
+From the operator that binds most: ``*``; ``+ -``; comparisons; ``not`` and the temporal operators
+of one operand; ``and``; ``or``; ``until`` and ``since``; ``->`` (to the right).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from math import inf
+
+from safenav.dataclass import dataclass
+from safenav.errors import ExitCode, SafenavError
+from safenav.stl.syntax import (
+    ARGUMENTS,
+    EVENTS,
+    Arithmetic,
+    Happens,
+    Junction,
+    Literal,
+    Margin,
+    Negation,
+    Node,
+    Requirement,
+    RobotSignal,
+    SignalTerm,
+    Until,
+    Window,
+    Within,
+)
+
+MOST_DEPTH = 50
+"""Deepest nesting: the parser and the evaluator recurse."""
+
+MOST_LENGTH = 2000
+"""Characters of a formula."""
+
+_TOKEN = re.compile(
+    r"(?P<space>\s+)"
+    r"|(?P<number>\d+(?:\.\d*)?(?:[eE][+-]?\d+)?)"
+    rf"|(?P<event>(?:{'|'.join(EVENTS)})_[A-Za-z_][\w-]*@[A-Za-z0-9_][\w-]*)"
+    r"|(?P<word>[A-Za-z_]\w*)"
+    r"|(?P<implies>->)"
+    r"|(?P<relation>>=|<=|>|<)"
+    r"|(?P<foreign><->|=>|==?|!=?|&&?|\|\|?|~|/\\|\\/|[/^])"
+    r"|(?P<mark>[-+*(),\[\]])"
+)
+_HINTS = {
+    "=": "a signal hardly ever equals a number: write '>=' or '<='",
+    "==": "a signal hardly ever equals a number: write '>=' or '<='",
+    "!=": "write '>=' or '<='",
+    "&": "write 'and'",
+    "&&": "write 'and'",
+    "/\\": "write 'and'",
+    "|": "write 'or'",
+    "||": "write 'or'",
+    "\\/": "write 'or'",
+    "!": "write 'not'",
+    "~": "write 'not'",
+    "=>": "write '->' for 'implies' or '>=' for 'at least'",
+    "<->": "write two implications, joined by 'and'",
+    "/": "there is no division: multiply by a number",
+}
+_WORDS = {"G": "always", "F": "eventually", "U": "until", "S": "since", "H": "historically"}
+_WORDS |= {"O": "once", "globally": "always", "finally": "eventually", "AND": "and", "OR": "or"}
+_WORDS |= {"NOT": "not", "implies": "->"}
+_UNARY = ("always", "eventually", "once", "historically")
+_RESERVED = frozenset({*_UNARY, "until", "since", "and", "or", "not", "inf"})
+
+
+class RequirementError(SafenavError):
+    """A formula that cannot be read: ``column`` (from 1), what was ``found``, and a ``hint``."""
+
+    exit_code = ExitCode.BAD_INPUT
+
+    def __init__(self, column: int, found: str, hint: str = "") -> None:
+        self.column, self.found, self.hint = column, found, hint
+        super().__init__(f"column {column}: {found}" + (f"\n    {hint}" if hint else ""))
+
+
+def parse_requirement(text: str) -> Requirement:
+    """The formula that ``text`` holds. Raises RequirementError."""
+    if len(text) > MOST_LENGTH:
+        raise RequirementError(1, f"a formula of {len(text)} characters", "split it into several")
+    return _Parser(text).whole()
+
+
+@dataclass(frozen=True)
+class _Lexeme:
+    kind: str
+    text: str
+    column: int
+
+
+def _lexemes(text: str) -> list[_Lexeme]:
+    found, at = [], 0
+    while at < len(text):
+        match = _TOKEN.match(text, at)
+        if match is None:
+            raise RequirementError(at + 1, f"unexpected {text[at]!r}")
+        kind, word = str(match.lastgroup), match.group()
+        if kind == "foreign":
+            raise RequirementError(at + 1, f"unexpected {word!r}", _HINTS.get(word, ""))
+        if kind != "space":
+            found.append(_Lexeme(kind, word, at + 1))
+        at = match.end()
+    return [*found, _Lexeme("end", "", len(text) + 1)]
+
+
+class _Parser:
+    def __init__(self, text: str) -> None:
+        self._lexemes = _lexemes(text)
+        self._at = 0
+        self._depth = 0
+
+    def whole(self) -> Requirement:
+        if self._peek().kind == "end":
+            raise RequirementError(1, "the formula is empty", "e.g. always(distance(a, b) >= 1)")
+        begin = self._peek()
+        tree = self._requirement(self._implication(), begin)
+        if self._peek().kind != "end":
+            raise self._unexpected("an operator or the end")
+        return tree
+
+    def _peek(self) -> _Lexeme:
+        return self._lexemes[self._at]
+
+    def _take(self, *texts: str) -> _Lexeme | None:
+        """The next lexeme if it is one of these."""
+        found = self._peek()
+        if found.text not in texts or found.kind == "end":
+            return None
+        self._at += 1
+        return found
+
+    def _need(self, text: str, why: str = "") -> None:
+        if self._take(text) is None:
+            raise self._unexpected(f"'{text}'{why}")
+
+    def _unexpected(self, expected: str) -> RequirementError:
+        found = self._peek()
+        shown = "the end of the formula" if found.kind == "end" else repr(found.text)
+        hint = f"expected {expected}"
+        if found.kind == "word" and found.text in _WORDS:
+            hint = f"write '{_WORDS[found.text]}'"
+        return RequirementError(found.column, f"unexpected {shown}", hint)
+
+    def _requirement(self, tree: Node, begin: _Lexeme) -> Requirement:
+        if isinstance(tree, RobotSignal | Literal | Arithmetic):
+            hint = "compare it: distance(a, b) >= 1"
+            raise RequirementError(begin.column, "a number where a condition is expected", hint)
+        return tree
+
+    def _number(self, tree: Node, begin: _Lexeme) -> SignalTerm:
+        if isinstance(tree, RobotSignal | Literal | Arithmetic):
+            return tree
+        hint = "only numbers are compared, added and multiplied"
+        raise RequirementError(begin.column, "a condition where a number is expected", hint)
+
+    def _implication(self) -> Node:
+        begin = self._peek()
+        self._depth += 1
+        if self._depth > MOST_DEPTH:
+            found = f"nested more than {MOST_DEPTH} deep"
+            raise RequirementError(begin.column, found, "split it into several formulas")
+        left = self._until()
+        if self._take("->"):
+            held, after = self._requirement(left, begin), self._peek()
+            then = self._requirement(self._implication(), after)
+            left = Junction("or", Negation(held), then)
+        self._depth -= 1
+        return left
+
+    def _until(self) -> Node:
+        begin = self._peek()
+        left = self._junction("or")
+        while operator := self._take("until", "since"):
+            held, window, after = self._requirement(left, begin), self._window(), self._peek()
+            right = self._requirement(self._junction("or"), after)
+            left = Until(operator.text, window, held, right)
+        return left
+
+    def _junction(self, word: str) -> Node:
+        begin = self._peek()
+        left = self._junction("and") if word == "or" else self._unary()
+        while self._take(word):
+            held, after = self._requirement(left, begin), self._peek()
+            right = self._junction("and") if word == "or" else self._unary()
+            left = Junction(word, held, self._requirement(right, after))
+        return left
+
+    def _unary(self) -> Node:
+        operator = self._take("not", *_UNARY)
+        if operator is None:
+            return self._comparison()
+        self._depth += 1
+        if self._depth > MOST_DEPTH:
+            found = f"nested more than {MOST_DEPTH} deep"
+            raise RequirementError(operator.column, found, "split it into several formulas")
+        window = Window() if operator.text == "not" else self._window()
+        begin = self._peek()
+        operand = self._requirement(self._unary(), begin)
+        self._depth -= 1
+        return (
+            Negation(operand) if operator.text == "not" else Within(operator.text, window, operand)
+        )
+
+    def _window(self) -> Window:
+        opening = self._take("[")
+        if opening is None:
+            return Window()
+        begin = self._seconds()
+        self._need(",", " between the ends of a window: [0,45]")
+        end = self._seconds()
+        self._need("]", " at the end of a window")
+        if begin > end or begin == inf:
+            found = f"the window [{begin:g},{end:g}] ends before it begins"
+            raise RequirementError(opening.column, found)
+        return Window(begin, end)
+
+    def _seconds(self) -> float:
+        if self._take("inf"):
+            return inf
+        found = self._peek()
+        if found.kind != "number":
+            raise self._unexpected("seconds: a number, or 'inf'")
+        self._at += 1
+        return self._value(found)
+
+    def _value(self, found: _Lexeme) -> float:
+        value = float(found.text)
+        if value > 1e9:
+            raise RequirementError(found.column, f"the number {found.text[:20]} is too large")
+        return value
+
+    def _comparison(self) -> Node:
+        begin = self._peek()
+        left = self._sum()
+        relation = self._peek()
+        if relation.kind != "relation":
+            return left
+        self._at += 1
+        first, after = self._number(left, begin), self._peek()
+        second = self._number(self._sum(), after)
+        if self._peek().kind == "relation":
+            hint = "comparisons do not chain: join two with 'and'"
+            raise RequirementError(self._peek().column, f"unexpected '{self._peek().text}'", hint)
+        more, less = (first, second) if relation.text[0] == ">" else (second, first)
+        return Margin(Arithmetic("-", more, less))
+
+    def _sum(self) -> Node:
+        return self._chain(("+", "-"), lambda: self._chain(("*",), self._factor))
+
+    def _chain(self, operators: tuple[str, ...], operand: Callable[[], Node]) -> Node:
+        begin = self._peek()
+        left = operand()
+        while operator := self._take(*operators):
+            first, after = self._number(left, begin), self._peek()
+            left = Arithmetic(operator.text, first, self._number(operand(), after))
+        return left
+
+    def _factor(self) -> Node:
+        found = self._peek()
+        if opening := self._take("("):
+            inner = self._implication()
+            self._need(")", f" for the '(' in column {opening.column}")
+            return inner
+        if self._take("-"):
+            return Arithmetic("-", Literal(0.0), self._number(self._factor(), self._peek()))
+        if found.kind == "number":
+            self._at += 1
+            return Literal(self._value(found))
+        if found.kind == "event":
+            self._at += 1
+            kind, _, obstacle = found.text.partition("_")
+            return Happens(kind, obstacle, found.column)
+        if found.kind == "word" and found.text not in _RESERVED:
+            return self._signal()
+        raise self._unexpected("a formula")
+
+    def _signal(self) -> RobotSignal:
+        name = self._peek()
+        if name.text not in ARGUMENTS:
+            if name.text in _WORDS:
+                raise self._unexpected("")
+            hint = f"signals: {', '.join(ARGUMENTS)}; events: requested_door@47, resolved_door@47"
+            raise RequirementError(name.column, f"'{name.text}' is not a signal", hint)
+        self._at += 1
+        self._need("(", f" and the robots of {name.text}")
+        robots = [self._robot()]
+        while self._take(","):
+            robots.append(self._robot())
+        self._need(")", f" after the robots of {name.text}")
+        wanted = ARGUMENTS[name.text]
+        if len(robots) != wanted:
+            found = f"{name.text} takes {wanted} robot{'s' * (wanted > 1)}, not {len(robots)}"
+            raise RequirementError(name.column, found)
+        names = tuple(robot.text for robot in robots)
+        return RobotSignal(name.text, names, tuple(robot.column for robot in robots))
+
+    def _robot(self) -> _Lexeme:
+        found = self._peek()
+        if found.kind != "word":
+            raise self._unexpected("the name of a robot")
+        self._at += 1
+        return found

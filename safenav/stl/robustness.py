@@ -1,0 +1,270 @@
+"""Robustness of signal temporal logic over sampled signals, as intervals with an error bound.
+
+Quantitative semantics of Donzé and Maler (FORMATS 2010): signals are linear between samples, and
+a condition holds by a margin. Windows end where they end, not at samples. Events are spikes of
+two microseconds at their instants, and each instant at which they can make a formula jump is a
+sample. The future behind the record is unknown, so each value is an interval [low, high].
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from safenav.dataclass import dataclass
+from safenav.stl.syntax import (
+    PAST,
+    UNIVERSAL,
+    Arithmetic,
+    Happens,
+    Junction,
+    Literal,
+    Margin,
+    Negation,
+    Node,
+    Requirement,
+    RobotSignal,
+    Until,
+    Window,
+    Within,
+    children,
+    nodes,
+)
+
+Array = NDArray[np.float64]
+
+SPIKE = 1e-6
+"""Half of the seconds that an event lasts."""
+
+MOST_SAMPLES = 400_000
+_NEAR = 1e-9
+
+
+class Recording(Protocol):
+    """The signals of a motion from 0 to ``end`` (seconds), of which ``rate`` samples a second
+    are wanted. ``finished``: nothing comes after it, so that windows without an end stop there."""
+
+    end: float
+    rate: float
+    finished: bool
+
+    def signal(self, which: RobotSignal, times: Array) -> tuple[Array, float]:
+        """Values at the times, and a bound of their change per second."""
+        ...
+
+    def jumps(self, which: RobotSignal) -> tuple[float, ...]:
+        """Instants at which the signal is not continuous."""
+        ...
+
+    def instants(self, event: Happens) -> tuple[float, ...]:
+        """When the event happens."""
+        ...
+
+
+@dataclass(frozen=True)
+class Robustness:
+    """The robustness at each of ``times``: between ``low`` and ``high``, up to ``error`` by
+    which samples can be wrong."""
+
+    times: Array
+    low: Array
+    high: Array
+    error: float
+
+
+@dataclass(frozen=True)
+class _Values:
+    """``slope``: bound of the change per second between jumps."""
+
+    low: Array
+    high: Array
+    error: float
+    slope: float
+
+
+def robustness(formula: Requirement, recording: Recording) -> Robustness:
+    """The robustness of a formula at all samples of a recording. Raises MemoryError if its events
+    and windows need more than MOST_SAMPLES."""
+    count = int(np.floor(recording.end * recording.rate + _NEAR)) + 1
+    grid = np.append(np.arange(count) / recording.rate, recording.end)
+    # Each part is evaluated at samples, so the jumps of all parts are samples.
+    jumps = np.array(sorted({t for part in nodes(formula) for t in _jumps(part, recording)}))
+    around = np.concatenate([jumps - SPIKE, jumps, jumps + SPIKE])
+    inside = around[(around >= 0) & (around <= recording.end)]
+    if len(grid) + len(inside) > MOST_SAMPLES:
+        raise MemoryError(f"the formula needs more than {MOST_SAMPLES} samples")
+    times = np.unique(np.concatenate([grid, inside]))
+    found = _Evaluation(recording, times).of(formula)
+    return Robustness(times, found.low, found.high, found.error)
+
+
+def _jumps(tree: Node, recording: Recording) -> set[float]:
+    """The instants at which the value of a formula can jump: those of its events, moved by the
+    windows around them, and where windows reach the ends of the record."""
+    match tree:
+        case Happens():
+            return set(recording.instants(tree))
+        case Within(operator, window, _) | Until(operator, window, _, _):
+            inner = {moment for child in children(tree) for moment in _jumps(child, recording)}
+            sign = 1 if operator in PAST else -1
+            ends = [end for end in (window.begin, window.end) if end < np.inf]
+            edge = 0.0 if operator in PAST else recording.end
+            moved = {moment + sign * end for moment in {*inner, edge} for end in ends}
+            kept = {t for t in moved if -SPIKE <= t <= recording.end + SPIKE}
+            return kept | inner if isinstance(tree, Until) else kept
+        case _:
+            here = recording.jumps(tree) if isinstance(tree, RobotSignal) else ()
+            return {*here, *(t for child in children(tree) for t in _jumps(child, recording))}
+
+
+class _Evaluation:
+    def __init__(self, recording: Recording, times: Array) -> None:
+        self._recording = recording
+        self._times = times
+        self._gap = float(np.max(np.diff(times), initial=0.0))
+
+    def of(self, tree: Requirement) -> _Values:
+        match tree:
+            case Margin(term):
+                values, slope = self._term(term)
+                return _Values(values, values, 0.0, slope)
+            case Happens():
+                values = np.full(len(self._times), -1.0)
+                for instant in self._recording.instants(tree):
+                    values[np.abs(self._times - instant) < SPIKE / 2] = 1.0
+                return _Values(values, values, 0.0, 0.0)
+            case Negation(operand):
+                inner = self.of(operand)
+                return _Values(-inner.high, -inner.low, inner.error, inner.slope)
+            case Junction(operator, left, right):
+                return self._joined(operator, self.of(left), self.of(right))
+            case Within(operator, window, operand):
+                return self._windowed(operator, window, self.of(operand))
+            case Until(operator, window, left, right):
+                return self._until(operator, window, self.of(left), self.of(right))
+
+    def _term(self, tree: Node) -> tuple[Array, float]:
+        match tree:
+            case Literal(value):
+                return np.full(len(self._times), value), 0.0
+            case RobotSignal():
+                return self._recording.signal(tree, self._times)
+            case Arithmetic(operator, left, right):
+                (a, slope), (b, other) = self._term(left), self._term(right)
+                if operator == "*":
+                    most = [float(np.max(np.abs(values), initial=0.0)) for values in (a, b)]
+                    return a * b, slope * most[1] + other * most[0]
+                return (a + b if operator == "+" else a - b), slope + other
+        raise AssertionError(tree)
+
+    @staticmethod
+    def _joined(operator: str, left: _Values, right: _Values) -> _Values:
+        pick: Callable[[Array, Array], Array] = np.minimum if operator == "and" else np.maximum
+        low, high = pick(left.low, right.low), pick(left.high, right.high)
+        return _Values(low, high, max(left.error, right.error), max(left.slope, right.slope))
+
+    def _windowed(self, operator: str, window: Window, inner: _Values) -> _Values:
+        low, high = inner.low, inner.high
+        if operator not in UNIVERSAL:
+            low, high = -high, -low
+        low, high = (self._least(values, window, operator in PAST) for values in (low, high))
+        if operator not in PAST:
+            low[self._behind(window)] = -np.inf
+        if operator not in UNIVERSAL:
+            low, high = -high, -low
+        return _Values(low, high, inner.error + inner.slope * self._gap / 2, inner.slope)
+
+    def _behind(self, window: Window) -> NDArray[np.bool_]:
+        """The samples whose window reaches behind the record."""
+        if window.end == np.inf:
+            return np.full(len(self._times), not self._recording.finished)
+        behind: NDArray[np.bool_] = self._times + window.end > self._times[-1] + _NEAR
+        return behind
+
+    def _least(self, values: Array, window: Window, past: bool) -> Array:
+        """The minimum over the window of each sample that the record holds; +inf for none."""
+        times = self._times
+        if past:
+            values, times = values[::-1], -times[::-1]
+        begin, end, first, last = _bounds(times, window)
+        found = _least_of(values, first, last)
+        for edge in (begin, end):
+            inside = (edge <= times[-1]) & (begin <= end)
+            at = _between(times, values, edge[inside])
+            found[inside] = np.minimum(found[inside], at)
+        return found[::-1] if past else found
+
+    def _until(self, operator: str, window: Window, left: _Values, right: _Values) -> _Values:
+        past = operator in PAST
+        low = self._reached(left.low, right.low, window, past)
+        high = self._reached(left.high, right.high, window, past)
+        if not past:  # behind the record `right` may hold, if `left` does up to its end
+            behind = self._behind(window)
+            rest = np.minimum.accumulate(left.high[::-1])[::-1]
+            high[behind] = np.maximum(high[behind], rest[behind])
+        slope = max(left.slope, right.slope)
+        error = max(left.error, right.error) + slope * self._gap
+        return _Values(low, high, error, slope)
+
+    def _reached(self, holds: Array, then: Array, window: Window, past: bool) -> Array:
+        """The maximum, over the instants t' of each window, of ``then`` at t' and the minimum of
+        ``holds`` before t'. Quadratic in the window."""
+        times = self._times
+        if past:
+            holds, then, times = holds[::-1], then[::-1], -times[::-1]
+        begin, end, first, last = _bounds(times, window)
+        at_begin, at_end = (
+            _between(times, then, np.minimum(edge, times[-1])) for edge in (begin, end)
+        )
+        found = np.full(len(times), -np.inf)
+        for k in range(len(times)):
+            if begin[k] > end[k]:
+                continue
+            kept = np.minimum.accumulate(holds[k : last[k] + 1])
+            before = kept[first[k] - k - 1] if first[k] > k else np.inf
+            found[k] = min(before, at_begin[k])
+            if last[k] >= first[k]:
+                # up to, not at, the instant at which the other holds
+                up_to = np.append(np.inf, kept)[first[k] - k : last[k] - k + 1]
+                reached = np.max(np.minimum(up_to, then[first[k] : last[k] + 1]))
+                found[k] = max(found[k], reached, min(kept[-1], at_end[k]))
+        return found[::-1] if past else found
+
+
+def _bounds(
+    times: Array, window: Window
+) -> tuple[Array, Array, NDArray[np.intp], NDArray[np.intp]]:
+    """Begin and end of the window of each sample, as far as the record goes, and the first and the
+    last sample in it. The begin is later than the end where the record holds nothing of it."""
+    begin, end = times + window.begin, np.minimum(times + window.end, times[-1])
+    begin = np.where((begin > end) & (begin <= end + _NEAR), end, begin)
+    first = np.searchsorted(times, begin, "left")
+    return begin, end, first, np.searchsorted(times, end, "right") - 1
+
+
+def _least_of(values: Array, first: NDArray[np.intp], last: NDArray[np.intp]) -> Array:
+    """The minimum of values[first..last] for each pair: a sparse table, two look-ups each."""
+    rows = [values]
+    while (width := 1 << len(rows)) <= len(values):
+        before = rows[-1]
+        rows.append(np.minimum(before[: len(values) - width + 1], before[width >> 1 :]))
+    found = np.full(len(first), np.inf)
+    some = last >= first
+    begin, end = first[some], last[some]
+    level = np.frexp(end - begin + 1)[1] - 1
+    least = np.empty(len(begin))
+    for k in np.unique(level):
+        chosen = level == k
+        row = rows[k]
+        least[chosen] = np.minimum(row[begin[chosen]], row[end[chosen] - (1 << int(k)) + 1])
+    found[some] = least
+    return found
+
+
+def _between(times: Array, values: Array, at: Array) -> Array:
+    """Values between samples; infinite ones spread over the gap beside them."""
+    finite = np.interp(at, times, np.clip(values, -1e30, 1e30))
+    return np.where(np.abs(finite) > 1e20, np.copysign(np.inf, finite), finite)

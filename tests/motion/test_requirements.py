@@ -1,0 +1,360 @@
+"""Requirements on the motion: the parser's errors, robustness against its definition, the commands.
+
+The oracle evaluates the definition of each operator at every point of a fine grid, without windows
+that slide, tables or samples at jumps. rtamt would be another, but its antlr4 4.7 does not start
+with Python 3.13.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import random
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from motion.runs import motion, trace_of
+from safenav.errors import UsageError
+from safenav.motion.file.records import Action
+from safenav.motion.making import Disturbances, motion_of
+from safenav.motion.requirements import MotionRecording, curve, judged
+from safenav.stl.parser import RequirementError, parse_requirement
+from safenav.stl.robustness import robustness
+from safenav.stl.syntax import (
+    Arithmetic,
+    Happens,
+    Junction,
+    Literal,
+    Margin,
+    Negation,
+    Node,
+    Requirement,
+    RobotSignal,
+    Until,
+    Window,
+    Within,
+    nodes,
+)
+
+FORMULAS = int(os.environ.get("SAFENAV_FUZZ", "150"))
+FIRST = int(os.environ.get("SAFENAV_FUZZ_SEED", "0"))
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Made:
+    """Signals ``x(r0)``, ``x(r1)``: lines between ``values`` at the times 0, 1, 2, ...; events."""
+
+    values: tuple[tuple[float, ...], ...]
+    events: tuple[tuple[float, ...], ...]
+    finished: bool = True
+    rate: float = 1.0
+
+    @property
+    def end(self) -> float:
+        return float(len(self.values[0]) - 1)
+
+    def signal(self, which: RobotSignal, times: Array) -> tuple[Array, float]:
+        row = np.array(self.values[int(which.robots[0][1:])])
+        slope = float(np.max(np.abs(np.diff(row)), initial=0.0))
+        return np.interp(times, np.arange(len(row)), row), slope
+
+    def jumps(self, which: RobotSignal) -> tuple[float, ...]:
+        del which
+        return ()
+
+    def instants(self, event: Happens) -> tuple[float, ...]:
+        return self.events[int(event.obstacle[1:])]
+
+
+def made(chance: random.Random, length: int = 9, finished: bool = True) -> Made:
+    values = tuple(tuple(chance.randint(-5, 5) for _ in range(length)) for _ in range(2))
+    moments = [n / 2 for n in range(2 * length - 1)]
+    return Made(values, tuple(tuple(chance.sample(moments, 2)) for _ in range(2)), finished)
+
+
+def formula(chance: random.Random, depth: int, step: float, events: bool) -> Requirement:
+    """A formula whose windows end at multiples of ``step``. Without events it jumps only at such
+    instants, and not just beside them, where a grid has no point: no until, no inner windows that
+    begin later than now."""
+    if depth == 0:
+        if events and chance.random() < 0.5:
+            return Happens("requested", f"o{chance.randrange(2)}")
+        signal = RobotSignal("x", (f"r{chance.randrange(2)}",))
+        return Margin(Arithmetic(chance.choice("+-"), signal, Literal(chance.randint(-3, 3))))
+
+    def below() -> Requirement:
+        return formula(chance, chance.randrange(depth), step, events)
+
+    begin = step * chance.randrange(4) if events or depth == 3 else 0.0
+    end = math.inf if chance.random() < 0.2 else begin + step * chance.randrange(5)
+    window = Window(begin, end)
+    kind = chance.choice((0, 1, 2, 3) if events else (0, 1, 3))
+    if kind == 0:
+        return Negation(below())
+    if kind == 1:
+        return Junction(chance.choice(("and", "or")), below(), below())
+    if kind == 2:
+        return Until(chance.choice(("until", "since")), window, below(), below())
+    word = chance.choice(("always", "eventually", "once", "historically"))
+    return Within(word, window, below())
+
+
+def defined(tree: Requirement, record: Made, grid: float) -> Callable[[float], tuple[float, float]]:
+    """[low, high] of a formula at a time, by definition over the points 0, grid, 2 grid, ..."""
+    points = [n * grid for n in range(round(record.end / grid) + 1)]
+    end = points[-1]
+
+    def term(node: Node, t: float) -> float:
+        match node:
+            case Literal(value):
+                return value
+            case RobotSignal():
+                return float(record.signal(node, np.array([t]))[0][0])
+            case Arithmetic(operator, left, right):
+                a, b = term(left, t), term(right, t)
+                return a + b if operator == "+" else a - b
+        raise AssertionError(node)
+
+    def reach(window: Window, t: float, past: bool) -> tuple[list[float], bool]:
+        """The points in the window, and whether it goes on behind the record."""
+        sign = -1 if past else 1
+        inside = [p for p in points if window.begin <= sign * (p - t) <= window.end]
+        unknown = not record.finished if window.end == math.inf else t + window.end > end
+        return inside, unknown and not past
+
+    @cache
+    def at(node: Requirement, t: float) -> tuple[float, float]:
+        match node:
+            case Margin(inner):
+                return (term(inner, t),) * 2
+            case Happens():
+                return (1.0 if t in record.instants(node) else -1.0,) * 2
+            case Negation(operand):
+                low, high = at(operand, t)
+                return -high, -low
+            case Junction(operator, left, right):
+                pick = min if operator == "and" else max
+                return tuple(map(pick, at(left, t), at(right, t)))  # type: ignore[return-value]
+            case Within("always" | "historically", window, operand):
+                inside, unknown = reach(window, t, node.operator == "historically")
+                found = [at(operand, p) for p in inside]
+                high = min((high for _, high in found), default=math.inf)
+                low = min((low for low, _ in found), default=math.inf)
+                return (-math.inf if unknown else low), high
+            case Within(operator, window, operand):
+                word = "always" if operator == "eventually" else "historically"
+                low, high = at(Within(word, window, Negation(operand)), t)
+                return -high, -low
+            case Until(operator, window, left, right):
+                past = operator == "since"
+                inside, unknown = reach(window, t, past)
+                bounds = []
+                for side in (0, 1):
+                    best = -math.inf
+                    for p in inside:
+                        between = [q for q in points if (p < q <= t if past else t <= q < p)]
+                        held = min((at(left, q)[side] for q in between), default=math.inf)
+                        best = max(best, min(held, at(right, p)[side]))
+                    bounds.append(best)
+                if unknown:
+                    rest = min(at(left, q)[1] for q in points if q >= t)
+                    bounds[1] = max(bounds[1], rest)
+                return bounds[0], bounds[1]
+        raise AssertionError(node)
+
+    return lambda t: at(tree, t)
+
+
+def slack(tree: Node, record: Made, grid: float) -> float:
+    """By how much the oracle's grid can be wrong: each temporal operator misses less than one
+    step of the steepest signal."""
+    match tree:
+        case Within(_, _, operand):
+            return slack(operand, record, grid) + 10 * grid
+        case Negation(operand):
+            return slack(operand, record, grid)
+        case Until(_, _, left, right):
+            return max(slack(left, record, grid), slack(right, record, grid)) + 10 * grid
+        case Junction(_, left, right):
+            return max(slack(left, record, grid), slack(right, record, grid))
+    return 0.0
+
+
+@pytest.mark.parametrize("seed", range(FIRST, FIRST + FORMULAS, 10))
+def test_robustness_is_what_the_definition_says(seed: int) -> None:
+    for number in range(10):
+        chance = random.Random(1000 * seed + number)
+        record = made(chance, finished=chance.random() < 0.5)
+        # Whole seconds without events: only the microseconds around jumps may differ.
+        tree = formula(chance, 3, 1.0, events=False)
+        found, oracle = robustness(tree, record), defined(tree, record, 1.0)
+        for t in range(int(record.end) + 1):
+            k = int(np.searchsorted(found.times, t - 1e-9))
+            expected = oracle(float(t))
+            assert (found.low[k], found.high[k]) == pytest.approx(expected, abs=1e-4), (tree, t)
+        # Events and windows between samples: the verdict may not contradict the definition.
+        tree = formula(chance, 3, 0.5, events=True)
+        found = robustness(tree, record)
+        low, high = defined(tree, record, 0.25)(0.0)
+        allowed = found.error + slack(tree, record, 0.25) + 1e-4
+        for ours, theirs in ((found.low[0], low), (found.high[0], high)):
+            assert ours == theirs or abs(ours - theirs) <= allowed, tree
+        # Events alone are exact: no grid is too coarse for them.
+        if not any(isinstance(node, Margin) for node in _leaves(tree)):
+            assert found.error == 0
+            assert (found.low[0], found.high[0]) == pytest.approx((low, high), abs=1e-6), tree
+
+
+def _leaves(tree: Node) -> list[Node]:
+    return [node for node in nodes(tree) if isinstance(node, Margin | Happens)]
+
+
+@pytest.mark.parametrize("seed", range(FIRST, FIRST + FORMULAS, 10))
+def test_whatever_comes_after_the_record_is_in_the_interval(seed: int) -> None:
+    for number in range(5):
+        chance = random.Random(7000 * (seed + 1) + number)
+        whole = made(chance, length=14)
+        part = Made(
+            tuple(row[:7] for row in whole.values),
+            tuple(tuple(t for t in row if t <= 6) for row in whole.events),
+            finished=False,
+        )
+        tree = formula(chance, 3, 1.0, events=True)
+        found, later = robustness(tree, part), robustness(tree, whole)
+        error = found.error + later.error + 1e-4
+        assert found.low[0] - error <= later.low[0], tree
+        assert later.high[0] <= found.high[0] + error, tree
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_coarse_samples_err_by_no_more_than_they_say(seed: int) -> None:
+    @dataclass(frozen=True)
+    class Waves:
+        rate: float
+        phase: float
+        end: float = 20.0
+        finished: bool = True
+
+        def signal(self, which: RobotSignal, times: Array) -> tuple[Array, float]:
+            pace = 1.0 + int(which.robots[0][1:])
+            return 3 * np.sin(pace * times + self.phase), 3 * pace
+
+        def jumps(self, which: RobotSignal) -> tuple[float, ...]:
+            del which
+            return ()
+
+        def instants(self, event: Happens) -> tuple[float, ...]:
+            return (3.3, 9.7) if event.obstacle == "o0" else (11.1,)
+
+    chance = random.Random(seed)
+    for _ in range(4):
+        tree = formula(chance, 3, 0.7, events=True)
+        phase = chance.uniform(0, 6)
+        fine, coarse = (robustness(tree, Waves(rate, phase)) for rate in (60.0, 4.0))
+        for ours, theirs in ((coarse.low[0], fine.low[0]), (coarse.high[0], fine.high[0])):
+            assert ours == theirs or abs(ours - theirs) <= coarse.error + fine.error + 1e-4, tree
+
+
+WRONG = [
+    ("", 1, "empty"),
+    ("always(speed(a) <=", 19, "end of the formula"),
+    ("speed(a)", 1, "compare it"),
+    ("always(speed(a))", 7, "a condition is expected"),
+    ("(speed(a) > 1) + 2 > 1", 1, "a number is expected"),
+    ("sped(a) < 1", 1, "is not a signal"),
+    ("distance(a) < 1", 1, "takes 2 robots, not 1"),
+    ("speed(a) = 1", 10, ">="),
+    ("G (speed(a) < 1)", 1, "write 'always'"),
+    ("speed(a) < 1 && speed(b) < 1", 14, "write 'and'"),
+    ("always[5,2] speed(a) < 1", 7, "ends before it begins"),
+    ("always[0;2] speed(a) < 1", 9, "unexpected"),
+    ("always[0,x] speed(a) < 1", 10, "seconds"),
+    ("1 < speed(a) < 2", 14, "do not chain"),
+    ("not " * 60 + "speed(a) < 1", 197, "nested more than 50"),
+    ("(" * 60 + "speed(a) < 1" + ")" * 60, 51, "nested more than 50"),
+    ("speed(a) < 1 speed(b) < 1", 14, "an operator or the end"),
+    ("speed(a) / 2 < 1", 10, "no division"),
+]
+
+
+@pytest.mark.parametrize(("text", "column", "words"), WRONG, ids=[text[:20] for text, *_ in WRONG])
+def test_an_error_names_the_column_and_what_to_write(text: str, column: int, words: str) -> None:
+    with pytest.raises(RequirementError) as caught:
+        parse_requirement(text)
+    assert caught.value.column == column
+    assert words in f"{caught.value.found} {caught.value.hint}"
+
+
+@pytest.mark.parametrize(
+    ("text", "same"),
+    [
+        ("not x(a) > 1 and x(b) > 1", "(not (x(a) > 1)) and (x(b) > 1)"),
+        ("x(a) > 1 or x(b) > 1 and x(c) > 1", "x(a) > 1 or (x(b) > 1 and x(c) > 1)"),
+        ("x(a) > 1 -> x(b) > 1 -> x(c) > 1", "x(a) > 1 -> (x(b) > 1 -> x(c) > 1)"),
+        ("x(a)>1 until[1,2] x(b)>1 or x(c)>1", "(x(a)>1) until[1,2] (x(b)>1 or x(c)>1)"),
+        ("always[0,inf] x(a) > 1 and x(b) > 1", "(always x(a) > 1) and x(b) > 1"),
+        ("x(a) + 2 * x(b) - 1 >= 0.5", "(x(a) + (2 * x(b))) - 1 >= 0.5"),
+        ("-x(a) <= 1", "1 >= -(x(a))"),
+    ],
+)
+def test_operators_bind_as_documented(text: str, same: str) -> None:
+    assert parse_requirement(text) == parse_requirement(same)
+
+
+def test_case_study_1_is_judged_on_its_motion() -> None:
+    """The door is resolved 32.3 s after the request, and the quadcopter passes above Digit."""
+    recording = MotionRecording(motion("case_study_1"), trace_of("case_study_1"))
+    door = "always(requested_door@47 -> eventually[0,{}] resolved_door@47)"
+    acts = [line for line in motion("case_study_1").lines if isinstance(line, Action)]
+    (resolved,) = recording.instants(Happens("resolved", "door@47"))
+    assert resolved == max(act.t1 for act in acts)
+    (requested,) = recording.instants(Happens("requested", "door@47"))
+    assert resolved - requested == pytest.approx(32.3, abs=0.1)
+    verdicts = {
+        "always(distance(quad, digit) >= 1.0)": "satisfied",
+        "always(distance(quad, digit) >= 1.5)": "violated",
+        "always(distance(quad, digit) >= 1.4)": "undecided",
+        door.format(45): "satisfied",
+        door.format(30): "violated",
+        "always(resolved_door@47 -> once[0,45] requested_door@47)": "satisfied",
+        "always(resolved_door@47 -> once[0,30] requested_door@47)": "violated",
+        "height(digit) >= 0.5 and always(height(quad) > 2)": "satisfied",
+        "always(speed(quad) <= 1.05)": "satisfied",
+        "eventually[0,60](x(digit) - x(quad) > 3)": "satisfied",
+        "historically(y(quad) > 0) since[0,10] y(quad) > 0": "satisfied",
+        "always[0,400](height(quad) > 2)": "undecided",
+    }
+    found = judged(recording, {text: text for text in verdicts})
+    assert {one.name: one.verdict for one in found} == verdicts
+    advice = {one.name: one.advice for one in found}
+    assert "behind the end" in advice["always[0,400](height(quad) > 2)"]
+    assert "refine the rate: --rate" in advice["always(distance(quad, digit) >= 1.4)"]
+    shown = curve(recording, "always(distance(quad, digit) >= 1.0)")
+    assert shown.low.max() > 5 > 1 > shown.low.min()
+
+
+def test_a_robot_or_a_rate_that_cannot_be_is_refused() -> None:
+    recording = MotionRecording(motion("case_study_1"), trace_of("case_study_1"))
+    with pytest.raises(UsageError, match="'quat' is not a robot of this motion\n    known: quad"):
+        judged(recording, {"a": "speed(quat) < 1"})
+    with pytest.raises(UsageError, match="at most 10000"):
+        MotionRecording(motion("case_study_1"), trace_of("case_study_1"), 1e6)
+
+
+def test_a_push_lets_a_speed_jump_at_its_instant() -> None:
+    trace = trace_of("hello")
+    shaken = motion_of(trace, "", against=Disturbances(seed=3, push=0.05))
+    recording = MotionRecording(shaken, trace)
+    walkers = [name for name, limits in shaken.header.robots.items() if limits["kind"] == "walker"]
+    assert walkers, "hello has a walker"
+    assert recording.jumps(RobotSignal("speed", (walkers[0],)))
+    assert not recording.jumps(RobotSignal("x", (walkers[0],)))
+    (one,) = judged(recording, {"a": f"always(speed({walkers[0]}) <= 3)"})
+    assert one.verdict == "satisfied"
