@@ -15,7 +15,7 @@ Examples:
   safenav new lab.yaml && safenav run lab.yaml --trace lab.jsonl --motion lab.motion.jsonl
   safenav check-motion lab.motion.jsonl lab.jsonl
   safenav check-motion --all lab.motion.jsonl lab.jsonl
-  safenav check-motion lab.motion.jsonl lab.jsonl --require 'always(speed(digit) <= 0.6)'
+  safenav check-motion lab.motion.jsonl lab.jsonl --require 'distance(drone, walker) > 1'
 \b
 Exit codes:
   0  no rule is broken, each requirement is satisfied

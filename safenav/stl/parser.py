@@ -25,7 +25,7 @@ from safenav.stl.syntax import (
     Requirement,
     RobotSignal,
     SignalTerm,
-    Until,
+    UntilSince,
     Window,
     Within,
 )
@@ -178,7 +178,7 @@ class _Parser:
         while operator := self._take("until", "since"):
             held, window, after = self._requirement(left, begin), self._window(), self._peek()
             right = self._requirement(self._junction("or"), after)
-            left = Until(operator.text, window, held, right)
+            left = UntilSince(operator.text, window, held, right)
         return left
 
     def _junction(self, word: str) -> Node:

@@ -27,7 +27,7 @@ from safenav.stl.syntax import (
     Node,
     Requirement,
     RobotSignal,
-    Until,
+    UntilSince,
     Window,
     Within,
     children,
@@ -44,7 +44,7 @@ _NEAR = 1e-9
 
 
 class Recording(Protocol):
-    """The signals of a motion from 0 to ``end`` (seconds), of which ``rate`` samples a second
+    """The signals of a motion from 0 to ``end`` (seconds), of which ``rate`` samples per second
     are wanted. ``finished``: nothing comes after it, so that windows without an end stop there."""
 
     end: float
@@ -107,14 +107,14 @@ def _jumps(tree: Node, recording: Recording) -> set[float]:
     match tree:
         case Happens():
             return set(recording.instants(tree))
-        case Within(operator, window, _) | Until(operator, window, _, _):
+        case Within(operator, window, _) | UntilSince(operator, window, _, _):
             inner = {moment for child in children(tree) for moment in _jumps(child, recording)}
             sign = 1 if operator in PAST else -1
             ends = [end for end in (window.begin, window.end) if end < np.inf]
             edge = 0.0 if operator in PAST else recording.end
             moved = {moment + sign * end for moment in {*inner, edge} for end in ends}
             kept = {t for t in moved if -SPIKE <= t <= recording.end + SPIKE}
-            return kept | inner if isinstance(tree, Until) else kept
+            return kept | inner if isinstance(tree, UntilSince) else kept
         case _:
             here = recording.jumps(tree) if isinstance(tree, RobotSignal) else ()
             return {*here, *(t for child in children(tree) for t in _jumps(child, recording))}
@@ -143,7 +143,7 @@ class _Evaluation:
                 return self._joined(operator, self.of(left), self.of(right))
             case Within(operator, window, operand):
                 return self._windowed(operator, window, self.of(operand))
-            case Until(operator, window, left, right):
+            case UntilSince(operator, window, left, right):
                 return self._until(operator, window, self.of(left), self.of(right))
 
     def _term(self, tree: Node) -> tuple[Array, float]:
@@ -238,7 +238,7 @@ def _bounds(
     times: Array, window: Window
 ) -> tuple[Array, Array, NDArray[np.intp], NDArray[np.intp]]:
     """Begin and end of the window of each sample, as far as the record goes, and the first and the
-    last sample in it. The begin is later than the end where the record holds nothing of it."""
+    last sample in it. The start is later than the end where the record holds nothing of it."""
     begin, end = times + window.begin, np.minimum(times + window.end, times[-1])
     begin = np.where((begin > end) & (begin <= end + _NEAR), end, begin)
     first = np.searchsorted(times, begin, "left")

@@ -87,7 +87,7 @@ class Within:
 
 
 @dataclass(frozen=True)
-class Until:
+class UntilSince:
     """``left until right``, or into the past ``left since right``."""
 
     operator: str
@@ -97,7 +97,7 @@ class Until:
 
 
 SignalTerm = RobotSignal | Literal | Arithmetic
-Requirement = Margin | Happens | Negation | Junction | Within | Until
+Requirement = Margin | Happens | Negation | Junction | Within | UntilSince
 Node = SignalTerm | Requirement
 
 PAST = frozenset({"once", "historically", "since"})
@@ -105,13 +105,13 @@ UNIVERSAL = frozenset({"always", "historically"})
 
 
 def children(tree: Node) -> tuple[Node, ...]:
-    """What a node is made of, from left to right."""
+    """The parts of a node, from left to right."""
     match tree:
         case Margin(term):
             return (term,)
         case Negation(operand) | Within(_, _, operand):
             return (operand,)
-        case Arithmetic(_, left, right) | Junction(_, left, right) | Until(_, _, left, right):
+        case Arithmetic(_, left, right) | Junction(_, left, right) | UntilSince(_, _, left, right):
             return (left, right)
         case _:
             return ()

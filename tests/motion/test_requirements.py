@@ -35,7 +35,7 @@ from safenav.stl.syntax import (
     Node,
     Requirement,
     RobotSignal,
-    Until,
+    UntilSince,
     Window,
     Within,
     nodes,
@@ -101,7 +101,7 @@ def formula(chance: random.Random, depth: int, step: float, events: bool) -> Req
     if kind == 1:
         return Junction(chance.choice(("and", "or")), below(), below())
     if kind == 2:
-        return Until(chance.choice(("until", "since")), window, below(), below())
+        return UntilSince(chance.choice(("until", "since")), window, below(), below())
     word = chance.choice(("always", "eventually", "once", "historically"))
     return Within(word, window, below())
 
@@ -152,7 +152,7 @@ def defined(tree: Requirement, record: Made, grid: float) -> Callable[[float], t
                 word = "always" if operator == "eventually" else "historically"
                 low, high = at(Within(word, window, Negation(operand)), t)
                 return -high, -low
-            case Until(operator, window, left, right):
+            case UntilSince(operator, window, left, right):
                 past = operator == "since"
                 inside, unknown = reach(window, t, past)
                 bounds = []
@@ -180,7 +180,7 @@ def slack(tree: Node, record: Made, grid: float) -> float:
             return slack(operand, record, grid) + 10 * grid
         case Negation(operand):
             return slack(operand, record, grid)
-        case Until(_, _, left, right):
+        case UntilSince(_, _, left, right):
             return max(slack(left, record, grid), slack(right, record, grid)) + 10 * grid
         case Junction(_, left, right):
             return max(slack(left, record, grid), slack(right, record, grid))

@@ -36,7 +36,7 @@ def read_requirements(
             findings.add(name, f"'{clipped(name.text)}' cannot name a requirement", hint)
         label = text if name is None else name.text
         if label in found:
-            findings.add(name or item, f"{_WHAT}: '{clipped(label)}' is there twice")
+            findings.add(name or item, f"{_WHAT}: '{clipped(label)}' already exists")
         found[label] = _formula(item, text, what, regions, robots, obstacles, findings)
     return found
 
