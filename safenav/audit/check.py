@@ -21,6 +21,7 @@ from safenav.audit.rules.live import (
     WaitingRule,
 )
 from safenav.audit.rules.motion import (
+    AlwaysRule,
     CollisionRule,
     ContinuityRule,
     KnownObstacleRule,
@@ -81,6 +82,7 @@ RULES: tuple[type[Rule], ...] = (
     TransitRule,
     UnresolvedObstacleRule,
     KnownObstacleRule,
+    AlwaysRule,
     CollisionRule,
     SwapRule,
     BeliefRule,

@@ -8,7 +8,7 @@ from itertools import product
 
 from safenav.audit.grid import opposite
 from safenav.audit.progress import ENDS
-from safenav.audit.proofs.formulas import Formulas, UnreadError, read_formulas
+from safenav.audit.proofs.formulas import Formulas, UnreadError, read_formulas, rules_of
 from safenav.audit.situation import Situation, Status
 from safenav.audit.team import Member, Need, OpenObstacle, Pose, Poses, Team
 from safenav.trace.vocabulary import Region
@@ -83,7 +83,10 @@ def _member(name: str, now: Situation) -> Member:
         steps = {a: tuple(b for b in to if formulas.allows(a, b)) for a, to in steps.items()}
         aims = tuple(_met(formulas, k, steps) for k in range(len(formulas.liveness)))
     stays = (Status.UNTRAVERSABLE, Status.GIVEN_UP)
-    sealed = {
+    if robot.objective.always:
+        formulas = rules_of(robot.objective)
+        steps = {a: tuple(b for b in to if formulas.allows(a, b)) for a, to in steps.items()}
+    sealed = robot.objective.avoid | {
         o.region
         for o in now.obstacles.values()
         if now.status[o.name] in stays and name in now.stopped_by(o.name)

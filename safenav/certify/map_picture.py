@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from html import escape
 from typing import Any
 
+from safenav.scenario.objective import KINDS
 from safenav.trace.looks import Look, looks
 from safenav.world.map import RegionMap
 
@@ -110,9 +111,7 @@ def _names(world: RegionMap, marked: set[int]) -> list[str]:
 
 def regions_of(objective: Mapping[str, Any]) -> set[int]:
     """All regions that an objective names as targets."""
-    ((kind, value),) = ((key, value) for key, value in objective.items() if key != "form")
-    if kind == "ltl":
-        return set()
+    value: Any = next((value for key, value in objective.items() if key in KINDS), [])
     found: set[int] = set()
     for target in value if isinstance(value, list) else [value]:
         found.update(target if isinstance(target, list) else [target])

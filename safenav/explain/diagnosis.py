@@ -10,7 +10,7 @@ from dataclasses import replace
 from safenav.explain.explanation import Diagnosis, NoStrategyCause
 from safenav.explain.undisturbed import Solo, play
 from safenav.scenario.model import Scenario
-from safenav.scenario.objective import Hold, Ltl, Patrol, Target, Visit, targets_of
+from safenav.scenario.objective import Hold, Ltl, Patrol, Target, Visit, ruled, targets_of
 from safenav.spec.task import Known, Task
 from safenav.world.map import Heading, RegionMap
 from safenav.world.moves import Mobility, Pose, distances
@@ -32,12 +32,16 @@ def diagnose(task: Task, world: RegionMap) -> Diagnosis:
         return found
     culprits = _culprits(task, world)
     if culprits:
-        parked = all(known.item.startswith("robots.") for known in culprits)
+        items = [known.item for known in culprits]
+        parked = all(i.startswith("robots.") and not i.endswith(".avoid") for i in items)
         cause = NoStrategyCause.PARKED_ROBOT if parked else NoStrategyCause.OBSTACLE
         return replace(found, cause=cause, culprits=culprits)
     if task.robot.model.mobility is Mobility.HEADING and _facing_elsewhere(task, world):
         return replace(found, cause=NoStrategyCause.HEADING)
-    relaxed = replace(task, objective=Visit(task.targets))
+    free = replace(task, objective=replace(task.objective, always=()))
+    if task.objective.always and _solo(free, world).winnable:
+        return replace(found, cause=NoStrategyCause.FORBIDDEN_WAY)
+    relaxed = replace(task, objective=ruled(Visit(task.targets), task.objective))
     if isinstance(task.objective, Patrol) and _solo(relaxed, world).winnable:
         return replace(
             found,

@@ -15,7 +15,16 @@ from safenav.explain.explanation import Diagnosis, NoStrategyCause, Repair, Repa
 from safenav.explain.map_repair import map_repairs
 from safenav.explain.undisturbed import play
 from safenav.scenario.model import Robot, Scenario, Tracking
-from safenav.scenario.objective import Hold, Ltl, Objective, Patrol, Visit, targets_of, written
+from safenav.scenario.objective import (
+    Hold,
+    Ltl,
+    Objective,
+    Patrol,
+    Visit,
+    ruled,
+    targets_of,
+    written,
+)
 from safenav.spec.forms import alternating
 from safenav.spec.objective import NO_MEMORY
 from safenav.spec.task import Task
@@ -191,10 +200,15 @@ def _milder(objective: Objective) -> Iterator[Objective]:
     targets = targets_of(objective)
     if isinstance(objective, Patrol) and objective.literal:
         yield replace(objective, literal=False)
+    for place in range(len(objective.always)):
+        kept = objective.always[:place] + objective.always[place + 1 :]
+        yield replace(objective, always=kept)
+    if objective.avoid:
+        yield replace(objective, avoid=frozenset())
     if isinstance(objective, Hold):
-        yield Visit(targets)
+        yield ruled(Visit(targets), objective)
     for target in targets if len(targets) > 1 else ():
-        yield Visit((target,))
+        yield ruled(Visit((target,)), objective)
 
 
 def _other_starts(problem: RepairProblem) -> Iterator[Repair]:

@@ -38,6 +38,8 @@ def why_words(found: Diagnosis, task: Task, world: RegionMap) -> str:
                 f"'form: literal' forbids crossing {what} out of turn, and there is no other path; "
                 "without it, crossing is allowed"
             )
+        case NoStrategyCause.FORBIDDEN_WAY:
+            return "what it always keeps leaves no way"
         case NoStrategyCause.ONE_WAY:
             if found.lost:
                 return f"its mobility allows no path from {here} to {lost}"

@@ -9,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from safenav.dataclass import dataclass
-from safenav.scenario.objective import Ltl, Objective, TargetObjective
+from safenav.scenario.guarantees import guarantees_of
+from safenav.scenario.objective import Ltl, Objective, TargetObjective, formulas_in
 from safenav.spec.objective import Memory
 from safenav.verify.cycles import cyclic_parts
 from safenav.world.map import Region, RegionMap
@@ -76,6 +77,9 @@ def _steps(
     """Yield the robot's possible next states; in a region that is blocked it may not even stay."""
     here, memory = state.pose.region, state.memory
     after = pursuit.turned(memory, here) if pursuit.in_turn else memory
+    rules = formulas_in(pursuit)
     for pose in moves(mobility, state.pose, world, blocked):
+        if rules and pose != state.pose and not guarantees_of(rules).allows(state.pose, pose):
+            continue
         if pose.region not in blocked and not pursuit.forbidden(memory, here, pose.region):
             yield State(pose, after)

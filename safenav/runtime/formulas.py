@@ -7,7 +7,7 @@ from functools import cached_property, lru_cache
 
 from safenav.scenario.guarantees import Guarantees, guarantees_of
 from safenav.scenario.model import Robot
-from safenav.scenario.objective import Ltl
+from safenav.scenario.objective import Ltl, formulas_in
 from safenav.world.map import RegionMap
 from safenav.world.moves import Mobility
 from safenav.world.poses import Mask, PoseGraph, bits
@@ -58,13 +58,13 @@ class Formulas:
 
 def formulas_of(robot: Robot, world: RegionMap) -> Formulas | None:
     """Return the formulas of a robot's own objective; None if it is of another kind."""
-    return _formulas(robot, world) if isinstance(robot.objective, Ltl) else None
+    objective = robot.objective
+    return _formulas(objective, world, robot.model.mobility) if isinstance(objective, Ltl) else None
 
 
 @lru_cache(maxsize=256)
-def _formulas(robot: Robot, world: RegionMap) -> Formulas:
-    assert isinstance(robot.objective, Ltl)
-    return Formulas(robot.objective, world, robot.model.mobility)
+def _formulas(objective: Ltl, world: RegionMap, mobility: Mobility) -> Formulas:
+    return Formulas(objective, world, mobility)
 
 
 @lru_cache(maxsize=64)
@@ -75,5 +75,8 @@ def plain_graph(world: RegionMap, mobility: Mobility) -> PoseGraph:
 
 def graph_of(robot: Robot, world: RegionMap) -> PoseGraph:
     """The poses of a robot on a map and the steps that its guarantees allow, made once."""
-    formulas = formulas_of(robot, world)
-    return plain_graph(world, robot.model.mobility) if formulas is None else formulas.graph
+    found = formulas_in(robot.objective)
+    mobility = robot.model.mobility
+    return (
+        plain_graph(world, mobility) if found is None else _formulas(found, world, mobility).graph
+    )

@@ -19,7 +19,7 @@ from safenav.runtime.team import Assignment, RobotState, Role, TeamState
 from safenav.runtime.turn import Turns
 from safenav.runtime.world import SimulatedWorld
 from safenav.scenario.model import Obstacle, ObstacleType
-from safenav.scenario.objective import Objective, targets_of
+from safenav.scenario.objective import Objective, avoided, targets_of
 from safenav.trace import records, vocabulary
 from safenav.trace.header import objective_in_trace
 from safenav.world.map import Region
@@ -184,7 +184,10 @@ class Interventions:
     def _may_give(self, wanted: Give) -> None:
         robot = self._robot(wanted.robot)
         world = self.state.scenario.map
-        reach = distances(robot.robot.model.mobility, robot.next_pose, world)
+        avoid = avoided(wanted.objective)
+        if robot.next_pose.region in avoid:
+            raise UsageError(f"{wanted.robot} is in region {robot.next_pose.region}, to be avoided")
+        reach = distances(robot.robot.model.mobility, robot.next_pose, world, avoid)
         for target in targets_of(wanted.objective):
             if not any(region in reach for region in target):
                 where = ", ".join(map(str, sorted(target)))

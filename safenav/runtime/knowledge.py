@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 from safenav.runtime.world import Work, Works
 from safenav.scenario.model import Obstacle, Robot, Scenario
+from safenav.scenario.objective import avoided
 from safenav.spec.task import Known
 from safenav.world.map import Region
 
@@ -162,9 +163,11 @@ class Knowledge:
         return frozenset(obstacle.region for obstacle in (*pending, *joined))
 
     def walls_for(self, robot: Robot, avoid: Collection[str] = ()) -> tuple[Known, ...]:
-        """The regions beyond the walls that the robot must not plan through: those of joined
-        obstacles, and of pending ones that it is to ``avoid``."""
-        found = [
+        """The regions beyond the walls that the robot must not plan through: those that its
+        objective forbids, of joined obstacles, and of pending ones that it is to ``avoid``."""
+        item = f"robots.{robot.name}.objective.avoid"
+        found = [Known(r, item, f"{robot.name} avoids it") for r in avoided(robot.objective)]
+        found += [
             Known(obstacle.region, f"obstacles.{obstacle.name}", reason)
             for obstacle, reason in self.joined.values()
             if obstacle.blocks(robot)

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import field
+from dataclasses import field, replace
 from typing import ClassVar
 
 from safenav.dataclass import dataclass
@@ -37,8 +37,11 @@ EMPTY = "is empty"
 """The error of an objective without targets."""
 
 
+@dataclass(frozen=True)
 class TargetObjective:
-    """An objective about targets, which are numbered in its own order. ``kind``: its key in a
+    """An objective about targets, which are numbered in its own order. ``avoid``: regions that the
+    robot never enters; ``always``: formulas over ``region`` and ``heading`` that each of its steps
+    keeps. Both hold whatever it does, also while it helps others. ``kind``: its key in a
     scenario; ``one``: it has a single target, no list of them;
     ``least``: how many it has at least; ``in_turn``: its targets count in
     their order only; ``turn``: the variable of specifications that remembers whose turn it is, if
@@ -51,6 +54,8 @@ class TargetObjective:
     in_turn: ClassVar[bool] = False
     turn: ClassVar[str] = ""
     settles: ClassVar[bool] = False
+    avoid: Target = field(default=frozenset(), kw_only=True)
+    always: tuple[str, ...] = field(default=(), kw_only=True)
 
     def listed(self) -> tuple[Target, ...]:
         """The targets."""
@@ -285,7 +290,32 @@ def targets_of(objective: Objective) -> tuple[Target, ...]:
 
 def with_targets(objective: Objective, targets: Sequence[Target]) -> Objective:
     """An objective of the same kind with other targets, as many as it has."""
-    return objective if isinstance(objective, Ltl) else objective.made(targets)
+    return objective if isinstance(objective, Ltl) else ruled(objective.made(targets), objective)
+
+
+def avoided(objective: Objective) -> Target:
+    """The regions that an objective forbids to enter; those of ``ltl`` are in its formulas."""
+    return frozenset() if isinstance(objective, Ltl) else objective.avoid
+
+
+def formulas_in(objective: Objective) -> Ltl | None:
+    """The formulas that restrict a robot's steps; None if there are none."""
+    if isinstance(objective, Ltl):
+        return objective
+    return Ltl(safety=tuple(map(on_steps, objective.always))) if objective.always else None
+
+
+def on_steps(formula: str) -> str:
+    """A formula that a robot keeps on each step that it takes. Staying takes none: the team must be
+    able to let every robot wait."""
+    return f"region' = region | ({formula})"
+
+
+def ruled(objective: TargetObjective, like: Objective) -> TargetObjective:
+    """An objective under the rules of another: it avoids the same and keeps the same formulas."""
+    if isinstance(like, Ltl):
+        return objective
+    return replace(objective, avoid=like.avoid, always=like.always)
 
 
 def to_data(objective: Objective) -> dict[str, object]:
@@ -304,8 +334,13 @@ def to_data(objective: Objective) -> dict[str, object]:
         return {"ltl": {key: value for key, value in parts.items() if value}}
     listed = [_target_data(target) for target in objective.listed()]
     told: dict[str, object] = {objective.kind: listed[0] if objective.one else listed}
-    literal = isinstance(objective, Patrol) and objective.literal
-    return {**told, "form": "literal"} if literal else told
+    if isinstance(objective, Patrol) and objective.literal:
+        told["form"] = "literal"
+    if objective.avoid:
+        told["avoid"] = sorted(objective.avoid)
+    if objective.always:
+        told["always"] = list(objective.always)
+    return told
 
 
 def _target_data(target: Target) -> int | list[int]:
@@ -318,7 +353,10 @@ def describe(objective: Objective, word: Word = number_word) -> str:
     if isinstance(objective, Ltl):
         safety, liveness = len(objective.safety), len(objective.liveness)
         return f"meet its formulas ({safety} safety, {liveness} liveness)"
-    return objective.words(word)
+    said = objective.words(word)
+    if objective.avoid:
+        said += f", never in {word(objective.avoid).replace('|', ', ')}"
+    return said + "".join(f", always {formula}" for formula in objective.always)
 
 
 def written(objective: Objective, word: Word = number_word) -> str:
@@ -330,7 +368,12 @@ def written(objective: Objective, word: Word = number_word) -> str:
 
     if isinstance(objective, Ltl):
         return json.dumps(to_data(objective))
-    kind, *form = to_data(objective)
     listed = [target(regions) for regions in targets_of(objective)]
-    told = listed[0] if objective.one else f"[{', '.join(listed)}]"
-    return f"{{{kind}: {told}{', form: literal' if form else ''}}}"
+    parts = {objective.kind: listed[0] if objective.one else f"[{', '.join(listed)}]"}
+    if isinstance(objective, Patrol) and objective.literal:
+        parts["form"] = "literal"
+    if objective.avoid:
+        parts["avoid"] = f"[{', '.join(word(region) for region in sorted(objective.avoid))}]"
+    if objective.always:
+        parts["always"] = json.dumps(objective.always)
+    return f"{{{', '.join(f'{key}: {value}' for key, value in parts.items())}}}"

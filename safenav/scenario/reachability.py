@@ -17,11 +17,19 @@ _HEADINGS = len(Heading)
 
 
 class Reachability:
-    """The regions that a robot of one mobility can reach from its start."""
+    """The regions that a robot of one mobility can reach from its start without entering ``closed``
+    ones."""
 
-    def __init__(self, mobility: Mobility, start: Pose, world: RegionMap) -> None:
+    def __init__(
+        self,
+        mobility: Mobility,
+        start: Pose,
+        world: RegionMap,
+        closed: Collection[Region] = frozenset(),
+    ) -> None:
         self._mobility = mobility
         self._world = world
+        self._shut = frozenset(world.walls) | frozenset(closed)
         self._reached = _explore([_code(start)], self._after)
 
     def reaches(self, target: Target) -> bool:
@@ -80,7 +88,7 @@ class Reachability:
 
     def _beside(self, region: Region) -> list[tuple[int, Region]]:
         """(heading, region) of the free neighbours."""
-        cols, walls = self._world.cols, self._world.walls
+        cols, walls = self._world.cols, self._shut
         col = region % cols
         found = []
         if region >= cols and region - cols not in walls:

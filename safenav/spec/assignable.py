@@ -16,7 +16,7 @@ from dataclasses import replace
 
 from safenav.dataclass import dataclass
 from safenav.scenario.model import Tracking
-from safenav.scenario.objective import Ltl
+from safenav.scenario.objective import Ltl, formulas_in
 from safenav.spec.assignable_regions import AssignableRegions, Part, assignable_regions, whereabouts
 from safenav.spec.movement import among, one_of
 from safenav.spec.specification import Constraint, Origin, Owner, Section, Variable
@@ -171,7 +171,8 @@ def begins_anywhere(task: Task) -> bool:
     only those that its own ways lead to: a joint plan may leave the robot in any. Without headings
     and formulas its ways lead everywhere. A strategy that remembers where others are does not have
     a node for every place of theirs either way."""
-    wayward = task.robot.model.mobility is Mobility.HEADING or isinstance(task.objective, Ltl)
+    formulas = formulas_in(task.objective) is not None
+    wayward = task.robot.model.mobility is Mobility.HEADING or formulas
     nearby = task.tracking is Tracking.NEARBY
     return task.assignable and task.endangered and nearby and wayward
 

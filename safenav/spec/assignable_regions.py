@@ -13,7 +13,7 @@ from functools import lru_cache
 from safenav.components import components
 from safenav.dataclass import dataclass
 from safenav.scenario.guarantees import Guarantees, guarantees_of
-from safenav.scenario.objective import Ltl, Objective, targets_of
+from safenav.scenario.objective import Ltl, Objective, formulas_in, targets_of
 from safenav.spec.task import Task
 from safenav.world.map import Region, RegionMap
 from safenav.world.moves import Mobility, Pose, moves
@@ -94,7 +94,8 @@ class _Ground:
 
     @property
     def guarantees(self) -> Guarantees | None:
-        return guarantees_of(self.objective) if isinstance(self.objective, Ltl) else None
+        found = formulas_in(self.objective)
+        return None if found is None else guarantees_of(found)
 
     def begins(self) -> list[State]:
         """How the robot may begin."""
@@ -127,7 +128,7 @@ class _Ground:
     def meets(self, members: Collection[State], ways: Mapping[State, Collection[State]]) -> bool:
         """Whether a robot that circulates among these states can meet its objective forever."""
         guarantees = self.guarantees
-        if guarantees is None:
+        if guarantees is None or not isinstance(self.objective, Ltl):
             regions = {pose.region for pose, _ in members}
             return all(target & regions for target in targets_of(self.objective))
         steps = [(one, other) for one in members for other in ways[one] if other in members]

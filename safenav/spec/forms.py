@@ -20,7 +20,9 @@ from safenav.scenario.objective import (
     Patrol,
     Visit,
     Word,
+    avoided,
     number_word,
+    ruled,
     targets_of,
 )
 from safenav.spec.task import Task
@@ -37,6 +39,8 @@ class Weakening(StrEnum):
     """The map leaves no other way than across a target."""
     MOBILITY = "mobility"
     """The robot's mobility leaves no other way."""
+    RULES = "rules"
+    """What the objective avoids, or always keeps, leaves no other way."""
     OBSTACLES = "obstacles"
     """Known obstacles leave no other way."""
     KEPT = "kept"
@@ -89,7 +93,7 @@ def forms(
 def alternating(objective: Objective) -> Objective:
     """The objective as plain alternation: the weakest form of a patrol."""
     if isinstance(objective, Patrol) and not objective.literal:
-        return Visit((objective.first, objective.second))
+        return ruled(Visit((objective.first, objective.second)), objective)
     return objective
 
 
@@ -122,6 +126,7 @@ _WAIT = "may cross a target on the way and wait at one"
 _MAY = {
     Weakening.CORRIDOR: _CROSS,
     Weakening.MOBILITY: _CROSS,
+    Weakening.RULES: _CROSS,
     Weakening.OBSTACLES: _CROSS,
     Weakening.KEPT: _CROSS,
     Weakening.SHARED: _WAIT,
@@ -130,6 +135,7 @@ _MAY = {
 _WHY = {
     Weakening.CORRIDOR: "the corridor leaves no other path",
     Weakening.MOBILITY: "its mobility leaves no other path",
+    Weakening.RULES: "what it avoids or always keeps leaves no other path",
     Weakening.OBSTACLES: "the known obstacles leave no other path",
     Weakening.KEPT: "the team could not continue from a pose on the other path",
     Weakening.SHARED: "it shares its floor with others",
@@ -139,8 +145,12 @@ _WHY = {
 
 def _obstruction(graph: PoseGraph, pose: Pose, patrol: Patrol, blocked: Mask) -> Weakening:
     """The obstruction that keeps a robot from the literal patrol."""
-    if blocked and any(can_patrol(graph, pose, patrol, turn) for turn in (0, 1)):
+    shut = region_mask(avoided(patrol))
+    if blocked & ~shut and any(can_patrol(graph, pose, patrol, turn, shut) for turn in (0, 1)):
         return Weakening.OBSTACLES
+    plain = PoseGraph(graph.world, graph.mobility)
+    if (shut or patrol.always) and any(can_patrol(plain, pose, patrol, t) for t in (0, 1)):
+        return Weakening.RULES
     free = PoseGraph(graph.world, Mobility.FREE)
     there = Pose(pose.region)
     if graph.one_way and any(can_patrol(free, there, patrol, turn, blocked) for turn in (0, 1)):

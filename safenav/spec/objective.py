@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import field
 
 from safenav.dataclass import dataclass
-from safenav.scenario.objective import Ltl, Objective, Patrol, TargetObjective, describe
+from safenav.scenario.objective import Ltl, Objective, Patrol, TargetObjective, describe, on_steps
 from safenav.spec.movement import one_of
 from safenav.spec.specification import Constraint, Origin, Owner, Section, Variable
 from safenav.world.map import Region
@@ -56,15 +56,23 @@ def encode(objective: Objective, item: str, region: Region, memory: Memory) -> O
             for name, bounds in objective.memory.items()
         )
         return ObjectiveEncoding(variables, tuple(_ltl(objective, item, memory)))
+    variables, constraints = _about_targets(objective, item, region, memory)
+    rule = Origin(f"{item}.always", "on each step that it takes", SOURCE_OBJECTIVE)
+    steps = (Constraint(Section.SYS_TRANS, on_steps(text), rule) for text in objective.always)
+    return ObjectiveEncoding(variables, (*constraints, *steps))
+
+
+def _about_targets(
+    objective: TargetObjective, item: str, region: Region, memory: Memory
+) -> tuple[tuple[Variable, ...], Iterator[Constraint]]:
     if isinstance(objective, Patrol):
         variables = (Variable("scout", Owner.OUTPUT, None, "true: the second target is next"),)
-        return ObjectiveEncoding(variables, tuple(_patrol(objective, item, region, memory)))
+        return variables, _patrol(objective, item, region, memory)
     if objective.remembers:
         bounds = (0, len(objective.listed()) - 1)
         variables = (Variable(objective.turn, Owner.OUTPUT, bounds, "the target whose turn it is"),)
-        return ObjectiveEncoding(variables, tuple(_in_turn(objective, item, memory)))
-    encoding = _settled(objective, item) if objective.settles else _recur(objective, item)
-    return ObjectiveEncoding((), tuple(encoding))
+        return variables, _in_turn(objective, item, memory)
+    return (), _settled(objective, item) if objective.settles else _recur(objective, item)
 
 
 def _patrol(patrol: Patrol, item: str, region: Region, memory: Memory) -> Iterator[Constraint]:

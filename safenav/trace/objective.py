@@ -15,13 +15,16 @@ class Objective:
     ``targets``: sets of regions of which any counts, in the objective's own order; none for
     ``ltl`` and for kinds that this version does not know. ``body``: what stands behind the
     kind, as JSON in one spelling, so that equal objectives are equal data. ``literal``: no weaker
-    form of a patrol will do.
+    form of a patrol will do. ``avoid``: regions that the robot never enters; ``always``: formulas
+    that each of its steps keeps.
     """
 
     kind: str
     targets: tuple[frozenset[int], ...]
     body: str
     literal: bool = False
+    avoid: frozenset[int] = frozenset()
+    always: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, value: object) -> Objective | None:
@@ -29,9 +32,14 @@ class Objective:
         if not isinstance(value, Mapping):
             return None
         literal = "patrol" in value and value.get("form") == "literal"
-        if len(value) != 1 + literal:
+        rules = {"avoid", "always"} if len(value) > 1 + literal else set[str]()
+        avoid, always = (value.get(key, []) if key in rules else [] for key in ("avoid", "always"))
+        if not _all(avoid, int) or not _all(always, str):
             return None
-        kind, body = next((k, v) for k, v in value.items() if k != "form" or not literal)
+        rest = [(k, v) for k, v in value.items() if k not in rules and (k != "form" or not literal)]
+        if len(rest) != 1:
+            return None
+        ((kind, body),) = rest
         targets: list[frozenset[int]] = []
         if kind == "hold" or isinstance(body, list):
             listed = [body] if kind == "hold" else body
@@ -47,21 +55,29 @@ class Objective:
         elif kind in ("patrol", "visit", "cover"):
             return None
         try:
-            return cls(str(kind), tuple(targets), json.dumps(body, sort_keys=True), literal)
+            spelled = json.dumps(body, sort_keys=True)
+            told = literal, frozenset(avoid), tuple(always)
+            return cls(str(kind), tuple(targets), spelled, *told)
         except (RecursionError, TypeError, ValueError):
             return None
 
     @property
     def data(self) -> dict[str, object]:
         """The objective as a JSON value."""
-        told = {self.kind: json.loads(self.body)}
-        return {**told, "form": "literal"} if self.literal else told
+        told = {self.kind: json.loads(self.body), "form": "literal" if self.literal else None}
+        told |= {"avoid": sorted(self.avoid), "always": list(self.always)}
+        return {key: value for key, value in told.items() if value or key == self.kind}
 
     def __str__(self) -> str:
-        if not self.targets:
-            return f"{self.kind} {self.body}"
         shown = ", ".join("|".join(map(str, sorted(target))) for target in self.targets)
-        return f"{self.kind} {shown}"
+        said = f"{self.kind} {shown or self.body}"
+        if self.avoid:
+            said += f", never in {', '.join(map(str, sorted(self.avoid)))}"
+        return said + "".join(f", always {formula}" for formula in self.always)
+
+
+def _all(listed: object, kind: type) -> bool:
+    return isinstance(listed, list) and all(type(item) is kind for item in listed)
 
 
 def _plain(target: frozenset[int]) -> int | list[int]:

@@ -44,6 +44,7 @@ def objective_of(told: TracedObjective) -> Objective | None:
     if kind is None or kind.wrong(told.targets) or kind.one > (len(told.targets) == 1):
         return None
     found = kind.made(told.targets)
+    found = replace(found, avoid=told.avoid, always=told.always)
     return replace(found, literal=True) if told.literal and isinstance(found, Patrol) else found
 
 

@@ -151,6 +151,8 @@ CASES: list[Case] = [
     ),
     ("helper", "pressed", edit("request", {}, helper=None), 2, "pia"),
     ("known-obstacle", "detour", retell("rover", (10, 14, 8), (11, 8, 7)), 10, "rover"),
+    ("always", "avoiding", retell("rover", (2, 13, 14), (3, 14, 8), (4, 8, 9), (5, 9, 10)), 3, "rover"),
+    ("always", "avoiding", retell("rover", (6, 10, 9), (7, 9, 15)), 6, "rover"),
     ("violation", "operator", edit("violation", {}, at=8, proposed=10), 2, "rover", 2),
     ("violation", "operator", edit("violation", {}, action="push"), 2, "rover"),
     ("violation", "door", scenario("obstacles", 0, "blocks", to=[]), 2, "quad"),

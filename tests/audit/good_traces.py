@@ -198,6 +198,19 @@ def detour() -> list[Line]:
     return s.end("completed", {"rover": 1})
 
 
+def avoiding() -> list[Line]:
+    """The rover never enters region 8, and leaves 10 to the south only."""
+    own = {"visit": [10, 7], "avoid": [8], "always": ["region = 10 -> region' = 16"]}
+    s = Script(ROOM, {"rover": robot("ground", [], 7, own)}, [])
+    for to in (13, 14, 15, 16, 10):
+        s.next_tick().move("rover", to)
+    s.goal("rover", 0, 0)
+    for to in (16, 15, 14, 13, 7):
+        s.next_tick().move("rover", to)
+    s.goal("rover", 1, 1)
+    return s.end("completed", {"rover": 1})
+
+
 def operator() -> list[Line]:
     """Nobody can clear the only way, and there is no way round."""
     s = Script(
@@ -340,6 +353,7 @@ GOOD: dict[str, Callable[[], list[Line]]] = GOOD_PLANS | {
         nested,
         unrequested,
         detour,
+        avoiding,
         operator,
         second_bidder,
         shared_floor,

@@ -9,8 +9,10 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import product
+
+from safenav.trace.objective import Objective
 
 Pose = tuple[int, str | None]
 Values = Mapping[str, int]
@@ -102,6 +104,12 @@ def read_formulas(body: Mapping[str, object]) -> Formulas:
         tuple(_Parser(line, known).whole() for line in _lines(body, "liveness")),
         memory,
     )
+
+
+@lru_cache(maxsize=64)
+def rules_of(objective: Objective) -> Formulas:
+    """The formulas that an objective of another kind always keeps. Raises UnreadError."""
+    return read_formulas({"safety": list(objective.always)})
 
 
 def _values(pose: Pose) -> dict[str, int]:

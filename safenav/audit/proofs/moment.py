@@ -83,7 +83,8 @@ class OpenObstacle:
 class Robot:
     """``pose``: where it is, or will arrive. ``targets`` of its objective, met ``in_order`` or not.
     ``formulas``: what it demands where it is written in formulas; None and not ``judged`` if they
-    cannot be read. ``conflicts``: robots with which it must not share a region.
+    cannot be read. ``rules``: what each of its steps keeps beside that. ``conflicts``: robots with
+    which it must not share a region.
 
     ``ends``: its targets are to be met once, and it stays at the last one.
     ``out``: it is out of service, so it stands still and wants nothing else.
@@ -103,6 +104,7 @@ class Robot:
     met: int
     rounds_left: int
     formulas: Formulas | None = None
+    rules: Formulas | None = None
     judged: bool = True
     ends: bool = False
     out: bool = False
@@ -138,9 +140,8 @@ class Moment:
                 found.append((to, None))
             elif faced is None or way != _BACK[faced]:
                 found.append((to, way))
-        if robot.formulas is not None:
-            return [to for to in found if robot.formulas.allows(pose, to)]
-        return found
+        rules = robot.formulas or robot.rules
+        return found if rules is None else [to for to in found if rules.allows(pose, to)]
 
     def walls(self, robot: Robot, obstacles: Iterable[OpenObstacle]) -> frozenset[int]:
         """Return the regions that the open obstacles close to a robot, and the sealed ones."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from safenav.audit.grid import opposite
+from safenav.audit.proofs.formulas import UnreadError, rules_of
 from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.situation import Situation, Status
 from safenav.trace.records import Move, Record
@@ -100,6 +101,39 @@ class KnownObstacleRule(Rule):
                 into = _taken(record) - now.taken_by(record.robot)
                 for problem in _entered(record.robot, into, now, status):
                     yield self.broken_by(record, record.robot, problem)
+
+
+class AlwaysRule(Rule):
+    """A robot never enters a region that its own objective avoids, and each of its steps keeps the
+    formulas that stand beside it, whatever it does (D 3). A robot of an external world may be
+    taken elsewhere."""
+
+    name = "always"
+
+    def opening(self, now: Situation) -> Iterator[Finding]:
+        for robot, region in now.region.items():
+            if region in now.header.robots[robot].objective.avoid:
+                problem = f"{robot} starts in {now.show(region)}, which it avoids"
+                yield self.broken(0, robot, now.header_line, problem)
+
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        if not isinstance(record, Move) or (now.external and record.by is None):
+            return
+        robot, own = record.robot, now.header.robots[record.robot].objective
+        for region in (_taken(record) - now.taken_by(robot)) & own.avoid:
+            yield self.broken_by(record, robot, f"{robot} enters {now.show(region)}, to be avoided")
+        if not own.always or record.from_ == record.to:
+            return
+        faced = now.has_heading(robot)
+        before = record.from_, now.heading[robot] if faced else None
+        try:
+            kept = rules_of(own).allows(before, (record.to, record.heading if faced else None))
+        except UnreadError:
+            return
+        if not kept:
+            told = f"{robot} steps from {now.show(record.from_)} to {now.show(record.to)}"
+            problem = f"{told}, against {' and '.join(own.always)}"
+            yield self.broken_by(record, robot, problem)
 
 
 class TransitRule(Rule):

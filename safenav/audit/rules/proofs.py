@@ -9,7 +9,7 @@ from itertools import product
 from typing import Any
 
 from safenav.audit.progress import ENDS
-from safenav.audit.proofs.formulas import UnreadError, read_formulas
+from safenav.audit.proofs.formulas import UnreadError, read_formulas, rules_of
 from safenav.audit.proofs.judging import never_resolved_problems, problems_of
 from safenav.audit.proofs.moment import Moment, Need, OpenObstacle, Pose, Robot
 from safenav.audit.rules.rule import Finding, Rule
@@ -158,7 +158,8 @@ def moment_of(
         },
         obstacles,
         {
-            name: frozenset(
+            name: now.header.robots[name].objective.avoid
+            | frozenset(
                 obstacle.region
                 for obstacle in now.obstacles.values()
                 if now.status[obstacle.name] is Status.UNTRAVERSABLE or obstacle.name in never
@@ -201,9 +202,9 @@ def _robot(name: str, now: Situation, goals: list[Goal]) -> Robot:
         rounds_left=max(rounds - done, 0),
         ends=objective.kind in ENDS,
     )
-    if objective.kind != "ltl":
-        return robot
     try:
+        if objective.kind != "ltl":
+            return replace(robot, rules=rules_of(objective)) if objective.always else robot
         formulas = read_formulas(json.loads(objective.body))
     except UnreadError:
         return replace(robot, judged=False)

@@ -136,7 +136,7 @@ def freedom(world: World, robot: Robot) -> tuple[dict[Pose, set[Pose]], list[Pos
     memory."""
     own, mobility, moves = robot.own, robot.data["mobility"], dict[Pose, set[Pose]]()
     for a in base.poses_of(product(world.free, [None]), mobility):
-        moves[a] = {b for b in world.moves(mobility, a) if a == b or own.allows(own.safety, a, b)}
+        moves[a] = {b for b in world.moves(mobility, a) if a == b or own.permits(a, b)}
     aims = [base.poses_of(product(aim, [None]), mobility) for aim in own.targets]
     for line in own.liveness:
         met = [(a, b) for a in moves for b in moves[a] if own.allows([line], a, b)]
@@ -267,6 +267,7 @@ class Run:
             self.robots[name] = robot = Robot(name, data, rivals)
             alone = all(robots[n]["start"] != data["start"] for n in rivals)
             turning = {"free": False, "heading": True}.get(data["mobility"]) is bool(robot.pose[1])
+            alone = alone and data["start"] not in robot.own.avoid
             fits = alone and turning and robot.places.union(*robot.own.targets) <= self.world.free
             require(fits, f"{name} cannot move or start like that, or has a target in a wall")
         for data in self.scenario["obstacles"]:
@@ -515,12 +516,16 @@ class Run:
         standing = [o for o in self.obstacles.values() if o.known and o.stands(robot.name)]
         at = {f"robots.{name}": other.places for name, other in self.robots.items()}
         at |= {o.name: {o.region} for o in standing}
+        at[f"robots.{robot.name}.objective.avoid"] = {*robot.own.avoid}
+        same = task.objective.rules() == robot.own.rules()
+        require(same, f"{robot.name} is synthesized for other rules than its own")
         closed = [(name.removeprefix("obstacles."), r) for r, name in record.get("closed") or ()]
         wrong = [name for name, region in closed if region not in at.get(name, ())]
         require(not wrong, f"{', '.join(wrong)} is not where it should close a region")
         shut = {o.name for o in standing if robot.name in (o.sealed or ())}
         shut |= {f"robots.{name}" for name in robot.rivals if name not in task.moving}
         shut -= {name for name, _ in closed}
+        shut |= {str(r) for r in robot.own.avoid - {region for _, region in closed}}
         require(not shut, f"{robot.name} does not know of {', '.join(sorted(shut))}")
         for name, value in task.knowledge.items():
             where = task.whereabouts(name, value)
@@ -601,6 +606,8 @@ class Run:
         if robot.destination != before:
             return after  # it was decided before
         require(task, f"{name} has no strategy")
+        kept = after == before or robot.own.permits(before, after)
+        require(kept, f"{name} goes to {after[0]}, against its objective")
         robot.answers = task.answers(robot, self.robots, record.get("busy", ()), self.external)
         require(robot.active or by == "stay", f"{name} goes on, though it is out of service")
         there, answers = task.of_pose.get(after, set()), robot.answers
@@ -610,7 +617,6 @@ class Run:
         fits = {n for n in answers if task.poses[n] == after}
         if by == "plan":
             require(robot.way[:2] == [before, after], f"{name} leaves its plan")
-            require(robot.own.allows(robot.own.safety, before, after), f"{name} must not go there")
             robot.way, fits = robot.way[1:], there
             robot.forms.add("alternation")  # a plan crosses what it must
         elif by == "stay" or (by == "backtrack" and node is None):

@@ -32,6 +32,7 @@ PASSING = re.compile(r"busy_\w+")  # inputs without effect on the next observati
 HEADINGS = ("north", "east", "south", "west")
 STRICTLY = ", without crossing the one whose turn it is not"
 LOOSELY = "; it may cross the one whose turn it is not"
+RULES = ("avoid", "always")  # what an objective forbids beside its goals
 TOLD = ("request", "wait", "assigned")
 SECTIONS = ("ENV_INIT", "SYS_INIT", "ENV_TRANS", "SYS_TRANS", "ENV_LIVENESS", "SYS_LIVENESS")
 
@@ -450,7 +451,9 @@ class Objective:
     ``goals``: their numbers. ``ranges``: the values of its memory, now and next."""
 
     def __init__(self, data: Json) -> None:
-        ((self.kind, value),) = ((kind, value) for kind, value in data.items() if kind != "form")
+        rest = {key: value for key, value in data.items() if key not in (*RULES, "form")}
+        ((self.kind, value),) = rest.items()
+        self.avoid, self.always = frozenset(data.get("avoid", ())), tuple(data.get("always", ()))
         self.data, self.ordered = data, self.kind in ("patrol", "visit", "once")
         self.settles = self.kind in ("hold", "once")  # it stays at its last target
         listed: Any = {"ltl": (), "hold": (value,)}.get(self.kind, value)
@@ -462,6 +465,8 @@ class Objective:
         listed = ([t] if isinstance(t, str) else t for t in texts)
         parts = ([read_clause(text, truths) for text in part] for part in listed)
         self.init, self.safety, self.liveness = parts
+        steps = (f"region' = region | ({text})" for text in self.always)
+        self.safety += [read_clause(text, truths) for text in steps]
         count = len(self.targets) or len(self.liveness) or 1
         self.goals = frozenset(range(count - 1 if self.settles else 0, count))
         once = self.kind == "once" and count > 1 and self.targets[-1] & self.targets[-2]
@@ -472,19 +477,31 @@ class Objective:
 
     def serves(self, wanted: Objective) -> bool:
         """Return whether it is the wanted one, or requires its targets in turn."""
-        weaker = {} if "form" in wanted.data else {"visit": wanted.data.get("patrol")}
+        weaker = {} if "form" in wanted.data else wanted.renamed("visit")
         return self.data in (wanted.data, weaker)
+
+    def renamed(self, kind: str) -> Json:
+        """Return the data of another kind of objective about the same, under the same rules."""
+        return {kind if key == "patrol" else key: value for key, value in self.data.items()}
+
+    def rules(self) -> tuple[Any, ...]:
+        """Return what holds whatever the robot does."""
+        return self.avoid, self.always
 
     def formed(self, form: str | None) -> Objective:
         """Return the objective that a strategy for it in this form pursues."""
         if self.kind != "patrol" or form != "alternation":
             return self
         require("form" not in self.data, "a patrol with 'form: literal' is made an alternation")
-        return Objective({"visit": self.data["patrol"]})
+        return Objective(self.renamed("visit"))
 
     def words(self, form: str = "") -> str:
         """Return it as a sentence without its subject; ``form``: the weakest one that was proven,
         if any."""
+        never = f"; never enter {', '.join(map(str, sorted(self.avoid)))}" if self.avoid else ""
+        return self._aims(form) + never + "".join(f"; always {text}" for text in self.always)
+
+    def _aims(self, form: str) -> str:
         if self.kind == "ltl":
             return "keep the formulas of its own objective"
         listed = ["|".join(map(str, sorted(target))) for target in self.targets]
@@ -496,6 +513,10 @@ class Objective:
             return f"be at each of {', '.join(listed)} again and again, in any order"
         how = {"literal": STRICTLY, "alternation": LOOSELY}.get(form, "") * (self.kind == "patrol")
         return f"be at {' and '.join(listed)} in turn, again and again{how}"
+
+    def permits(self, before: Pose, after: Pose) -> bool:
+        """Return whether a step keeps its formulas and what it avoids."""
+        return after[0] not in self.avoid and self.allows(self.safety, before, after)
 
     def allows(self, lines: Iterable[Clause], before: Pose, after: Pose) -> bool:
         """Return whether formulas hold at a step, with some memory of at most MOST_MEMORY
@@ -509,7 +530,8 @@ class Objective:
         return isinstance(other, Objective) and self.data == other.data
 
     def __str__(self) -> str:
-        return f"{self.kind} {json.dumps(self.data[self.kind])}"
+        rules = "".join(f", {k} {json.dumps(self.data[k])}" for k in RULES if k in self.data)
+        return f"{self.kind} {json.dumps(self.data[self.kind])}{rules}"
 
 
 def circumstances(line: Json) -> str:

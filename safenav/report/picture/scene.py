@@ -28,7 +28,7 @@ from safenav.report.picture.svg import SvgWriter, number
 from safenav.report.picture.text import wrapped
 from safenav.report.replay.perception import Shading
 from safenav.report.replay.timeline import Hidden, ObstacleStatus, Placed, Scene, StoryKind
-from safenav.scenario.objective import targets_of
+from safenav.scenario.objective import avoided, targets_of
 from safenav.trace.looks import Look, looks
 from safenav.world.map import Region
 
@@ -137,6 +137,7 @@ class _Drawing:
                 self._obstacle(obstacle, status)
         draw_taken(self.page, self.scene.robots, self.scene.map, self.cell, style)
         self._targets(style)
+        self._avoided(style)
         self._violations()
         shifts = separated([(r.row, r.col) for r in self.scene.robots])
         for robot, look, (d_row, d_col) in zip(self.scene.robots, style, shifts, strict=True):
@@ -230,6 +231,16 @@ class _Drawing:
                         stroke=INK,
                         stroke_width=0.22,
                     )
+
+    def _avoided(self, style: tuple[Look, ...]) -> None:
+        """Draw a dotted frame in the robot's colour around the regions that it avoids."""
+        for robot, look in zip(self.scene.robots, style, strict=True):
+            regions = avoided(robot.objective) if robot.objective is not None else frozenset()
+            if regions:
+                wide = max(1.5, self.cell * 0.05)
+                border = outline(self.scene.map, regions, self.cell, wide)
+                line = {"stroke": look.colour, "stroke_width": wide, "fill": "none"}
+                self.page.path(border, stroke_dasharray=f"{wide} {2 * wide}", **line)
 
     def _violations(self) -> None:
         """Draw an arrow from the robot into the region that it would have entered."""

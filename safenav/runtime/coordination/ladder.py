@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from safenav.dataclass import dataclass
-from safenav.runtime.formulas import plain_graph
+from safenav.runtime.formulas import graph_of
 from safenav.runtime.team import Assignment, RobotState, Role, TeamState
 from safenav.scenario.model import Coordination, Tracking
 from safenav.scenario.objective import Ltl, Objective, Patrol, Target, targets_of
@@ -70,7 +70,7 @@ def _forms(team: TeamState, robot: RobotState, draft: TaskDraft) -> Iterator[tup
         draft.objective,
         robot.own.memory.index if patrol else memory.index,
         robot.next_pose,
-        plain_graph(team.scenario.map, robot.robot.model.mobility),
+        graph_of(robot.robot, team.scenario.map),
         region_mask(known.region for known in walls),
         shared=bool(team.rivals(robot.robot)),
         assigned=assigned,

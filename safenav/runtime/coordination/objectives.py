@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from safenav.scenario.objective import Hold, Ltl, Objective, Target, Visit
+from safenav.scenario.objective import Hold, Ltl, Objective, Target, Visit, ruled
 from safenav.spec.movement import one_of
 from safenav.world.map import Region
 
@@ -12,14 +12,14 @@ from safenav.world.map import Region
 def holding(objective: Objective, region: Region) -> Objective:
     """Return the objective of a waiting requester: stay in ``region``.
 
-    An ``ltl`` robot keeps its safety guarantees: they hold always, also while it waits.
+    The robot keeps its safety guarantees: they hold always, also while it waits.
     """
     if isinstance(objective, Ltl):
         stay = f"region = {region} -> region' = {region}"
         return replace(
             objective, safety=(*objective.safety, stay), liveness=(f"region = {region}",)
         )
-    return Hold(frozenset({region}))
+    return ruled(Hold(frozenset({region})), objective)
 
 
 def helping(objective: Objective, places: Target, own: Target | None, *, stays: bool) -> Objective:
@@ -32,5 +32,5 @@ def helping(objective: Objective, places: Target, own: Target | None, *, stays: 
     if isinstance(objective, Ltl):
         return replace(objective, liveness=(one_of("region", places),))
     if stays:
-        return Hold(places)
-    return Visit((places,) if own is None else (places, own))
+        return ruled(Hold(places), objective)
+    return ruled(Visit((places,) if own is None else (places, own)), objective)

@@ -12,6 +12,7 @@ from safenav.runtime.coordination.synthesis_recorder import synthesis_record
 from safenav.runtime.navigation import Planner
 from safenav.runtime.team import RobotState, Role, TeamState
 from safenav.scenario.model import Tracking
+from safenav.scenario.objective import Ltl
 from safenav.spec.assignable import Switch
 from safenav.spec.assignable_regions import assignable_regions
 from safenav.spec.forms import alternating
@@ -84,7 +85,9 @@ class Strategies:
         planner = state.planner
         if planner is None:
             return False
-        return planner.relocate(state.pose, state.progress, self._seen_now(state, planner.task))
+        own = state.own.objective == planner.task.robot.objective and planner.task.assignable
+        progress = state.own if own and not isinstance(state.own.objective, Ltl) else state.progress
+        return planner.relocate(state.pose, progress, self._seen_now(state, planner.task))
 
     def catch_up(self, state: RobotState) -> None:
         """Let a robot that could not act on its last look continue in a node that remembers that

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from safenav.scenario.model import Robot, RobotChange
-from safenav.scenario.objective import Ltl, Objective, targets_of
+from safenav.scenario.objective import Ltl, Objective, avoided, targets_of
 from safenav.scenario.reachability import Reachability
 from safenav.scenario.reading.objective import ObjectiveReader
 from safenav.scenario.reading.obstacles import MOST_TICKS
@@ -93,13 +93,15 @@ class ChangeReader:
         world = self._regions.world
         if world is None or not self._reachable:
             return
-        reach = Reachability(robot.model.mobility, robot.start, world)
+        avoid = avoided(objective)
+        reach = Reachability(robot.model.mobility, robot.start, world, avoid)
         for target in targets_of(objective):
             if not reach.reaches(target):
                 where = " or ".join(world.label(region) for region in sorted(target))
                 start = world.label(robot.start.region)
                 found = f"objective of {robot.name}: {clipped(where, 80)} cannot be reached"
-                self._findings.add(node, found, f"it starts at {start}, and walls are between them")
+                between = "what it avoids is" if avoid else "walls are"
+                self._findings.add(node, found, f"it starts at {start}, and {between} between them")
 
     def _service(self, node: Node | None, name: str | None) -> bool | None:
         word = read.text(node, f"'service' of {name or 'a change'}", self._findings)

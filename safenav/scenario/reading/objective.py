@@ -1,4 +1,4 @@
-"""Objectives of robots: ``patrol``, ``visit``, ``cover``, ``hold`` and ``ltl``."""
+"""Objectives of robots: one kind, and rules beside it (``avoid``, ``always``)."""
 
 from __future__ import annotations
 
@@ -15,11 +15,14 @@ from safenav.scenario.objective import (
     Ltl,
     Objective,
     Patrol,
+    Target,
     TargetObjective,
+    on_steps,
+    targets_of,
 )
 from safenav.scenario.reading.regions import RegionReader
 from safenav.scenario.yaml import fields as read
-from safenav.scenario.yaml.document import Node, Scalar, Sequence, clipped
+from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence, clipped
 from safenav.scenario.yaml.findings import Findings, suggestion
 from safenav.world.map import Heading
 from safenav.world.moves import Mobility
@@ -28,7 +31,8 @@ IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 OWN_VARIABLES = frozenset({"region", "heading"})
 FORM = "form"
-KEYS = (*KINDS, "ltl", FORM)
+RULES = ("avoid", "always")
+KEYS = (*KINDS, "ltl", FORM, *RULES)
 LTL_KEYS = ("init", "safety", "liveness", "memory")
 
 
@@ -52,7 +56,7 @@ class ObjectiveReader:
         given = [(key.text, value) for key, value in item.entries if key.text in (*KINDS, "ltl")]
         if not given:
             hint = "give it one, for example {patrol: [14, 20]}"
-            if not item.entries or item.get(FORM) is not None:
+            if not item.entries or any(item.get(key) is not None for key in (FORM, *RULES)):
                 self._findings.add(item, f"{what} is empty", hint)
         if len(given) > 1:
             kinds = " and ".join(f"'{kind}'" for kind, _ in given)
@@ -66,7 +70,36 @@ class ObjectiveReader:
             if kind == "ltl"
             else self._about_targets(KINDS[kind], value, what)
         )
-        return self._formed(found, item.get(FORM), kind, robot)
+        return self._ruled(self._formed(found, item.get(FORM), kind, robot), item, robot, mobility)
+
+    def _ruled(
+        self, objective: Objective | None, item: Mapping, robot: str, mobility: Mobility | None
+    ) -> Objective | None:
+        """The objective with the rules that stand beside it; those of ``ltl`` become formulas."""
+        avoid = self._avoided(item.get("avoid"), f"'avoid' of {robot}")
+        what = f"'always' of {robot}"
+        always = self._lines(item.get("always"), what, self._declared(mobility), True)
+        if objective is None or avoid is None:
+            return None
+        if isinstance(objective, Ltl):
+            never = (f"region' != {region}" for region in sorted(avoid))
+            return replace(objective, safety=(*objective.safety, *never, *map(on_steps, always)))
+        for target in targets_of(objective):
+            if target <= avoid:
+                found = f"'avoid' of {robot} covers a target of its objective"
+                self._findings.add(item.get("avoid"), found, "leave one of the two out")
+                return None
+        return replace(objective, avoid=avoid, always=always)
+
+    def _avoided(self, node: Node | None, what: str) -> Target | None:
+        """A region, an area or a list of them; None if that was reported."""
+        if node is None:
+            return frozenset()
+        if not isinstance(node, Sequence):
+            return self._regions.target(node, what)
+        found = self._regions.targets(node, what) or (None,)
+        sets = [regions for regions in found if regions is not None]
+        return frozenset().union(*sets) if len(sets) == len(found) else None
 
     def _formed(
         self, objective: Objective | None, node: Node | None, kind: str, robot: str
@@ -108,11 +141,7 @@ class ObjectiveReader:
         if item is None:
             return None
         memory = self._memory(item.get("memory"), what)
-        size = self._regions.world.size if self._regions.world else None
-        declared: dict[str, tuple[int, int] | None] = dict(memory)
-        declared["region"] = (0, size - 1 if size else 2**31 - 1)
-        if mobility is not Mobility.FREE:
-            declared["heading"] = (0, 3)
+        declared = {**memory, **self._declared(mobility)}
         lines = {
             part: self._lines(item.get(part), f"'{part}' in {what}", declared, part != "init")
             for part in ("init", "safety", "liveness")
@@ -123,6 +152,12 @@ class ObjectiveReader:
         if len(self._findings) > before:
             return None
         return Ltl(lines["init"], lines["safety"], lines["liveness"], memory)
+
+    def _declared(self, mobility: Mobility | None) -> dict[str, tuple[int, int] | None]:
+        """The variables of a robot's own pose, with their ranges."""
+        size = self._regions.world.size if self._regions.world else 2**31
+        heading = {} if mobility is Mobility.FREE else {"heading": (0, 3)}
+        return {"region": (0, size - 1), **heading}
 
     def _memory(self, node: Node | None, what: str) -> dict[str, tuple[int, int] | None]:
         memory: dict[str, tuple[int, int] | None] = {}

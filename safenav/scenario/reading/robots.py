@@ -8,7 +8,7 @@ from itertools import combinations
 
 from safenav.formula.syntax import RESERVED_WORDS
 from safenav.scenario.model import Catalogue, Robot, RobotModel, Tracking, conflict
-from safenav.scenario.objective import Hold, Ltl, Objective, targets_of
+from safenav.scenario.objective import Hold, Ltl, Objective, avoided, targets_of
 from safenav.scenario.reachability import Reachability
 from safenav.scenario.reading.catalogue import read_vision
 from safenav.scenario.reading.objective import (
@@ -214,9 +214,14 @@ def _check_reachable(robot: Robot, node: Node | None, world: RegionMap, findings
     targets = targets_of(robot.objective)
     if not targets:
         return
-    reach = Reachability(robot.model.mobility, robot.start, world)
+    avoid = avoided(robot.objective)
+    reach = Reachability(robot.model.mobility, robot.start, world, avoid)
     places = _target_nodes(robot.objective, node)
     start = world.label(robot.start.region)
+    if robot.start.region in avoid:
+        found = f"'avoid' of {robot.name}: it starts in {start}, which it is to avoid"
+        place = node.get("avoid") if isinstance(node, Mapping) else node
+        findings.add(place, found, "let it start elsewhere")
     missed = False
     for target, place in zip(targets, places, strict=True):
         if reach.reaches(target):
@@ -249,6 +254,8 @@ def _target_nodes(objective: Objective, node: Node | None) -> tuple[Node, ...]:
 
 
 def _why(robot: Robot, target: frozenset[int], world: RegionMap) -> str:
+    if Reachability(robot.model.mobility, robot.start, world).reaches(target):
+        return "what it avoids is between them"
     if robot.model.mobility is Mobility.HEADING:
         on_foot = Reachability(Mobility.FREE, Pose(robot.start.region), world)
         if on_foot.reaches(target):

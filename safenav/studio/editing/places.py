@@ -88,9 +88,9 @@ class MapPlaces:
                         item[key] = f"{ends[0]}-{ends[-1]}" if len(ends) > 1 else ends[0]
 
     def _objective(self, objective: Any) -> Iterator[tuple[Any, Callable[[Any], None]]]:
-        for kind in OBJECTIVES if isinstance(objective, dict) else ():
+        for kind in (*OBJECTIVES, "avoid") if isinstance(objective, dict) else ():
             told = objective.get(kind)
-            if kind in LISTS and isinstance(told, list):
+            if kind in (*LISTS, "avoid") and isinstance(told, list):
                 for index in range(len(told)):
                     yield from self._target(told, index)
             elif told is not None:
