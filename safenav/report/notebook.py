@@ -44,7 +44,7 @@ def table_of_result(result: RunResult) -> str:
         ("", result.explanation),
         ("ticks", str(result.ticks)),
         ("rounds", rounds),
-        ("syntheses", f"{result.syntheses} ({work} of work)"),
+        ("syntheses", f"{result.syntheses} ({work} summed)"),
         ("time", seconds_words(result.seconds)),
     )
     cells = "".join(f"<tr><th>{escape(k)}</th><td>{escape(v)}</td></tr>" for k, v in rows)

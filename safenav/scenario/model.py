@@ -249,8 +249,8 @@ class Clock(StrEnum):
 
 
 class FailedMoves(StrEnum):
-    """What follows when the moves of a robot into a region have failed too often: the region counts
-    as an obstacle that only an operator resolves, or the robot is out of service."""
+    """Policy after too many failed moves of a robot into a region: the region counts as an obstacle
+    that only an operator resolves, or the robot is out of service."""
 
     OBSTACLE = "obstacle"
     OUT_OF_SERVICE = "out_of_service"
@@ -258,12 +258,12 @@ class FailedMoves(StrEnum):
 
 @dataclass(frozen=True)
 class Failures:
-    """Policies of a live run. ``retries``: a failed move into a region is repeated so often, then
-    comes ``then``. ``most``: failed moves without an arrival after which a robot is out of service.
+    """Policies of a live run. ``retries``: repetitions of a failed move into a region before
+    ``then``. ``most``: failed moves without an arrival after which a robot is out of service.
     ``actions``: failed actions of a robot on an obstacle after which another robot helps.
-    ``patience``: a command that takes so many times the median duration is cancelled, and
-    ``timeout``: one that takes so many seconds (None: no such limit); if it has not ended after the
-    same time again, the robot is lost."""
+    A command is cancelled after ``patience`` times the median duration, or after ``timeout``
+    seconds (None: no such limit); if it has not ended after the same time again, the robot is
+    lost."""
 
     retries: int = 2
     then: FailedMoves = FailedMoves.OBSTACLE
@@ -338,7 +338,7 @@ class Scenario:
 
     ``deadlock``: whether joint plans resolve deadlocks.
     ``partition``: the cells of beliefs, None for the rooms of the map. ``changes``: the changes
-    for robots during the run, by tick (live: at so many seconds). ``catalogue``: the models and
+    for robots during the run, by tick (live: at this many seconds). ``catalogue``: the models and
     types that its text could name, those of its own among them. ``failures``: live policies.
     ``requirements``: formulas over the motion, by name.
     """

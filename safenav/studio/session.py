@@ -165,7 +165,7 @@ class Studio:
     async def _set_speed(self, data: Message) -> None:
         value = data.get("value")
         if not isinstance(value, int | float) or not 0 < value <= 1000:
-            raise UsageError("a speed is a number of ticks a second")
+            raise UsageError("a speed is a number of ticks per second")
         self._speed = float(value)
         if self.run is not None:
             self.run.set_speed(self._speed)

@@ -104,8 +104,8 @@ _LISTED_ROBOTS = 4
 
 _PLAN_OVER = {
     vocabulary.PlanEndReason.REACHED: "every robot has arrived",
-    vocabulary.PlanEndReason.VIOLATION: "something stands in its way",
-    vocabulary.PlanEndReason.CHANGED: "things have changed",
+    vocabulary.PlanEndReason.VIOLATION: "an obstacle is in its way",
+    vocabulary.PlanEndReason.CHANGED: "the situation has changed",
 }
 
 
@@ -167,7 +167,7 @@ class Wording:
                 obstacle = self.strong(self.obstacle(line.obstacle))
                 whom = self._all(line.robots)
                 why = line.because or _BLOCKED[line.reason]
-                return f"{obstacle} stays blocked for {whom}: {why}"
+                return f"{obstacle} permanently blocks {whom}: {why}"
             case records.Appeared():
                 return f"{self.strong(self.obstacle(line.obstacle))} appears"
             case records.Gone():
@@ -253,13 +253,13 @@ class Wording:
     def giving_way(self, helpers: Iterable[str], requester: str | None) -> str:
         """Return which robots give way to which robot."""
         names = list(helpers)
-        to = self.robot(requester) if requester else "the others"
+        to = self.robot(requester) if requester else "the other robots"
         return f"{self._all(names)} {'gives' if len(names) == 1 else 'give'} way to {to}"
 
     def given_way(self, line: records.Pop, helpers: Sequence[str]) -> str:
         """The pop after robots have given way."""
         verb = "has" if len(helpers) == 1 else "have"
-        to = self.robot(line.requester) if line.requester else "the others"
+        to = self.robot(line.requester) if line.requester else "the other robots"
         return f"{self._all(helpers)} {verb} given way to {to}: {self.sentence(line)}"
 
     def backing_up(self, violation: records.Violation, backtrack: records.Backtrack) -> str:
@@ -278,7 +278,7 @@ class Wording:
         if line.need is not None:
             about += f" (need {line.need + 1})"
         bids = ", ".join(
-            f"{name} cannot get there" if bid is None else f"{name} needs {counted(bid, 'tick')}"
+            f"{name} cannot reach it" if bid is None else f"{name} needs {counted(bid, 'tick')}"
             for name, bid in line.bids.items()
         )
         bids = bids or "no robot has the capability"
@@ -287,14 +287,14 @@ class Wording:
             act = actions[line.need or 0] if actions else "resolve"
             return f"{self.robot(line.requester)} goes to {act} it itself: {about}; {bids}"
         help_ = f"{self._all(helpers)} {'helps' if len(helpers) == 1 else 'help'}"
-        asks = f"{self.robot(line.requester)} asks for help with {about}"
+        asks = f"{self.robot(line.requester)} requests help with {about}"
         if not helpers:
             help_ = f"no robot helps: {line.because}" if line.because else "no robot helps"
         return f"{asks}: {bids}; {help_}"
 
     def _met(self, line: records.Met) -> str:
         what = f"need {line.need + 1} of {self.strong(self.obstacle(line.obstacle))}"
-        met = f"{self.robot(line.robot)} at {self._at(line.at)} meets {what}"
+        met = f"{self.robot(line.robot)} at {self._at(line.at)} fulfils {what}"
         return f"{met}{self._with(line)}: {line.action}"
 
     def _resolved(self, line: records.Resolved) -> str:
@@ -355,7 +355,7 @@ def listed(names: Iterable[str]) -> str:
     """Return ``a``, ``a and b`` or ``a, b and c``; ``nobody`` for no names."""
     words = list(names)
     if len(words) < 2:
-        return words[0] if words else "nobody"
+        return words[0] if words else "no robot"
     return ", ".join(words[:-1]) + " and " + words[-1]
 
 

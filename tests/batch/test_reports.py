@@ -215,7 +215,7 @@ def test_failures_with_one_cause_are_one_block() -> None:
     text = "\n".join(summary(report(*late, other)))
     assert text.count("ticks: expected at most 5, got 40") == 1
     others = ", ".join(f"[seed={n}, coordination=resynthesis]" for n in range(1, 4))
-    assert f"  so, too: {others} and [seed=4, coordination=resynthesis]\n" in text
+    assert f"  likewise: {others} and [seed=4, coordination=resynthesis]\n" in text
     assert text.count(": different") == 2
 
 

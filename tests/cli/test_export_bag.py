@@ -79,7 +79,7 @@ def test_the_bag_tells_what_the_trace_tells(safenav: Command, trace: Path, tmp_p
                 assert (round(quarter) - facing[move["heading"]]) % 4 == 0
 
     told = [message.msg for _, message in bag["/rosout"]]
-    assert any("asks for help with door@47" in text for text in told)
+    assert any("requests help with door@47" in text for text in told)
     assert told[-1].startswith("completed")
     actions = [marker.action for _, message in bag["/obstacles"] for marker in message.markers]
     assert actions[0] == 0 and actions[-1] == 2, "found, later resolved"

@@ -36,7 +36,7 @@ def test_case_study_is_told_and_ends_as_expected(safenav: Command, number: int) 
     done = safenav("run", SCENARIOS / f"case_study_{number}.yaml", "--trace", "t.jsonl")
     assert done.returncode == 0, done.stderr
     assert done.stderr == ""
-    for words in ("keeps out", "asks for help", "objectives pushed", "resolves", "completed"):
+    for words in ("keeps out", "requests help", "objectives pushed", "resolves", "completed"):
         assert words in done.stdout
     assert "██" in done.stdout
 

@@ -41,7 +41,7 @@ def test_a_scenario_and_a_run_draw_themselves(outputs: list[dict[str, Any]]) -> 
     assert '<progress value="4" max="4">' in bar and "completed" in bar
     assert "<th>outcome</th><td>completed</td>" in result
     assert page.startswith("<iframe srcdoc=")
-    assert "asks for help with door@47" in outputs[-1]["text/plain"]
+    assert "requests help with door@47" in outputs[-1]["text/plain"]
 
 
 def test_the_committed_notebook_holds_no_outputs() -> None:

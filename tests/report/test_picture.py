@@ -131,7 +131,7 @@ def test_robots_over_one_another_are_drawn_apart() -> None:
 
 
 def test_texts_are_wrapped_to_a_width() -> None:
-    text = "quad asks for help with door@47 and " + "m" * 80
+    text = "quad requests help with door@47 and " + "m" * 80
     lines = wrapped(text, 12, 200)
     assert all(text_width(line, 12) <= 200 for line in lines)
     assert "".join(lines).replace(" ", "") == text.replace(" ", "")
@@ -159,7 +159,7 @@ def test_a_scenario_as_text_shows_numbers_starts_targets_and_obstacles() -> None
     text = "\n".join(scenario_text(scenario, width=100))
     for mark in ("Q14", "D71", "q54", "q49", "d58", "d28", "?47"):
         assert re.search(rf"{re.escape(mark)}\b", text), mark
-    assert "door@47: hidden at 47 [3, 8], needs push at 47, blocks everybody; " in text
+    assert "door@47: hidden at 47 [3, 8], needs push at 47, blocks every robot; " in text
 
 
 def test_a_narrow_terminal_gets_a_narrow_map() -> None:

@@ -271,7 +271,7 @@ def test_a_robot_in_transit_is_drawn_between_both_regions(
     assert abs(col - 6.5) < 0.02 and abs(row - 2) < 0.02
     (frame,) = browser.all('.taken[data-robot="slow"]')
     assert frame.get_attribute("width") == "75"
-    assert "on its way to 24 [2, 6]" in browser.one(".robots").text
+    assert "in transit to 24 [2, 6]" in browser.one(".robots").text
     browser.press(Keys.ARROW_RIGHT)
     assert not browser.all(".knowledge .taken")
     assert abs(browser.centre("slow")[0] - 6) < 0.02

@@ -170,7 +170,7 @@ def _first(lines: list[Line], kind: str) -> Line:
 
 BREAKAGES: dict[str, tuple[str, Callable[[list[Line]], object]]] = {
     "a move off the map": (
-        "91 is no region of the map",
+        "91 is not a region of the map",
         lambda lines: _first(lines, "move").update(to=91),
     ),
     "a move of a stranger": (

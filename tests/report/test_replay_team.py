@@ -174,7 +174,7 @@ def test_a_picture_hatches_beliefs_and_tints_sight(meeting: Replay) -> None:
     words = " ".join(e.text or "" for e in ElementTree.fromstring(svg).iter(f"{SVG}text"))
     assert "what fast sees (up to 3 regions far)" in words
     assert "where fast took slow to be when it last looked" in words
-    assert "takes up both" in words
+    assert "occupies both" in words
     hatched = [
         path.attrib["d"]
         for path in ElementTree.fromstring(svg).iter(f"{SVG}path")
@@ -192,7 +192,7 @@ def test_regions_are_told_in_short() -> None:
 def test_the_terminal_tells_beliefs_and_transit(meeting: Replay) -> None:
     text = "\n".join(frame(meeting, 1))
     assert "fast believes slow in 14-16, 23-25, 32-34" in text
-    assert "slow at 25 [2, 7]: visit 19, 25 in turn (on its way to 24 [2, 6])" in text
+    assert "slow at 25 [2, 7]: visit 19, 25 in turn (in transit to 24 [2, 6])" in text
     assert "stack 1: slow gives way to fast" in "\n".join(frame(meeting, 3))
 
 

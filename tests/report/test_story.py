@@ -56,7 +56,7 @@ def test_events_of_one_tick_stand_below_one_another() -> None:
     )
     assert said == [
         "tick 2     quad at 8 [1, 2] finds a door at gate 9 [1, 3] and keeps out: it cannot push",
-        "           quad asks for help with door@gate: digit needs 3 ticks; digit helps",
+        "           quad requests help with door@gate: digit needs 3 ticks; digit helps",
         "tick 5     digit at gate 9 [1, 3] resolves door@gate",
     ]
 

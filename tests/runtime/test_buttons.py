@@ -74,7 +74,7 @@ def test_the_story_says_that_it_goes_itself() -> None:
     scenario = load_scenario_text(PIA)
     Mission(scenario, listeners=[Story(scenario, lines.append, maps=False)]).run()
     told = click.unstyle("\n".join(lines))
-    assert "pia goes to press it itself" in told and "asks for help" not in told
+    assert "pia goes to press it itself" in told and "requests help" not in told
     assert "keeps out until 'press' is done" in told and "cannot press" not in told
 
 

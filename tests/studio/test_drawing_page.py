@@ -138,7 +138,7 @@ def test_a_door_is_closed_by_a_click_and_the_saved_scenario_plays_the_same(board
     limit = time.monotonic() + MINUTES
     while json_tick(board) < 5:
         assert time.monotonic() < limit
-        browser.button("One tick on").click()
+        browser.button("Next tick").click()
         time.sleep(0.1)
     board.choose("Close: door")
     board.click(44)

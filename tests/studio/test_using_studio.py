@@ -314,7 +314,7 @@ def test_the_map_is_drawn_with_the_keyboard_alone(house: Board) -> None:
     assert browser.tick == tick, "the arrows move the cursor"
     browser.wait(lambda: "region 16 " in readout(browser), MINUTES)
     browser.press(Keys.ENTER)
-    browser.button("One tick on").click()
+    browser.button("Next tick").click()
     browser.wait(lambda: browser.all('[data-obstacle="door@16"]'), MINUTES)
 
 

@@ -47,7 +47,7 @@ def test_every_reason_of_a_synthesis_has_its_words(reason: vocabulary.Reason) ->
 @pytest.mark.parametrize("reason", vocabulary.BlockReason)
 def test_every_reason_to_block_has_its_words(reason: vocabulary.BlockReason) -> None:
     line = records.Blocked(1, "door@47", frozenset({"quad", "digit"}), reason)
-    assert Wording().sentence(line).startswith("door@47 stays blocked for digit and quad: ")
+    assert Wording().sentence(line).startswith("door@47 permanently blocks digit and quad: ")
 
 
 @pytest.mark.parametrize(
@@ -65,7 +65,7 @@ def test_robots_that_something_is_blocked_for(
 ) -> None:
     names = frozenset(f"rover_{number}" for number in numbers)
     line = records.Blocked(1, "door@47", names, vocabulary.BlockReason.UNRESOLVABLE)
-    assert f" stays blocked for {told}: " in Wording(team=team).sentence(line)
+    assert f" permanently blocks {told}: " in Wording(team=team).sentence(line)
 
 
 def test_regions_and_robots_are_shown_as_the_teller_likes() -> None:
@@ -80,12 +80,12 @@ def test_regions_and_robots_are_shown_as_the_teller_likes() -> None:
     told = "QUAD at gate 46 finds *a door* at dock 47 and keeps out: it cannot push"
     assert wording.sentence(violation) == told
     request = records.Request(3, "door@47", "quad", {"digit": 1, "rover": None}, "digit", (47,))
-    told = "QUAD asks for help with door@dock: digit needs 1 tick, rover cannot get there"
+    told = "QUAD requests help with door@dock: digit needs 1 tick, rover cannot reach it"
     assert wording.sentence(request) == f"{told}; DIGIT helps"
     second = records.Request(3, "door@47", "quad", {"digit": 1}, "digit", (47,), need=1)
-    assert wording.sentence(second).startswith("QUAD asks for help with door@dock (need 2): ")
+    assert wording.sentence(second).startswith("QUAD requests help with door@dock (need 2): ")
     met = records.Met(5, "door@47", 0, "sense", "quad", 46)
-    assert wording.sentence(met) == "QUAD at gate 46 meets need 1 of *door@dock*: sense"
+    assert wording.sentence(met) == "QUAD at gate 46 fulfils need 1 of *door@dock*: sense"
     both = records.Resolved(5, "beam@47", "digit", 46, False, None, robots=("digit", "rover"))
     assert wording.sentence(both) == (
         "DIGIT at gate 46 resolves *beam@dock* with ROVER (without a request)"

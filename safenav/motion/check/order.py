@@ -203,7 +203,7 @@ def _entered(
         if obstacle.region != step.to or step.robot not in obstacle.blocks:
             continue
         if name in closed:
-            wrong("obstacle", f"enters region {step.to}, where {name} stays for good")
+            wrong("obstacle", f"enters region {step.to}, where {name} stays permanently")
             continue
         stage, since = run.met.get(name, (0, None))
         if obstacle.resolved_by_entering(run.robots[step.robot], stage):

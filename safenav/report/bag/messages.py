@@ -102,7 +102,7 @@ class _Telling:
     def __init__(self, replay: Replay, frame: Frame, clock: Clock, plans: JointPlans) -> None:
         width, height = frame.resolution
         if abs(width - height) > 1e-6 * width:
-            raise ValueError(f"regions of {width:g} x {height:g} m are no squares")
+            raise ValueError(f"regions of {width:g} x {height:g} m are not square")
         self.replay = replay
         self.frame = frame
         self.clock = clock

@@ -75,7 +75,7 @@ def _why(group: Sequence[Result]) -> list[str]:
     lines = [click.style(f"{result.name}: {result.verdict.value}", bold=True)]
     if others:
         names = (other.name.removeprefix(result.file).strip() for other in others[:_NAMES])
-        lines.append(f"  so, too: {listed(names)}")
+        lines.append(f"  likewise: {listed(names)}")
         if len(others) > _NAMES:
             lines.append(f"  ... and {len(others) - _NAMES} more")
     lines += [f"  {reason}" for reason in result.reasons[:_REASONS]]

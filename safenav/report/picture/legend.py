@@ -251,9 +251,9 @@ def _marks(scene: Scene, style: tuple[Look, ...], more: Sequence[Row]) -> Block:
     if style:
         rows.append(Row(target, lines_of("target of the robot with this shape and colour", 12)))
     if any(len(robot.trail) > 1 for robot in scene.robots):
-        rows.append(Row(trail, lines_of("the way a robot came, newest part strongest", 12)))
+        rows.append(Row(trail, lines_of("path of a robot, newest part strongest", 12)))
     if any(robot.heading is not None for robot in scene.robots):
         rows.append(Row(nose, lines_of("where a robot faces", 12)))
     if any(event.kind is StoryKind.VIOLATION for event in scene.happened):
-        rows.append(Row(refused, lines_of("step that was refused", 12)))
+        rows.append(Row(refused, lines_of("refused step", 12)))
     return Block("Marks", (*rows, *more))

@@ -149,7 +149,7 @@ def _blocked(obstacle: Obstacle, scenario: Scenario) -> str:
     others = [name for name in names if name not in stopped]
     whom = listed(stopped)
     if stopped and len(others) < len(stopped):
-        whom = f"everybody but {listed(others)}" if others else "everybody"
+        whom = f"every robot except {listed(others)}" if others else "every robot"
     last = len(obstacle.needs) - 1
     enter = [r.name for r in scenario.robots if obstacle.resolved_by_entering(r, last)]
     entering = [name for name in enter if name in stopped]

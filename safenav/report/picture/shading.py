@@ -92,7 +92,7 @@ def taken_row(robots: Sequence[Placed], style: Sequence[Look]) -> Row | None:
     def icon(page: SvgWriter, x: float, y: float) -> None:
         page.rect(x - 12, y - 6, 24, 12, rx=4, fill="none", stroke=look.colour, stroke_width=2)
 
-    return Row(icon, lines_of("on its way between two regions, takes up both", 12))
+    return Row(icon, lines_of("in transit: occupies both regions", 12))
 
 
 def _swatch(x: float, y: float) -> str:

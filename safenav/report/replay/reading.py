@@ -399,5 +399,5 @@ def long_steps(bound: Sequence[Region | None]) -> tuple[LongStep, ...]:
 
 def _on_map(world: RegionMap, region: Region) -> Region:
     if not 0 <= region < world.size:
-        raise ContradictionError(f"{region} is no region of the map (0 to {world.size - 1})")
+        raise ContradictionError(f"{region} is not a region of the map (0 to {world.size - 1})")
     return region

@@ -35,11 +35,11 @@ class ObstacleStatus(StrEnum):
 
 
 _MEANINGS = {
-    ObstacleStatus.HIDDEN: "hidden so far",
+    ObstacleStatus.HIDDEN: "still hidden",
     ObstacleStatus.FOUND: "found",
     ObstacleStatus.REQUESTED: "help requested",
     ObstacleStatus.RESOLVED: "resolved",
-    ObstacleStatus.BLOCKED: "stays blocked",
+    ObstacleStatus.BLOCKED: "permanently blocked",
 }
 
 

@@ -84,7 +84,7 @@ def _robots(catalogue: Catalogue) -> list[str]:
         )
         for name, model in catalogue.robots.items()
     ]
-    headings = ("model", "mobility", "layer", "capabilities", "vision", "ticks a step", "size")
+    headings = ("model", "mobility", "layer", "capabilities", "vision", "ticks per step", "size")
     return table((*headings, "source"), rows)
 
 
@@ -94,7 +94,7 @@ def _obstacles(catalogue: Catalogue) -> list[str]:
             name,
             kind.action,
             _where(kind),
-            "everybody" if kind.blocks is None else _listed(sorted(kind.blocks)),
+            "every robot" if kind.blocks is None else _listed(sorted(kind.blocks)),
             "traversable or not" if kind.has_truth else None,
             catalogue.sources[f"obstacles.{name}"],
         )

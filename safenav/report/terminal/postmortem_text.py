@@ -11,11 +11,11 @@ from safenav.runtime.postmortem import Postmortem
 from safenav.scenario.model import Outcome, Scenario
 
 _CAUSES = {
-    "no_capable_robot": "too few robots of the team have an action that is needed",
-    "cyclic_requests": "robots wait for each other's help, round in a circle",
-    "never_resolvable": "the robots that could help cannot get to where they are needed",
-    "unrealizable": "a robot has no strategy for what it is to do",
-    "deadlock": "the robots stand in each other's way",
+    "no_capable_robot": "too few robots have a needed action",
+    "cyclic_requests": "robots wait for each other's help in a circle",
+    "never_resolvable": "the robots that could help cannot reach the regions where they are needed",
+    "unrealizable": "a robot has no strategy for its task",
+    "deadlock": "the robots are in each other's way",
 }
 
 
@@ -36,7 +36,7 @@ def postmortem_lines(found: Postmortem) -> Iterator[str]:
     yield from (f"  {number}. {link}" for number, link in enumerate(found.chain, 1))
     yield ""
     if found.repairs:
-        yield "With any one of these changes a run was completed:"
+        yield "With any one of these changes, a run was completed:"
         for repair in found.repairs:
             change = "; ".join(f"{item}: {value}" for item, value in repair.change)
             yield f"  - {change} (after {repair.ticks} ticks)"

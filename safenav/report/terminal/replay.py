@@ -61,7 +61,7 @@ def frame(replay: Replay, tick: int, recent: int = 6) -> list[str]:
         lines.append(f"{sign[track.name]} {track.name} at {at}: {words}")
         transit = track.transit(tick)
         if transit is not None:
-            lines[-1] += f" (on its way to {replay.map.label(transit[0])})"
+            lines[-1] += f" (in transit to {replay.map.label(transit[0])})"
     lines += [
         line
         for viewer in viewers(replay)

@@ -141,7 +141,7 @@ class Story:
         self._echo(
             f"           {counted(event.ticks, 'tick')}, "
             f"{counted(event.syntheses, 'synthesis', 'syntheses')} "
-            f"({spent} of work), {seconds_words(event.seconds)} in all"
+            f"({spent} summed), {seconds_words(event.seconds)} total"
         )
 
     def _flush_syntheses(self) -> None:
@@ -200,7 +200,7 @@ class Story:
             for name, (region, _) in self._poses.items()
         ]
         lines += [f"▒▒ {name}" for name in self._closed.values()]
-        lines += [f"XX {name}, barred" for name in self._barred.values()]
+        lines += [f"XX {name}, permanent" for name in self._barred.values()]
         lines.append(" o target of an objective")
         return lines
 

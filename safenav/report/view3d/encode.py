@@ -136,8 +136,8 @@ def _clock(motion: Motion, last: int) -> list[float]:
         if isinstance(line, Segment | Flight | Drive | Action):
             if line.tick > last:
                 raise UsageError(
-                    f"the motion goes on until tick {line.tick}, the run ends at {last}: it is "
-                    "the motion of another trace"
+                    f"the motion continues until tick {line.tick}, the run ends at {last}: "
+                    "it belongs to another trace"
                 )
             done[line.tick] = max(done[line.tick], line.t1)
     clock = np.maximum.accumulate(np.array(done))

@@ -46,8 +46,8 @@ def read_bytes(path: Path, findings: Findings, named_at: Node, limit: int) -> by
 
 
 def _refuse_outside(path: Path, findings: Findings, named_at: Node | None) -> None:
-    """Raises before a file is touched that an input from elsewhere must not name; of one that the
-    user has named it is told when it reads files outside of its folder."""
+    """Raise before touching a file that an input from elsewhere must not name; report files outside
+    the folder of an input that the user has named."""
     reach = findings.reach
     if named_at is None:
         return

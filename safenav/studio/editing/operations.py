@@ -125,7 +125,7 @@ def set_value(data: Any, told: Operation) -> None:
             data[holder].fa.set_flow_style()
         data[holder][key] = int(value)
     else:
-        raise UsageError(f"'{str(key)[:40]}' is no setting of the drawing")
+        raise UsageError(f"'{str(key)[:40]}' is not a setting of the drawing")
 
 
 def repair(data: Any, told: Operation) -> None:

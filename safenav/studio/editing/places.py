@@ -41,7 +41,7 @@ class MapPlaces:
     def written(self, region: int, like: Any = None) -> Any:
         """A region, in the way in which ``like`` is written: by a name if it has one."""
         if not 0 <= region < self.rows * self.cols:
-            raise UsageError(f"{region} is no region of the map")
+            raise UsageError(f"{region} is not a region of the map")
         if isinstance(like, str) or like is None:
             for name, value in self.names.items():
                 if self.read(value) == region:

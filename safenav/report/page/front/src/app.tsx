@@ -23,7 +23,7 @@ const TOLD: ReadonlySet<EventKind> = new Set([
   "outcome",
 ]);
 
-/** More than these are told closely, whatever the height of the window. */
+/** Larger teams are shown in narrow rows, whatever the height of the window. */
 const MANY_ROBOTS = 3;
 
 interface AppProps {
@@ -203,7 +203,7 @@ function Choices({ run, shown, choices, onChange }: ChoicesProps) {
         <label class="viewer">
           of
           <select
-            aria-label="Whose sight and beliefs"
+            aria-label="Sight and beliefs"
             value={String(shown.viewer)}
             onChange={(event) => onChange({ ...shown, viewer: Number(event.currentTarget.value) })}
           >
@@ -218,7 +218,7 @@ function Choices({ run, shown, choices, onChange }: ChoicesProps) {
   );
 }
 
-/** How the run ended and where it comes from; `extras.about` says it of one that goes on. */
+/** How the run ended and where it comes from; `extras.about` covers live runs. */
 function About({ run }: { run: Run }) {
   const { ending } = run;
   return (
@@ -232,7 +232,7 @@ function About({ run }: { run: Run }) {
         {ending
           ? `${ending.outcome.replace(/_/g, " ")}: ${ending.explanation} (${count(run.last, "tick")}, ` +
             `${count(ending.syntheses, "synthesis", "syntheses")} in ${ending.synthesisSeconds}, ` +
-            `${ending.seconds} in all)`
+            `${ending.seconds} total)`
           : `cut off after tick ${run.last}`}
       </p>
     </>

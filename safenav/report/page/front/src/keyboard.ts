@@ -13,7 +13,7 @@ export const KEYS: [keys: string, meaning: string][] = [
   ["Home End", "first or last tick"],
   ["+ −", "faster or slower"],
   ["I O", "zoom in or out; also the wheel and two fingers"],
-  ["W A S D", "move the map; so does dragging it"],
+  ["W A S D", "move the map; dragging it does the same"],
   ["F", "the whole map"],
   ["R", "follow the next robot"],
   ["T", "theme: automatic, light, dark"],

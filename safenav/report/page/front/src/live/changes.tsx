@@ -121,7 +121,7 @@ export function ToolLine({ run, tool, choose, say, over }: Pick<WorldProps, "run
         <p class="quiet">{over ? `${OVER}.` : hintOf(tool)}</p>
       )}
       {tool.does !== "look" && !over && (
-        <button type="button" title="Back to looking (Esc)" onClick={() => choose({ does: "look" })}>
+        <button type="button" title="Back to viewing (Esc)" onClick={() => choose({ does: "look" })}>
           Done
         </button>
       )}

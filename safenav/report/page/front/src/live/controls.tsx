@@ -32,7 +32,7 @@ export function LiveControls({ run, player, tick, say }: LiveControlsProps) {
             off={ended && OVER}
             onClick={() => player.toggle()}
           />}
-          <Button icon="on" label="One tick on" off={(ended || !say) && tick >= run.last && OVER} onClick={() => player.step(1)} />
+          <Button icon="on" label="Next tick" off={(ended || !say) && tick >= run.last && OVER} onClick={() => player.step(1)} />
           <button
             type="button"
             class={`now ${player.following ? "following" : ""}`}
@@ -70,7 +70,7 @@ function Again({ player, say }: { player: LivePlayer; say: Say }) {
           onInput={(event) => setSeed(event.currentTarget.value)}
         />
       </label>
-      <button type="button" title="Run from the beginning" onClick={again}>
+      <button type="button" title="Restart the run" onClick={again}>
         Restart
       </button>
       <button type="button" {...unless(player.state.phase === "ended" && OVER, () => say("end"), "End the run")}>

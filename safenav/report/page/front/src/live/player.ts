@@ -1,6 +1,6 @@
 /**
- * The clock of a page whose run goes on: it follows the newest tick, smoothly, until the reader
- * goes back; then it stays where it was put while the run goes on.
+ * The clock of a live page: it follows the newest tick, smoothly, until the reader
+ * goes back; then it stays where it was put while the run continues.
  */
 
 import { Player } from "../run/player";
@@ -28,7 +28,7 @@ export class LivePlayer extends Player {
     this.time = last;
   }
 
-  /** The run has come to another tick, or begins anew (`afresh`). */
+  /** The run reached another tick, or restarted (`afresh`). */
   reach(last: number, afresh: boolean): void {
     const before = this.last;
     this.last = last;
@@ -60,7 +60,7 @@ export class LivePlayer extends Player {
     this.say(running ? "pause" : "play");
   }
 
-  /** Looks at another tick; the run itself goes on. */
+  /** Shows another tick; the run itself continues. */
   override seek(tick: number): void {
     this.playing = false;
     super.seek(tick);

@@ -22,7 +22,7 @@ export interface Eye {
   onChange(listener: () => void): () => void;
   fit(): void;
   zoom(factor: number): void;
-  /** Moves the map by so many pixels. */
+  /** Moves the map by dx and dy pixels. */
   pan(dx: number, dy: number): void;
   /** Brings a column and row into view. */
   show(x: number, y: number): void;
@@ -86,7 +86,7 @@ export class Camera implements Eye {
     this.change(scale, x - shift(px, this.width), y - shift(py, this.height));
   }
 
-  /** Moves the paper by so many pixels; nobody is followed any more. */
+  /** Moves the paper by dx and dy pixels and stops following a robot. */
   pan(dx: number, dy: number): void {
     this.followed = null;
     this.change(this.scale, this.x - dx / this.scale, this.y - dy / this.scale);
@@ -146,7 +146,7 @@ export class Camera implements Eye {
   }
 }
 
-/** Pointer and wheel: drag, pinch, zoom at the pointer; a tap that was no drag is a click. */
+/** Pointer and wheel: drag, pinch, zoom at the pointer; a tap without a drag is a click. */
 export function listenToPointers(
   room: HTMLElement,
   camera: Camera,

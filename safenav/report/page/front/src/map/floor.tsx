@@ -33,7 +33,7 @@ export function Floor({ run, numbers, names, scale }: FloorProps) {
   );
 }
 
-/** Runs that go on, and drawings that are changed, come as new objects with the same floor. */
+/** Live runs and changed drawings come as new objects with the same floor. */
 function sameFloor<P extends { run: Run }>(a: P, b: P): boolean {
   const rest = (props: P): string => JSON.stringify({ ...props, run: null });
   return a.run.grid === b.run.grid && a.run.cols === b.run.cols && rest(a) === rest(b);

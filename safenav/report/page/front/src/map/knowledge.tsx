@@ -1,4 +1,4 @@
-/** What is known at a tick: obstacles, targets, regions taken up, steps that were refused. */
+/** Known at a tick: obstacles, targets, occupied regions, refused steps. */
 
 import { memo } from "preact/compat";
 import { CELL } from "./camera";

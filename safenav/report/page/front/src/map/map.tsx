@@ -1,7 +1,7 @@
 /**
  * The map, in drawings over one another so that a browser repaints only what changes: the floor
- * (never), shading of what robots see and believe (at ticks), trails (every frame), what is known
- * (at ticks), robots (every frame). What moves in every frame is moved by hand and not through
+ * (never), shading of what robots see and believe (at ticks), trails (every frame), obstacles and
+ * targets (at ticks), robots (every frame). What moves in every frame is moved by hand and not through
  * the component tree.
  */
 
@@ -175,7 +175,7 @@ function describeRegion(run: Run, region: number, tick: number, shown: Shown): s
   if (isWall(run, region)) parts.push("wall");
   for (const robot of run.robots) {
     if (robot.path[tick] === region) parts.push(robot.name);
-    if (transitAt(robot, tick)?.[0] === region) parts.push(`${robot.name} is on its way here`);
+    if (transitAt(robot, tick)?.[0] === region) parts.push(`${robot.name} is in transit to this region`);
     if (at(robot.tasks, tick)[2].includes(region)) parts.push(`target of ${robot.name}`);
   }
   for (const o of run.obstacles) if (o.region === region && tick >= o.since) parts.push(`${o.label}, ${at(o.status, tick)[1]}`);

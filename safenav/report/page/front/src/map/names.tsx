@@ -78,7 +78,7 @@ function* places(box: Box, width: number, height: number, area: boolean): Genera
   }
 }
 
-/** The names of a map that shows a cell in so many pixels; one without room is left to the hover. */
+/** The names of a map for a given cell size in pixels; one without room is left to the hover. */
 export function placeNames(run: Run, scale: number): Name[] {
   const placed: Name[] = [];
   const [width, height] = [run.cols * scale, run.rows * scale];

@@ -111,7 +111,7 @@ export function knowledgeOf(run: Run, robot: Robot, tick: number): string[] {
   });
 }
 
-/** What is to be said of a region in the shading that is shown. */
+/** Notes on a region in the present shading. */
 export function shadesAt(run: Run, region: number, tick: number, shown: Shown): string[] {
   return viewersOf(run)
     .filter((robot) => watched(run, robot, shown))

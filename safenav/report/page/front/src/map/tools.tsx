@@ -36,7 +36,7 @@ export function Tools({ run, camera, tick }: { run: Run; camera: Camera; tick: n
             camera.follow(chosen === "" ? null : Number(chosen));
           }}
         >
-          <option value="">follow nobody</option>
+          <option value="">follow no robot</option>
           {run.robots.map((robot, i) => (
             <option value={String(i)}>follow {robot.name}</option>
           ))}

@@ -26,7 +26,7 @@ export function Controls({ run, player, tick }: ControlsProps) {
             primary
             onClick={() => player.toggle()}
           />
-          <Button icon="on" label="One tick on" onClick={() => player.step(1)} />
+          <Button icon="on" label="Next tick" onClick={() => player.step(1)} />
           <Button icon="last" label="Last tick" onClick={() => player.seek(player.last)} />
         </div>
         <p class="clock">
@@ -46,7 +46,7 @@ export function BackButtons({ player }: { player: Player }) {
   return (
     <>
       <Button icon="first" label="First tick" onClick={() => player.seek(0)} />
-      <Button icon="back" label="One tick back" onClick={() => player.step(-1)} />
+      <Button icon="back" label="Previous tick" onClick={() => player.step(-1)} />
     </>
   );
 }
@@ -170,7 +170,7 @@ interface TimelineMark {
 }
 
 /**
- * The marks of a timeline of so many pixels. The story comes first, by rank: its marks stand above or
+ * The marks of a timeline of a given width in pixels. The story comes first, by rank: its marks stand above or
  * beside others that are close. Other events take a place in the lowest row where the story leaves
  * one. Where there is no room at all, the words of an event are added to the nearest mark.
  */

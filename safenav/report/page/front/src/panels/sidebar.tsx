@@ -70,7 +70,7 @@ export function Robots({ run, tick, eye, player, where }: RobotsProps) {
           const facing = here.heading ? `, facing ${DIRECTIONS[here.heading]}` : "";
           const role = roleOf(robot.name, frames);
           const transit = where ? null : transitAt(robot, tick);
-          const onItsWay = transit ? `, on its way to ${label(run, transit[0])}` : "";
+          const onItsWay = transit ? `, in transit to ${label(run, transit[0])}` : "";
           return (
             <li key={robot.name}>
               <button
@@ -210,7 +210,7 @@ export const Legend = memo(({ run }: { run: Run }) => {
         {STATUSES.map((status) => (
           <li key={status}>
             <StatusSign run={run} status={status} />
-            {status === "hidden" ? "obstacle, hidden so far" : run.marks.status[status].meaning}
+            {status === "hidden" ? "obstacle, still hidden" : run.marks.status[status].meaning}
           </li>
         ))}
         {first && (
@@ -229,7 +229,7 @@ export const Legend = memo(({ run }: { run: Run }) => {
               <path d="M10 9h9" opacity="0.45" />
               <path d="M19 9h10" opacity="0.75" />
             </svg>
-            the way it came
+            its path so far
           </li>
         )}
         {run.robots.some((robot) => robot.headings !== null) && (
@@ -245,7 +245,7 @@ export const Legend = memo(({ run }: { run: Run }) => {
           <svg width="26" height="18" viewBox="14 -9 24 18" aria-hidden="true">
             <path class="violation-arrow" d={ARROW} />
           </svg>
-          step that was refused
+          refused step
         </li>
         {Object.entries(MEANINGS).map(([kind, meaning]) =>
           run.events.some((event) => event[1] === kind) ? (
@@ -302,7 +302,7 @@ function ShadingLegend({ run }: { run: Run }) {
           <svg width="34" height="18" aria-hidden="true">
             <rect class="taken" style={{ "--colour": moving.look.colour }} x="1.5" y="1.5" width="31" height="15" rx="4" />
           </svg>
-          on its way, takes up both regions
+          in transit: occupies both regions
         </li>
       )}
       {seeing && (

@@ -81,7 +81,7 @@ export class Player {
     else this.play();
   }
 
-  /** Jumps to a tick; playing goes on from there. */
+  /** Jumps to a tick; playing continues from there. */
   seek(tick: number): void {
     this.time = this.timeOf(Math.max(0, Math.min(this.last, Math.round(tick))));
     this.changed();
@@ -113,7 +113,7 @@ export class Player {
   protected advance = (now: number): void => {
     if (!this.playing) return;
     const before = this.tick;
-    // A page that was in the background goes on where it was, it does not leap.
+    // A page that was in the background continues where it was; it does not leap.
     const elapsed = Math.min(0.25, Math.max(0, (now - this.previous) / 1000));
     this.previous = now;
     this.time = Math.min(this.end, this.time + elapsed * this.pace());

@@ -9,7 +9,7 @@ import { RunDownloads } from "./live";
 import { Dialog, Menu } from "./menus";
 import type { Doc } from "./model";
 
-/** What is asked for in a dialog. */
+/** Input of a dialog. */
 export type Asking =
   | { what: "open" }
   | { what: "save" }

@@ -34,7 +34,7 @@ const KEYS: Keys = [
   ["Esc", "close a menu; put the tool down"],
   ["Delete", "remove what is selected"],
   ["Tab", "to the map, and on"],
-  ["↑ ↓ ← →", "on the map: move the cursor; with Shift: drag what is there, or paint"],
+  ["↑ ↓ ← →", "on the map: move the cursor; with Shift: drag an item, or paint"],
   ["Enter", "on the map: click at the cursor"],
   ["Ctrl+S", "save"],
   ["Ctrl+Z", "undo"],
@@ -92,7 +92,7 @@ export function Draw({ doc, verdicts, say, save, menus, run }: DrawProps) {
           <button type="button" aria-label="Undo" {...unless(!doc.undoable && "nothing to undo yet", () => say("undo"), "Undo (Ctrl Z)")}>
             ↶
           </button>
-          <button type="button" aria-label="Redo" {...unless(!doc.redoable && "nothing to redo: Undo comes first", () => say("redo"), "Redo (Ctrl Y)")}>
+          <button type="button" aria-label="Redo" {...unless(!doc.redoable && "nothing to redo: undo a change first", () => say("redo"), "Redo (Ctrl Y)")}>
             ↷
           </button>
           <button

@@ -91,7 +91,7 @@ export function useDrawingHand(args: HandArgs): Hand {
     return false; // a drag moves a map that is not shown whole
   };
 
-  /** Whether something can be put down there; the reader is told why not. */
+  /** Whether something can be put down there; a message explains why not. */
   const free = (region: number, what: string): boolean => {
     const wall = isWall(drawing.run, region);
     if (wall) notice(`Region ${label(drawing.run, region)} is a wall: ${what} needs floor.`);

@@ -16,7 +16,7 @@ export async function uploaded<T = null>(body: File | object, about: Record<stri
   return undefined;
 }
 
-/** `side` to begin with, in pixels; `gray`: a byte for each pixel of the picture. */
+/** Initial `side`, in pixels; `gray`: a byte for each pixel of the picture. */
 interface Plan {
   width: number;
   height: number;

@@ -28,7 +28,7 @@ const KEYS: Keys = [
   ["← →", "previous or next tick; at the newest, → runs one more"],
   ["Home End", "first tick, or the newest, and follow the run"],
   ["Tab", "to the map, where the arrows move and Enter clicks, once a change is chosen"],
-  ["Esc", "put a change down; close a menu"],
+  ["Esc", "cancel a change; close a menu"],
 ];
 
 export function LiveView({ run, player, wire, types, watches, bar, saving }: LiveViewProps) {

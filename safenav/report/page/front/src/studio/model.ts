@@ -1,4 +1,4 @@
-/** What the studio tells of a scenario that is being drawn. */
+/** Messages of the studio about the scenario being drawn. */
 
 import type { Run } from "../run/run";
 

@@ -30,7 +30,7 @@ export function Tools({ doc, drawing, pen, setPen, say }: Drawn) {
       <section class="panel" aria-label="Tools">
         <h2>Draw</h2>
         <div class="pens">
-          {tool("select", pen.does === "select", "Select", { does: "select" }, "Choose and drag what is there (V)")}
+          {tool("select", pen.does === "select", "Select", { does: "select" }, "Select and drag items (V)")}
           {tool("wall", pen.does === "wall", "Wall", { does: "wall" }, "Paint walls (1)")}
           {tool("floor", pen.does === "floor", "Floor", { does: "floor" }, "Paint floor (2)")}
           {tool("name", pen.does === "name", "Name", { does: "name" }, "Click a region to name it (3)")}
@@ -56,7 +56,7 @@ export function Tools({ doc, drawing, pen, setPen, say }: Drawn) {
               pen.does === "obstacle" && pen.type === name,
               name,
               { does: "obstacle", type: name },
-              `no robot knows of it; '${action}' resolves it`,
+              `unknown to the robots; '${action}' resolves it`,
             ),
           )}
         </div>
@@ -216,7 +216,7 @@ export function Selection({ doc, drawing, pen, setPen, chosen, choose, say, verd
           </div>
         )}
         {robot.kind === "patrol" && (
-          <label class="check" title="The paper's formula: no target is crossed out of turn. Otherwise a weaker form will do.">
+          <label class="check" title="The paper's formula: no target is crossed out of turn. Otherwise a weaker form is accepted.">
             <input
               type="checkbox"
               checked={robot.literal}
@@ -378,7 +378,7 @@ export function Judged({ verdict, say }: { verdict: Verdict; say: Say }) {
   return (
     <div class="judged bad">
       <p>
-        <b>{verdict.verdict === "limit" ? "Not judged: " : "Unrealizable: "}</b>
+        <b>{verdict.verdict === "limit" ? "Not checked: " : "Unrealizable: "}</b>
         {verdict.because}
       </p>
       {(verdict.repairs ?? []).slice(0, 5).map((repair) => (

@@ -45,7 +45,7 @@ export function Studio() {
       const before = latest.current;
       latest.current = message as unknown as Doc;
       const lost = before !== null && before.dirty && before.origin !== latest.current.origin;
-      if (lost && latest.current.undoable) refuse("The scenario before had unsaved changes: Undo brings it back.");
+      if (lost && latest.current.undoable) refuse("The previous scenario had unsaved changes: Undo restores it.");
       setDoc(latest.current);
       setVerdicts({});
     } else if (message.is === "verdicts") setVerdicts(message.verdicts as Record<string, Verdict>);

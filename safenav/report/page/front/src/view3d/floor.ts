@@ -31,7 +31,7 @@ export function isWall(run: Run, region: number): boolean {
 
 export class Floor {
   readonly group = new Group();
-  /** West, south, east and north of what is to be seen, in metres. */
+  /** West, south, east and north of the visible area, in metres. */
   readonly extent: [west: number, south: number, east: number, north: number];
   private readonly standing: number[];
   private readonly walls: InstancedMesh<BoxGeometry, MeshLambertMaterial>;

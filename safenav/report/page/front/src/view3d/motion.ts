@@ -22,7 +22,7 @@ export interface Motion {
   seconds: number;
   /** When all that belongs to each tick has been done, in seconds. */
   clock: number[];
-  /** Samples a second. */
+  /** Samples per second. */
   rate: number;
   samples: number;
   tracks: Track[];

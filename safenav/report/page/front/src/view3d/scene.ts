@@ -177,7 +177,7 @@ export class RunScene implements Lens {
     return sampleAt(this.motion, this.robots[robot]!, seconds);
   }
 
-  /** Draws a moment; ticks decide what is known by then. */
+  /** Draws a moment; the tick decides what the robots know. */
   update(seconds: number, tick: number, shown: Shown): void {
     const before = this.view;
     if (typeof before === "number") {
@@ -292,7 +292,7 @@ export class RunScene implements Lens {
     this.camera.position.sub(target).multiplyScalar(factor).add(target);
   }
 
-  /** Moves the map by so many pixels, along the ground. */
+  /** Moves the map by dx and dy pixels, along the ground. */
   slide(dx: number, dy: number): void {
     this.touched = true;
     const away = this.camera.position.distanceTo(this.orbit.target);

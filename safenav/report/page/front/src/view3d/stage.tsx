@@ -11,7 +11,7 @@ import { RunScene } from "./scene";
 const CHOICES: Choice[] = [
   ["numbers", "reserved regions"],
   ["names", "names"],
-  ["trails", "footprints and ways"],
+  ["trails", "footprints and paths"],
   ["targets", "targets"],
   ["hidden", "hidden obstacles"],
 ];
