@@ -20,25 +20,23 @@ def living(lines: Iterable[Line]) -> list[Line]:
 
 class _Told:
     def __init__(self, header: Line) -> None:
-        self.numbers = dict.fromkeys(header["scenario"]["robots"], 0)
+        robots = header["scenario"]["robots"]
+        self.numbers = dict.fromkeys(robots, 0)
+        self.able = {name for name, entry in robots.items() if entry["capabilities"]}
         self.under_way: dict[str, int] = {}
         self.held: dict[str, Any] = {}
-        self.turn = ""
 
     def all(self, lines: list[Line]) -> Iterator[Line]:
         for k, line in enumerate(lines):
             at = {"t": float(line["tick"])}
             if line["type"] == "move":
-                self.turn = line["robot"]
-                does = lines[k + 1]["type"] in ("met", "resolved")
-                yield from ({**one, **at} for one in self._moved(line, does))
+                yield from ({**one, **at} for one in self._moved(line))
+                if line["robot"] in self.able and "toward" not in line:
+                    yield from ({**one, **at} for one in self._acted(line, lines[k + 1 :]))
             else:
-                acts = line["type"] in ("met", "resolved") and lines[k - 1]["type"] == "move"
-                if acts:
-                    yield from ({**one, **at} for one in self._acted(line, lines[k:]))
                 yield {**line, **at}
 
-    def _moved(self, line: Line, does: bool) -> Iterator[Line]:
+    def _moved(self, line: Line) -> Iterator[Line]:
         name, here = line["robot"], line["from"]
         to = line.get("toward", line["to"])
         base = {"tick": line["tick"], "robot": name}
@@ -55,7 +53,7 @@ class _Told:
         if name in self.under_way and "toward" not in line:
             number, end = self.under_way.pop(name), {"at": line["to"], "heading": line["heading"]}
             yield {"type": "arrive", **base, "command": number, **end, "result": "arrived"}
-        elif to == here and not does:
+        elif to == here:
             why = {"strategy": "strategy", "plan": "plan"}.get(line.get("by", "strategy"), "held")
             if self.held.get(name) != (why, more):
                 yield {"type": "hold", **base, "why": why, **more}
@@ -71,7 +69,6 @@ class _Told:
                 break
             if one["type"] == "resolved":
                 results[one["obstacle"]] = RESULT[one["traversable"]]
-        self.held.pop(name, None)
         yield {"type": "act", **base, "command": number, "robots": [name], "obstacles": [*results]}
         yield {"type": "acted", **base, "command": number, "results": results}
 

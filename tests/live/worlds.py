@@ -1,24 +1,114 @@
-"""A floor as safenav's missions meet it."""
+"""A floor as safenav's missions meet it: by the protocol of live runs, and by blocking calls."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
+from safenav.runtime.protocol import (
+    Acted,
+    Arrived,
+    Blocked,
+    Elsewhere,
+    Failed,
+    Lost,
+    WorldEvent,
+)
 from safenav.scenario.model import Obstacle, Robot, Scenario
+from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region
 from safenav.world.moves import Heading, Pose
 
 
-class Serial:
-    """A world of blocking calls: everybody else stands still while a robot moves or acts."""
+class HangError(Exception):
+    """Nothing is under way, and the mission waits for ever."""
+
+
+class _Seen:
+    """safenav's types for what a floor tells. ``floor``: one, or a ``Wired``."""
 
     def __init__(self, scenario: Scenario, floor: Any) -> None:
         self.floor = floor
         self.types = {o.type.name: o.type for o in scenario.obstacles}
-        self._commands = 0
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
-        return self._obstacle(self.floor.sense(robot.name, region))
+        return self.obstacle(self.floor.sense(robot.name, region))
+
+    def obstacle(self, name: str | None) -> Obstacle | None:
+        if name is None:
+            return None
+        kind, region = name.split("@")
+        return Obstacle(self.types[kind], int(region))
+
+    def pose(self, told: Any) -> Pose:
+        heading = told["heading"]
+        return Pose(told["region"], None if heading is None else Heading[heading.upper()])
+
+
+class Live(_Seen):
+    """The floor by protocol 2. Gives up on a mission that waits though nothing is to come."""
+
+    def __init__(self, scenario: Scenario, floor: Any, most_waits: int = 200) -> None:
+        super().__init__(scenario, floor)
+        self._left = self._most = most_waits
+
+    @property
+    def idle(self) -> bool:
+        return bool(self.floor.idle())
+
+    def now(self) -> float:
+        return float(self.floor.now())
+
+    def start(self, robot: Robot, pose: Pose, command: int) -> WorldEvent | None:
+        heading = None if pose.heading is None else pose.heading.label
+        self.floor.start(robot.name, pose.region, heading, command)
+        return None
+
+    def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> WorldEvent | None:
+        told = self.floor.act(robot.name, [o.name for o in obstacles], command)
+        return None if told is None else self._event(told, obstacles)
+
+    def cancel(self, robot: Robot) -> None:
+        self.floor.cancel(robot.name)
+
+    def wait(self, timeout: float | None) -> list[WorldEvent]:
+        told = self.floor.wait(timeout)
+        self._left = self._most if told else self._left - 1
+        if not self._left:
+            raise HangError
+        return [self._event(event) for event in told]
+
+    def _event(self, told: Any, about: Sequence[Obstacle] = ()) -> WorldEvent:
+        at, name, number = told["at"], told["robot"], told["command"]
+        match told["event"]:
+            case "arrived":
+                return Arrived(at, name, command=number)
+            case "elsewhere":
+                return Elsewhere(at, name, self.pose(told), command=number)
+            case "blocked":
+                found = self.obstacle(told["obstacle"])
+                return Blocked(at, name, self.pose(told), found, command=number)
+            case "failed":
+                why, fatal = "motor off" if told["fatal"] else "no way", told["fatal"]
+                return Failed(at, name, self.pose(told), why, fatal, command=number)
+            case "lost":
+                return Lost(at, name, frozenset(told["within"]), command=number)
+            case _:
+                known = {o.name: o for o in about}
+                found = [
+                    (known.get(one) or self.obstacle(one), ActResult(deed))
+                    for one, deed in told["found"].items()
+                    if deed != "part"
+                ]
+                return Acted(at, name, [(o, deed) for o, deed in found if o], command=number)
+
+
+class Serial(_Seen):
+    """A world of blocking calls: everybody else stands still while a robot moves or acts."""
+
+    def __init__(self, scenario: Scenario, floor: Any) -> None:
+        super().__init__(scenario, floor)
+        self._commands = 0
 
     def move(self, robot: Robot, pose: Pose) -> Pose | None:
         here, _ = self.floor.where(robot.name)
@@ -26,18 +116,17 @@ class Serial:
             return None
         heading = None if pose.heading is None else pose.heading.label
         self.floor.start(robot.name, pose.region, heading, self._next())
-        event = self._event()
-        if event["event"] == "arrived":
+        if self._event()["event"] == "arrived":
             return None
-        region, told = self.floor.where(robot.name)
-        return Pose(region, None if told is None else Heading[told.upper()])
+        region, heading = self.floor.where(robot.name)
+        return self.pose({"region": region, "heading": heading})
 
     def act(self, robot: Robot) -> list[tuple[Obstacle, bool | None]]:
         event = self.floor.act(robot.name, [], self._next()) or self._event()
         truths = {"done": True, "untraversable": False}
         found = []
         for name, deed in event["found"].items():
-            obstacle = self._obstacle(name)
+            obstacle = self.obstacle(name)
             if obstacle is not None and deed in truths:
                 found.append((obstacle, truths[deed] if obstacle.type.has_truth else None))
         return found
@@ -50,9 +139,3 @@ class Serial:
     def _next(self) -> int:
         self._commands += 1
         return self._commands
-
-    def _obstacle(self, name: str | None) -> Obstacle | None:
-        if name is None:
-            return None
-        kind, region = name.split("@")
-        return Obstacle(self.types[kind], int(region))

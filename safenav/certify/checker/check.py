@@ -39,6 +39,7 @@ import check_strategies as base
 from check_strategies import Json, Objective, Pose, RefusedError, Strategy, Task, World, require
 
 SOMEBODY = "somebody"
+VAIN = ("failed", "nothing")
 Poses = frozenset[Pose]
 
 
@@ -244,6 +245,104 @@ class Team:
         base.closure([(tuple(self.at.values()), counts, self.obstacles)], after)
 
 
+class Passes:
+    """A live run, expanded: each pass has the move that each robot would have in lockstep. Refuses
+    steps that do not begin or end as they should, and robots in conflict that have a region at the
+    same time, in seconds: a robot has both regions of a step, and all where it may be if lost."""
+
+    def __init__(self, robots: Mapping[str, Robot]) -> None:
+        self.robots, self.names, self.tick, self.due = robots, [*robots], 0, len(robots)
+        self.pose = {name: robot.pose for name, robot in robots.items()}
+        self.has = {name: (0.0, robot.places) for name, robot in robots.items()}
+        self.under_way, self.by = dict[str, Json](), dict.fromkeys(robots, "stay")
+        self.open = dict[str, Any]()  # the move of this turn, as far as its lines have shown
+        self.begun = set[str]()  # robots with a new strategy in this turn
+
+    def expand(self, lines: Iterable[Json]) -> Iterator[Json]:
+        last, every = 0.0, len(self.names)
+        for line in lines:
+            kind, name, tick = line["type"], line.get("robot"), line["tick"]
+            require(line["t"] >= last, f"{line['t']} s come after {last} s")
+            last = line["t"]
+            while self.tick < tick:
+                yield from self.until(every)
+                self.tick, self.due = self.tick + 1, 0
+            if line.get("outcome") == "completed":
+                yield from self.until(every)
+            decides = kind in ("violation", "backtrack", "depart", "arrive")
+            own = decides or kind in ("hold", "act", "acted", "met", "resolved", "belief")
+            own = own or (kind == "goal" and name not in self.begun)
+            if tick and own and self.open.get("robot") != name:
+                index = self.names.index(str(name))
+                require(index >= self.due or not decides, f"{name} has a second turn in a pass")
+                if index >= self.due:
+                    yield from self.until(index)
+                    self.open = self.stay()
+            if not decides and kind not in ("hold", "discovered", "late"):
+                yield from self.until(0)
+            yield line
+            self.take(line, kind, str(name))
+        yield from self.until(0)
+        for name in self.names:
+            self.have(name, float("inf"), set())
+
+    def until(self, due: int) -> Iterator[Json]:
+        """Yield the move of this turn, and those of the robots whose turns come before one."""
+        while self.open or self.due < due:
+            move, self.open = self.open or self.stay(), {}
+            self.pose[move["robot"]] = move["to"], move["heading"]
+            self.due = self.names.index(move["robot"]) + 1
+            self.begun.clear()
+            yield move
+
+    def stay(self) -> dict[str, Any]:
+        name = self.names[self.due]
+        (here, heading), depart = self.pose[name], self.under_way.get(name)
+        more = {"toward": depart["to"]} if depart else {"by": self.by[name]}
+        base = {"type": "move", "tick": self.tick, "robot": name, "expanded": True}
+        return {**base, "from": here, "to": here, "heading": heading, **more}
+
+    def take(self, line: Json, kind: str, name: str) -> None:
+        """Note what a line shows of the robot's move, and of the regions that it has."""
+        move, told = self.open, {"signal": line["signal"]} if "signal" in line else {}
+        if kind == "depart":
+            require(name not in self.under_way, f"{name} departs before its last step has ended")
+            require(line["from"] == self.pose[name][0], f"{name} departs from where it is not")
+            self.under_way[name], self.by[name] = line, "stay"
+            move |= {"toward": line["to"], "by": line["by"], "busy": line.get("shown", ())} | told
+            self.have(name, line["t"], {line["from"], line["to"]})
+        elif kind == "arrive":
+            depart = self.under_way.pop(name, {"command": None})
+            require(depart["command"] == line["command"], f"{name} ends what it has not begun")
+            there = line["result"] != "arrived" or line["at"] == depart["to"]
+            require(there, f"{name} has not arrived where it was to go")
+            move |= {"to": line["at"], "heading": line["heading"]}
+            move |= {"failed": True} if line["result"] != "arrived" else {}
+            move |= {"by": "plan"} if depart["by"] == "plan" else {}
+            del move["toward"]
+            self.have(name, line["t"], {*line.get("regions", [line["at"]])})
+        elif kind == "hold":
+            self.by[name] = line["why"] if line["why"] in ("strategy", "plan") else "stay"
+            if move and "toward" not in move and move.get("by") != "backtrack":
+                move |= {"by": self.by[name], **told}
+        elif kind == "backtrack":
+            move |= {"by": "backtrack"}
+        elif kind in ("synthesis", "objective"):
+            self.begun.add(name)
+        elif kind == "operator" and line.get("region") is not None:
+            self.pose[name] = line["region"], line.get("heading")
+            self.have(name, line["t"], {line["region"]})
+
+    def have(self, name: str, t: float, regions: set[int]) -> None:
+        """Let a robot have these regions instead, from ``t`` seconds on."""
+        since, former = self.has[name]
+        for other in self.robots[name].rivals:
+            later, taken = self.has[other]
+            apart = t <= max(since, later) or not former & taken
+            require(apart, f"{name} and {other} have a region both until {t} s")
+        self.has[name] = t, regions
+
+
 class Run:
     """The trace, line by line, against the strategies, the map and the obstacles."""
 
@@ -255,6 +354,7 @@ class Run:
         require(same, "scenario.json is not what the header of the trace says")
         self.world = World(self.scenario["map"])
         self.external = self.scenario.get("world") == "external"
+        self.live = header.get("clock") == "live"
         self.robots, self.obstacles = dict[str, Robot](), dict[str, Obstacle]()
         self.tick = self.turn = self.answered = self.strayed = 0
         self.stack = list[tuple[Any, ...]]()  # of requests
@@ -281,6 +381,9 @@ class Run:
                 self.obstacles[first.name] = there
             self.clear(self.obstacles[data["name"]])
 
+        if self.live:
+            self.trace = [*Passes(self.robots).expand(self.trace)]
+
     def text(self, path: str) -> str:
         return str(self.files[path].read_bytes().decode())
 
@@ -296,7 +399,7 @@ class Run:
     def replay(self) -> None:
         """Refuse unless all lines are true; ``claims`` holds what is established."""
         for record in self.trace:
-            self.line += 1
+            self.line += "expanded" not in record
             next_one = self.tick + (self.turn == self.tick * len(self.robots))
             require(record["tick"] in (self.tick, next_one), "a tick or a move is left out")
             self.tick = record["tick"]
@@ -314,7 +417,8 @@ class Run:
         but = f" but {self.strayed}, which went elsewhere than told," if self.strayed else ""
         said = f"All {self.turn} moves{but} are legal: no wall, no standing obstacle, no collision"
         what = f"{self.answered} are the strategies' answers to what the robots could observe"
-        what = f"{said}. {what}, the others stay, step back or follow a joint plan."
+        timed = "; in seconds, robots in conflict never have a region both" if self.live else ""
+        what = f"{said}{timed}. {what}, the others stay, step back or follow a joint plan."
         self.claim("moves", what, "trace.jsonl")
 
     def state_form(self, robot: Robot) -> None:
@@ -352,6 +456,11 @@ class Run:
                 self.synthesis(record, robot)
             case "move":
                 self.move(record, robot)
+            case "acted":
+                at = {n: r.pose for n, r in self.robots.items() if r.pose == r.destination}
+                vain = [n for n, found in record["results"].items() if found in VAIN]
+                for one in [o for n, o in self.obstacles.items() if n not in vain]:
+                    self.obstacles[one.name] = one.worked(at, {robot.name})
             case "discovered":
                 self.discover(record["obstacle"], present=True)
             case "appeared":
@@ -576,16 +685,20 @@ class Run:
         self.turn += 1
         pose = (record["to"], record.get("heading"))
         try:
+            require("failed" not in record, "its step has failed")
             after = self.step(record, robot, pose)
         except RefusedError:
-            if not self.external or pose[0] not in self.world.free:
+            failed = self.external or "failed" in record
+            if not failed or pose[0] not in self.world.free:
                 raise
             self.strayed += 1  # of an external world: it is not where it was sent
             after, robot.nodes = pose, set()
+            if "failed" in record and robot.task:  # it goes on from there
+                robot.nodes = robot.task.of_pose.get(pose, set())
         robot.pose, robot.destination, robot.back = pose, after, {}
         robot.places = {pose[0], after[0]}
         robot.goals += robot.held()
-        if not self.external:
+        if not self.external and not self.live:
             at = {name: other.pose for name, other in self.robots.items()}
             self.obstacles = {n: o.worked(at, {robot.name}) for n, o in self.obstacles.items()}
 

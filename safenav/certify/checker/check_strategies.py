@@ -536,7 +536,7 @@ class Objective:
 
 def circumstances(line: Json) -> str:
     """Return a name for the task of a strategy, and the state where it begins."""
-    passing = ("tick", "reason", "seconds", "cached")
+    passing = ("tick", "t", "reason", "seconds", "cached")
     told = {key: value for key, value in line.items() if key not in passing}
     return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()
 
