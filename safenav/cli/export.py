@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -196,18 +195,15 @@ def _tables(run: Trace, stem: Path) -> None:
 def _bag(run: Trace, frame: Frame, path: Path, motion: Path | None) -> None:
     from safenav.outfile import tell, write_whole
     from safenav.report.bag.mcap_file import write_mcap
-    from safenav.report.bag.messages import joint_plans, messages
+    from safenav.report.bag.messages import messages
     from safenav.report.replay.reading import replay_of
 
-    if motion is None:
-        clock: Callable[[int], float] = float
-    else:
-        from safenav.motion.file.clock import clock_of
-        from safenav.motion.file.reading import read_motion
+    if motion is not None:
+        from safenav.motion.in_time import in_time
 
-        clock = clock_of(read_motion(motion))
+        run = in_time(run, _motion(motion))
     try:
-        said = messages(replay_of(run), frame, clock, joint_plans(run.records))
+        said = messages(replay_of(run), frame)
         write_whole(path, lambda part: write_mcap(part, said))
     except ValueError as error:
         raise UsageError(f"{run.source}: {error}") from error

@@ -93,13 +93,12 @@ def command(
         raise UsageError("--motion goes with --3d")
     if sight is not None and svg is None and png is None and not gif:
         raise UsageError("--sight goes with --svg, --png or --gif; the page lets you choose")
+    if solid:
+        write_bytes(output or trace.with_suffix(".3d.html"), _page3d(trace, motion).encode())
+        return ExitCode.OK
     replay = read_replay(trace)
     if sight is not None:
         _check_viewer(replay, sight)
-    if solid:
-        page = _page3d(replay, trace, motion)
-        write_bytes(output or trace.with_suffix(".3d.html"), page.encode())
-        return ExitCode.OK
     if terminal:
         return _show(replay, _ticks(replay, ticks), speed)
     if gif:
@@ -123,13 +122,12 @@ def command(
     return ExitCode.OK
 
 
-def _page3d(replay: Replay, trace: Path, file: Path | None) -> str:
+def _page3d(trace: Path, file: Path | None) -> str:
     """The page in 3D, with the motion in a file or one that is made for the trace."""
     try:
         from safenav.motion.file.reading import read_motion
         from safenav.motion.making import motion_of
         from safenav.motion.source import read_source
-        from safenav.report.view3d.encode import encoded_motion
         from safenav.report.view3d.html import page3d_of
     except ModuleNotFoundError as error:
         raise missing("the 3D page", str(error.name), "motion") from error
@@ -143,7 +141,7 @@ def _page3d(replay: Replay, trace: Path, file: Path | None) -> str:
                 f"{file}: the motion of another trace than {trace}\n"
                 f"    make it again: safenav motion {trace} -o {file}"
             )
-    return page3d_of(replay, trace.name, encoded_motion(motion, replay.last))
+    return page3d_of(source.trace, trace.name, motion)
 
 
 def _tick(replay: Replay, written: str) -> int:

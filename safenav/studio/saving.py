@@ -30,15 +30,11 @@ def page_3d(trace: bytes, name: str) -> bytes:
         from safenav.motion.making import motion_of
     except ModuleNotFoundError as error:
         raise missing("the 3D page", str(error.name), "motion") from error
-    from safenav.report.replay.reading import replay_of
-    from safenav.report.view3d.encode import encoded_motion
     from safenav.report.view3d.html import page3d_of
     from safenav.trace.reading import read_bytes
 
     read = read_bytes(trace, name)
-    replay = replay_of(read)
-    motion = motion_of(read, sha256(trace).hexdigest())
-    return page3d_of(replay, name, encoded_motion(motion, replay.last)).encode()
+    return page3d_of(read, name, motion_of(read, sha256(trace).hexdigest())).encode()
 
 
 def frames(trace: bytes, name: str) -> bytes:

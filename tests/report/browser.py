@@ -123,6 +123,10 @@ class Browser:
     def tick(self) -> int:
         return int(self.one(".clock b").text)
 
+    @property
+    def seconds(self) -> float:
+        return float(self.one(".clock .seconds").text.split()[0])
+
     def centre(self, robot: str) -> tuple[float, float]:
         """(column, row) where the robot is drawn, in regions; fractions on its way."""
         script = """

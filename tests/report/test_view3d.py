@@ -13,11 +13,10 @@ from report.browser import Browser, Keys, Select
 from safenav.cli import group
 from safenav.errors import UsageError
 from safenav.motion.columns import columns_of
+from safenav.motion.file.records import Action
 from safenav.motion.making import motion_of
 from safenav.motion.source import read_source
-from safenav.report.replay.reading import read_replay
 from safenav.report.view3d.encode import RATE, encoded_motion
-from safenav.report.view3d.html import page3d_of
 
 SCENARIO = Path(__file__).parents[2] / "scenarios" / "case_study_1.yaml"
 
@@ -41,10 +40,7 @@ def trace(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def page(trace: Path) -> Path:
     path = trace.with_suffix(".html")
-    source = read_source(trace)
-    replay = read_replay(trace)
-    motion = encoded_motion(motion_of(source.trace, source.digest), replay.last)
-    path.write_text(page3d_of(replay, trace.name, motion), encoding="utf-8")
+    _safenav("replay", str(trace), "--3d", "-o", str(path))
     return path
 
 
@@ -64,26 +60,41 @@ def test_a_case_study_fits_into_400_kilobytes_and_names_no_other_file(page: Path
 
 def test_the_samples_are_where_the_robots_are(trace: Path) -> None:
     source = read_source(trace)
-    replay = read_replay(trace)
     motion = motion_of(source.trace, source.digest)
-    data = encoded_motion(motion, replay.last)
-    assert len(data["clock"]) == replay.last + 1
-    assert data["clock"] == sorted(data["clock"])
+    data = encoded_motion(motion)
     assert data["samples"] == pytest.approx(motion.outcome.makespan * RATE, abs=2)
     assert all(begin < end for _, _, begin, end in data["reserved"])
     push = next(action for action in data["actions"] if action[2] == "push")
     assert push[1] == "door@47"
-    resolved = next(event.tick for event in replay.events if event.kind.value == "resolved")
-    assert data["clock"][resolved] >= push[4]
+
+
+def test_text_and_picture_show_one_moment(trace: Path, page: Path, browser: Browser) -> None:
+    """The words change when the bodies do: at the instant at which the push has ended."""
+    source = read_source(trace)
+    motion = motion_of(source.trace, source.digest)
+    (push,) = [line for line in motion.lines if isinstance(line, Action)]
+    browser.open(page)
+    browser.wait(lambda: browser.all(".stage3d canvas"))
+    for seconds, status, words in (
+        (push.t0 - 0.3, "requested", "quad asks for help"),
+        (push.t1 - 0.3, "requested", "quad asks for help"),
+        (push.t1 + 0.3, "resolved", "digit at 47 resolves door@47"),
+    ):
+        browser.run("location.hash = arguments[0]", f"#t={seconds:.1f}")
+        browser.wait(lambda at=seconds: abs(browser.seconds - at) < 0.06)
+        door = browser.one('.obstacles [data-obstacle="door@47"]')
+        assert door.get_attribute("data-status") == status
+        assert words in browser.one(".story").text
+        assert ("helps" in browser.one(".robots").text) == (status == "requested")
 
 
 def test_the_page_opens_and_moves_without_a_complaint(page: Path, browser: Browser) -> None:
-    browser.open(page, "#tick=5")
+    browser.open(page, "#t=20.5")
     browser.wait(lambda: browser.all(".stage3d canvas"))
     before = browser.run(PICTURE)
     assert len(set(before.split(","))) > 8, "the scene is blank"
     browser.press(Keys.END)
-    browser.wait(lambda: browser.tick == 46)
+    browser.wait(lambda: browser.seconds > 200)
     assert browser.run(PICTURE) != before
     browser.press("r")
     assert browser.run('return document.querySelector(".cameras select").value') == "0"
@@ -96,9 +107,8 @@ def test_it_plays_in_seconds(page: Path, browser: Browser) -> None:
     browser.open(page)
     browser.wait(lambda: browser.all(".stage3d canvas"))
     browser.press(" ")
-    browser.wait(lambda: browser.tick >= 1, seconds=60)
+    browser.wait(lambda: browser.seconds >= 1, seconds=60)
     browser.press(" ")
-    assert "s" in browser.one(".clock .seconds").text
 
 
 def test_the_motion_of_another_trace_is_refused(trace: Path, tmp_path: Path) -> None:
@@ -157,17 +167,17 @@ def test_what_is_said_of_a_robot_is_where_it_is_drawn(
 ) -> None:
     source = read_source(ward)
     motion = motion_of(source.trace, source.digest)
-    data = encoded_motion(motion, read_replay(ward).last)
+    data = encoded_motion(motion)
     columns = {
         name: columns_of(motion, name, RATE, in_world=False) for name in motion.header.robots
     }
     rows, cols, side = 16, 25, data["side"]
     browser.open(ward_page, width=1440, height=900)
     browser.wait(lambda: browser.all(".stage3d canvas"))
-    for tick in (10, 25, 40):
-        browser.run("location.hash = arguments[0]", f"#tick={tick}")
-        browser.wait(lambda tick=tick: browser.tick == tick)
-        sample = round(data["clock"][tick] * RATE)
+    for seconds in (50.0, 125.0, 180.0):
+        browser.run("location.hash = arguments[0]", f"#t={seconds:.1f}")
+        browser.wait(lambda at=seconds: browser.seconds == at)
+        sample = round(seconds * RATE)
         told = {}
         for line in browser.all(".robots li"):
             told[line.find_element("tag name", "b").text] = line.text
@@ -179,19 +189,20 @@ def test_what_is_said_of_a_robot_is_where_it_is_drawn(
             near = abs(x[at] / side - round(x[at] / side)) < 0.05 or (
                 abs(y[at] / side - round(y[at] / side)) < 0.05
             )
-            assert near or f"{row * cols + col} [{row}, {col}]" in told[name], (tick, told[name])
+            assert near or f"{row * cols + col} [{row}, {col}]" in told[name], (seconds, told[name])
 
 
 def test_a_camera_follows_the_story(ward_page: Path, browser: Browser) -> None:
     browser.open(ward_page, width=1440, height=900)
     browser.wait(lambda: browser.all(".stage3d canvas"))
-    events = browser.run("return JSON.parse(document.getElementById('run').textContent).events")
-    ticks = sorted({event[0] for event in events if event[1] in ("violation", "resolved")})
+    run = browser.run("return JSON.parse(document.getElementById('run').textContent)")
+    ticks = sorted({e[0] for e in run["events"] if e[1] in ("violation", "resolved")})
     pictures = [browser.run(PICTURE)]
     choose(browser, "story")
     for tick in (ticks[0], ticks[-1]):
         browser.run("location.hash = arguments[0]", f"#tick={tick}")
-        browser.wait(lambda tick=tick: browser.tick == tick, seconds=30)
+        at = round(run["times"][tick], 1)
+        browser.wait(lambda at=at: browser.seconds == at, seconds=30)
         browser.wait(lambda: browser.run(PICTURE) not in pictures, seconds=30)
         pictures.append(browser.run(PICTURE))
     assert browser.errors() == []
@@ -251,7 +262,7 @@ def test_no_wall_disappears_and_a_disc_shows_its_heading(tmp_path: Path, browser
     choose(browser, "0")
     facing = [browser.run(PICTURE)]
     assert "facing east" in browser.one(".robots li").text
-    browser.run("location.hash = '#tick=9'")
-    browser.wait(lambda: browser.tick == 9, seconds=30)
+    browser.run("location.hash = '#t=50'")
+    browser.wait(lambda: browser.seconds == 50, seconds=30)
     facing.append(browser.run(PICTURE))
     assert facing[0] != facing[1]

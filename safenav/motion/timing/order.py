@@ -16,9 +16,24 @@ from enum import StrEnum
 from heapq import heappop, heappush
 
 from safenav.motion.geometry import MetricFloor
-from safenav.trace.records import Met, Move, Resolved, Synthesis
+from safenav.trace.records import (
+    Blocked,
+    Met,
+    Move,
+    Plan,
+    PlanEnd,
+    Pop,
+    Push,
+    Request,
+    Resolved,
+    Synthesis,
+    Told,
+)
 from safenav.trace.setting import ObstacleHeader, RobotHeader
 from safenav.trace.trace import Trace
+
+SHARED = (Request, Push, Pop, Told, Blocked, Plan, PlanEnd, Synthesis)
+"""Lines of decisions that concern more than one robot."""
 
 
 class LinkCause(StrEnum):
@@ -75,7 +90,18 @@ class Deed:
     others: tuple[str, ...] = ()
 
 
-Node = StepNode | Deed
+@dataclass(frozen=True)
+class DecisionNode:
+    """Shared decisions (requests, objectives, plans, strategies) in the turn of a robot; they take
+    no time, and come in the order of the trace."""
+
+    index: int
+    tick: int
+    robot: str
+    after: tuple[After, ...]
+
+
+Node = StepNode | Deed | DecisionNode
 
 
 def order_of(trace: Trace, floor: MetricFloor) -> tuple[Node, ...]:
@@ -139,7 +165,12 @@ class _Order:
     left: dict[int, dict[str, int]] = field(default_factory=lambda: defaultdict(dict))
     """The step with which each robot left a region last."""
     cause: dict[str, int] = field(default_factory=dict)
-    """The node whose end made each robot's strategy."""
+    """The decision that each robot follows."""
+    decided: int | None = None
+    """The newest decision, ``deciding`` if more may join it."""
+    deciding: bool = False
+    planned: tuple[str, ...] = ()
+    """The robots of the joint plan."""
     resolved: dict[int, list[tuple[frozenset[str], int]]] = field(
         default_factory=lambda: defaultdict(list)
     )
@@ -158,14 +189,31 @@ class _Order:
             self._met(record)
         elif isinstance(record, Resolved):
             self._resolved(record)
-        elif isinstance(record, Synthesis) and self.turn is not None:
-            transit = self.transit.get(self.turn)
-            event = self.last.get(self.turn) if transit is None else transit.before
-            if event is not None:
-                self.cause[record.robot] = event
+        elif isinstance(record, SHARED) and self.turn is not None:
+            decision = self._decision(self.turn, record.tick)
+            if isinstance(record, Plan):
+                self.planned = tuple(record.robots)
+            if isinstance(record, Synthesis):
+                self.cause[record.robot] = decision
+            elif isinstance(record, Plan | PlanEnd):
+                self.cause.update(dict.fromkeys(self.planned, decision))
+
+    def _decision(self, robot: str, tick: int) -> int:
+        if self.decided is not None and self.deciding:
+            return self.decided
+        transit = self.transit.get(robot)
+        event = self.last.get(robot) if transit is None else transit.before
+        after = [] if event is None else [After(event, LinkCause.OWN)]
+        node = DecisionNode(len(self.nodes), tick, robot, (*after, *self._in_turn()))
+        self.nodes.append(node)
+        self.decided, self.deciding = node.index, True
+        return node.index
+
+    def _in_turn(self) -> tuple[After, ...]:
+        return () if self.decided is None else (After(self.decided, LinkCause.SYNTHESIS),)
 
     def _move(self, number: int, move: Move) -> None:
-        self.turn = move.robot
+        self.turn, self.deciding = move.robot, False
         self.at[move.robot] = move.to
         if number in self.arrivals.between:
             return
@@ -250,7 +298,7 @@ class _Order:
             len(self.nodes),
             record.tick,
             record.robot,
-            (*mine, *together),
+            (*mine, *together, *self._in_turn()),
             need.action,
             record.obstacle,
             record.at,
@@ -258,6 +306,7 @@ class _Order:
             others,
         )
         self.nodes.append(deed)
+        self.deciding = False
         for name in team:
             if name in self.transit:
                 self._first(name, deed.index)

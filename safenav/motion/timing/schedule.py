@@ -20,7 +20,7 @@ from safenav.motion.file.records import (
     Wait,
 )
 from safenav.motion.mover import Crossing, Mover
-from safenav.motion.timing.order import After, Deed, LinkCause, Node, StepNode
+from safenav.motion.timing.order import After, DecisionNode, Deed, LinkCause, Node, StepNode
 
 ACTION_SECONDS = "action_seconds"
 
@@ -77,6 +77,9 @@ class _Clock:
 
     def take(self, node: Node) -> None:
         ready, edge = self._latest(node.after)
+        if isinstance(node, DecisionNode):
+            self._done.append(_Done(node, ready, ready, edge, None))
+            return
         names = [node.robot, *(node.others if isinstance(node, Deed) else ())]
         begins = {name: self._movers[name].time for name in names}
         acting = isinstance(node, Deed)
@@ -152,6 +155,8 @@ class _Clock:
     def schedule(self) -> Timetable:
         last: dict[str, _Done] = {}
         for done in self._done:
+            if isinstance(done.node, DecisionNode):
+                continue
             others = done.node.others if isinstance(done.node, Deed) else ()
             last.update((name, done) for name in (done.node.robot, *others))
         tick = max((done.node.tick for done in self._done), default=0)
@@ -179,7 +184,9 @@ class _Clock:
         while done is not None:
             node, edge, stop = done.node, done.edge, done.stop
             cause = edge.cause if edge is not None else LinkCause.OWN
-            found.append(Link(node.robot, node.tick, _what(node), done.start, done.end, cause))
+            if not isinstance(node, DecisionNode):
+                what = _what(node)
+                found.append(Link(node.robot, node.tick, what, done.start, done.end, cause))
             if stop is not None:
                 found.append(
                     Link(stop.robot, node.tick, "stop", stop.begin, done.start, LinkCause.OWN)
@@ -188,7 +195,7 @@ class _Clock:
         return tuple(reversed(found))
 
 
-def _what(node: Node) -> str:
+def _what(node: StepNode | Deed) -> str:
     if isinstance(node, StepNode):
         return f"{node.origin} -> {node.to}"
     return f"{node.action} {node.obstacle}"

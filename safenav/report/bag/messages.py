@@ -17,7 +17,7 @@ Regions are squares in the frame `map` (x east, y north, origin at the south-wes
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from math import cos, radians, sin
 from typing import Any
@@ -25,18 +25,14 @@ from typing import Any
 from safenav.report.picture.floor import INK
 from safenav.report.picture.glyphs import STATUS_MARKS
 from safenav.report.picture.names import AREA
-from safenav.report.replay.timeline import Changes, ObstacleStatus, Replay, RobotTrack, StoryKind
+from safenav.report.replay.timeline import ObstacleStatus, Replay, RobotTrack, StoryKind
 from safenav.scenario.motion import AIR
 from safenav.scenario.objective import targets_of
 from safenav.trace.looks import looks
-from safenav.trace.records import Plan, PlanEnd, Record
 from safenav.world.frame import Frame
 from safenav.world.map import Heading, Region
 
 Message = Mapping[str, Any]
-Clock = Callable[[int], float]
-"""Seconds at the end of a tick."""
-
 _ARROW, _CUBE, _CYLINDER, _LINE, _LINES, _CUBES, _TEXT = 0, 1, 3, 4, 5, 6, 9
 _MARKERS = "visualization_msgs/msg/MarkerArray"
 _FLIES = 0.8
@@ -60,29 +56,12 @@ class Stamped:
     message: Message
 
 
-JointPlans = Sequence[tuple[int, Mapping[str, tuple[Region, ...]]]]
-"""Start tick of each plan and its robots' paths; no robots where a plan is over."""
-
-
-def joint_plans(lines: Iterable[Record]) -> JointPlans:
-    """Return the joint plans of a trace, in their order."""
-    found: list[tuple[int, Mapping[str, tuple[Region, ...]]]] = []
-    for line in lines:
-        if isinstance(line, Plan):
-            ways = {name: tuple(region for region, _ in way) for name, way in line.robots.items()}
-            found.append((line.tick, ways))
-        elif isinstance(line, PlanEnd):
-            found.append((line.tick, {}))
-    return found
-
-
-def messages(
-    replay: Replay, frame: Frame, clock: Clock, plans: JointPlans = ()
-) -> Iterator[Stamped]:
-    """Yield all messages of a run, in the order of their times.
+def messages(replay: Replay, frame: Frame) -> Iterator[Stamped]:
+    """Yield all messages of a run, in the order of their times; a tick of a run without a clock
+    lasts a second.
 
     Raises ValueError for regions that are not square: an occupancy grid has one resolution."""
-    return _Telling(replay, frame, clock, plans).all()
+    return _Telling(replay, frame).all()
 
 
 def names_of(replay: Replay) -> dict[str, str]:
@@ -99,26 +78,24 @@ def names_of(replay: Replay) -> dict[str, str]:
 
 
 class _Telling:
-    def __init__(self, replay: Replay, frame: Frame, clock: Clock, plans: JointPlans) -> None:
+    def __init__(self, replay: Replay, frame: Frame) -> None:
         width, height = frame.resolution
         if abs(width - height) > 1e-6 * width:
             raise ValueError(f"regions of {width:g} x {height:g} m are not square")
         self.replay = replay
         self.frame = frame
-        self.clock = clock
         self.names = names_of(replay)
         self.looks = looks([track.name for track in replay.robots])
-        self.plans = Changes.of({}, plans)
 
     def all(self) -> Iterator[Stamped]:
-        yield Stamped(self.clock(0), "/map", "nav_msgs/msg/OccupancyGrid", self._map())
-        yield Stamped(self.clock(0), "/places", _MARKERS, {"markers": self._places()})
-        yield Stamped(self.clock(0), "/robots", _MARKERS, {"markers": [*self._bodies()]})
+        yield Stamped(self.replay.time(0), "/map", "nav_msgs/msg/OccupancyGrid", self._map())
+        yield Stamped(self.replay.time(0), "/places", _MARKERS, {"markers": self._places()})
+        yield Stamped(self.replay.time(0), "/robots", _MARKERS, {"markers": [*self._bodies()]})
         planned: list[Message] = []
         ways: dict[str, list[Message]] = {track.name: [] for track in self.replay.robots}
         told: dict[str, ObstacleStatus] = {}
         for tick in range(self.replay.last + 1):
-            seconds = self.clock(tick)
+            seconds = self.replay.time(tick)
             transforms = {"transforms": [self._transform(t, tick) for t in self.replay.robots]}
             yield Stamped(seconds, "/tf", "tf2_msgs/msg/TFMessage", transforms)
             for track in self.replay.robots:
@@ -162,7 +139,7 @@ class _Telling:
         data = [100 if region in world.walls else 0 for row in reversed([*rows]) for region in row]
         x, y = self.frame.origin
         info = {
-            "map_load_time": stamp(self.clock(0)),
+            "map_load_time": stamp(self.replay.time(0)),
             "resolution": self.frame.resolution[0],
             "width": world.cols,
             "height": world.rows,
@@ -171,7 +148,7 @@ class _Telling:
         return {"header": self._header(0), "info": info, "data": data}
 
     def _header(self, tick: int) -> Message:
-        return {"stamp": stamp(self.clock(tick)), "frame_id": "map"}
+        return {"stamp": stamp(self.replay.time(tick)), "frame_id": "map"}
 
     def _centre(self, row: float, col: float) -> tuple[float, float]:
         (side, _), (x0, y0) = self.frame.resolution, self.frame.origin
@@ -303,7 +280,7 @@ class _Telling:
 
     def _plan(self, tick: int) -> Iterator[Message]:
         """Yield each robot's targets, and its path while a joint plan is carried out."""
-        plan = self.plans.at(tick)
+        plan = self.replay.plans.at(tick)
         for number, (track, look) in enumerate(zip(self.replay.robots, self.looks, strict=True)):
             objective = self.replay.objectives[track.name].at(tick)
             targets = targets_of(objective) if objective is not None else ()

@@ -16,6 +16,7 @@ from safenav.report.replay.timeline import (
     Changes,
     Event,
     Hidden,
+    LongStep,
     Replay,
     RobotBelief,
     RobotTrack,
@@ -51,6 +52,7 @@ def encoded(replay: Replay, source: str) -> dict[str, Any]:
         "names": {region: name for name, region in reversed([*replay.map.names.items()])},
         "areas": {name: sorted(area) for name, area in replay.map.areas.items()},
         "last": replay.last,
+        "times": replay.times and [round(time, 3) for time in replay.times],
         "within": replay.within,
         "opens": replay.last if replay.failed else 0,
         "robots": [
@@ -121,7 +123,7 @@ def _robot(replay: Replay, track: RobotTrack) -> dict[str, Any]:
         "layer": track.layer,
         "can": track.capabilities,
         "path": track.regions,
-        "steps": [[step.first, step.last, step.toward] for step in track.steps],
+        "steps": steps_data(track.steps),
         "headings": "".join(facing) if len(facing) == len(track.regions) else None,
         "tasks": _changes(replay.objectives[track.name], lambda o: task_data(o, replay.map)),
         "progress": _changes(
@@ -149,6 +151,10 @@ def _view(replay: Replay, viewer: str, index: dict[str, int], sets: RegionSets) 
             for other, changes in told.items()
         ],
     }
+
+
+def steps_data(steps: Sequence[LongStep]) -> list[list[Any]]:
+    return [[s.first, s.last, s.toward, round(s.begin, 3), round(s.end, 3)] for s in steps]
 
 
 def belief_data(belief: RobotBelief | None, sets: RegionPlaces) -> list[Any]:

@@ -15,10 +15,11 @@ from safenav.report.page.encode import (
     event_data,
     frame_data,
     obstacle_data,
+    steps_data,
     task_data,
 )
 from safenav.report.page.region_sets import written
-from safenav.report.replay.reading import ReplayBuilder, long_steps
+from safenav.report.replay.reading import ReplayBuilder
 from safenav.report.replay.timeline import Hidden, ObstacleStatus
 from safenav.trace import records
 from safenav.trace.trace import Trace
@@ -58,10 +59,11 @@ class LiveRun:
 
     def news(self) -> dict[str, Any]:
         """Return the news since the last call, in the shapes of the whole: entries to append, but
-        for the ``steps`` of a robot, which replace those before."""
+        for the ``steps`` of a robot, which replace those from the number before them on."""
         telling, last = self._telling, self.last
         return {
             "last": last,
+            "times": [round(time, 3) for time in self._new(telling.times or (), "times")],
             "robots": [self._robot_news(name, last) for name in telling.tracks],
             "obstacles": self._new_obstacles(),
             "status": {
@@ -79,12 +81,13 @@ class LiveRun:
         telling = self._telling
         path = self._new(telling.regions[name][: last + 1], "path", name)
         facing = self._new(telling.headings[name][: last + 1], "headings", name)
-        bound = telling.bound.get(name, [])
-        steps = long_steps(bound[: last + 1])
+        steps = telling.long_steps(name, last)
+        kept = max(0, self._sent.get(("steps", name), 0) - 1)  # the last one may go on
+        self._sent["steps", name] = len(steps)
         return {
             "path": path,
             "headings": "".join(heading.name[0] for heading in facing if heading is not None),
-            "steps": [[step.first, step.last, step.toward] for step in steps],
+            "steps": [kept, steps_data(steps[kept:])],
             "tasks": [
                 [max(0, tick), *task_data(objective, telling.map)]
                 for tick, objective in self._new(telling.objectives[name], "tasks", name)

@@ -82,6 +82,16 @@ EVENT_MARKS = {
         "M-0.9,-0.6H0.2V-0.95L0.9,-0.4L0.2,0.15V-0.2H-0.9ZM-0.9,0.4H0.9V0.75H-0.9Z", BLUE
     ),
     StoryKind.PLAN_END: Mark("M-0.9,0.4H0.9V0.75H-0.9Z", BLUE),
+    StoryKind.REOPENED: Mark(_RING, VERMILLION),
+    StoryKind.FAILURE: Mark("M0.35,-0.95L-0.65,0.2H-0.05L-0.35,0.95L0.65,-0.25H0.05Z", VERMILLION),
+    StoryKind.WAITING: Mark(
+        "M-0.65,-0.95H0.65V-0.6L0.15,0L0.65,0.6V0.95H-0.65V0.6L-0.15,0L-0.65,-0.6Z", VERMILLION
+    ),
+    StoryKind.OPERATOR: Mark(
+        "M0,-0.95A0.4,0.4 0 1 1 0,-0.15A0.4,0.4 0 1 1 0,-0.95Z"
+        "M-0.75,0.95A0.75,0.85 0 0 1 0.75,0.95Z",
+        BLUE,
+    ),
 }
 
 

@@ -2,12 +2,13 @@
 
 ``safenav.audit`` reads the lines; here they are arranged tick by tick. Only the requirements of a
 picture are checked (the checker decides whether the run was right): places on the map, robots and
-obstacles that the header names, one move for each robot and tick. A trace that was cut off is shown
-up to its last complete tick."""
+obstacles that the header names, one move for each robot and tick. The ticks of a run in time are
+the instants at which something happened. A trace that was cut off is shown up to its last complete
+tick."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -31,8 +32,12 @@ from safenav.trace import records, setting
 from safenav.trace.objective import Objective as TracedObjective
 from safenav.trace.reading import read_trace
 from safenav.trace.trace import Trace
+from safenav.trace.vocabulary import ActResult, MoveEnd
 from safenav.trace.wording import Wording, objective_of
 from safenav.world.map import Heading, Region, RegionMap
+
+SAME = 1e-3
+"""Seconds within which two instants are the same."""
 
 _HEADINGS = {heading.label: heading for heading in Heading}
 
@@ -81,6 +86,11 @@ class ReplayBuilder:
         default_factory=dict
     )
     bound: dict[str, list[Region | None]] = field(default_factory=dict)
+    times: list[float] | None = None
+    """Seconds of each instant of a live run; None for a run in lockstep, which has ticks."""
+    steps: dict[str, list[LongStep]] = field(default_factory=dict)
+    """Of a live run."""
+    plans: list[tuple[int, Mapping[str, tuple[Region, ...]]]] = field(default_factory=list)
     violation: records.Violation | None = None
     ending: RunEnd | None = None
     ended: int | None = None
@@ -113,6 +123,8 @@ class ReplayBuilder:
             {name: [] for name in hidden},
             {name: [(-1, objective_of(r.objective))] for name, r in header.robots.items()},
             {name: [] for name in tracks},
+            times=None if trace.header.clock is None else [0.0],
+            steps={name: [] for name in tracks},
         )
 
     @property
@@ -129,9 +141,24 @@ class ReplayBuilder:
 
     def tell(self, line: records.Record) -> None:
         """Add the next line. Raises ContradictionError if it does not fit those before."""
+        if self.times is not None:
+            line = self._timed(line, self.times)
         match line:
             case records.Move():
                 self._move(line)
+            case records.Depart() | records.Arrive():
+                self._step(line)
+            case records.Acted() if ActResult.FAILED in line.results.values():
+                self._event(line, StoryKind.FAILURE, line.robot)
+            case records.Late():
+                self._event(line, StoryKind.FAILURE, line.robot)
+            case records.Reopened():
+                self._status(line.obstacle, line.tick, ObstacleStatus.FOUND)
+                self._about(line, StoryKind.REOPENED, None, line.obstacle)
+            case records.Waiting():
+                self._event(line, StoryKind.WAITING)
+            case records.Operator():
+                self._about(line, StoryKind.OPERATOR, line.robot, line.obstacle)
             case records.Discovered() if line.obstacle.name not in self.hidden:
                 found = _hidden(self.map, self.header, line.obstacle)
                 self.hidden[found.name] = found
@@ -189,8 +216,11 @@ class ReplayBuilder:
             case records.Service():
                 self._event(line, StoryKind.SERVICE, line.robot)
             case records.Plan():
+                ways = {n: tuple(region for region, _ in way) for n, way in line.robots.items()}
+                self.plans.append((line.tick, ways))
                 self._event(line, StoryKind.PLAN)
             case records.PlanEnd():
+                self.plans.append((line.tick, {}))
                 self._event(line, StoryKind.PLAN_END)
             case records.Outcome():
                 self.ending = RunEnd(
@@ -202,6 +232,37 @@ class ReplayBuilder:
                 )
                 self.ended = line.tick
                 self._event(line, StoryKind.OUTCOME)
+
+    def _timed(self, line: records.Record, times: list[float]) -> records.Record:
+        """Return the line with the number of its instant; until then all is as it was."""
+        if line.t is not None and line.t > times[-1] + SAME:
+            times.append(line.t)
+            for name in self.tracks:
+                self.regions[name].append(self.regions[name][-1])
+                self.headings[name].append(self.headings[name][-1])
+                steps = self.steps[name]
+                if steps and steps[-1].last == len(times) - 2:
+                    steps[-1] = replace(steps[-1], last=len(times) - 1)
+        return replace(line, tick=len(times) - 1)
+
+    def _step(self, line: records.Depart | records.Arrive) -> None:
+        self._known(line.robot)
+        if self.times is None:
+            raise ContradictionError("a run without a clock has no steps in seconds")
+        now, steps = self.times[-1], self.steps[line.robot]
+        if isinstance(line, records.Depart):
+            end = now + (line.seconds or 0.0)
+            steps.append(LongStep(line.tick, line.tick, _on_map(self.map, line.to), now, end))
+            return
+        if not steps or steps[-1].last < line.tick:
+            raise ContradictionError(f"{line.robot} arrives, and is not under way")
+        steps[-1] = replace(steps[-1], last=line.tick - 1, end=now)
+        if steps[-1].last < steps[-1].first:
+            del steps[-1]
+        self.regions[line.robot][-1] = _on_map(self.map, line.at)
+        self.headings[line.robot][-1] = None if line.heading is None else _HEADINGS[line.heading]
+        if line.result is not MoveEnd.ARRIVED:
+            self._event(line, StoryKind.FAILURE, line.robot, line.at)
 
     def _move(self, line: records.Move) -> None:
         self._known(line.robot)
@@ -338,16 +399,22 @@ class ReplayBuilder:
                 bound.append(bound[-1])
         return True
 
+    def long_steps(self, robot: str, last: int) -> tuple[LongStep, ...]:
+        """Return the steps of a robot that took longer than a tick, up to the tick ``last``."""
+        if self.times is not None:
+            return tuple(self.steps[robot])
+        return _long_steps(self.bound.get(robot, [])[: last + 1])
+
     def replay(self, version: str) -> Replay:
         last = min((len(regions) for regions in self.regions.values()), default=1) - 1
-        within = self._stand(last)
+        within = self.times is None and self._stand(last)
         last += within
         tracks = tuple(
             replace(
                 track,
                 regions=tuple(self.regions[name][: last + 1]),
                 headings=tuple(self.headings[name][: last + 1]),
-                steps=long_steps(self.bound.get(name, [])[: last + 1]),
+                steps=self.long_steps(name, last),
             )
             for name, track in self.tracks.items()
         )
@@ -365,6 +432,8 @@ class ReplayBuilder:
             ending=self.ending,
             version=version,
             within=within,
+            times=None if self.times is None else tuple(self.times),
+            plans=Changes.of({}, self.plans),
             beliefs={pair: Changes.of(None, told) for pair, told in self.beliefs.items()},
         )
 
@@ -383,7 +452,7 @@ def _hidden(
     )
 
 
-def long_steps(bound: Sequence[Region | None]) -> tuple[LongStep, ...]:
+def _long_steps(bound: Sequence[Region | None]) -> tuple[LongStep, ...]:
     """Return the runs of ticks in which a robot is in transit to the same region."""
     steps: list[LongStep] = []
     for tick, toward in enumerate(bound):
@@ -391,9 +460,9 @@ def long_steps(bound: Sequence[Region | None]) -> tuple[LongStep, ...]:
             continue
         before = steps[-1] if steps else None
         if before is not None and before.last == tick - 1 and before.toward == toward:
-            steps[-1] = replace(before, last=tick)
+            steps[-1] = replace(before, last=tick, end=tick + 1)
         else:
-            steps.append(LongStep(tick, tick, toward))
+            steps.append(LongStep(tick, tick, toward, tick - 1, tick + 1))
     return tuple(steps)
 
 

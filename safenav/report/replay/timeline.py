@@ -43,6 +43,9 @@ _MEANINGS = {
 }
 
 
+TURNED_BACK = 0.4
+"""The part of a step after which a robot that comes back to where it set out turns."""
+
 _FAILURES = ("operator_needed", "unrealizable", "assumption_violated")
 
 
@@ -62,6 +65,10 @@ class StoryKind(StrEnum):
     APPEARED = "appeared"
     GONE = "gone"
     TRUTH = "truth"
+    REOPENED = "reopened"
+    WAITING = "waiting"
+    OPERATOR = "operator"
+    FAILURE = "failure"
     OBJECTIVE = "objective"
     SERVICE = "service"
     PLAN = "plan"
@@ -97,27 +104,28 @@ class RobotTrack:
     vision: float | None = None
     steps: tuple[LongStep, ...] = ()
 
-    def transit(self, tick: int) -> tuple[Region, float] | None:
-        """Return the region that the robot is in transit to after ``tick``, and the completed part
-        of the step; None if it stands in one region."""
+    def transit(self, tick: int) -> LongStep | None:
+        """Return the step that the robot is making after ``tick``; None if it stands in one
+        region."""
         i = bisect_right(self.steps, tick, key=lambda step: step.first) - 1
-        if i < 0 or tick > self.steps[i].last:
-            return None
-        return self.steps[i].toward, self.steps[i].part(tick)
+        return self.steps[i] if i >= 0 and tick <= self.steps[i].last else None
 
 
 @dataclass(frozen=True)
 class LongStep:
     """A step that takes several ticks: after ``first`` to ``last`` the robot is between its region
-    and ``toward``, and occupies both; it arrives in the tick after."""
+    and ``toward``, and occupies both; it arrives in the tick after. ``begin`` and ``end``: when it
+    sets out and arrives, in ticks, or in seconds where the run has a clock."""
 
     first: int
     last: int
     toward: Region
+    begin: float
+    end: float
 
-    def part(self, tick: int) -> float:
-        """Return the part of the step that is done after a tick."""
-        return (tick - self.first + 1) / (self.last - self.first + 2)
+    def part(self, time: float) -> float:
+        """Return the part of the step that is done at a time."""
+        return min(1.0, max(0.0, (time - self.begin) / max(self.end - self.begin, 1e-9)))
 
 
 @dataclass(frozen=True)
@@ -263,6 +271,13 @@ class Replay:
     version: str = ""
     within: bool = False
     """The run ended within its last tick: robots whose turn it was not stand where they were."""
+    times: tuple[float, ...] | None = None
+    """Seconds of each tick where the run has a clock: its ticks are then the instants at which
+    something happened. None: ticks are all the time that there is."""
+    plans: Changes[Mapping[str, tuple[Region, ...]]] = field(
+        default_factory=lambda: Changes.of({}, ())
+    )
+    """The paths of the robots of a joint plan; none while there is no plan."""
     beliefs: Mapping[tuple[str, str], Changes[RobotBelief | None]] = field(default_factory=dict)
     """Knowledge of a robot (first name) about another one (second), None while none is recorded."""
     _by_tick: dict[int, list[Event]] = field(default_factory=dict, repr=False, compare=False)
@@ -271,6 +286,20 @@ class Replay:
     def failed(self) -> bool:
         """Return whether the run could not continue: neither completed nor stopped from outside."""
         return self.ending is not None and self.ending.outcome in _FAILURES
+
+    def time(self, tick: int) -> float:
+        """Return when a tick is: seconds, or ticks where the run has no clock."""
+        return float(tick) if self.times is None else self.times[tick]
+
+    def tick_at(self, time: float) -> int:
+        """Return the last tick that is not after a time."""
+        if self.times is None:
+            return max(0, min(self.last, int(time)))
+        return max(0, bisect_right(self.times, time + 1e-9) - 1)
+
+    def when(self, tick: int) -> str:
+        """``tick 12``, or ``12.3 s`` where the run has a clock."""
+        return f"tick {tick}" if self.times is None else f"{self.times[tick]:.1f} s"
 
     def happened(self, tick: int) -> tuple[Event, ...]:
         """Return the events of one tick, in the order of the trace."""
@@ -295,6 +324,8 @@ class Replay:
         there = (o for o in self.hidden if o.since <= tick)
         obstacles = tuple((o, self.statuses[o.name].at(tick)) for o in there)
         moment = f"tick {tick} of {self.last}"
+        if self.times is not None:
+            moment = f"{self._moment(tick, fraction):.1f} of {self.times[-1]:.1f} s"
         if tick == self.last and self.ending is not None:
             when = ", ended within it" if self.within else ""
             moment += f"{when}: {self.ending.outcome.replace('_', ' ')}"
@@ -302,31 +333,35 @@ class Replay:
         events = self.happened(tick)
         return Scene(self.name, moment, self.map, robots, obstacles, stack, events)
 
-    def _placed(self, track: RobotTrack, tick: int, fraction: float, trail: int) -> Placed:
-        row, col = self._place(track, tick)
-        heading = track.headings[tick]
-        degrees = None if heading is None else heading * 90.0
-        place = (row, col)
-        if fraction and tick < self.last:
-            to_row, to_col = self._place(track, tick + 1)
-            place = (row + (to_row - row) * fraction, col + (to_col - col) * fraction)
-            after = track.headings[tick + 1]
-            if degrees is not None and after is not None:
-                turn = (after * 90.0 - degrees + 180.0) % 360.0 - 180.0
-                degrees += turn * min(1.0, 2.0 * fraction)  # turned before half the step
-        objective = self.objectives[track.name].at(tick)
-        way = track.regions[max(0, tick - trail) : tick + 1]
-        transit = track.transit(tick)
-        taken = () if transit is None else (track.regions[tick], transit[0])
-        return Placed(
-            track.name, track.model, track.layer, *place, degrees, objective, tuple(way), taken
-        )
+    def _moment(self, tick: int, fraction: float) -> float:
+        here = self.time(tick)
+        return here + (self.time(min(tick + 1, self.last)) - here) * fraction
 
-    def _place(self, track: RobotTrack, tick: int) -> tuple[float, float]:
-        """(row, col) after a tick, between two regions while a step takes several ticks."""
-        row, col = self.map.position(track.regions[tick])
-        transit = track.transit(tick)
-        if transit is None:
-            return float(row), float(col)
-        to_row, to_col = self.map.position(transit[0])
-        return row + (to_row - row) * transit[1], col + (to_col - col) * transit[1]
+    def _placed(self, track: RobotTrack, tick: int, fraction: float, trail: int) -> Placed:
+        taken = track.transit(tick)
+        region, heading = track.regions[tick], track.headings[tick]
+        goal, after, part = region, heading, 0.0
+        step = taken
+        if step is None and self.times is None and tick < self.last:
+            step = track.transit(tick + 1)  # it sets out in this tick
+            goal, after, part = track.regions[tick + 1], track.headings[tick + 1], fraction
+        if step is not None:
+            there = min(step.last + 1, self.last)
+            goal, after = step.toward, track.headings[there]
+            part = step.part(self._moment(tick, fraction))
+            if step.last < self.last and track.regions[there] != goal:
+                part = TURNED_BACK * (1 - abs(2 * part - 1))
+                after = heading
+        (row, col), (to_row, to_col) = self.map.position(region), self.map.position(goal)
+        place = (row + (to_row - row) * part, col + (to_col - col) * part)
+        degrees = None if heading is None else heading * 90.0
+        if degrees is not None and after is not None:
+            turn = (after * 90.0 - degrees + 180.0) % 360.0 - 180.0
+            degrees += turn * min(1.0, 2.0 * part)  # turned before half the step
+        objective = self.objectives[track.name].at(tick)
+        trail *= 1 if self.times is None else len(self.robots)
+        way = track.regions[max(0, tick - trail) : tick + 1]
+        both = () if taken is None else (region, taken.toward)
+        return Placed(
+            track.name, track.model, track.layer, *place, degrees, objective, tuple(way), both
+        )

@@ -61,7 +61,11 @@ def frame(replay: Replay, tick: int, recent: int = 6) -> list[str]:
         lines.append(f"{sign[track.name]} {track.name} at {at}: {words}")
         transit = track.transit(tick)
         if transit is not None:
+<<<<<<< HEAD
             lines[-1] += f" (in transit to {replay.map.label(transit[0])})"
+=======
+            lines[-1] += f" (on its way to {replay.map.label(transit.toward)})"
+>>>>>>> 355c0a5 (Tell the run by the seconds of its motion)
     lines += [
         line
         for viewer in viewers(replay)
@@ -72,10 +76,14 @@ def frame(replay: Replay, tick: int, recent: int = 6) -> list[str]:
     lines.append("")
     told = [event for event in replay.events if event.tick <= tick][-recent:]
     for event in told:
-        text = f"{event.tick:5}  {event.text}"
+        text = f"{_moment(replay, event.tick)}  {event.text}"
         new = event.tick == tick
         lines.append(click.style(text, fg=_COLOURS.get(event.kind), dim=None if new else True))
     return lines
+
+
+def _moment(replay: Replay, tick: int) -> str:
+    return f"{tick:5}" if replay.times is None else f"{replay.when(tick):>9}"
 
 
 def log(replay: Replay, ticks: range) -> Iterator[str]:

@@ -11,12 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from safenav.errors import UsageError
 from safenav.motion.columns import columns_of
 from safenav.motion.file.records import (
     Action,
-    Drive,
-    Flight,
     FlownTrack,
     Motion,
     Release,
@@ -40,16 +37,13 @@ _WALKER = {
 _BODY = {name: name for name in ("x", "y", "z", "yaw")}
 
 
-def encoded_motion(motion: Motion, last: int) -> dict[str, Any]:
-    """Return the data of the page. ``last``: the last tick of the run.
-
-    Raises UsageError if the motion goes beyond the run: then it belongs to another one."""
+def encoded_motion(motion: Motion) -> dict[str, Any]:
+    """Return the data of the page."""
     names = list(motion.header.robots)
     tracks = [_track(motion, name) for name in names]
     return {
         "side": motion.header.side,
         "seconds": motion.outcome.makespan,
-        "clock": _clock(motion, last),
         "rate": RATE,
         "samples": tracks[0]["samples"] if tracks else 0,
         "tracks": tracks,
@@ -129,6 +123,7 @@ def _feet(motion: Motion, robot: str) -> Iterator[tuple[int, ...]]:
                 yield (*place, round(foot.yaw * 1000), foot.side, down, up)
 
 
+<<<<<<< HEAD
 def _clock(motion: Motion, last: int) -> list[float]:
     """Return for each tick the time at which all its events are over."""
     done = [0.0] * (last + 1)
@@ -145,6 +140,8 @@ def _clock(motion: Motion, last: int) -> list[float]:
     return [_short(float(time)) for time in clock]
 
 
+=======
+>>>>>>> 355c0a5 (Tell the run by the seconds of its motion)
 def _reserved(motion: Motion) -> Iterator[tuple[str, int, float, float]]:
     """Yield each reservation: robot, region, start and end time."""
     since: dict[tuple[str, int], float] = {}

@@ -11,11 +11,14 @@ import zlib
 from base64 import b64encode
 from functools import cache
 from importlib.resources import files
-from typing import Any
 
+from safenav.motion.file.records import Motion
+from safenav.motion.in_time import in_time
 from safenav.report.page.encode import encoded
 from safenav.report.page.html import data_element, document
-from safenav.report.replay.timeline import Replay
+from safenav.report.replay.reading import replay_of
+from safenav.report.view3d.encode import encoded_motion
+from safenav.trace.trace import Trace
 
 _LOADER = """\
 (async () => {
@@ -29,14 +32,15 @@ _LOADER = """\
 """
 
 
-def page3d_of(replay: Replay, source: str, motion: dict[str, Any]) -> str:
-    """Return the replay in 3D as an HTML document. ``source`` is the name of its trace, ``motion``
-    its motion as encoded by ``report.view3d.encode``."""
+def page3d_of(trace: Trace, source: str, motion: Motion) -> str:
+    """Return the run of a trace in 3D as an HTML document, told by the clock of its motion.
+    ``source`` is the name of the trace."""
+    replay = replay_of(in_time(trace, motion))
     return document(
         f"{replay.name}: replay in 3D",
         _asset("view3d.css"),
         data_element("run", encoded(replay, source)),
-        data_element("motion", motion),
+        data_element("motion", encoded_motion(motion)),
         f'<script type="text/plain" id="program">{_program()}</script>',
         f"<script>\n{_LOADER}</script>",
     )

@@ -8,7 +8,7 @@ import { Help, withKeys, type Keys } from "./panels/help";
 import { KEYS, listen } from "./keyboard";
 import { Legend, Obstacles, Robots, Stack } from "./panels/sidebar";
 import type { Player } from "./run/player";
-import { eventsAfter, type EventKind, type Run } from "./run/run";
+import { eventsAfter, when, type EventKind, type Run } from "./run/run";
 import { applyTheme, EVERYONE, nextTheme, storedTheme, useLow, type Shown } from "./settings";
 import { viewersOf } from "./map/shading";
 import type { Choice, Hand, Stage } from "./map/stage";
@@ -20,6 +20,9 @@ const TOLD: ReadonlySet<EventKind> = new Set([
   "resolved",
   "blocked",
   "assumption",
+  "failure",
+  "waiting",
+  "operator",
   "outcome",
 ]);
 
@@ -165,7 +168,7 @@ function Story({ run, tick, playing }: { run: Run; tick: number; playing: boolea
         <span class="quiet">Nothing has been found yet.</span>
       ) : (
         <>
-          <b>{last[0] === tick ? "Now" : `Tick ${last[0]}`}</b> {texts.join(". ")}.
+          <b>{last[0] === tick ? "Now" : run.times ? `At ${when(run, last[0])}` : `Tick ${last[0]}`}</b> {texts.join(". ")}.
         </>
       )}
     </p>
@@ -225,15 +228,20 @@ function About({ run }: { run: Run }) {
     <>
       <p>
         Click a robot to follow it, an event or a mark on the timeline to go there; the address
-        names the tick.
+        names the moment.
       </p>
       <h2>This run</h2>
       <p>
         {ending
-          ? `${ending.outcome.replace(/_/g, " ")}: ${ending.explanation} (${count(run.last, "tick")}, ` +
+          ? `${ending.outcome.replace(/_/g, " ")}: ${ending.explanation} (${run.times ? when(run, run.last) : count(run.last, "tick")}, ` +
             `${count(ending.syntheses, "synthesis", "syntheses")} in ${ending.synthesisSeconds}, ` +
+<<<<<<< HEAD
             `${ending.seconds} total)`
           : `cut off after tick ${run.last}`}
+=======
+            `${ending.seconds} in all)`
+          : `cut off after ${when(run, run.last)}`}
+>>>>>>> 355c0a5 (Tell the run by the seconds of its motion)
       </p>
     </>
   );

@@ -9,7 +9,7 @@ import { flatStage } from "./map/stage";
 import "./page.css";
 
 const run = JSON.parse(document.getElementById("run")!.textContent!) as Run;
-const player = new Player(run.last);
+const player = new Player(run.last, run.times);
 player.seek(run.opens);
 render(<App run={run} player={player} stage={flatStage(run)} />, document.getElementById("app")!);
 followLinks(player);

@@ -13,7 +13,7 @@ import "./view3d/view3d.css";
 const text = (id: string): string => document.getElementById(id)!.textContent!;
 const run = JSON.parse(text("run")) as Run;
 const motion = JSON.parse(text("motion")) as Motion;
-const player = new Player(run.last, motion.clock);
+const player = new Player(run.last, run.times);
 
 void decoded(motion).then((robots) => {
   const stage = stage3d(run, motion, robots);

@@ -5,7 +5,8 @@ import type { Frame, Obstacle, Progress, Robot, Run, RunEvent, Status, Task, Vie
 interface RobotNews {
   path: number[];
   headings: string;
-  steps: Robot["steps"];
+  /** From which number on they are new. */
+  steps: [from: number, steps: Robot["steps"]];
   tasks: Task[];
   progress: Progress[];
   view: { sight: [number, string][]; beliefs: [of: number, tick: number, seen: number, set: string | -1][] } | null;
@@ -13,6 +14,7 @@ interface RobotNews {
 
 export interface News {
   last: number;
+  times: number[];
   robots: RobotNews[];
   obstacles: Omit<Obstacle, "status">[];
   status: Record<string, [number, Status][]>;
@@ -31,6 +33,7 @@ export function merged(run: Run, news: News): Run {
   });
   const added = [...fresh.values()].map((told): Obstacle => ({ ...told, status: [[0, "hidden"]] }));
   for (const obstacle of [...known, ...added]) append(obstacle.status, news.status[obstacle.name] ?? []);
+  append(run.times ?? [], news.times);
   append(run.stack, news.stack);
   append(run.events, news.events);
   return { ...run, last: news.last, robots, obstacles: [...known, ...added] };
@@ -43,7 +46,7 @@ function joined(run: Run, robot: Robot, news: RobotNews): Robot {
   return {
     ...robot,
     headings: robot.headings === null ? null : robot.headings + news.headings,
-    steps: news.steps,
+    steps: [...robot.steps.slice(0, news.steps[0]), ...news.steps[1]],
     view: news.view ? seen(run, robot.view, news.view) : robot.view,
   };
 }

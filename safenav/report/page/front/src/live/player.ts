@@ -4,6 +4,7 @@
  */
 
 import { Player } from "../run/player";
+import type { Run } from "../run/run";
 
 export type Say = (does: string, data?: object) => void;
 
@@ -28,14 +29,20 @@ export class LivePlayer extends Player {
     this.time = last;
   }
 
+<<<<<<< HEAD
   /** The run reached another tick, or restarted (`afresh`). */
   reach(last: number, afresh: boolean): void {
+=======
+  /** The run has come to another tick, or begins anew (`afresh`). */
+  reach({ last, times }: Run, afresh: boolean): void {
+    this.clock = times;
+>>>>>>> 355c0a5 (Tell the run by the seconds of its motion)
     const before = this.last;
     this.last = last;
     if (afresh) {
       this.following = true;
-      this.time = Math.min(this.time, last);
-      if (last < before) this.time = last;
+      this.time = Math.min(this.time, this.end);
+      if (last < before) this.time = this.end;
     }
     if (this.following) this.chase();
     else this.tickChanged();

@@ -54,7 +54,7 @@ function Taken({ run, tick }: { run: Run; tick: number }) {
       {run.robots.map((robot) => {
         const transit = transitAt(robot, tick);
         if (transit === null) return null;
-        const regions = [robot.path[tick]!, transit[0]];
+        const regions = [robot.path[tick]!, transit[2]];
         const cols = regions.map((region) => region % run.cols);
         const rows = regions.map((region) => Math.floor(region / run.cols));
         return (

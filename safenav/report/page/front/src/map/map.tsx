@@ -13,7 +13,7 @@ import { Knowledge } from "./knowledge";
 import { Names, useNames } from "./names";
 import { growth, Robots, Trails } from "./motion";
 import type { Player } from "../run/player";
-import { at, label, poseAt, transitAt, type Run } from "../run/run";
+import { at, label, poseAt, transitAt, when, type Run } from "../run/run";
 import type { Shown } from "../settings";
 import type { Hand } from "./stage";
 import { shadesAt, Shading, viewersOf } from "./shading";
@@ -167,7 +167,7 @@ function robotAt(run: Run, player: Player, x: number, y: number, reach: number):
 function describeMap(run: Run, tick: number): string {
   const robots = run.robots.map((robot) => `${robot.name} in region ${label(run, robot.path[tick]!)}`);
   const obstacles = run.obstacles.filter((o) => tick >= o.since).map((o) => `${o.name} ${at(o.status, tick)[1]}`);
-  return `Map of ${run.rows} by ${run.cols} regions at tick ${tick}. ${robots.join(", ")}. ${obstacles.join(", ")}`;
+  return `Map of ${run.rows} by ${run.cols} regions at ${when(run, tick)}. ${robots.join(", ")}. ${obstacles.join(", ")}`;
 }
 
 function describeRegion(run: Run, region: number, tick: number, shown: Shown): string {
@@ -175,7 +175,11 @@ function describeRegion(run: Run, region: number, tick: number, shown: Shown): s
   if (isWall(run, region)) parts.push("wall");
   for (const robot of run.robots) {
     if (robot.path[tick] === region) parts.push(robot.name);
+<<<<<<< HEAD
     if (transitAt(robot, tick)?.[0] === region) parts.push(`${robot.name} is in transit to this region`);
+=======
+    if (transitAt(robot, tick)?.[2] === region) parts.push(`${robot.name} is on its way here`);
+>>>>>>> 355c0a5 (Tell the run by the seconds of its motion)
     if (at(robot.tasks, tick)[2].includes(region)) parts.push(`target of ${robot.name}`);
   }
   for (const o of run.obstacles) if (o.region === region && tick >= o.since) parts.push(`${o.label}, ${at(o.status, tick)[1]}`);

@@ -3,7 +3,7 @@
 import { useLayoutEffect, useRef } from "preact/hooks";
 import { CELL, type Camera } from "./camera";
 import type { Player } from "../run/player";
-import { poseAt, separate, type Pose, type Robot, type Run } from "../run/run";
+import { poseAt, separate, tickAt, type Pose, type Robot, type Run } from "../run/run";
 import { calm } from "../settings";
 
 const BODY = 0.28 * CELL;
@@ -62,7 +62,7 @@ export function Trails({ run, player }: { run: Run; player: Player }) {
     const lane = Math.min(0.09, 0.5 / Math.max(1, run.robots.length)) * CELL;
     let drawn = -1;
     return onMoment(player, (moment) => {
-      const tick = Math.floor(moment);
+      const tick = tickAt(run, moment);
       run.robots.forEach((robot, i) => {
         const shift = (i - (run.robots.length - 1) / 2) * lane + CELL / 2;
         drawTrail(run, robot, tick, poseAt(run, robot, moment), shift, paths[i]!, tick !== drawn);
@@ -110,7 +110,7 @@ function drawTrail(
   paths: SVGPathElement[],
   whole: boolean,
 ): void {
-  const start = Math.max(0, tick - TRAIL);
+  const start = Math.max(0, tick - TRAIL * (run.times ? run.robots.length : 1));
   const length = tick - start;
   for (let part = whole ? 0 : 2; part < 3; part++) {
     const from = start + Math.floor((length * part) / 3);

@@ -4,8 +4,9 @@ import { useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
 import { EventSign, Icon, type ButtonIcon } from "./icons";
 import { Axis, Lanes } from "./lanes";
 import { unless } from "./notice";
+import { linkTo } from "../run/link";
 import { SPEEDS, type Player } from "../run/player";
-import type { EventKind, Run, RunEvent } from "../run/run";
+import { moment, when, type EventKind, type Run, type RunEvent } from "../run/run";
 
 interface ControlsProps {
   run: Run;
@@ -26,14 +27,18 @@ export function Controls({ run, player, tick }: ControlsProps) {
             primary
             onClick={() => player.toggle()}
           />
+<<<<<<< HEAD
           <Button icon="on" label="Next tick" onClick={() => player.step(1)} />
           <Button icon="last" label="Last tick" onClick={() => player.seek(player.last)} />
+=======
+          <Button icon="on" label={player.timed ? "Next moment" : "One tick on"} onClick={() => player.step(1)} />
+          <Button icon="last" label={player.timed ? "End" : "Last tick"} onClick={() => player.seek(player.last)} />
+>>>>>>> 355c0a5 (Tell the run by the seconds of its motion)
         </div>
         <p class="clock">
-          tick <b>{tick}</b> of {run.last}
+          {player.timed ? <Seconds player={player} /> : <>tick <b>{tick}</b> of {run.last}</>}
           {run.within && tick === run.last && <span class="quiet">, ended within it</span>}
-          {player.timed && <Seconds player={player} />}
-          <LinkButton tick={tick} />
+          <LinkButton player={player} />
         </p>
         <SpeedButtons player={player} />
       </div>
@@ -45,8 +50,13 @@ export function Controls({ run, player, tick }: ControlsProps) {
 export function BackButtons({ player }: { player: Player }) {
   return (
     <>
+<<<<<<< HEAD
       <Button icon="first" label="First tick" onClick={() => player.seek(0)} />
       <Button icon="back" label="Previous tick" onClick={() => player.step(-1)} />
+=======
+      <Button icon="first" label={player.timed ? "Start" : "First tick"} onClick={() => player.seek(0)} />
+      <Button icon="back" label={player.timed ? "Moment before" : "One tick back"} onClick={() => player.step(-1)} />
+>>>>>>> 355c0a5 (Tell the run by the seconds of its motion)
     </>
   );
 }
@@ -99,12 +109,12 @@ export function Button({ icon, label, primary, off, onClick }: ButtonProps) {
   );
 }
 
-/** The seconds of the motion, brought up to date with every frame. */
-function Seconds({ player }: { player: Player }) {
+/** The seconds of the run, brought up to date with every frame. */
+export function Seconds({ player }: { player: Player }) {
   const words = useRef<HTMLSpanElement>(null);
   useLayoutEffect(() => {
     const follow = (time: number): void => {
-      words.current!.textContent = ` · ${time.toFixed(1)} of ${player.end.toFixed(1)} s`;
+      words.current!.textContent = `${time.toFixed(1)} of ${player.end.toFixed(1)} s`;
     };
     follow(player.time);
     return player.onFrame(follow);
@@ -112,15 +122,15 @@ function Seconds({ player }: { player: Player }) {
   return <span class="seconds" ref={words} />;
 }
 
-/** Copies the address of this tick; where there is no clipboard, the address bar has it. */
-function LinkButton({ tick }: { tick: number }) {
+/** Copies the address of this moment; where there is no clipboard, the address bar has it. */
+function LinkButton({ player }: { player: Player }) {
   const [copied, setCopied] = useState(false);
   const copy = async (): Promise<void> => {
-    const address = location.href.replace(/#.*$/, "") + `#tick=${tick}`;
+    const address = location.href.replace(/#.*$/, "") + linkTo(player);
     try {
       await navigator.clipboard.writeText(address);
     } catch {
-      location.hash = `tick=${tick}`;
+      location.hash = linkTo(player);
     }
     setCopied(true);
     setTimeout(() => setCopied(false), 1200);
@@ -129,8 +139,8 @@ function LinkButton({ tick }: { tick: number }) {
     <button
       type="button"
       class="link"
-      title="Copy a link to this tick"
-      aria-label="Copy a link to this tick"
+      title="Copy a link to this moment"
+      aria-label="Copy a link to this moment"
       onClick={copy}
     >
       {copied ? "copied" : <Icon name="link" />}
@@ -139,8 +149,12 @@ function LinkButton({ tick }: { tick: number }) {
 }
 
 /** The story, which always has marks of its own; everything else takes the room that is left. */
-const STORY: EventKind[] = ["outcome", "violation", "blocked", "resolved", "request", "assumption"];
+const STORY: EventKind[] = [
+  ...(["outcome", "waiting", "operator", "violation", "blocked", "resolved", "request"] as const),
+  ...(["failure", "assumption"] as const),
+];
 const REST: EventKind[] = [
+  "reopened",
   "appeared",
   "gone",
   "truth",
@@ -181,7 +195,7 @@ export function marksOf(run: Run, player: Player, width: number): TimelineMark[]
   for (const event of ranked) {
     const place = player.end ? player.timeOf(event[0]) / player.end : 0;
     const matters = STORY.includes(event[1]);
-    const title = `tick ${event[0]}: ${event[2]}`;
+    const title = `${when(run, event[0])}: ${event[2]}`;
     const same = marks.find((mark) => mark.event[0] === event[0] && mark.event[1] === event[1]);
     const spots = (matters ? ASIDE : [0]).flatMap((aside) =>
       [...Array(matters ? ROWS : 1).keys()].map((row) => ({ x: place * width + aside * MARK, row })),
@@ -253,8 +267,8 @@ export function Timeline({ run, player, tick }: ControlsProps) {
         min={0}
         max={player.end}
         step="any"
-        aria-label="Tick"
-        aria-valuetext={`tick ${tick} of ${run.last}`}
+        aria-label={player.timed ? "Time" : "Tick"}
+        aria-valuetext={`${when(run, tick)} of ${moment(run, run.last)}`}
         onInput={(event) => player.seekTime(Number(event.currentTarget.value))}
       />
       <svg class="goals" viewBox="0 0 1000 6" preserveAspectRatio="none" aria-hidden="true">

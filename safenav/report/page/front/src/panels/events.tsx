@@ -4,7 +4,7 @@ import { memo } from "preact/compat";
 import { useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
 import { EventSign } from "./icons";
 import type { Player } from "../run/player";
-import type { EventKind, Run, RunEvent } from "../run/run";
+import { moment, type EventKind, type Run, type RunEvent } from "../run/run";
 
 const GROUPS: [name: string, kinds: EventKind[]][] = [
   [
@@ -12,6 +12,7 @@ const GROUPS: [name: string, kinds: EventKind[]][] = [
     [
       ...(["violation", "request", "yield", "push", "pop", "resolved", "blocked"] as const),
       ...(["appeared", "gone", "truth", "objective", "service", "plan", "plan_end", "assumption", "outcome"] as const),
+      ...(["reopened", "waiting", "operator", "failure"] as const),
     ],
   ],
   ["synthesis", ["synthesis"]],
@@ -86,7 +87,7 @@ const Rows = memo(({ run, player, events, point }: RowsProps) => (
             point(event[4] >= 0 ? event[4] : event[3] >= 0 ? run.robots[event[3]]!.path[event[0]]! : -1);
           }}
         >
-          <span class="tick">{event[0]}</span>
+          <span class="tick">{moment(run, event[0])}</span>
           <EventSign run={run} kind={event[1]} />
           <span>{event[2]}</span>
         </button>

@@ -22,7 +22,8 @@ export function doingAt(run: Run, robot: Robot, tick: number): Doing {
     if (helpers.includes(robot.name)) return kind === "yield" ? "yielding" : "helping";
     if (requester === robot.name && kind === "request") return "waiting";
   }
-  const moved = robot.path[tick] !== robot.path[tick - 1] || transitAt(robot, tick) !== null;
+  const under = transitAt(robot, run.times ? tick - 1 : tick) !== null;
+  const moved = under || (!run.times && robot.path[tick] !== robot.path[tick - 1]);
   return moved ? "moving" : "still";
 }
 

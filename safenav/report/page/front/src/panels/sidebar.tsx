@@ -70,7 +70,11 @@ export function Robots({ run, tick, eye, player, where }: RobotsProps) {
           const facing = here.heading ? `, facing ${DIRECTIONS[here.heading]}` : "";
           const role = roleOf(robot.name, frames);
           const transit = where ? null : transitAt(robot, tick);
+<<<<<<< HEAD
           const onItsWay = transit ? `, in transit to ${label(run, transit[0])}` : "";
+=======
+          const onItsWay = transit ? `, on its way to ${label(run, transit[2])}` : "";
+>>>>>>> 355c0a5 (Tell the run by the seconds of its motion)
           return (
             <li key={robot.name}>
               <button
@@ -182,6 +186,10 @@ const MEANINGS: Record<Exclude<EventKind, "violation" | "request" | "resolved" |
   appeared: "obstacle appears",
   gone: "obstacle disappears",
   truth: "truth set",
+  reopened: "may be resolvable again",
+  waiting: "waits for an operator",
+  operator: "operator intervenes",
+  failure: "failure",
   objective: "objective changed",
   service: "in or out of service",
   synthesis: "synthesis",

@@ -1,19 +1,20 @@
-/** The address names the tick: `#tick=12`. */
+/** The address names the tick, `#tick=12`, or the second where the run has a clock: `#t=12.3`. */
 
 import type { Player } from "./player";
 
-function linkedTick(): number | null {
-  const found = /^#tick=(\d+)$/.exec(location.hash);
-  return found ? Number(found[1]) : null;
+/** What the address names where this moment is shown. */
+export function linkTo(player: Player): string {
+  return player.timed ? `#t=${player.time.toFixed(1)}` : `#tick=${player.tick}`;
 }
 
 /** Goes to the linked tick now and when the address changes; keeps the address up to date. */
 export function followLinks(player: Player): void {
   const follow = (): void => {
-    const tick = linkedTick();
-    if (tick === null || tick === player.tick) return;
+    const found = /^#(tick|t)=(\d+(?:\.\d+)?)$/.exec(location.hash);
+    if (found === null || location.hash === linkTo(player)) return;
     player.pause();
-    player.seek(tick);
+    if (found[1] === "t") player.seekTime(Number(found[2]));
+    else player.seek(Number(found[2]));
   };
   follow();
   addEventListener("hashchange", follow);
@@ -22,7 +23,7 @@ export function followLinks(player: Player): void {
     clearTimeout(pending);
     if (player.playing) return; // browsers refuse hundreds of changes of address a minute
     pending = window.setTimeout(() => {
-      if (linkedTick() !== player.tick) history.replaceState(null, "", `#tick=${player.tick}`);
+      if (location.hash !== linkTo(player)) history.replaceState(null, "", linkTo(player));
     }, 120);
   });
 }

@@ -1,6 +1,8 @@
+import { lastAt } from "./run";
+
 /**
  * The clock of the page: a time that runs, stops and jumps. It counts in ticks, or, where a run
- * has a motion, in seconds; then `clock` says when each tick has been done.
+ * has a clock, in seconds; then `clock` holds the time of each tick.
  *
  * Two kinds of listeners: `onFrame` for what moves smoothly (called for every frame, must be
  * cheap), `onTick` for what only changes with whole ticks or with the state of the player.
@@ -18,7 +20,7 @@ export class Player {
 
   constructor(
     public last: number,
-    private readonly clock: readonly number[] | null = null,
+    protected clock: readonly number[] | null = null,
   ) {
     if (clock !== null) this.speed = 1;
   }
@@ -41,14 +43,7 @@ export class Player {
   /** The tick whose events have happened. */
   get tick(): number {
     if (this.clock === null) return Math.min(this.last, Math.floor(this.time + 1e-9));
-    let low = 0;
-    let high = this.last;
-    while (low < high) {
-      const middle = (low + high + 1) >> 1;
-      if (this.clock[middle]! <= this.time + 1e-9) low = middle;
-      else high = middle - 1;
-    }
-    return low;
+    return lastAt(this.clock, this.last, this.time);
   }
 
   onFrame(listener: (time: number) => void): () => void {

@@ -20,6 +20,10 @@ export type EventKind =
   | "appeared"
   | "gone"
   | "truth"
+  | "reopened"
+  | "waiting"
+  | "operator"
+  | "failure"
   | "objective"
   | "service"
   | "plan"
@@ -43,6 +47,8 @@ export type Task = [tick: number, words: string, targets: number[]];
 /** [from tick, rounds done, target reached last or -1] */
 export type Progress = [tick: number, rounds: number, reached: number];
 
+export type Step = [first: number, last: number, toward: number, begin: number, end: number];
+
 export interface Robot {
   name: string;
   model: string;
@@ -50,8 +56,11 @@ export interface Robot {
   can: string[];
   /** Region after each tick. */
   path: number[];
-  /** Steps of several ticks: after ticks `first` to `last` it is between its region and `toward`. */
-  steps: [first: number, last: number, toward: number][];
+  /**
+   * Steps of several ticks: after ticks `first` to `last` it is between its region and `toward`; it
+   * sets out at `begin` and arrives at `end`, in ticks, or in seconds where the run has a clock.
+   */
+  steps: Step[];
   /** One of N E S W for each tick, or null for a robot without a heading. */
   headings: string | null;
   look: Look;
@@ -115,6 +124,8 @@ export interface Run {
   /** The sets of regions to which it gives names. */
   areas: Record<string, number[]>;
   last: number;
+  /** Seconds of each tick, where the run has a clock: its ticks are the instants at which something happened. */
+  times: number[] | null;
   /** The run ended within its last tick: not every robot took its turn. */
   within: boolean;
   robots: Robot[];
@@ -153,38 +164,67 @@ export interface Pose {
   heading: number | null;
 }
 
-/** Where a robot is bound for after a tick, and which part of that way it has made. */
-export function transitAt(robot: Robot, tick: number): [toward: number, part: number] | null {
+/** The step that a robot is making after a tick. */
+export function transitAt(robot: Robot, tick: number): Step | null {
   if (robot.steps.length === 0) return null;
-  const [first, last, toward] = at(robot.steps, tick);
-  return tick < first || tick > last ? null : [toward, (tick - first + 1) / (last - first + 2)];
+  const step = at(robot.steps, tick);
+  return tick < step[0] || tick > step[1] ? null : step;
 }
 
-/** Column and row after a tick, between two regions while a step takes several ticks. */
-function placeAt(run: Run, robot: Robot, tick: number): [x: number, y: number] {
-  const region = robot.path[tick]!;
-  const x = region % run.cols;
-  const y = Math.floor(region / run.cols);
-  const transit = transitAt(robot, tick);
-  if (transit === null) return [x, y];
-  const [toward, part] = transit;
-  return [x + ((toward % run.cols) - x) * part, y + (Math.floor(toward / run.cols) - y) * part];
-}
+/** A robot that comes back to where it set out turns after this part of its step. */
+const TURNED_BACK = 0.4;
 
-/** Where a robot is at a moment between ticks. */
+/** Where a robot is at a moment, in ticks, or in seconds where the run has a clock. */
 export function poseAt(run: Run, robot: Robot, time: number): Pose {
-  const tick = Math.min(Math.floor(time), run.last);
-  const part = time - tick;
-  const [fromX, fromY] = placeAt(run, robot, tick);
-  const [toX, toY] = placeAt(run, robot, Math.min(tick + 1, run.last));
-  const x = fromX + (toX - fromX) * part;
-  const y = fromY + (toY - fromY) * part;
+  const tick = tickAt(run, time);
+  const next = Math.min(tick + 1, run.last);
+  const origin = robot.path[tick]!;
+  // In ticks a robot is also on its way in the tick before the first after which it still is.
+  const step = transitAt(robot, tick) ?? (run.times ? null : transitAt(robot, next));
+  let [goal, after, part] = run.times ? [origin, tick, 0] : [robot.path[next]!, next, time - tick];
+  if (step !== null) {
+    const [, last, toward, begin, end] = step;
+    [goal, after] = [toward, Math.min(last + 1, run.last)];
+    part = clamp((time - begin) / Math.max(end - begin, 1e-9), 0, 1);
+    if (last < run.last && robot.path[after] !== goal) {
+      [after, part] = [tick, TURNED_BACK * (1 - Math.abs(2 * part - 1))];
+    }
+  }
+  const [fromX, fromY] = [origin % run.cols, Math.floor(origin / run.cols)];
+  const x = fromX + ((goal % run.cols) - fromX) * part;
+  const y = fromY + (Math.floor(goal / run.cols) - fromY) * part;
   if (robot.headings === null) return { x, y, heading: null };
-  const before = "NESW".indexOf(robot.headings[tick]!) * 90;
-  const after = "NESW".indexOf(robot.headings[Math.min(tick + 1, run.last)]!) * 90;
-  const turn = ((after - before + 540) % 360) - 180;
+  const [facing, faces] = [tick, after].map((when) => "NESW".indexOf(robot.headings![when]!) * 90);
+  const turn = ((faces! - facing! + 540) % 360) - 180;
   // Turned before half the way, so that it is seen to drive the way it faces.
-  return { x, y, heading: before + turn * Math.min(1, 2 * part) };
+  return { x, y, heading: facing! + turn * Math.min(1, 2 * part) };
+}
+
+/** The last tick that is not after a moment. */
+export function tickAt(run: Run, time: number): number {
+  if (run.times === null) return Math.min(run.last, Math.floor(time + 1e-9));
+  return lastAt(run.times, run.last, time);
+}
+
+/** The last of the times up to the index `last` that is not after a time. */
+export function lastAt(times: readonly number[], last: number, time: number): number {
+  let [low, high] = [0, last];
+  while (low < high) {
+    const middle = (low + high + 1) >> 1;
+    if (times[middle]! <= time + 1e-9) low = middle;
+    else high = middle - 1;
+  }
+  return low;
+}
+
+/** `12`, or `12.3` where the run has a clock. */
+export function moment(run: Run, tick: number): string {
+  return run.times ? run.times[tick]!.toFixed(1) : String(tick);
+}
+
+/** `tick 12`, or `12.3 s` where the run has a clock. */
+export function when(run: Run, tick: number): string {
+  return run.times ? `${moment(run, tick)} s` : `tick ${tick}`;
 }
 
 /**

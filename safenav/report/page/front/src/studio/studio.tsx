@@ -63,12 +63,12 @@ export function Studio() {
       const told = message.run as Run | null;
       current.current = told;
       player.stand(message.state as RunState);
-      if (told) player.reach(told.last, before === null || told.last < before.last);
+      if (told) player.reach(told, before === null || told.last < before.last);
       setRun(told);
     } else if (message.is === "news" && current.current) {
       const news = message.news as News;
       current.current = merged(current.current, news);
-      player.reach(news.last, false);
+      player.reach(current.current, false);
       setRun(current.current);
     }
   };

@@ -1,7 +1,7 @@
 /** The stage of the 3D page: the scene on a canvas, and what chooses the camera and the walls. */
 
 import { useLayoutEffect, useReducer, useRef, useState } from "preact/hooks";
-import type { Run } from "../run/run";
+import { moment, when, type Run } from "../run/run";
 import { calm } from "../settings";
 import type { Choice, Stage, StageProps, Whereabouts } from "../map/stage";
 import { OrbitEye } from "./eye";
@@ -89,7 +89,7 @@ function Scene({ run, player, tick, shown, theme, motion, robots, eye }: ScenePr
   useLayoutEffect(draw, [shown, tick]);
   return (
     <div class="stage3d">
-      <canvas ref={canvas} role="img" aria-label={`The run in three dimensions, tick ${tick}`} />
+      <canvas ref={canvas} role="img" aria-label={`The run in three dimensions, ${when(run, tick)}`} />
       {failed && <p class="failure">This browser shows no 3D graphics (WebGL). The flat page shows the same run.</p>}
       <Tools run={run} eye={eye} high={high} onHigh={setHigh} onSave={() => save(scene.current, run, tick)} />
     </div>
@@ -138,6 +138,6 @@ function save(scene: RunScene | null, run: Run, tick: number): void {
   if (scene === null) return;
   const link = document.createElement("a");
   link.href = scene.picture();
-  link.download = `${run.source.replace(/\.jsonl$/, "")}-${tick}.png`;
+  link.download = `${run.source.replace(/\.jsonl$/, "")}-${moment(run, tick)}.png`;
   link.click();
 }

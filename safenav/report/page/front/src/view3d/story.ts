@@ -15,8 +15,7 @@ type Point = [x: number, y: number];
  * the place and the robot of the last event that mattered; before any, all robots.
  */
 export function focusAt(run: Run, motion: Motion, seconds: number, robotAt: (robot: number) => Point): Point[] {
-  const timeOf = (tick: number): number => motion.clock[Math.min(tick, motion.clock.length - 1)]!;
-  const told = run.events.filter((event) => KINDS.has(event[1]) && timeOf(event[0]) <= seconds + AHEAD);
+  const told = run.events.filter((event) => KINDS.has(event[1]) && run.times![event[0]]! <= seconds + AHEAD);
   const last = told[told.length - 1];
   if (last === undefined || last[1] === "outcome") return run.robots.map((_, i) => robotAt(i));
   const frames = at(run.stack, last[0])[1];

@@ -1,0 +1,140 @@
+"""A run in lockstep as a run in time: each line of its trace at the second of its motion.
+
+What one robot does comes in its own order, what concerns an obstacle in the order of the trace. A
+story that is told by these times agrees with the bodies at every instant.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+
+from safenav.motion.file.records import Action, Motion, Moving
+from safenav.motion.timing.order import SHARED
+from safenav.trace import records
+from safenav.trace.trace import Trace
+from safenav.trace.vocabulary import ActResult, MovedBy, MoveEnd
+
+DECIMALS = 6
+"""Of seconds: an arrival and the departure that follows it must not differ by rounding."""
+
+
+def in_time(trace: Trace, motion: Motion) -> Trace:
+    """The trace as that of a run with a clock; a trace that is one stays as it is."""
+    if trace.header.clock is not None:
+        return trace
+    run = _Run(trace, motion)
+    for record in trace.records:
+        run.take(record)
+    header = replace(trace.header, clock="live")
+    return replace(trace, header=header, records=tuple(_numbered(run.told)))
+
+
+def _numbered(told: Iterable[tuple[float, records.Record]]) -> Iterable[records.Record]:
+    tick, now = 0, 0.0
+    for t, record in sorted(told, key=lambda line: line[0]):
+        tick, now = tick + (t > now), t
+        yield replace(record, t=t, tick=tick)
+
+
+@dataclass
+class _Run:
+    trace: Trace
+    motion: Motion
+    told: list[tuple[float, records.Record]] = field(default_factory=list)
+    ended: dict[str, float] = field(default_factory=dict)
+    """When each robot has done all that it did so far."""
+    turn: str = ""
+    since: dict[str, float] = field(default_factory=dict)
+    """The last time of each obstacle."""
+    left: dict[int, float] = field(default_factory=dict)
+    """When each region was left last."""
+    under_way: dict[str, tuple[int, float]] = field(default_factory=dict)
+    """Command and end of a step that takes several ticks."""
+    decided: float = 0.0
+    """The time of the last decision that concerned more than one robot."""
+    commands: int = 0
+
+    def __post_init__(self) -> None:
+        self.steps: dict[tuple[str, int], tuple[float, float]] = {}
+        for line in self.motion.lines:
+            if isinstance(line, Moving) and line.origin != line.to:
+                begin, _ = self.steps.get((line.robot, line.tick), (line.t0, 0.0))
+                self.steps[line.robot, line.tick] = begin, line.t1
+        self.actions = [line for line in self.motion.lines if isinstance(line, Action)]
+        self.obstacles = self.trace.obstacles
+
+    def take(self, record: records.Record) -> None:
+        now = self.ended.get(self.turn, 0.0)
+        match record:
+            case records.Move():
+                self._move(record)
+            case records.Violation():
+                self.turn = record.robot
+                self._about(record.obstacle, self.ended.get(record.robot, 0.0), record)
+            case records.Met() | records.Resolved():
+                self._deed(record)
+            case records.Appeared():
+                left = self.left.get(self.obstacles[record.obstacle].region, 0.0)
+                self._about(record.obstacle, left, record)
+            case records.Gone():
+                self._about(record.obstacle, 0.0, record)
+            case records.Truth():
+                self._about(record.obstacle, now, record)
+            case records.Outcome():
+                end = max([self.motion.outcome.makespan, *(t for t, _ in self.told)])
+                self._tell(end, replace(record, makespan=self.motion.outcome.makespan))
+            case _:
+                if isinstance(record, SHARED):
+                    now = self.decided = max(now, self.decided)
+                self._tell(now, record)
+
+    def _move(self, move: records.Move) -> None:
+        name, self.turn = move.robot, move.robot
+        step = None if name in self.under_way else self.steps.get((name, move.tick))
+        if step is not None:
+            self.commands += 1
+            to = move.to if move.toward is None else move.toward
+            fields = (
+                self.commands,
+                name,
+                move.from_,
+                to,
+                move.heading,
+                move.by or MovedBy.STRATEGY,
+            )
+            depart = records.Depart(move.tick, *fields, seconds=step[1] - step[0])
+            self._tell(step[0], depart)
+            self.under_way[name] = self.commands, step[1]
+        if move.toward is None and name in self.under_way:
+            command, end = self.under_way.pop(name)
+            self.ended[name] = self.left[move.from_] = end
+            place = (command, name, move.to, move.heading, MoveEnd.ARRIVED)
+            self._tell(end, records.Arrive(move.tick, *place))
+
+    def _deed(self, record: records.Met | records.Resolved) -> None:
+        mine = (record.robot, record.obstacle, record.tick)
+        first = next((a for a in self.actions if (a.robot, a.obstacle, a.tick) == mine), None)
+        if first is None:  # the line of its last need has told it
+            self._about(record.obstacle, self.since.get(record.obstacle, 0.0), record)
+            return
+        span = (first.obstacle, first.t0, first.t1)
+        team = [a for a in self.actions if (a.obstacle, a.t0, a.t1) == span]
+        self.actions = [a for a in self.actions if a not in team]
+        self.commands += 1
+        names = tuple(action.robot for action in team)
+        act = records.Act(record.tick, self.commands, first.robot, names, (first.obstacle,))
+        self._tell(first.t0, act)
+        done = {first.obstacle: ActResult.DONE}
+        self._tell(first.t1, records.Acted(record.tick, self.commands, first.robot, done))
+        for name in names:
+            self.ended[name] = max(self.ended.get(name, 0.0), first.t1)
+        self.decided = max(self.decided, first.t1)
+        self._about(record.obstacle, first.t1, record)
+
+    def _about(self, obstacle: str, time: float, record: records.Record) -> None:
+        self.since[obstacle] = max(time, self.since.get(obstacle, 0.0))
+        self._tell(self.since[obstacle], record)
+
+    def _tell(self, time: float, record: records.Record) -> None:
+        self.told.append((round(time, DECIMALS), record))

@@ -1,0 +1,53 @@
+"""A run in lockstep, told by the clock of its motion: words and bodies agree at every instant."""
+
+from __future__ import annotations
+
+import pytest
+
+from motion.runs import SHIPPED, motion, trace_of
+from safenav.motion.check.finding import Finding
+from safenav.motion.check.room import holdings
+from safenav.motion.file.records import Action
+from safenav.motion.in_time import in_time
+from safenav.report.replay.reading import replay_of
+from safenav.trace import records
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_words_and_bodies_agree(name: str) -> None:
+    trace, moved = trace_of(name), motion(name)
+    told = in_time(trace, moved)
+    assert len([r for r in told.records if not isinstance(r, LIVE)]) == len(
+        [r for r in trace.records if not isinstance(r, records.Move)]
+    )
+    times = [record.t for record in told.records]
+    assert None not in times and times == sorted(times, key=float)
+    ends = {round(line.t1, 6) for line in moved.lines if isinstance(line, Action)}
+    strategy: dict[str, float] = {}
+    for record in told.records:
+        assert record.t is not None
+        if isinstance(record, records.Resolved):
+            assert record.t in ends
+        elif isinstance(record, records.Synthesis):
+            strategy[record.robot] = record.t
+        elif isinstance(record, records.Depart):
+            assert record.t >= strategy[record.robot]
+    found: list[Finding] = []
+    held = holdings(moved.lines, found.append)
+    replay = replay_of(told)
+    assert replay.times is not None
+    for tick, time in enumerate(replay.times[:-1]):
+        middle = (time + replay.times[tick + 1]) / 2
+        for track in replay.robots:
+            step = track.transit(tick)
+            shown = {track.regions[tick]} | ({step.toward} if step else set())
+            has = {h.region for h in held if h.robot == track.name and h.begin <= middle < h.end}
+            assert shown == has, (middle, track.name)
+
+
+LIVE = (records.Depart, records.Arrive, records.Act, records.Acted)
+
+
+def test_a_run_in_time_stays_as_it_is() -> None:
+    told = in_time(trace_of("hello"), motion("hello"))
+    assert in_time(told, motion("hello")) is told
