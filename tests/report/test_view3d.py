@@ -76,8 +76,8 @@ def test_text_and_picture_show_one_moment(trace: Path, page: Path, browser: Brow
     browser.open(page)
     browser.wait(lambda: browser.all(".stage3d canvas"))
     for seconds, status, words in (
-        (push.t0 - 0.3, "requested", "quad asks for help"),
-        (push.t1 - 0.3, "requested", "quad asks for help"),
+        (push.t0 - 0.3, "requested", "quad requests help"),
+        (push.t1 - 0.3, "requested", "quad requests help"),
         (push.t1 + 0.3, "resolved", "digit at 47 resolves door@47"),
     ):
         browser.run("location.hash = arguments[0]", f"#t={seconds:.1f}")

@@ -61,11 +61,7 @@ def frame(replay: Replay, tick: int, recent: int = 6) -> list[str]:
         lines.append(f"{sign[track.name]} {track.name} at {at}: {words}")
         transit = track.transit(tick)
         if transit is not None:
-<<<<<<< HEAD
-            lines[-1] += f" (in transit to {replay.map.label(transit[0])})"
-=======
-            lines[-1] += f" (on its way to {replay.map.label(transit.toward)})"
->>>>>>> 355c0a5 (Tell the run by the seconds of its motion)
+            lines[-1] += f" (in transit to {replay.map.label(transit.toward)})"
     lines += [
         line
         for viewer in viewers(replay)

@@ -123,25 +123,6 @@ def _feet(motion: Motion, robot: str) -> Iterator[tuple[int, ...]]:
                 yield (*place, round(foot.yaw * 1000), foot.side, down, up)
 
 
-<<<<<<< HEAD
-def _clock(motion: Motion, last: int) -> list[float]:
-    """Return for each tick the time at which all its events are over."""
-    done = [0.0] * (last + 1)
-    for line in motion.lines:
-        if isinstance(line, Segment | Flight | Drive | Action):
-            if line.tick > last:
-                raise UsageError(
-                    f"the motion continues until tick {line.tick}, the run ends at {last}: "
-                    "it belongs to another trace"
-                )
-            done[line.tick] = max(done[line.tick], line.t1)
-    clock = np.maximum.accumulate(np.array(done))
-    clock[-1] = max(float(clock[-1]), motion.outcome.makespan)
-    return [_short(float(time)) for time in clock]
-
-
-=======
->>>>>>> 355c0a5 (Tell the run by the seconds of its motion)
 def _reserved(motion: Motion) -> Iterator[tuple[str, int, float, float]]:
     """Yield each reservation: robot, region, start and end time."""
     since: dict[tuple[str, int], float] = {}

@@ -235,13 +235,8 @@ function About({ run }: { run: Run }) {
         {ending
           ? `${ending.outcome.replace(/_/g, " ")}: ${ending.explanation} (${run.times ? when(run, run.last) : count(run.last, "tick")}, ` +
             `${count(ending.syntheses, "synthesis", "syntheses")} in ${ending.synthesisSeconds}, ` +
-<<<<<<< HEAD
             `${ending.seconds} total)`
-          : `cut off after tick ${run.last}`}
-=======
-            `${ending.seconds} in all)`
           : `cut off after ${when(run, run.last)}`}
->>>>>>> 355c0a5 (Tell the run by the seconds of its motion)
       </p>
     </>
   );

@@ -29,14 +29,9 @@ export class LivePlayer extends Player {
     this.time = last;
   }
 
-<<<<<<< HEAD
   /** The run reached another tick, or restarted (`afresh`). */
-  reach(last: number, afresh: boolean): void {
-=======
-  /** The run has come to another tick, or begins anew (`afresh`). */
   reach({ last, times }: Run, afresh: boolean): void {
     this.clock = times;
->>>>>>> 355c0a5 (Tell the run by the seconds of its motion)
     const before = this.last;
     this.last = last;
     if (afresh) {

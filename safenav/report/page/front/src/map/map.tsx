@@ -175,11 +175,7 @@ function describeRegion(run: Run, region: number, tick: number, shown: Shown): s
   if (isWall(run, region)) parts.push("wall");
   for (const robot of run.robots) {
     if (robot.path[tick] === region) parts.push(robot.name);
-<<<<<<< HEAD
-    if (transitAt(robot, tick)?.[0] === region) parts.push(`${robot.name} is in transit to this region`);
-=======
-    if (transitAt(robot, tick)?.[2] === region) parts.push(`${robot.name} is on its way here`);
->>>>>>> 355c0a5 (Tell the run by the seconds of its motion)
+    if (transitAt(robot, tick)?.[2] === region) parts.push(`${robot.name} is in transit to this region`);
     if (at(robot.tasks, tick)[2].includes(region)) parts.push(`target of ${robot.name}`);
   }
   for (const o of run.obstacles) if (o.region === region && tick >= o.since) parts.push(`${o.label}, ${at(o.status, tick)[1]}`);

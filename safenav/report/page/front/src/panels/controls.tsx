@@ -27,13 +27,8 @@ export function Controls({ run, player, tick }: ControlsProps) {
             primary
             onClick={() => player.toggle()}
           />
-<<<<<<< HEAD
-          <Button icon="on" label="Next tick" onClick={() => player.step(1)} />
-          <Button icon="last" label="Last tick" onClick={() => player.seek(player.last)} />
-=======
-          <Button icon="on" label={player.timed ? "Next moment" : "One tick on"} onClick={() => player.step(1)} />
+          <Button icon="on" label={player.timed ? "Next moment" : "Next tick"} onClick={() => player.step(1)} />
           <Button icon="last" label={player.timed ? "End" : "Last tick"} onClick={() => player.seek(player.last)} />
->>>>>>> 355c0a5 (Tell the run by the seconds of its motion)
         </div>
         <p class="clock">
           {player.timed ? <Seconds player={player} /> : <>tick <b>{tick}</b> of {run.last}</>}
@@ -50,13 +45,8 @@ export function Controls({ run, player, tick }: ControlsProps) {
 export function BackButtons({ player }: { player: Player }) {
   return (
     <>
-<<<<<<< HEAD
-      <Button icon="first" label="First tick" onClick={() => player.seek(0)} />
-      <Button icon="back" label="Previous tick" onClick={() => player.step(-1)} />
-=======
       <Button icon="first" label={player.timed ? "Start" : "First tick"} onClick={() => player.seek(0)} />
-      <Button icon="back" label={player.timed ? "Moment before" : "One tick back"} onClick={() => player.step(-1)} />
->>>>>>> 355c0a5 (Tell the run by the seconds of its motion)
+      <Button icon="back" label={player.timed ? "Previous moment" : "Previous tick"} onClick={() => player.step(-1)} />
     </>
   );
 }

@@ -70,11 +70,7 @@ export function Robots({ run, tick, eye, player, where }: RobotsProps) {
           const facing = here.heading ? `, facing ${DIRECTIONS[here.heading]}` : "";
           const role = roleOf(robot.name, frames);
           const transit = where ? null : transitAt(robot, tick);
-<<<<<<< HEAD
-          const onItsWay = transit ? `, in transit to ${label(run, transit[0])}` : "";
-=======
-          const onItsWay = transit ? `, on its way to ${label(run, transit[2])}` : "";
->>>>>>> 355c0a5 (Tell the run by the seconds of its motion)
+          const onItsWay = transit ? `, in transit to ${label(run, transit[2])}` : "";
           return (
             <li key={robot.name}>
               <button

@@ -20,13 +20,7 @@ export interface Track {
 export interface Motion {
   side: number;
   seconds: number;
-<<<<<<< HEAD
-  /** When all that belongs to each tick has been done, in seconds. */
-  clock: number[];
   /** Samples per second. */
-=======
-  /** Samples a second. */
->>>>>>> 355c0a5 (Tell the run by the seconds of its motion)
   rate: number;
   samples: number;
   tracks: Track[];
