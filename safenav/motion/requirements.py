@@ -53,7 +53,7 @@ class Judgement:
 
     @property
     def complaint(self) -> str:
-        """What is wrong, in one sentence; empty if the requirement is satisfied."""
+        """The error in one sentence; empty if the requirement is satisfied."""
         return "" if self.verdict == SATISFIED else f"requirement {self}"
 
     def __str__(self) -> str:

@@ -37,7 +37,7 @@ class CheckedWorld:
             return None
         obstacle = self._obstacle(call, found)
         if obstacle.region != region:
-            raise self._wrong(call, f"{obstacle.name} is in another region than the one asked for")
+            raise self._wrong(call, f"{obstacle.name} is not in the requested region")
         return obstacle
 
     def move(self, robot: Robot, pose: Pose) -> Pose:
@@ -47,7 +47,7 @@ class CheckedWorld:
         if found is None:
             found = pose
         if not isinstance(found, Pose):
-            raise self._wrong(call, f"it returned {found!r}, which is no pose and not None")
+            raise self._wrong(call, f"it returned {found!r}, which is neither a pose nor None")
         if not self._scenario.map.is_free(found.region):
             raise self._wrong(call, f"region {found.region} is a wall or off the map")
         if (found.heading is None) != (robot.model.mobility is Mobility.FREE):
@@ -71,7 +71,7 @@ class CheckedWorld:
         changes = []
         for change in found:
             if not isinstance(change, Change):
-                raise self._wrong(call, f"it returned {change!r}, which is no Change")
+                raise self._wrong(call, f"it returned {change!r}, which is not a Change")
             obstacle = self._obstacle(call, change.obstacle)
             if change.appeared and obstacle.region in occupied:
                 raise self._wrong(call, f"{obstacle.name} appears where a robot is")
@@ -80,10 +80,13 @@ class CheckedWorld:
 
     def _resolved(self, call: str, robot: Robot, entry: Any) -> tuple[Obstacle, bool | None]:
         if not isinstance(entry, tuple) or len(entry) != 2:
-            raise self._wrong(call, f"{entry!r} is no pair of an obstacle and its truth")
+            raise self._wrong(call, f"{entry!r} is not a pair of an obstacle and its truth")
         obstacle, truth = self._obstacle(call, entry[0]), entry[1]
         if truth is not None and not isinstance(truth, bool):
-            raise self._wrong(call, f"{truth!r} says not whether {obstacle.name} is traversable")
+            raise self._wrong(
+                call,
+                f"{truth!r} is not true, false or None: whether {obstacle.name} is traversable",
+            )
         last = len(obstacle.needs) - 1
         if obstacle.needs[last].action not in robot.capabilities:
             action = obstacle.needs[last].action
@@ -99,7 +102,7 @@ class CheckedWorld:
 
     def _obstacle(self, call: str, found: Any) -> Obstacle:
         if not isinstance(found, Obstacle):
-            raise self._wrong(call, f"{found!r} is no Obstacle")
+            raise self._wrong(call, f"{found!r} is not an Obstacle")
         if not self._scenario.map.is_free(found.region):
             raise self._wrong(call, f"{found.name} is in a wall or off the map")
         return found

@@ -61,9 +61,9 @@ def differences(expect: Expect, ledger: Ledger, word: Word = number_word) -> lis
     for obstacle, robot in (expect.helpers or {}).items():
         helper = ledger.helpers.get(obstacle)
         if helper != robot:
-            asked = f"{helper} was" if helper else "nobody was"
+            asked = f"{helper} was" if helper else "no robot was"
             what = obstacle_words(obstacle, word)
-            found.append(f"helpers: expected {robot} to be asked for {what}, {asked}")
+            found.append(f"helpers: expected {robot} to be requested for {what}, {asked}")
     if expect.ticks is not None and ledger.ticks > expect.ticks:
         found.append(f"ticks: expected at most {expect.ticks}, got {ledger.ticks}")
     if expect.least_ticks is not None and ledger.ticks < expect.least_ticks:

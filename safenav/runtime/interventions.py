@@ -172,12 +172,12 @@ class Interventions:
             raise UsageError(f"region {wanted.region} is a wall: close a free one")
         standing = self._simulation().standing().get(wanted.region)
         if standing is not None:
-            raise UsageError(f"{standing.name} is there already: take it away first")
+            raise UsageError(f"{standing.name} already exists there: remove it first")
         for known, reason in self.state.knowledge.joined.values():
             if known.region == wanted.region and reason == UNTRAVERSABLE:
-                raise UsageError(f"{known.name} is there for good: nobody can pass")
+                raise UsageError(f"{known.name} is permanent: no robot can pass")
         if any(isinstance(o, Close) and o.region == wanted.region for o in self._asked):
-            raise UsageError(f"region {wanted.region} is closed with the next tick already")
+            raise UsageError(f"region {wanted.region} is already closed with the next tick")
         if wanted.type.has_truth and wanted.truth is None:
             raise UsageError(f"say whether {wanted.type.name} turns out traversable")
 
@@ -191,20 +191,20 @@ class Interventions:
         for target in targets_of(wanted.objective):
             if not any(region in reach for region in target):
                 where = ", ".join(map(str, sorted(target)))
-                raise UsageError(f"{wanted.robot} cannot get to {where} from where it is")
+                raise UsageError(f"{wanted.robot} cannot reach {where} from its region")
 
     def _there(self, name: str) -> Obstacle:
         for obstacle in self._simulation().standing().values():
             if obstacle.name == name:
                 return obstacle
-        raise UsageError(f"{name} is not there")
+        raise UsageError(f"no unresolved obstacle {name}")
 
     def _robot(self, name: str) -> RobotState:
         if name not in self.state.robots:
-            raise UsageError(f"there is no robot {name}")
+            raise UsageError(f"no robot {name}")
         return self.state.robots[name]
 
     def _simulation(self) -> SimulatedWorld:
         if not isinstance(self.world, SimulatedWorld):
-            raise UsageError("this world is no simulation: change it where it is")
+            raise UsageError("only simulated worlds can be changed")
         return self.world

@@ -96,5 +96,5 @@ class MoveRecorder:
         """Record that the strategy has no successor, and no single violated assumption is the
         reason: its inputs cannot represent the observation."""
         where = ", ".join(f"{name} = {value}" for name, value in observed.items())
-        name = f"how the others move (now {where})"
+        name = f"movement of the other robots (observed: {where})"
         self._state.emit(records.Assumption(self._state.tick, robot.name, name))

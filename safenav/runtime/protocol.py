@@ -55,7 +55,7 @@ class Blocked(WorldEvent):
 
 @dataclass(frozen=True)
 class Failed(WorldEvent):
-    """The robot is in ``pose`` and in no other region. ``fatal``: it cannot move any more."""
+    """The robot is in ``pose`` and in no other region. ``fatal``: it can no longer move."""
 
     robot: str
     pose: Pose
@@ -73,8 +73,8 @@ class Lost(WorldEvent):
 
 @dataclass(frozen=True)
 class Sensed(WorldEvent):
-    """``by`` (None: a sensor that is no robot's) has seen an obstacle, or (``there`` false) that it
-    is not there any more."""
+    """``by`` (None: a sensor outside the robots) has seen an obstacle, or (``there`` false) that
+    it has disappeared."""
 
     obstacle: Obstacle
     by: str | None = None

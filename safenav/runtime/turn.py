@@ -341,8 +341,8 @@ class Turns:
         rules = "; ".join(dict.fromkeys(constraint.origin.rule for constraint in broken))
         end = Conclusion(
             Outcome.ASSUMPTION_VIOLATED,
-            f"the others did what {robot.name} assumed they never do"
-            f"{f' ({rules})' if rules else ''}, and from there it has no strategy",
+            f"the other robots violated an assumption of {robot.name}"
+            f"{f' ({rules})' if rules else ''}, which has no strategy from here",
         )
         yield Astray(robot.name, vocabulary.Reason.BLOCKED, end)
 

@@ -40,7 +40,7 @@ class Weakening(StrEnum):
     MOBILITY = "mobility"
     """The robot's mobility leaves no other way."""
     RULES = "rules"
-    """What the objective avoids, or always keeps, leaves no other way."""
+    """Regions to avoid, or formulas to keep, leave no other way."""
     OBSTACLES = "obstacles"
     """Known obstacles leave no other way."""
     KEPT = "kept"

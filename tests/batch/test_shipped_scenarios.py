@@ -46,7 +46,7 @@ def test_a_deliberately_wrong_expectation_fails_and_names_the_difference(tmp_pat
     done = safenav(str(matrix), "--out", str(tmp_path / "out"))
     assert done.returncode == 1
     assert "  order: expected 'violation door@47' after 'resolved door@47' (tick 16)" in done.stdout
-    assert "  helpers: expected quad to be asked for door@47, digit was\n" in done.stdout
+    assert "  helpers: expected quad to be requested for door@47, digit was\n" in done.stdout
     assert "  ticks: expected at most 3, got 46\n" in done.stdout
     assert "1 passed, 2 different" in done.stdout
     assert len(list((tmp_path / "out" / "failures").glob("*/replay.html"))) == 2

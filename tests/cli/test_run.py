@@ -58,7 +58,7 @@ def test_broken_expectation_is_a_negative_with_the_difference(
     wrong.write_text(text.replace("helpers: {door@47: digit}", "helpers: {door@47: quad}"))
     done = safenav("run", wrong)
     assert done.returncode == 1
-    assert "expected quad to be asked for door@47, digit was" in done.stderr
+    assert "expected quad to be requested for door@47, digit was" in done.stderr
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,6 @@ PHRASES = [
 
 UNREAD: tuple[str, ...] = (
     "safenav/certify/",
-    "safenav/runtime/",
     "slugs/",
     "docs/",
 )

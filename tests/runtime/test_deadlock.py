@@ -134,7 +134,7 @@ def test_robots_that_cannot_back_out_need_an_operator(run: Runner) -> None:
     )
     assert trace.outcome["outcome"] == "operator_needed"
     assert trace.outcome["cause"] == "deadlock"
-    assert "no order of moves" in trace.outcome["explanation"]
+    assert "deadlock; none of the" in trace.outcome["explanation"]
 
 
 def test_corridor_is_used_in_one_direction_at_a_time(run: Runner) -> None:

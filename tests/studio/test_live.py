@@ -108,8 +108,8 @@ def test_a_region_is_not_closed_on_a_robot_that_stands_in_it(served: Served) -> 
     [
         ({"kind": "close", "type": "door", "region": 0}, "wall"),
         ({"kind": "close", "type": "dragon", "region": 44}, "no obstacle type"),
-        ({"kind": "close", "type": "door", "region": 47}, "door@47 is there already"),
-        ({"kind": "open", "obstacle": "door@99"}, "not there"),
+        ({"kind": "close", "type": "door", "region": 47}, "door@47 already exists there"),
+        ({"kind": "open", "obstacle": "door@99"}, "no unresolved obstacle"),
         ({"kind": "truth", "obstacle": "door@47", "traversable": True}, "no truth"),
         ({"kind": "objective", "robot": "digit", "objective": {"hold": 5000}}, "outside the map"),
         (

@@ -152,7 +152,7 @@ class CommandRule(Rule):
             if act is None or act.command != record.command:
                 yield f"{robot} has acted by command {record.command}, which is not open"
             elif missing := set(act.obstacles) - record.results.keys():
-                yield f"nothing is told of {', '.join(sorted(missing))}, on which {robot} has acted"
+                yield f"no result for {', '.join(sorted(missing))}, on which {robot} acted"
             return
         depart = now.under_way.get(robot)
         if depart is None or depart.command != record.command:
@@ -190,7 +190,7 @@ class ActRule(Rule):
 
 class HoldsRule(Rule):
     """A robot stays for the reason that its line names: it acts, is out of service, takes part in a
-    joint plan, or the team waits for an operator. A line tells of a change only (T, Live runs)."""
+    joint plan, or the team waits for an operator. A line records a change only (T, Live runs)."""
 
     name = "holds"
 
@@ -260,7 +260,7 @@ class LateRule(Rule):
         learnt = self._learnt.get(record.obstacle or "", -1.0)
         about = record.command is None and record.obstacle is not None
         if about and record.at is not None and record.at > learnt + _ROUNDED:
-            problem = f"the report on {record.obstacle} is not older than what is known"
+            problem = f"the report on {record.obstacle} is not older than the knowledge"
             yield self.broken_by(record, None, problem)
 
 
@@ -282,7 +282,7 @@ class WaitingRule(Rule):
                 self._waiting = record
                 ends = (Ending.OPERATOR_NEEDED, Ending.ASSUMPTION_VIOLATED, Ending.SEARCH_LIMIT)
                 if record.outcome not in ends:
-                    problem = f"nobody waits because of {record.outcome.value}"
+                    problem = f"no robot waits because of {record.outcome.value}"
                     yield self.broken_by(record, None, problem)
             case Depart() | Act() if self._waiting is not None:
                 problem = f"{record.robot} gets a command while the team waits for an operator"

@@ -86,7 +86,7 @@ class OutcomeRule(Rule):
         limit = now.header.limits.seconds
         early = limit is not None and outcome.t is not None and outcome.t < limit
         if outcome.outcome is Ending.TIME_LIMIT and early:
-            yield f"the time limit is said to be met after {outcome.t} s, but is {limit} s"
+            yield f"it reports the time limit after {outcome.t} s, but the limit is {limit} s"
         if outcome.outcome is Ending.COMPLETED and now.acting:
             yield f"the run is completed while {', '.join(sorted(now.acting))} act"
 

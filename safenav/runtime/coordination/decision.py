@@ -81,7 +81,7 @@ def coordinate(team: TeamState, event: Event, stopping: Stopping) -> Decision:
     try:
         return _decided(team, event, stopping)
     except SpentError:
-        return _unchanged(team, event, end=spent("who could resolve what in which order"))
+        return _unchanged(team, event, end=spent("resolutions"))
 
 
 def _decided(team: TeamState, event: Event, stopping: Stopping) -> Decision:
@@ -216,7 +216,7 @@ def _never_resolved(team: TeamState, event: Unsettled, stopping: Stopping) -> De
         known = reason is NO_CAPABLE_ROBOT
         knowledge.join(
             request.obstacle,
-            "too few robots can remove it" if known else "nobody can ever resolve it",
+            "too few robots can remove it" if known else "no robot can ever resolve it",
         )
         proof = closure_told(floor, closure)
         said.append(lines.blocked(team, request.obstacle, reason, proof, because))

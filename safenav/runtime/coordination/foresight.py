@@ -54,6 +54,6 @@ def foreseen(scenario: Scenario) -> tuple[str, ...]:
     word = scenario.map.word
     who = listed(found.stuck)
     whose = "its objective" if len(found.stuck) == 1 else "their objectives"
-    said = [f"{who} cannot meet {whose} again and again: an operator will be needed"]
+    said = [f"{who} cannot meet {whose} infinitely often: an operator will be needed"]
     lacks = [each for each in found.lacks if not each.too_few]  # else another warning says it
     return (*said, *(shortfall_words(each, word) for each in lacks))

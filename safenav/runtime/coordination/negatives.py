@@ -137,5 +137,5 @@ def _why_not(state: TeamState, name: str, task: Task) -> str:
 
 def spent(question: str) -> Conclusion:
     """The end of a run in which a search has used up its budget."""
-    said = f"the budget for finding out {question} is spent; nothing is proven"
+    said = f"search budget exhausted while planning {question}; no verdict"
     return Conclusion(Outcome.SEARCH_LIMIT, said)

@@ -18,9 +18,9 @@ from safenav.world.poses import bits
 class Hindrance(Enum):
     """Hindrance of a robot that has the action of a need."""
 
-    NOTHING = "gets there"
+    NOTHING = "can reach it"
     GATES = "obstacles are in its way"
-    WALLS = "no way leads there"
+    WALLS = "no path leads there"
     NO_STRATEGY = "no strategy takes it there"
     OUT_OF_SERVICE = "it is out of service"
 
@@ -131,7 +131,7 @@ def _ahead(gate: str, waits: Mapping[str, set[str]]) -> set[str]:
 def shortfall_words(found: Shortfall, word: Word, it: str | None = None) -> str:
     """``crate@gate needs two robots with 'lift' at the same time; this team has one: ben``. ``it``:
     what the obstacle is called."""
-    met = f" ('{found.met[-1]}' is met, '{found.action}' is left)" if found.met else ""
+    met = f" ('{found.met[-1]}' is fulfilled, '{found.action}' is open)" if found.met else ""
     takes = need_words(found.action, found.robots, together=found.together)
     said = [f"{it or obstacle_words(found.obstacle, word)} needs {takes}{met}"]
     names = [*found.done, *(helper.name for helper in found.helpers)]
@@ -145,7 +145,7 @@ def shortfall_words(found: Shortfall, word: Word, it: str | None = None) -> str:
     said += [f"{name} has it, but {why}" for name, why in hindered if why]
     if not found.too_few:
         ready = [each.name for each in found.helpers if each.hindrance is Hindrance.NOTHING]
-        said += [f"{listed(ready)} can get there"] if ready else []
+        said += [f"{listed(ready)} can reach it"] if ready else []
     return "; ".join(said)
 
 
@@ -184,7 +184,7 @@ def why_nobody(floor: Floor, found: Settlement, gate: int, word: Word) -> str | 
         have = len(able) + len(floor.stages[gate].done)
         return f"it needs {takes}, this team has {_NUMBERS.get(have, have)}"
     busy = {robot: duty.gate for robot, duty in found.duties.items() if duty.gate != gate}
-    said = [_doing(floor, "is on its way to", r, busy[r], word) for r in able if r in busy]
+    said = [_doing(floor, "is in transit to", r, busy[r], word) for r in able if r in busy]
     for robot in able:
         first = next((step for step in found.plan if robot in step.group), None)
         if robot in found.reserved and first is not None and first.gate != gate:
@@ -222,7 +222,7 @@ def without_room(floor: Floor, word: Word) -> list[str]:
     return found
 
 
-_UNSERVED = "if anybody went there now, the team could not go on"
+_UNSERVED = "if a robot went there now, the team could not continue"
 
 
 def _doing(floor: Floor, what: str, robot: int, gate: int, word: Word) -> str:

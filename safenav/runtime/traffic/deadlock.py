@@ -100,10 +100,10 @@ def deadlocked(state: TeamState, floor: Floor, course: Course, answer: Exhausted
     where = ", ".join(f"{n} at {label(state.robots[n].pose.region)}" for n in names)
     alone = ""
     if len(floor.names) < len(state.robots):
-        alone = ", were everybody else and all that may be resolved out of their way"
+        alone = ", even with all other robots and open obstacles out of the way"
     said = (
-        f"{where}: no order of moves lets everybody complete its objective{alone}; all "
-        f"{len(answer.states)} joint states that can be reached were looked at"
+        f"{where}: deadlock; none of the {len(answer.states)} reachable joint states "
+        f"completes every objective{alone}"
     )
     places = course.places(answer.states)
     text = "".join(f"{line}\n" for line in places)

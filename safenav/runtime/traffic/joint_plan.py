@@ -46,7 +46,7 @@ class Variant(Enum):
 
     FARTHEST = "farthest first"
     STATIC = "a random order"
-    ONE = "one wish at a time"
+    ONE = "one goal at a time"
     BEST = "best first"
 
 

@@ -145,7 +145,7 @@ class Traffic:
                 distance = member.graph.distances(goal, allowed)[floor.poses[index]]
             told = (robot.assignment.objective, goal, floor.stages)
             if self._watch.look(name, told, distance, self.state.tick) and found is None:
-                found, self._starved = f"{name} gets no nearer to where it wants to be", name
+                found, self._starved = f"{name} makes no progress towards its target", name
         return found
 
     def _plan(self, reason: str) -> None:
@@ -171,7 +171,7 @@ class Traffic:
                 self._failures += 1
                 self._watch.begin_anew()
                 if self._failures > MOST_FAILURES:
-                    said = f"the budget of the search for a joint plan is spent: {reason}"
+                    said = f"search budget exhausted while planning joint moves: {reason}"
                     raise RunEnded(Conclusion(Outcome.SEARCH_LIMIT, said))
                 return
             answer = local

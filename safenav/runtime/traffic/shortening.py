@@ -2,7 +2,7 @@
 
 A plan is timed by its own dependency order, one tick per step; no robot enters a region in the tick
 in which another one leaves it. Then one robot at a time, the last to arrive first, gets the path
-with the fewest steps that is no later than the plan; the last robots get the earliest path.
+with the fewest steps that arrives when the plan does; the last robots get the earliest path.
 Sets of poses are bit masks: a layer of the search (a tick, a number of steps) is a few shifts.
 """
 
@@ -171,7 +171,7 @@ class _Path:
         self, start: int, closed: Sequence[Mask], ends: Sequence[Mask], most: int, early: bool
     ) -> list[int] | None:
         """Return a path of at most ``most`` steps, one pose per tick: the earliest, else the one
-        with the fewest steps; None if there is none, or the budget is spent. ``closed``: the poses
+        with the fewest steps; None if there is none, or the budget is exhausted. ``closed``: poses
         that others close in each tick; ``ends``: those where it may end at each tick."""
         forward, goals = self.graph.forward, len(self.via)
         rows: list[list[_Cell]] = []  # by number of steps, then by tick

@@ -93,7 +93,7 @@ def test_a_helper_on_another_errand_is_named_with_it(run: Runner) -> None:
     first, second = trace.all("request")[:2]
     assert first["helper"] == "spot"
     assert second["helper"] is None
-    assert second["because"] == "spot is on its way to spill@west"
+    assert second["because"] == "spot is in transit to spill@west"
     assert trace.outcome["outcome"] == "completed"
 
 
@@ -107,7 +107,7 @@ def lacks(*helpers: Helper, robots: int = 1, of: str = "door@1", **more: bool) -
         (lacks(), "door@1 needs a robot with 'push', and no robot of this team has it"),
         (
             lacks(Helper("a", Hindrance.WALLS)),
-            "door@1 needs a robot with 'push'; a has it, but no way leads there",
+            "door@1 needs a robot with 'push'; a has it, but no path leads there",
         ),
         (
             lacks(
@@ -116,12 +116,12 @@ def lacks(*helpers: Helper, robots: int = 1, of: str = "door@1", **more: bool) -
                 robots=2,
             ),
             "door@1 needs two robots with 'push'; b has it, but crate@2 is in its way; "
-            "a can get there",
+            "a can reach it",
         ),
         (
             Shortfall("door@1", "push", 2, False, (), ("sense",), ("a",)),
-            "door@1 needs two robots with 'push' ('sense' is met, 'push' is left); this team has "
-            "one: a; a has done it",
+            "door@1 needs two robots with 'push' ('sense' is fulfilled, 'push' is open); this team "
+            "has one: a; a has done it",
         ),
         (
             lacks(Helper("a", Hindrance.OUT_OF_SERVICE)),
