@@ -66,12 +66,15 @@ def test_mistakes_in_a_catalogue_file_are_told_after_those_of_the_scenario(tmp_p
     catalogue = tmp_path / "more.yaml"
     catalogue.write_text("robots:\n  rover: {mobility: free, layer: ground, wheels: 4}\n")
     file = tmp_path / "scenario.yaml"
-    file.write_text(ROOMS + USE + "catalogue: more.yaml\nseed: -1\n", encoding="utf-8")
+    file.write_text(
+        ROOMS + USE.replace("debris", "rubble") + "catalogue: more.yaml\nseed: -1\n",
+        encoding="utf-8",
+    )
     with pytest.raises(InputError) as caught:
         load_scenario(file)
     places = [(Path(d.file).name, d.line) for d in caught.value.diagnostics]
     assert places == [
-        ("scenario.yaml", 11),  # debris and airlock are unknown; the broken rover is not
+        ("scenario.yaml", 11),  # rubble and airlock are unknown; the broken rover is not
         ("scenario.yaml", 11),
         ("scenario.yaml", 13),
         ("more.yaml", 2),

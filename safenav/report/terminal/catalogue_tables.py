@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from safenav.report.terminal.table import table
-from safenav.scenario.model import Catalogue, ObstacleType, ResolveAt, RobotModel, Timing
+from safenav.scenario.model import Catalogue, Need, ResolveAt, RobotModel, Timing
 from safenav.scenario.reading.catalogue import UNLIMITED
 
 
@@ -39,16 +39,28 @@ def catalogue_data(catalogue: Catalogue) -> dict[str, Any]:
         "capabilities": {
             word: {
                 "robots": [m.name for m in catalogue.robots.values() if word in m.capabilities],
-                "resolves": [t.name for t in catalogue.obstacles.values() if t.action == word],
+                "resolves": [
+                    kind.name
+                    for kind in catalogue.obstacles.values()
+                    if any(need.action == word for need in kind.needs)
+                ],
             }
             for word in _capabilities(catalogue)
         },
         "obstacles": {
             name: {
                 "action": kind.action,
-                "resolve_at": kind.resolve_at.value
-                if isinstance(kind.resolve_at, ResolveAt)
-                else sorted(kind.resolve_at),
+                "resolve_at": _at_data(kind.resolve_at),
+                "needs": [
+                    {
+                        "action": need.action,
+                        "robots": need.robots,
+                        "at": _at_data(need.at),
+                        "together": need.together,
+                        "same": need.same,
+                    }
+                    for need in kind.needs
+                ],
                 "blocks": None if kind.blocks is None else sorted(kind.blocks),
                 "has_truth": kind.has_truth,
                 "source": catalogue.sources[f"obstacles.{name}"],
@@ -56,6 +68,10 @@ def catalogue_data(catalogue: Catalogue) -> dict[str, Any]:
             for name, kind in catalogue.obstacles.items()
         },
     }
+
+
+def _at_data(where: ResolveAt | frozenset[int]) -> str | list[int]:
+    return where.value if isinstance(where, ResolveAt) else sorted(where)
 
 
 def catalogue_lines(catalogue: Catalogue) -> list[str]:
@@ -80,32 +96,33 @@ def _robots(catalogue: Catalogue) -> list[str]:
             UNLIMITED if model.vision is None else f"{model.vision:g}",
             _ticks(model.timing),
             _metres(model),
+            None if model.motion is None else model.motion.kind,
             catalogue.sources[f"robots.{name}"],
         )
         for name, model in catalogue.robots.items()
     ]
     headings = ("model", "mobility", "layer", "capabilities", "vision", "ticks per step", "size")
-    return table((*headings, "source"), rows)
+    return table((*headings, "motion", "source"), rows)
 
 
 def _obstacles(catalogue: Catalogue) -> list[str]:
     rows = [
         (
             name,
-            kind.action,
-            _where(kind),
+            ", then ".join(map(_need, kind.needs)),
             "every robot" if kind.blocks is None else _listed(sorted(kind.blocks)),
             "traversable or not" if kind.has_truth else None,
             catalogue.sources[f"obstacles.{name}"],
         )
         for name, kind in catalogue.obstacles.items()
     ]
-    return table(("type", "action", "where", "blocks", "reveals", "source"), rows)
+    return table(("type", "needs", "blocks", "reveals", "source"), rows)
 
 
 def _capabilities(catalogue: Catalogue) -> list[str]:
     known = {word for model in catalogue.robots.values() for word in model.capabilities}
-    return sorted(known | {kind.action for kind in catalogue.obstacles.values()})
+    needs = (need for kind in catalogue.obstacles.values() for need in kind.needs)
+    return sorted(known | {need.action for need in needs})
 
 
 def _listed(words: Iterable[str]) -> str | None:
@@ -121,7 +138,12 @@ def _metres(model: RobotModel) -> str | None:
     return _listed(parts if model.speed is None else [*parts, f"{model.speed:g} m/s"])
 
 
-def _where(kind: ObstacleType) -> str:
-    if isinstance(kind.resolve_at, ResolveAt):
-        return "at it" if kind.resolve_at is ResolveAt.SELF else "beside it"
-    return "regions " + ", ".join(map(str, sorted(kind.resolve_at)))
+def _need(need: Need) -> str:
+    """``lift beside it by 2 robots together``."""
+    if isinstance(need.at, ResolveAt):
+        where = "at it" if need.at is ResolveAt.SELF else "beside it"
+    else:
+        where = "at regions " + ", ".join(map(str, sorted(need.at)))
+    robots = "" if need.robots == 1 else f" by {need.robots} robots"
+    same = " by the same" if need.same else ""
+    return f"{need.action} {where}{robots}{' together' * need.together}{same}"

@@ -1,0 +1,89 @@
+"""The library: each robot model moves, each obstacle type is resolved by robots of the library, and
+docs/catalogue.md has the figures that the files have."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+import yaml
+
+from motion.runs import played
+from safenav.audit.check import audit
+from safenav.motion.check.verdict import check_motion
+from safenav.motion.making import motion_of
+from safenav.scenario.model import Catalogue
+from safenav.scenario.reading.catalogue import built_in
+from safenav.trace.reading import read_bytes
+from safenav.trace.records import Resolved
+
+LIBRARY: Catalogue = built_in()
+PAGE = (Path(__file__).parents[2] / "docs" / "catalogue.md").read_text(encoding="utf-8")
+
+ROOMS = {"grid": ["##########", "#...##...#", "#........#", "#...##...#", "##########"]}
+GAP = 24
+"""The region west of the middle of the way between the rooms."""
+
+
+def run(robots: dict[str, object], obstacles: list[object]) -> bytes:
+    data = {"safenav": 1, "map": ROOMS, "robots": robots, "obstacles": obstacles}
+    return played(yaml.safe_dump(data | {"until": {"rounds": 1}}, sort_keys=False))
+
+
+@pytest.mark.parametrize("name", LIBRARY.robots)
+def test_each_robot_moves_as_the_checker_demands(name: str) -> None:
+    heading = {"heading": "east"} if LIBRARY.robots[name].mobility.value == "heading" else {}
+    robot = {"model": name, "start": 21, **heading, "objective": {"patrol": [21, 28]}}
+    trace = read_bytes(run({"one": robot}, []), name)
+    assert trace.outcome is not None
+    assert trace.outcome.outcome == "completed"
+    assert check_motion(motion_of(trace, ""), trace, "") == []
+
+
+@pytest.mark.parametrize("name", LIBRARY.obstacles)
+def test_each_obstacle_is_resolved_by_robots_of_the_library(name: str) -> None:
+    kind = LIBRARY.obstacles[name]
+    capable = [
+        next(m.name for m in LIBRARY.robots.values() if need.action in m.capabilities)
+        for need in kind.needs
+        for _ in range(need.robots)
+    ]
+    robots: dict[str, object] = {}
+    for number, model in enumerate(["cassie", *capable]):
+        heading = {"heading": "east"} if model in ("cassie", "digit") else {}
+        region = (21, 16, 32)[number]  # one who needs the way, helpers on both sides of it
+        goal = (
+            {"patrol": [21, 28]}
+            if number == 0
+            else {"patrol": [region, (38, 12)[number - 1] if kind.blocks != frozenset() else 32]}
+        )
+        robots[f"r{number}"] = {"model": model, "start": region, **heading, "objective": goal}
+    obstacle = {"type": name, "region": GAP} | ({"traversable": True} if kind.has_truth else {})
+    content = run(robots, [obstacle])
+    trace = read_bytes(content, name)
+    assert trace.outcome is not None
+    assert trace.outcome.outcome == "completed"
+    assert audit(trace).findings == ()
+    resolved = {record.obstacle for record in trace.records if isinstance(record, Resolved)}
+    assert resolved == {f"{name}@{GAP}"}
+
+
+def test_the_page_has_the_figures_of_the_files() -> None:
+    rows = re.findall(
+        r"^\| `(\w+)` \| [^|]+ \| ([\d.]+) \| ([\d.]+) \| (\w+) \|", PAGE, re.MULTILINE
+    )
+    told = {name: (float(size), float(speed), motion) for name, size, speed, motion in rows}
+    models = LIBRARY.robots.values()
+    assert told == {m.name: (m.size, m.speed, m.motion and m.motion.kind) for m in models}
+    for model in models:
+        for word in model.capabilities:
+            row = re.search(rf"^\| `{word}` \|.*$", PAGE, re.MULTILINE)
+            assert row is not None, word
+            assert f"`{model.name}`" in row[0] or model.layer == "air", (word, model.name)
+    for kind in LIBRARY.obstacles.values():
+        row = re.search(rf"^\| `{kind.name}` \|.*$", PAGE, re.MULTILINE)
+        assert row is not None, kind.name
+        assert all(f"`{need.action}`" in row[0] for need in kind.needs)
+    assert len(LIBRARY.robots) >= 12
+    assert len(LIBRARY.obstacles) >= 12
