@@ -53,11 +53,8 @@ def test_each_obstacle_is_resolved_by_robots_of_the_library(name: str) -> None:
     for number, model in enumerate(["cassie", *capable]):
         heading = {"heading": "east"} if model in ("cassie", "digit") else {}
         region = (21, 16, 32)[number]  # one who needs the way, helpers on both sides of it
-        goal = (
-            {"patrol": [21, 28]}
-            if number == 0
-            else {"patrol": [region, (38, 12)[number - 1] if kind.blocks != frozenset() else 32]}
-        )
+        far = 32 if kind.blocks == frozenset() else (28, 38, 12)[number]
+        goal = {"patrol": [region, 28 if number == 0 else far]}
         robots[f"r{number}"] = {"model": model, "start": region, **heading, "objective": goal}
     obstacle = {"type": name, "region": GAP} | ({"traversable": True} if kind.has_truth else {})
     content = run(robots, [obstacle])
