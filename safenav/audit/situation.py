@@ -185,6 +185,14 @@ class Situation:
         toward = self.toward[robot]
         return {self.region[robot]} if toward is None else {self.region[robot], toward}
 
+    def zones(self, one: str, other: str) -> list[frozenset[Region]]:
+        """Return the sets of regions in which two robots are never together."""
+        return [
+            frozenset(zone.regions)
+            for zone in self.header.never_together or ()
+            if {one, other} <= {*zone.robots}
+        ]
+
     def conflict(self, one: str, other: str) -> bool:
         """Return whether two robots must never share a region."""
         robots = self.header.robots

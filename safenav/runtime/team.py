@@ -187,16 +187,24 @@ class TeamState:
             )
 
     def rivals(self, robot: Robot) -> list[RobotState]:
-        """Return the other robots with which a robot must not collide."""
+        """Return the other robots for which a robot may have to wait."""
         return [
             other
             for other in self.robots.values()
-            if other.robot is not robot and self.scenario.conflict(robot, other.robot)
+            if other.robot is not robot and self.scenario.interfere(robot, other.robot)
         ]
 
     def taken(self, robot: Robot) -> set[Region]:
-        """Return the regions occupied by the robots with which a robot must not collide."""
-        return set().union(*(other.occupied for other in self.rivals(robot)))
+        """Return the regions that a robot must not enter now: those occupied by robots with which
+        it must not collide, and those where it is never together with one that is there."""
+        found = set[Region]()
+        if self.scenario.never_together:
+            at = {name: other.occupied for name, other in self.robots.items()}
+            found |= self.scenario.held(robot.name, at)
+        for other in self.rivals(robot):
+            if self.scenario.conflict(robot, other.robot):
+                found |= other.occupied
+        return found
 
     def sightings(self, state: RobotState, task: Task, shown: frozenset[Region]) -> Sightings:
         """Return what a robot observes of the robots that its task is about; regions ``shown``
@@ -205,10 +213,10 @@ class TeamState:
         positions = {o.name: self.robots[o.name].pose.region for o in task.observed}
         known = self.beliefs.look(task, self.scenario.map, here, positions)
         moving = [self.robots[o.name] for o in task.observed if o.danger]
-        taken: set[Region] = set().union(*(other.occupied for other in moving))
+        taken = self.taken(state.robot) if moving else set[Region]()
         sides = set(self.scenario.map.neighbours(here))
         # A specification assumes at most as many busy sides as robots (spec.other_robots.nearby).
-        room = len(moving) - len(sides & taken)
+        room = len(sides) if task.exclusive else len(moving) - len(sides & taken)
         taken |= set(sorted(shown - taken)[: max(0, room)])
         return Sightings(here, frozenset(taken), positions, known)
 

@@ -6,7 +6,7 @@ need not check it again.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import field, replace
 from enum import StrEnum
 
@@ -224,6 +224,15 @@ class RobotChange:
     active: bool | None = None
 
 
+@dataclass(frozen=True)
+class Exclusion:
+    """``robots`` of which at most one is in ``regions`` at any moment; one in transit is in both of
+    its regions."""
+
+    robots: frozenset[str]
+    regions: frozenset[Region]
+
+
 class Coordination(StrEnum):
     """How the coordination layer reassigns robots (DESIGN section 5)."""
 
@@ -340,7 +349,7 @@ class Scenario:
     ``partition``: the cells of beliefs, None for the rooms of the map. ``changes``: the changes
     for robots during the run, by tick (live: at this many seconds). ``catalogue``: the models and
     types that its text could name, those of its own among them. ``failures``: live policies.
-    ``requirements``: formulas over the motion, by name.
+    ``requirements``: formulas over the motion, by name. ``never_together``: exclusions of the team.
     """
 
     name: str
@@ -361,6 +370,7 @@ class Scenario:
     catalogue: Catalogue = field(default=Catalogue(), repr=False, compare=False)
     clock: Clock = DEFAULT_CLOCK
     failures: Failures = Failures()
+    never_together: tuple[Exclusion, ...] = ()
 
     def robot(self, name: str) -> Robot:
         """The robot of that name. Raises KeyError."""
@@ -368,6 +378,22 @@ class Scenario:
             if robot.name == name:
                 return robot
         raise KeyError(name)
+
+    def interfere(self, one: Robot, other: Robot) -> bool:
+        """Whether one of these may have to wait for the other: they are in conflict, or never
+        together in some regions."""
+        names = {one.name, other.name}
+        return conflict(one, other) or any(names <= each.robots for each in self.never_together)
+
+    def held(self, robot: str, at: Mapping[str, Collection[Region]]) -> frozenset[Region]:
+        """The regions that a robot must not enter because one that it is never together with is
+        in them. ``at``: the regions that each robot occupies."""
+        found: set[Region] = set()
+        for each in self.never_together:
+            others = each.robots - {robot}
+            if robot in each.robots and any(not each.regions.isdisjoint(at[o]) for o in others):
+                found |= each.regions
+        return frozenset(found)
 
     def conflict(self, one: Robot, other: Robot) -> bool:
         """Whether these two must never share a region. It is mutual, also if only one of them

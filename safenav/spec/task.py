@@ -79,7 +79,8 @@ class Task:
     under the assumption ``fairness``. For beliefs: the ``partition`` of the map (None for its
     rooms), and the regions whose obstacles are ``closed``, so that they block the view.
     ``assignable``: goals can be assigned at runtime. ``forbidden``: poses that the robot keeps out
-    of, because the team could lose it there.
+    of, because the team could lose it there. ``exclusive``: one other robot can close many regions
+    to it, because the two are never together in them.
     """
 
     robot: Robot
@@ -94,6 +95,7 @@ class Task:
     closed: frozenset[Region] = frozenset()
     assignable: bool = False
     forbidden: frozenset[Pose] = frozenset()
+    exclusive: bool = False
 
     @property
     def targets(self) -> tuple[Target, ...]:

@@ -46,6 +46,7 @@ def scenario_header(
         partition=_partition(scenario),
         changes=_changes(scenario),
         requirements=scenario.requirements or None,
+        never_together=_exclusions(scenario),
     )
 
 
@@ -140,6 +141,14 @@ def _changes(scenario: Scenario) -> tuple[setting.ChangeHeader, ...] | None:
         for change in scenario.changes
     )
     return found or None
+
+
+def _exclusions(scenario: Scenario) -> tuple[setting.ExclusionHeader, ...] | None:
+    found = (
+        setting.ExclusionHeader(tuple(sorted(each.robots)), tuple(sorted(each.regions)))
+        for each in scenario.never_together
+    )
+    return tuple(found) or None
 
 
 def _partition(scenario: Scenario) -> tuple[tuple[int, ...], ...] | None:

@@ -103,6 +103,14 @@ class ChangeHeader:
 
 
 @dataclass(frozen=True)
+class ExclusionHeader:
+    """Robots of which at most one is in these regions at any moment."""
+
+    robots: tuple[str, ...]
+    regions: tuple[Region, ...]
+
+
+@dataclass(frozen=True)
 class MapHeader:
     """The map. ``resolution``: metres that a region measures from west to east and from south
     to north. ``origin``: x, y (metres) and yaw (radians) of its south-western corner."""
@@ -156,3 +164,4 @@ class ScenarioHeader:
     partition: tuple[tuple[Region, ...], ...] | None = None
     changes: tuple[ChangeHeader, ...] | None = None
     requirements: Mapping[str, str] | None = None
+    never_together: tuple[ExclusionHeader, ...] | None = None

@@ -126,6 +126,13 @@ CASES: list[Case] = [
     ("mobility", "shared_floor", retell("one", (4, 15, 10)), 4, "one"),
     ("mobility", "door", edit("move", {"tick": 6, "robot": "digit"}, heading="north"), 6, "digit"),
     ("collision", "shared_floor", retell("one", (3, 14, 8), (4, 8, 9)), 3, "one"),
+    (
+        "never-together",
+        "shared_floor",
+        scenario("never_together", to=[{"robots": ["one", "two"], "regions": [8, 9]}]),
+        1,
+        "two",
+    ),
     ("collision", "slow_steps", retell("flyer", (3, 9, 8), (4, 8, 8)), 3, "flyer", 3),
     ("transit", "slow_steps", edit("move", {"tick": 2, "robot": "slow"}, toward=13), 2, "slow", 2),
     ("belief", "beliefs", edit("belief", {"tick": 2}, regions=[9]), 2, "watcher", 2),

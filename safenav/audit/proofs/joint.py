@@ -169,6 +169,12 @@ class _Enumeration:
         for k, robot in enumerate(self._robots):
             taken = {state.poses[other][0] for other in self._rivals[k]}
             known = self._steps[k]
+            for group, zone in self._moment.zones:
+                mates = [o for i, o in enumerate(self._robots) if i != k and o.name in group]
+                if robot.name in group and any(
+                    state.poses[self._robots.index(o)][0] in zone for o in mates
+                ):
+                    taken |= zone
             here = state.poses[k]
             if here not in known:
                 known[here] = self._moment.steps(robot, here)

@@ -114,7 +114,7 @@ class Robot:
 class Moment:
     """``sealed``: regions that are permanently closed, by robot; among them those of ``shut``,
     obstacles that can never be resolved. ``rounds``: how often an objective is to be met after a
-    resolution."""
+    resolution. ``zones``: robots of which at most one is in some regions."""
 
     rows: int
     cols: int
@@ -124,6 +124,7 @@ class Moment:
     sealed: Mapping[str, frozenset[int]]
     rounds: int
     shut: frozenset[str] = frozenset()
+    zones: tuple[tuple[frozenset[str], frozenset[int]], ...] = ()
 
     def steps(self, robot: Robot, pose: Pose) -> list[Pose]:
         """Return the poses one step away on the free map, never backwards with a heading."""

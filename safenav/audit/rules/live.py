@@ -89,6 +89,13 @@ class ClockRule(Rule):
                 span = (self._since[robot], float("inf"), robot, now.header_line)
                 self._spans.setdefault(region, []).append(span)
         told: set[tuple[str, str]] = set()
+        for zone in now.header.never_together or () if now.live else ():
+            spans = [s for r in zone.regions for s in self._spans.get(r, ()) if s[2] in zone.robots]
+            for (_, until, one, _), (later, _, other, line) in combinations(sorted(spans), 2):
+                if one != other and later < until and (one, other) not in told:
+                    told |= {(one, other), (other, one)}
+                    where = f"{one} and {other} are together in {now.show(zone.regions[0])}"
+                    yield self.broken(0, other, line, f"{where} and beside it at {later} s")
         for region, spans in sorted(self._spans.items()):
             for (since, until, one, _), (later, end, other, line) in combinations(sorted(spans), 2):
                 shared = min(until, end) - max(since, later)

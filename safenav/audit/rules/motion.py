@@ -188,6 +188,21 @@ class CollisionRule(Rule):
                 yield self.broken_by(record, record.robot, problem)
 
 
+class NeverTogetherRule(Rule):
+    """Of robots that are never together in some regions at most one is in them, from its departure
+    for the first to its arrival outside (D 4)."""
+
+    name = "never-together"
+
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        if isinstance(record, Move):
+            for other in now.region:
+                for zone in now.zones(record.robot, other) if other != record.robot else ():
+                    if _taken(record) & zone and now.taken_by(other) & zone:
+                        problem = f"{record.robot} and {other} are together in {sorted(zone)}"
+                        yield self.broken_by(record, record.robot, problem)
+
+
 class SwapRule(Rule):
     """Robots of one layer do not change places within a tick (D 4). Turns interleave, so that
     follows from the absence of collisions if the moves are continuous; checked on its own."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from itertools import pairwise
+from itertools import combinations, pairwise
 
 from safenav.audit.grid import opposite
 from safenav.audit.precedence import Precedence
@@ -186,6 +186,13 @@ def _meetings(plan: Plan, now: Situation) -> Iterator[tuple[str | None, str]]:
     for robot, places in plan.robots.items():
         for index, (region, _) in enumerate(places):
             visits.setdefault(region, []).append((robot, index))
+    for zone in now.header.never_together or ():
+        inside = [v for r in zone.regions for v in visits.get(r, ()) if v[0] in zone.robots]
+        for (one, i), (other, j) in combinations(inside, 2):
+            apart = order.left_before(one, i, other, j) or order.left_before(other, j, one, i)
+            if one != other and not apart:
+                yield one, f"the plan lets {one} and {other} be together in {zone.regions}"
+                return
     for region, ones in visits.items():
         for k, (one, i) in enumerate(ones):
             for other, j in ones[:k]:

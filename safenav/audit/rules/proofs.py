@@ -169,6 +169,7 @@ def moment_of(
         },
         now.header.until.rounds or 1,
         frozenset(never),
+        tuple((frozenset(z.robots), frozenset(z.regions)) for z in now.header.never_together or ()),
     )
 
 

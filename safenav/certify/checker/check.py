@@ -122,6 +122,12 @@ class Robot:
         self.active, self.way = True, list[Pose]()  # in service; its part of a joint plan
         self.forms = set[str]()  # in which its own objective was proven, "plan" if it was moved
 
+    def near(self, other: Robot) -> set[int]:
+        """Return the regions that another robot must not enter because of this one."""
+        zones = [{*regions} for robots, regions in self.data["zones"] if other.name in robots]
+        own = self.places if other.name in self.rivals else set[int]()
+        return own.union(*(zone for zone in zones if zone & self.places))
+
     def held(self) -> list[int]:
         """Return the goals that are met by ending a turn here: for an objective that holds, its
         target."""
@@ -236,6 +242,9 @@ class Team:
             require(not live, "the mission can be completed from here")
             for k, (name, robot) in enumerate(self.robots.items()):
                 taken = {at[other][0] for other in robot.rivals if other in at}
+                for group, zone in robot.data["zones"]:
+                    if any(n != name and n in group and at[n][0] in zone for n in at):
+                        taken |= {*zone}
                 for pose in self.steps(name, at[name], obstacles):
                     if pose[0] not in taken:
                         yield (*places[:k], pose, *places[k + 1 :]), tuple(now), obstacles
@@ -364,7 +373,9 @@ class Run:
         apart = {(a, b) for a in robots for b in robots[a].get("conflicts", ())}
         for name, data in robots.items():
             rivals = [n for n in robots if n != name and {(name, n), (n, name)} & apart]
-            self.robots[name] = robot = Robot(name, data, rivals)
+            listed = self.scenario.get("never_together") or ()
+            zones = [(z["robots"], z["regions"]) for z in listed if name in z["robots"]]
+            self.robots[name] = robot = Robot(name, {**data, "zones": zones}, rivals)
             alone = all(robots[n]["start"] != data["start"] for n in rivals)
             turning = {"free": False, "heading": True}.get(data["mobility"]) is bool(robot.pose[1])
             alone = alone and data["start"] not in robot.own.avoid
@@ -713,7 +724,7 @@ class Run:
         legal = legal and record["from"] == before[0] and (toward is None or to == before)
         require(legal, f"{name} cannot go from {before} to {toward or to}")
         shut = {o.region for o in self.obstacles.values() if o.stands(name)} - {before[0]}
-        shut = shut.union(*(self.robots[other].places for other in robot.rivals))
+        shut = shut.union(*(o.near(robot) for o in self.robots.values() if o is not robot))
         require(not shut & {to[0], after[0]}, f"{name} goes to {after[0]}, where something stands")
         robot.signal = record.get("signal") or robot.signal
         if robot.destination != before:

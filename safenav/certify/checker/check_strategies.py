@@ -607,7 +607,8 @@ class Task:
         if self.busy:
             beside = (self.world.step(pose[0], side) for side in self.busy.values())
             rows = product(*((0,) if region is None else (0, 1) for region in beside))
-            groups.append([row for row in rows if sum(row) <= len(self.moving)])
+            many = self.robot.get("zones")  # one other robot can close several regions
+            groups.append([row for row in rows if many or sum(row) <= len(self.moving)])
         for name in self.tracked:
             after = self.after(name, pose[0], values[f"at_{name}"])
             groups.append([(value,) for value in after])
@@ -756,7 +757,7 @@ class Task:
         """Return the nodes that follow from a robot's present observation in a run; its knowledge
         is updated. ``shown``: regions that it observes as occupied although no robot is there."""
         here, seen = robot.pose[0], {name: int(robot.signal[name]) for name in self.told}
-        taken = {*shown}.union(*(robots[name].places for name in self.moving))
+        taken = {*shown}.union(*(robots[name].near(robot) for name in self.moving))
         for busy, side in self.busy.items():
             seen[busy] = int(self.world.step(here, side) in taken)
         for name in self.tracked:

@@ -13,6 +13,7 @@ from safenav.runtime.coordination.problem import (
     Member,
     Problem,
     Stage,
+    Zones,
 )
 from safenav.runtime.formulas import formulas_of, graph_of
 from safenav.runtime.progress import Progress
@@ -66,7 +67,7 @@ def floor_of(
         _member(robot, state) if hopeful or entry.active else _out_of_service(entry, state)
         for robot, entry in zip(robots, state.robots.values(), strict=True)
     )
-    problem = Problem(members, tuple(gates), _conflicts(scenario))
+    problem = Problem(members, tuple(gates), _conflicts(scenario), _zones(scenario))
     poses = tuple(
         member.graph.number(entry.next_pose)
         for member, entry in zip(members, state.robots.values(), strict=True)
@@ -150,6 +151,16 @@ def _conflicts(scenario: Scenario) -> tuple[frozenset[int], ...]:
             if other is not robot and scenario.conflict(robot, other)
         )
         for robot in robots
+    )
+
+
+def _zones(scenario: Scenario) -> Zones:
+    return tuple(
+        (
+            frozenset(i for i, robot in enumerate(scenario.robots) if robot.name in each.robots),
+            region_mask(each.regions),
+        )
+        for each in scenario.never_together
     )
 
 

@@ -88,7 +88,7 @@ def _task(
     for other in team.robots.values():
         if other is state:
             continue
-        danger = team.scenario.conflict(robot, other.robot)
+        danger = team.scenario.interfere(robot, other.robot)
         if danger or other.name in robot.tracks:
             targets = targets_of(other.assignment.objective)
             observed.append(_observed(team, state, other, targets, danger))
@@ -105,6 +105,7 @@ def _task(
         partition=None if cells is None else Partition(cells),
         closed=team.knowledge.standing,
         forbidden=draft.forbidden,
+        exclusive=any(robot.name in each.robots for each in team.scenario.never_together),
     )
 
 

@@ -8,7 +8,7 @@ Permanent obstacles (the paper's set O) are no longer among them: they are missi
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from functools import cached_property
 from itertools import combinations
 
@@ -94,14 +94,32 @@ Stages = tuple[Stage, ...]
 """The stage of each obstacle."""
 
 
+Zones = tuple[tuple[frozenset[int], Mask], ...]
+"""Groups of robots with the regions in which at most one of them is."""
+
+
 @dataclass(frozen=True, eq=False)
 class Problem:
     """A team and the obstacles that it knows. ``conflicts``: for each robot those with which it
-    must never share a region."""
+    must never share a region. ``zones``: robots of which at most one is in some regions."""
 
     members: tuple[Member, ...]
     gates: tuple[Gate, ...]
     conflicts: tuple[frozenset[int], ...]
+    zones: Zones = ()
+
+    def held(self, robot: int, regions: Sequence[int]) -> Mask:
+        """The regions that a robot must not enter because one that it is never together with is
+        in them. ``regions``: where each robot is."""
+        found = 0
+        for group, zone in self.zones:
+            if robot in group and any(zone >> regions[i] & 1 for i in group if i != robot):
+                found |= zone
+        return found
+
+    def interferes(self, robot: int) -> bool:
+        """Whether it may have to wait for another robot."""
+        return bool(self.conflicts[robot]) or any(robot in group for group, _ in self.zones)
 
     def resolved(self, gate: int, stages: Stages) -> bool:
         return stages[gate].need >= len(self.gates[gate].needs)
@@ -165,7 +183,7 @@ class Problem:
 
     @cached_property
     def shared_floor(self) -> bool:
-        return any(self.conflicts)
+        return any(self.conflicts) or bool(self.zones)
 
     def _floors(self, robot: int, closed: tuple[int, ...]) -> Mask:
         key = (robot, closed)

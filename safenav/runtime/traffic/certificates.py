@@ -39,8 +39,8 @@ class Certificates:
         all others where they are, or there is a plan for the whole mission from there."""
         floor = self._searches.remembered(self._searches.floor())
         index = floor.index(name)
-        member, rivals = floor.problem.members[index], floor.problem.conflicts[index]
-        if not member.turns or not rivals:
+        member = floor.problem.members[index]
+        if not member.turns or not floor.problem.interferes(index):
             return True
         number, here = member.graph.number(pose), floor.poses[index]
         steps = [number]
@@ -50,12 +50,8 @@ class Certificates:
 
     def _allows(self, floor: Floor, index: int, number: int) -> bool:
         """The same of a step into a pose, or into one with a memory, by number."""
-        member, rivals = floor.problem.members[index], floor.problem.conflicts[index]
-        here = floor.poses[index]
-        taken = 0
-        for other, robot in enumerate(self._state.robots.values()):
-            if other in rivals:
-                taken |= region_mask(robot.occupied)
+        member, here = floor.problem.members[index], floor.poses[index]
+        taken = region_mask(self._state.taken(self._state.scenario.robots[index]))
         allowed = floor.problem.allowed(index, floor.stages) & ~member.graph.poses_on(taken)
         if member.graph.returns(number, here, allowed):
             return True

@@ -10,10 +10,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import field
-from itertools import pairwise
+from itertools import chain, pairwise
 
 from safenav.dataclass import dataclass
+from safenav.runtime.coordination.problem import Zones
 from safenav.runtime.traffic.joint import Count, Joint
+from safenav.world.poses import bits
 
 Ways = tuple[tuple[int, ...], ...]
 """The poses that each robot takes one after the other, the first where it stands."""
@@ -39,7 +41,10 @@ class Schedule:
 
 
 def schedule(
-    states: Sequence[tuple[int, ...]], sizes: Sequence[int], conflicts: Sequence[frozenset[int]]
+    states: Sequence[tuple[int, ...]],
+    sizes: Sequence[int],
+    conflicts: Sequence[frozenset[int]],
+    zones: Zones = (),
 ) -> Schedule:
     """Return the schedule of joint poses that follow one another. ``sizes``: number of regions of
     each robot's map, which gives a pose's region."""
@@ -66,6 +71,11 @@ def schedule(
             for robot, _, left in stays.get(region, ()):
                 if robot in conflicts[i]:
                     latest[robot] = left
+            for group, zone in zones:
+                if i in group and zone >> region & 1:
+                    for robot, _, left in chain(*(stays.get(r, ()) for r in bits(zone))):
+                        if robot in group and robot != i:
+                            latest[robot] = max(left, latest.get(robot, left))
             orders += [Order(i, step, robot, left) for robot, left in latest.items()]
             ways[i].append(joint[i])
             stays.setdefault(region, []).append((i, step, -1))

@@ -99,11 +99,13 @@ class Course:
     def singles(self, state: Joint) -> Iterator[tuple[int, int]]:
         """(robot, pose) of every step that one robot can take while the others stand still."""
         members, poses = self.problem.members, state.poses
+        regions = [pose % member.graph.size for pose, member in zip(poses, members, strict=True)]
         for robot, steps in enumerate(self.steps(state.stages)):
             size = members[robot].graph.size
             taken = {poses[j] % size for j in self.problem.conflicts[robot]}
+            held = self.problem.held(robot, regions) if self.problem.zones else 0
             for pose in steps[poses[robot]]:
-                if pose % size not in taken:
+                if pose % size not in taken and not held >> pose % size & 1:
                     yield robot, pose
 
     def after(self, state: Joint, robot: int, pose: int) -> Joint:

@@ -31,6 +31,7 @@ class Generator:
         self._rng = rng
         self._sizes = [member.graph.size for member in course.problem.members]
         self._conflicts = course.problem.conflicts
+        self._zones = course.problem.zones
         self._state: Joint | None = None
         self._fields: Sequence[Field] = ()
 
@@ -83,6 +84,8 @@ class Generator:
 
     def _take(self, robot: int, pose: int, waiting: frozenset[int]) -> bool:
         region = pose % self._sizes[robot]
+        if self._zones and self._kept_out(robot, region):
+            return False
         conflicts, following = self._conflicts[robot], self._next
         entered = self._entered.get(region)
         if entered is not None:
@@ -116,6 +119,18 @@ class Generator:
                 if following[other] % self._sizes[other] == region:
                     return False
         return True
+
+    def _kept_out(self, robot: int, region: int) -> bool:
+        """Whether a robot that this one is never together with is there, or will be."""
+        for group, zone in self._zones:
+            for other in group if robot in group and zone >> region & 1 else ():
+                after = self._next.get(other, 0) % self._sizes[other]
+                there = zone >> self._regions[other] & 1 or (
+                    other in self._next and zone >> after & 1
+                )
+                if other != robot and there:
+                    return True
+        return False
 
     def _candidates(self, robot: int) -> list[int]:
         """Return the poses that a robot may take, the nearest to its goal poses first."""

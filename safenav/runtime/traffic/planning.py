@@ -60,8 +60,7 @@ class Traffic:
     def _turning(self) -> bool:
         """Whether a robot with headings shares its floor."""
         problem = self.state.last_settled.floor.problem
-        pairs = zip(problem.members, problem.conflicts, strict=True)
-        return any(member.turns and conflicts for member, conflicts in pairs)
+        return any(m.turns and problem.interferes(i) for i, m in enumerate(problem.members))
 
     @property
     def active(self) -> bool:
@@ -283,7 +282,7 @@ class Traffic:
         states = shortened(self._searches.course(floor), states, self._fixed(floor))
         sizes = [member.graph.size for member in floor.problem.members]
         poses = [plain_poses(floor.problem, state.poses) for state in states]
-        plan = schedule(poses, sizes, floor.problem.conflicts)
+        plan = schedule(poses, sizes, floor.problem.conflicts, floor.problem.zones)
         self.execution = Execution(plan, dues_of(states, counts))
         self._watch.begin_anew()
         self.state.emit(_record(self.state.tick, floor, plan, reason))

@@ -14,6 +14,7 @@ from itertools import pairwise
 
 from safenav.runtime.traffic.budgets import REJOIN_PLACES
 from safenav.runtime.traffic.joint import Course, Joint
+from safenav.world.poses import bits
 
 
 def rejoined(course: Course, start: Joint, plan: Sequence[Joint]) -> tuple[Joint, ...] | None:
@@ -55,6 +56,8 @@ def _way(course: Course, state: Joint, robot: int, goal: int) -> list[int]:
         return []
     size = course.problem.members[robot].graph.size
     taken = {state.poses[other] % size for other in course.problem.conflicts[robot]}
+    regions = [p % m.graph.size for p, m in zip(state.poses, course.problem.members, strict=True)]
+    taken |= {*bits(course.problem.held(robot, regions))}
     steps = course.steps(state.stages)[robot]
     before = {start: start}
     queue = deque([start])

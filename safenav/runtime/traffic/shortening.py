@@ -27,7 +27,7 @@ def shortened(course: Course, states: Sequence[Joint], fixed: Collection[int]) -
     the same stages reached. ``fixed``: the robots that must end in the same pose. The plan stays as
     it is where goals depend on what a robot remembers."""
     problem, first, last = course.problem, states[0], states[-1]
-    if len(states) < 3 or remembering(problem):
+    if len(states) < 3 or problem.zones or remembering(problem):
         return states
     sizes = [member.graph.size for member in problem.members]
     plan = schedule([state.poses for state in states], sizes, problem.conflicts)

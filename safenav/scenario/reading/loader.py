@@ -32,6 +32,7 @@ from safenav.scenario.reading.catalogue import built_in, extended, read_catalogu
 from safenav.scenario.reading.changes import ChangeReader
 from safenav.scenario.reading.expectation import ExpectationReader
 from safenav.scenario.reading.map import read_map
+from safenav.scenario.reading.never_together import read_never_together
 from safenav.scenario.reading.obstacles import read_obstacles
 from safenav.scenario.reading.partition import read_partition
 from safenav.scenario.reading.regions import RegionReader
@@ -54,6 +55,7 @@ KEYS = (
     "map",
     "areas",
     "robots",
+    "never_together",
     "obstacles",
     "changes",
     "until",
@@ -167,6 +169,9 @@ class _Loader:
         robots = read_robots(
             item.get("robots"), regions, catalogue, self._findings, self._reachable
         )
+        apart = read_never_together(
+            item.get("never_together"), regions, robots, frozenset(named), self._findings
+        )
         before = len(self._findings)
         obstacles = read_obstacles(
             item.get("obstacles"), regions, catalogue, robots, self._findings
@@ -223,6 +228,7 @@ class _Loader:
             catalogue=catalogue,
             clock=clock or DEFAULT_CLOCK,
             failures=failures,
+            never_together=apart,
         )
 
     def _version(self, node: Node | None) -> None:

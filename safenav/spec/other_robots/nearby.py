@@ -68,7 +68,7 @@ def assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
             yield Constraint(Section.ENV_TRANS, formula, inside)
     count = len(_dangers(task))
     few = Origin("robots", f"{count} other robot{'s' * (count > 1)} cannot be everywhere", SOURCE)
-    for sides in combinations(headings(world), count + 1):
+    for sides in () if task.exclusive else combinations(headings(world), count + 1):
         together = " & ".join(f"{busy(h)}'" for h in sides)
         yield Constraint(Section.ENV_TRANS, f"!({together})", few)
     yield from fairness(task, world)

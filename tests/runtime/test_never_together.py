@@ -1,0 +1,162 @@
+"""Robots that are never together in some regions: judged by a walk over the trace, and by a search
+over the joint poses of this file's own."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+from collections import deque
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from safenav.audit.check import check_trace
+from safenav.certify.checker.check import check
+from safenav.certify.record import bundle_of_run
+from safenav.runtime.mission import Mission
+from safenav.scenario.model import Outcome
+from safenav.scenario.reading.loader import load_scenario_text
+from safenav.trace.writing import TraceWriter
+
+WANTED = int(os.environ.get("SAFENAV_FUZZ", "20"))
+ROWS, COLS = 3, 4
+BUNDLED = 7
+CATALOGUE = {
+    "robots": {
+        "rover": {"mobility": "free", "layer": "ground", "capabilities": []},
+        "slow": {
+            "mobility": "free",
+            "layer": "ground",
+            "capabilities": [],
+            "timing": {"least": 1, "most": 3},
+        },
+    }
+}
+
+
+def drawn(seed: int, *, many: bool) -> dict[str, Any]:
+    """A connected map without obstacles; ``many``: also headings, slow steps and three robots."""
+    rng = random.Random(f"together {seed}")
+    count = rng.choice([2, 3]) if many else 2
+    while True:
+        walls = {r for r in range(ROWS * COLS) if rng.random() < 0.45}
+        free = [r for r in range(ROWS * COLS) if r not in walls]
+        if len(free) > count and len(reached(free[0], {*free})) == len(free):
+            break
+    zone = rng.sample(free, rng.randint(1, min(4, len(free) - count)))
+    outside = [r for r in free if r not in zone]
+    starts = rng.sample(outside, count)
+    if rng.random() < 0.5:
+        starts[0] = rng.choice(zone)
+    models = ["rover", "quadcopter"] + (["slow", "digit"] if many else [])
+    robots: dict[str, Any] = {}
+    for k, start in enumerate(starts):
+        model = rng.choice(models)
+        targets = rng.sample(free, rng.randint(1, 2))
+        robots[f"r{k}"] = {"model": model, "start": start, "objective": {"visit": targets}}
+        if model == "digit":
+            robots[f"r{k}"]["heading"] = rng.choice(["north", "east", "south", "west"])
+    cells = ["#" if r in walls else "." for r in range(ROWS * COLS)]
+    return {
+        "safenav": 1,
+        "map": {"grid": ["".join(cells[k : k + COLS]) for k in range(0, ROWS * COLS, COLS)]},
+        "robots": robots,
+        "never_together": [{"robots": [*robots], "in": [{"any": sorted(zone)}]}],
+        "catalogue": CATALOGUE,
+        "coordination": rng.choice(["resynthesis", "assignable"]) if many else "resynthesis",
+        "until": {"rounds": 1},
+        "limits": {"ticks": 300},
+    }
+
+
+def beside(region: int) -> list[int]:
+    row, col = divmod(region, COLS)
+    ways = ((row - 1, col), (row + 1, col), (row, col - 1), (row, col + 1))
+    return [r * COLS + c for r, c in ways if 0 <= r < ROWS and 0 <= c < COLS]
+
+
+def reached(start: int, free: set[int]) -> set[int]:
+    found, queue = {start}, [start]
+    while queue:
+        for after in beside(queue.pop()):
+            if after in free and after not in found:
+                found.add(after)
+                queue.append(after)
+    return found
+
+
+def can_complete(document: dict[str, Any]) -> bool:
+    """Whether some order of single moves lets both robots visit their targets."""
+    cells = "".join(document["map"]["grid"])
+    one, other = document["robots"].values()
+    zone = {*document["never_together"][0]["in"][0]["any"]}
+    same = (one["model"] == "quadcopter") == (other["model"] == "quadcopter")
+    lists = one["objective"]["visit"], other["objective"]["visit"]
+
+    def counted(places: tuple[int, ...], done: tuple[int, ...]) -> Any:
+        met = []
+        for place, k, targets in zip(places, done, lists, strict=True):
+            while k < len(targets) and targets[k] == place:
+                k += 1
+            met.append(k)
+        return places, tuple(met)
+
+    first = counted((one["start"], other["start"]), (0, 0))
+    seen, queue = {first}, deque([first])
+    while queue:
+        places, done = queue.popleft()
+        if all(k == len(targets) for k, targets in zip(done, lists, strict=True)):
+            return True
+        for k in (0, 1):
+            for after in beside(places[k]):
+                rest = places[1 - k]
+                if cells[after] == "#" or (same and after == rest) or {after, rest} <= zone:
+                    continue
+                if after in zone and rest in zone:
+                    continue
+                state = counted((after, rest) if k == 0 else (rest, after), done)
+                if state not in seen:
+                    seen.add(state)
+                    queue.append(state)
+    return False
+
+
+def played(document: dict[str, Any], path: Path) -> Outcome:
+    """Run it; the team is never together in its zone at any line of the trace."""
+    with TraceWriter(path) as trace:
+        mission = Mission(load_scenario_text(json.dumps(document)), listeners=[trace])
+        result = mission.run()
+    zone = {*document["never_together"][0]["in"][0]["any"]}
+    inside = {name: {robot["start"]} for name, robot in document["robots"].items()}
+    for line in map(json.loads, path.read_text().splitlines()):
+        if line["type"] == "move":
+            inside[line["robot"]] = {line["to"], line.get("toward", line["to"])}
+            there = [name for name, regions in inside.items() if regions & zone]
+            assert len(there) <= 1, (there, line)
+    assert check_trace(path).findings == ()
+    return result.outcome
+
+
+@pytest.mark.parametrize("seed", range(WANTED))
+def test_the_mission_completes_iff_some_order_of_moves_does(seed: int, tmp_path: Path) -> None:
+    document = drawn(seed, many=False)
+    wanted = Outcome.COMPLETED if can_complete(document) else Outcome.OPERATOR_NEEDED
+    assert played(document, tmp_path / "run.jsonl") is wanted, json.dumps(document)
+    if seed % BUNDLED == 0 or wanted is Outcome.OPERATOR_NEEDED:
+        (tmp_path / "plan.yaml").write_text(json.dumps(document))
+        bundle_of_run(tmp_path / "plan.yaml", tmp_path / "bundle")
+        verdict, reason, _ = check(tmp_path / "bundle")
+        assert verdict == "accepted", reason
+
+
+@pytest.mark.parametrize("seed", range(WANTED // 2))
+def test_nobody_is_together(seed: int, tmp_path: Path) -> None:
+    try:
+        outcome = played(drawn(seed, many=True), tmp_path / "run.jsonl")
+    except Exception as error:
+        if "cannot" not in str(error):
+            raise
+        pytest.skip(str(error))
+    assert outcome in (Outcome.COMPLETED, Outcome.OPERATOR_NEEDED)
