@@ -26,6 +26,8 @@ from safenav.trace.records import (
     NewObjective,
     Operator,
     Outcome,
+    Plan,
+    PlanEnd,
     Record,
     Resolved,
     Synthesis,
@@ -39,6 +41,7 @@ from safenav.trace.vocabulary import (
     MovedBy,
     MoveEnd,
     OperatorDeed,
+    PlanEndReason,
     Region,
 )
 
@@ -56,6 +59,12 @@ def expanded(trace: Trace) -> Trace:
     if trace.header.clock != LIVE:
         return trace
     return replace(trace, records=tuple(_Passes(trace).lines()))
+
+
+def _after_turns(record: Record) -> bool:
+    """Whether a line stands after all turns of its pass: a plan begins, or all have followed it."""
+    reached = isinstance(record, PlanEnd) and record.reason is PlanEndReason.REACHED
+    return reached or isinstance(record, Plan)
 
 
 class _Passes:
@@ -82,6 +91,10 @@ class _Passes:
             if over:
                 yield from self._pass_over(record)
             self._tick = record.tick
+            if _after_turns(record):
+                yield from self._all_moved(record)
+            if isinstance(record, Act) and record.robot in self._by:
+                self._by[record.robot] = MovedBy.STAY
             robot = self._owner(record)
             if robot is not None:
                 yield from self._turn_of(robot, record)
@@ -117,11 +130,16 @@ class _Passes:
         self._due -= 1
 
     def _pass_over(self, record: Record) -> Iterator[Record]:
-        yield from self._moved()
         if self._tick:
-            while self._due < len(self._names):
-                yield self._stay(record)
+            yield from self._all_moved(record)
+        else:
+            yield from self._moved()
         self._due = 0
+
+    def _all_moved(self, record: Record) -> Iterator[Record]:
+        yield from self._moved()
+        while self._due < len(self._names):
+            yield self._stay(record)
 
     def _stay(self, record: Record) -> Move:
         """The move of the robot that is next, if no line tells another."""

@@ -33,6 +33,7 @@ Examples:
   safenav run lab.yaml --json --seed 7
   safenav run lab.yaml --motion lab.motion.jsonl # extra 'motion'
   safenav run lab.yaml --live                    # extra 'studio'
+  safenav run lab.yaml --clock live              # robots move at the same time
 \b
 Exit codes:
   0  the run ended as the scenario expects (without 'expect': completed)
@@ -59,8 +60,14 @@ Exit codes:
 @click.option(
     "--time-limit",
     type=click.FloatRange(min=0, min_open=True),
-    help="Stop after this many seconds.",
+    help="Stop after this many seconds (of the simulated clock, in a live run).",
 )
+@click.option(
+    "--clock",
+    type=click.Choice(["live", "lockstep"]),
+    help="Let the run pass in seconds (live) or in ticks (lockstep), not as the scenario says.",
+)
+@click.option("--lockstep", "clock", flag_value="lockstep", help="Short for --clock lockstep.")
 @click.option("--verify/--no-verify", default=True, help="Check each strategy before it is used.")
 @click.option(
     "--live", is_flag=True, help="Watch the run in a browser as it happens (extra: studio)."
@@ -81,6 +88,7 @@ def command(
     seed: int | None,
     max_ticks: int | None,
     time_limit: float | None,
+    clock: str | None,
     verify: bool,
     live: bool,
     maps: bool,
@@ -93,6 +101,7 @@ def command(
     from safenav.report.terminal.synthesis_progress import WaitingLine
     from safenav.runtime.expectation import Ledger, differences
     from safenav.runtime.mission import Mission, default_synthesizer
+    from safenav.scenario.model import Clock
     from safenav.scenario.reading.loader import load_scenario
     from safenav.trace.writing import TraceWriter
 
@@ -105,6 +114,8 @@ def command(
         plan = replace(plan, limits=replace(plan.limits, ticks=max_ticks))
     if time_limit is not None:
         plan = replace(plan, limits=replace(plan.limits, seconds=time_limit))
+    if clock is not None:
+        plan = replace(plan, clock=Clock(clock))
     if output is not None:
         trace, html = _by_its_ending(output, scenario.stem, trace, html)
     _refuse_same_files(scenario, {"--trace": trace, "--html": html, "--motion": motion})
@@ -124,7 +135,8 @@ def command(
         mission = Mission(plan, synthesizer, listeners=listeners, progress=WaitingLine())
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGALRM):
             signal.signal(number, lambda number, _: _interrupt(mission, number))
-        signal.setitimer(signal.ITIMER_REAL, plan.limits.seconds or 0, PATIENCE)
+        wall = plan.limits.seconds if plan.clock is Clock.LOCKSTEP else None
+        signal.setitimer(signal.ITIMER_REAL, wall or 0, PATIENCE)
         result = mission.run()
         signal.setitimer(signal.ITIMER_REAL, 0)
         if html is not None and trace is not None:
@@ -280,6 +292,7 @@ def _record(ledger: Any, mission: Any, wrong: list[str]) -> dict[str, Any]:
         "rounds": result.rounds,
         "ticks": result.ticks,
         "seconds": result.seconds,
+        "makespan": result.makespan,
         "syntheses": result.syntheses,
         "synthesis_seconds": result.synthesis_seconds,
     }

@@ -24,37 +24,60 @@ Numbers in comments are the lines of Algorithm 1 (docs/coordination.md has it be
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
+from functools import partial
 
 from safenav.dataclass import dataclass
-from safenav.runtime.checked_world import CheckedWorld
+from safenav.runtime.commands import Commands
 from safenav.runtime.coordination.decision import Decision, coordinate, reconsider
-from safenav.runtime.coordination.events import Event, ObstacleChanged, Started, Unsettled
+from safenav.runtime.coordination.events import Astray, Event, ObstacleChanged, Started, Unsettled
 from safenav.runtime.coordination.strategies import Strategies
-from safenav.runtime.coordination.strategy_search import StrategySearch, TaskResult, failed
+from safenav.runtime.coordination.strategy_search import (
+    NotYet,
+    StrategySearch,
+    TaskResult,
+    failed,
+)
 from safenav.runtime.interventions import Interventions
-from safenav.runtime.team import TeamState
+from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.termination import Conclusion, RunEnded, Stop
 from safenav.runtime.traffic.planning import Traffic
 from safenav.runtime.turn import Turns
-from safenav.scenario.model import Outcome
+from safenav.scenario.model import Obstacle, Outcome
+from safenav.trace import records
 from safenav.trace.header import objective_in_trace
-from safenav.trace.vocabulary import PlanEndReason
+from safenav.trace.vocabulary import Ending, HoldReason, OperatorCause, PlanEndReason, Reason
+from safenav.trace.wording import seconds_words
+
+WAITS = (Outcome.OPERATOR_NEEDED, Outcome.ASSUMPTION_VIOLATED, Outcome.SEARCH_LIMIT)
+"""The ends after which an operator can help."""
+STILL = 3
+"""Passes without any change after which nothing will change."""
+SLOWEST = 20.0
+"""Seconds for each tick of the limit, where a simulated run has no limit in seconds."""
 
 
 @dataclass
 class Algorithm:
-    """The loop over a team: it owns no state of its own. The team's is changed by ``apply`` alone,
-    but for where robots are and what they have done there, which is the turns'."""
+    """The loop over a team. The team's state is changed by ``apply`` alone, but for where robots
+    are and what they have done there, which is the turns'."""
 
     team: TeamState
-    world: CheckedWorld
+    world: Commands
     search: StrategySearch
     strategies: Strategies
     turns: Turns
     traffic: Traffic
     interventions: Interventions
     stop: Stop
+    attended: bool = False
+    """Live: whether an operator can intervene; then the run waits where it would end."""
+
+    def __post_init__(self) -> None:
+        self._changed, self._still = True, 0
+        self._owed: Unsettled | None = None
+        self._astray: list[Astray] = []
+        self.limit = self._limit()
 
     def begin(self) -> None:
         """Synthesize the first controllers. The team has its initial objectives, and no requests
@@ -62,21 +85,123 @@ class Algorithm:
         self.settle([Started()])  # 1 to 4
 
     def tick(self) -> None:
-        """One tick: the changes of the world, then each robot's turn. Raises RunEnded."""
+        """One tick, or one pass of a live run: what the world reports, the changes, each robot's
+        turn. Raises RunEnded."""
+        team, before = self.team, self.team.changes
         self.stop.check()
-        self.team.tick += 1  # 5
-        self.settle(self.interventions.apply())
-        for change in self.world.changes(self.team.tick, self.team.occupied()):
-            if not change.appeared and self.team.knowledge.knows(change.obstacle):
+        if not self.world.hear(self._due(), self._changed or self.interventions.asked):
+            return  # there is nothing to do yet
+        team.tick += 1  # 5
+        self._hear()
+        self._guarded(lambda: self.settle(self.interventions.apply()))
+        for change in self.world.changes(team.occupied()):
+            if not change.appeared and team.knowledge.knows(change.obstacle):
                 self.settle(self.turns.leave_plan(PlanEndReason.CHANGED, settling=True))
-            self.team.introduce(change.obstacle, change.truth)
+            team.introduce(change.obstacle, change.truth)
             self.settle([ObstacleChanged(change)])
-        for robot in self.team.robots.values():
+        for robot in team.robots.values():
             self.stop.check()
-            self.settle(self.turns.step(robot))  # 6
+            self._guarded(partial(self._step, robot))
+        self._guarded(self._plan)
+        self._end_if_due()
+        self._changed = team.changes > before
+        if team.live:
+            self._guarded(self._unless_still)
+
+    def _step(self, robot: RobotState) -> None:
+        self.settle(self.turns.step(robot))  # 6
+
+    def _settle_gone(self, obstacle: Obstacle) -> None:
+        self.settle(self.turns.gone(obstacle))
+
+    def _plan(self) -> None:
+        """Finish the joint plan, or begin one that is due."""
         if self.traffic.tick():
             self.settle(self.turns.leave_plan(PlanEndReason.REACHED))
-        self._end_if_due()
+
+    def _unless_still(self) -> None:
+        """Live: where robots wait only for robots that wait, they plan. Where nothing can change
+        any more, the run ends. Raises RunEnded."""
+        team = self.team
+        if self._changed or team.waiting is not None or team.owed or self._astray:
+            self._still = 0
+            return
+        if self.traffic.quiescent(all_still=self.world.idle):
+            self._changed = True
+        if self._changed or not self.world.idle or self._times():
+            return
+        self._still += 1
+        self._changed = self._still < STILL
+        if not self._changed:
+            out = [robot.name for robot in team.robots.values() if not robot.active]
+            said = self._what_is_left()
+            if not out:
+                raise RunEnded(Conclusion(Outcome.TIME_LIMIT, f"nothing moves any more; {said}"))
+            said = f"{' and '.join(out)} out of service; {said}"
+            raise RunEnded(Conclusion(Outcome.OPERATOR_NEEDED, said, "out_of_service"))
+
+    def _times(self) -> list[float]:
+        """The times to come at which the scenario changes something."""
+        now = self.world.now()
+        changes = (float(change.at) for change in self.team.scenario.changes)
+        return [time for time in (*changes, *self.world.times()) if time > now]
+
+    def _due(self) -> float | None:
+        """The time at which there is something to do, whatever the world reports until then."""
+        if not self.team.live:
+            return None
+        limits = [self.limit] if self.limit is not None else []
+        return min((*self._times(), *limits), default=None)
+
+    def _limit(self) -> float | None:
+        """Seconds of a live run: those of the scenario, or of as many steps of its slowest robot
+        as it has ticks."""
+        limits = self.team.scenario.limits
+        if limits.seconds is not None or not self.world.simulated:
+            return limits.seconds
+        return limits.ticks * SLOWEST
+
+    def _guarded(self, part: Callable[[], None]) -> None:
+        """Do a part of a pass; where the run would end and an operator can help, it waits."""
+        try:
+            part()
+        except RunEnded as over:
+            if not self.attended or over.conclusion.outcome not in WAITS:
+                raise
+            self.wait_for_operator(over.conclusion)
+
+    def wait_for_operator(self, conclusion: Conclusion) -> None:
+        """Let all robots stand until an intervention. Nothing of the decision that could not be
+        made is in force."""
+        team = self.team
+        if team.waiting is not None:
+            return
+        team.waiting, team.changes = conclusion, team.changes + 1
+        outcome = Ending(conclusion.outcome.value)
+        cause = None if conclusion.cause is None else OperatorCause(conclusion.cause)
+        told = conclusion.explanation, cause, conclusion.proof
+        team.emit(records.Waiting(team.tick, outcome, *told))
+
+    def resume(self) -> None:
+        """Decide again after an intervention. Raises RunEnded."""
+        self.team.waiting = None
+        self._guarded(lambda: self.settle([Unsettled(Reason.SERVICE)]))
+
+    def _hear(self) -> None:
+        """Take in what the world has reported beside the ends of commands."""
+        failures = self.team.failures
+        for dropped in self.world.take_dropped():
+            event = dropped.event
+            kind, name = type(event).__name__.lower(), getattr(event, "robot", None)
+            self.turns.tell.late(kind, dropped.reason, name, None, event.at)
+        for sensed in self.world.take_sensed():
+            obstacle, said = sensed.obstacle, "the obstacle was opened later"
+            if failures.is_late(obstacle.name, sensed.at):
+                self.turns.tell.late("sensed", said, sensed.by, obstacle, sensed.at)
+            elif not sensed.there:
+                self._guarded(partial(self._settle_gone, obstacle))
+        if self.search.fresh():
+            self._guarded(self._pay)
 
     def settle(self, events: Iterable[Event]) -> None:
         """Make the team react to events as they happen: lines 7 to 15 for an obstacle that a robot
@@ -85,8 +210,42 @@ class Algorithm:
             event: Event | None = happened
             while event is not None:
                 decision = coordinate(self.team, event, self.stop.check)  # 7 to 13, 17 to 19
-                results = self.search.synthesize(decision.tasks)  # 14, 20
+                try:
+                    results = self.search.synthesize(decision.tasks)  # 14, 20
+                except NotYet:
+                    self._owe(event, decision)
+                    break
                 event = self.apply(decision, results)
+        if not self.team.owed and not self._astray:
+            self.search.forget()
+
+    def _owe(self, event: Event, decision: Decision) -> None:
+        """Nothing of a decision is in force until its strategies are there; robots without a
+        strategy that suffices wait."""
+        for name in decision.tasks:
+            self.team.robots[name].held = HoldReason.SYNTHESIS
+        if isinstance(event, Unsettled):
+            self._owed, self.team.owed = Unsettled(event.reason), True
+        elif isinstance(event, Astray):
+            self._astray.append(event)
+
+    def _pay(self) -> None:
+        """Make the decisions again that wait for strategies."""
+        owed, astray = self._owed, self._astray
+        self._owed, self._astray, self.team.owed = None, [], False
+        for robot in self.team.robots.values():
+            robot.held = None
+        self.team.changes += 1
+        self.settle([owed] if owed is not None else [])
+        for event in astray:
+            robot = self.team.robots[event.robot]
+            planner = robot.planner
+            if planner is None or planner.node is not None or robot.transit is not None:
+                continue
+            if self._owed is not None:
+                continue
+            if not self.strategies.relocate(robot):
+                self.settle([event])
 
     def apply(self, decision: Decision, results: Mapping[str, TaskResult]) -> Event | None:
         """Put a decision in force if there is a strategy for every task, else what follows from
@@ -96,6 +255,7 @@ class Algorithm:
             decision, results = reconsider(team, decision, results), {}
         team.knowledge, team.requests = decision.knowledge, decision.requests
         team.lacks, team.settled = decision.lacks, decision.settled
+        team.changes += 1
         for record in decision.records:
             team.emit(record)
         if decision.end is not None:
@@ -104,6 +264,10 @@ class Algorithm:
             team.restart_counts()
         if decision.drafts:
             self.strategies.install(decision.drafts, results, decision.reason)
+            for name in results:
+                robot = team.robots[name]
+                assert robot.planner is not None
+                self.turns.monitors.watch(robot.robot, robot.planner)
             if isinstance(decision.event, Unsettled):
                 team.recorded = {
                     name: objective_in_trace(draft.assignment.objective)
@@ -117,17 +281,24 @@ class Algorithm:
         return self.search.synthesize({n: task for n, task in tasks.items() if n in names})
 
     def _end_if_due(self) -> None:
-        """Raises RunEnded if the mission is completed, or has used up its ticks."""
-        scenario, robots = self.team.scenario, self.team.robots.values()
+        """Raises RunEnded if the mission is completed, or has used up its ticks or seconds."""
+        team, scenario = self.team, self.team.scenario
         wanted = scenario.until.rounds
-        done = all(robot.own.rounds >= wanted for robot in robots)
-        if done and not self.team.last_settled.found.served:
+        done = all(robot.own.rounds >= wanted for robot in team.robots.values())
+        free = not any(robot.acting for robot in team.robots.values()) and team.waiting is None
+        if done and free and not team.owed and not team.last_settled.found.served:
             plural = "round" if wanted == 1 else "rounds"
             said = f"every robot has met its objective for {wanted} {plural}"
             raise RunEnded(Conclusion(Outcome.COMPLETED, said))
-        if self.team.tick >= scenario.limits.ticks:
-            said = "; ".join([self._what_is_left(), *self.turns.monitors.unmet_fairness()])
-            raise RunEnded(Conclusion(Outcome.TICK_LIMIT, said))
+        if team.live:
+            if self.limit is not None and self.world.now() >= self.limit:
+                raise RunEnded(self._out_of(Outcome.TIME_LIMIT))
+        elif team.tick >= scenario.limits.ticks:
+            raise RunEnded(self._out_of(Outcome.TICK_LIMIT))
+
+    def _out_of(self, limit: Outcome) -> Conclusion:
+        said = "; ".join([self._what_is_left(), *self.turns.monitors.unmet_fairness()])
+        return Conclusion(limit, said)
 
     def _what_is_left(self) -> str:
         """Return the reasons why the run is not completed yet."""
@@ -142,4 +313,7 @@ class Algorithm:
             f"{' and '.join(request.helpers) or 'help'} to resolve {request.obstacle.name}"
             for request in self.team.requests
         ]
-        return f"not completed after {self.team.tick} ticks: {'; '.join(left)}"
+        after = f"{self.team.tick} ticks"
+        if self.team.live:
+            after = seconds_words(self.world.now())
+        return f"not completed after {after}: {'; '.join(left)}"

@@ -6,7 +6,7 @@ Source: paper, Section V-A.
 from __future__ import annotations
 
 from safenav.dataclass import dataclass
-from safenav.runtime.checked_world import CheckedWorld
+from safenav.runtime.commands import Commands
 from safenav.runtime.team import TeamState
 from safenav.scenario.model import Obstacle, Robot
 from safenav.world.map import Region
@@ -27,7 +27,7 @@ class Violation:
 class Characterization:
     """Checks moves against the world and the team's knowledge of it."""
 
-    world: CheckedWorld
+    world: Commands
     team: TeamState
 
     def check(self, robot: Robot, pose: Pose, target: Region) -> Violation | None:

@@ -1,4 +1,4 @@
-"""A world of another program; each result is checked before it is used."""
+"""A blocking world of another program; each result is checked before it is used."""
 
 from __future__ import annotations
 

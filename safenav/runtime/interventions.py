@@ -14,7 +14,6 @@ from safenav.errors import UsageError
 from safenav.runtime.coordination.events import Event, Unsettled
 from safenav.runtime.knowledge import UNTRAVERSABLE
 from safenav.runtime.progress import Progress
-from safenav.runtime.protocol import BlockingWorld
 from safenav.runtime.team import Assignment, RobotState, Role, TeamState
 from safenav.runtime.turn import Turns
 from safenav.runtime.world import SimulatedWorld
@@ -78,9 +77,20 @@ class Interventions:
     """Asked for at any time, applied at the beginning of the next tick."""
 
     state: TeamState
-    world: BlockingWorld
+    world: SimulatedWorld | None
     turns: Turns
     _asked: list[Intervention] = field(default_factory=list)
+    _made: int = 0
+
+    @property
+    def asked(self) -> bool:
+        """Whether an intervention is to be applied."""
+        return bool(self._asked)
+
+    @property
+    def _time(self) -> float:
+        """The tick; in a live run the seconds."""
+        return self.state.tick if self.state.now is None else self.state.now()
 
     def ask(self, wanted: Intervention) -> None:
         """Raises UsageError for what cannot be; the message names place and reason."""
@@ -101,13 +111,15 @@ class Interventions:
     def apply(self) -> Iterator[Event]:
         """Apply the scenario's changes of this tick and every requested one: yield the events that
         follow, each to be settled before the next."""
-        for change in self.state.scenario.changes:
-            if change.at == self.state.tick:
-                robot = self._robot(change.robot)
-                if change.objective is not None:
-                    yield from self._give(robot, change.objective, _SCENARIO)
-                if change.active is not None:
-                    yield from self._serve(robot, change.active, _SCENARIO)
+        changes = self.state.scenario.changes
+        while self._made < len(changes) and changes[self._made].at <= self._time:
+            change = changes[self._made]
+            self._made += 1
+            robot = self._robot(change.robot)
+            if change.objective is not None:
+                yield from self._give(robot, change.objective, _SCENARIO)
+            if change.active is not None:
+                yield from self.turns.serve(robot, active=change.active, cause=_SCENARIO)
         asked, self._asked = self._asked, []
         for wanted in asked:
             yield from self._bring_about(wanted)
@@ -131,21 +143,7 @@ class Interventions:
             case Give(name, objective):
                 yield from self._give(self._robot(name), objective, _USER)
             case Serve(name, active):
-                yield from self._serve(self._robot(name), active, _USER)
-
-    def _serve(
-        self, robot: RobotState, active: bool, cause: vocabulary.ChangeCause
-    ) -> Iterator[Event]:
-        """Put a robot in or out of service. While it is out, other robots take over its duties if
-        they can, and its own objective waits."""
-        if robot.active == active:
-            return
-        yield from self.turns.leave_plan(vocabulary.PlanEndReason.CHANGED, settling=True)
-        robot.active = active
-        self.state.emit(records.Service(self.state.tick, robot.name, active, cause))
-        if active:
-            self.turns.back_in_service(robot)
-        yield Unsettled(vocabulary.Reason.SERVICE)
+                yield from self.turns.serve(self._robot(name), active=active, cause=_USER)
 
     def _give(
         self, robot: RobotState, objective: Objective, cause: vocabulary.ChangeCause
@@ -205,6 +203,6 @@ class Interventions:
         return self.state.robots[name]
 
     def _simulation(self) -> SimulatedWorld:
-        if not isinstance(self.world, SimulatedWorld):
+        if self.world is None:
             raise UsageError("only simulated worlds can be changed")
         return self.world

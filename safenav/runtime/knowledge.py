@@ -115,6 +115,14 @@ class Knowledge:
         )
         return any(entry not in before for entry in left), met
 
+    def within_reach(
+        self, robot: Robot, regions: Mapping[str, Region]
+    ) -> list[tuple[Obstacle, tuple[str, ...]]]:
+        """The pending obstacles of which a robot can meet a need where it stands, or its part of
+        one; each with the robots that take part. ``regions``: of those that may."""
+        found = self._known.within_reach(robot, regions)
+        return [(work.obstacle, group) for work, group in found]
+
     def appear(self, obstacle: Obstacle) -> None:
         """Note that an obstacle has appeared; no robot has encountered it."""
         self.forget(obstacle)

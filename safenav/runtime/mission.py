@@ -11,23 +11,27 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable
 from contextlib import suppress
+from typing import Any
 
 import safenav
 from safenav.dataclass import dataclass
 from safenav.errors import SafenavError, UsageError
+from safenav.runtime.adapter import BlockingAdapter
 from safenav.runtime.algorithm import Algorithm
-from safenav.runtime.checked_world import CheckedWorld
+from safenav.runtime.commands import Commands
 from safenav.runtime.coordination.reasons import Shortfall
 from safenav.runtime.coordination.strategies import Strategies
 from safenav.runtime.coordination.strategy_search import StrategySearch, TaskResult
 from safenav.runtime.interventions import Intervention, Interventions
-from safenav.runtime.protocol import BlockingWorld
+from safenav.runtime.live_limits import refuse_if_unsafe
+from safenav.runtime.protocol import BlockingWorld, World, WorldEvent
+from safenav.runtime.simulation import LiveSimulation
 from safenav.runtime.team import TeamState
 from safenav.runtime.termination import Conclusion, RunEnded, Stop
 from safenav.runtime.traffic.planning import Traffic
 from safenav.runtime.turn import Turns
 from safenav.runtime.world import SimulatedWorld
-from safenav.scenario.model import Outcome, Scenario
+from safenav.scenario.model import Clock, Outcome, Scenario
 from safenav.synthesis.binary import Binary
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.request import Listener as SynthesisListener
@@ -41,7 +45,8 @@ from safenav.verify.verification import first_failure
 @dataclass(frozen=True)
 class RunResult:
     """The end of a run. ``cause`` explains ``operator_needed``, ``links`` lists its reasons one by
-    one; ``stuck``: the robots that cannot continue."""
+    one; ``stuck``: the robots that cannot continue. ``makespan``: of a live run, the time (seconds)
+    of the last end of a command."""
 
     outcome: Outcome
     explanation: str
@@ -53,13 +58,18 @@ class RunResult:
     synthesis_seconds: float
     links: tuple[str, ...] = ()
     stuck: tuple[str, ...] = ()
+    makespan: float | None = None
 
 
 class Mission:
     """One run of a scenario.
 
-    ``world``: default a simulation of the scenario's hidden obstacles. ``listeners`` see every
-    event as it happens (a ``TraceWriter`` is one). ``progress`` hears of running syntheses.
+    ``world``: default a simulation of the scenario's hidden obstacles, in ticks or in time as the
+    scenario's ``clock`` says. A ``World`` makes the run live, a ``BlockingWorld`` lockstep.
+    ``listeners`` see every event as it happens (a ``TraceWriter`` is one). ``progress`` hears of
+    running syntheses. ``attended``: a live run waits for an operator where it would end.
+
+    Raises UsageError for a scenario whose strategies are not correct in a live run.
     """
 
     def __init__(
@@ -67,31 +77,42 @@ class Mission:
         scenario: Scenario,
         synthesizer: Synthesizer | None = None,
         *,
-        world: BlockingWorld | None = None,
+        world: World | BlockingWorld | None = None,
         listeners: Iterable[Listener] = (),
         progress: SynthesisListener | None = None,
+        attended: bool = False,
     ) -> None:
         self.scenario = scenario
         self.result: RunResult | None = None
         self._moved = 0  # the tick of the last move
         self.state = TeamState.initial(scenario, (*listeners, self._note))
-        self._given = world or SimulatedWorld(scenario)
-        self._stop = Stop(scenario.limits.seconds)
+        if world is None:
+            live = scenario.clock is Clock.LIVE
+            world = LiveSimulation(scenario) if live else SimulatedWorld(scenario)
+        truth = world.truth if isinstance(world, LiveSimulation) else world
+        self._truth = truth if isinstance(truth, SimulatedWorld) else None
+        protocol = world if isinstance(world, World) else BlockingAdapter(world, scenario)
+        self._commands = commands = Commands(protocol, scenario)
+        if commands.live:
+            refuse_if_unsafe(scenario)
+            self.state.now = commands.now
+        self._stop = Stop(None if commands.live else scenario.limits.seconds)
         synthesizer = synthesizer or default_synthesizer(scenario)
         self._search = StrategySearch(scenario.map, synthesizer, self._stop, progress)
         strategies = Strategies(self.state)
-        self._traffic = Traffic(self.state, self._stop)
-        turns = Turns(self.state, CheckedWorld(self._given, scenario), strategies, self._traffic)
-        self._interventions = Interventions(self.state, self._given, turns)
+        self._traffic = Traffic(self.state, self._stop, commands.steps)
+        turns = Turns(self.state, commands, strategies, self._traffic)
+        self._interventions = Interventions(self.state, self._truth, turns)
         self._algorithm = Algorithm(
             self.state,
-            turns.world,
+            commands,
             self._search,
             strategies,
             turns,
             self._traffic,
             self._interventions,
             self._stop,
+            attended,
         )
         self.ending = False
         """Whether the run has ended, or is about to record its end."""
@@ -126,6 +147,15 @@ class Mission:
         encounter it. Raises UsageError, with the reason, for an impossible change."""
         self._interventions.ask(intervention)
 
+    def post(self, event: WorldEvent) -> None:
+        """Report an event of the world to a live run, from any thread."""
+        self._commands.post(event)
+
+    @property
+    def waiting(self) -> Conclusion | None:
+        """The end of a live run that waits for an operator instead."""
+        return self.state.waiting
+
     def rested(self, seconds: float) -> None:
         """Exclude the time in which no tick was requested from the time limit of the run."""
         self._stop.rest(seconds)
@@ -154,13 +184,16 @@ class Mission:
             raise UsageError("start() or run() a second time: make another Mission for it")
         self._started = True
         self._stop.begin()
-        truths = self._given.truths if isinstance(self._given, SimulatedWorld) else None
+        truths = None if self._truth is None else self._truth.truths
         header = scenario_header(self.scenario, truths)
-        self.state.emit(records.Header(0, records.VERSION, safenav.__version__, header))
+        clock = Clock.LIVE.value if self.state.live else None
+        self.state.emit(records.Header(0, records.VERSION, safenav.__version__, header, clock))
         self._guarded(self._algorithm.begin)
+        self._search.background = self.state.live and not self._commands.simulated
 
     def step(self) -> None:
-        """One tick: every robot takes its turn, in the scenario's order.
+        """One tick: every robot takes its turn, in the scenario's order. In a live run one pass:
+        it waits for events of the world, and each idle robot decides.
 
         Raises UsageError before ``start`` and after the end.
         """
@@ -207,12 +240,23 @@ class Mission:
             ended.synthesis_seconds,
             conclusion.links or (conclusion.explanation,),
             conclusion.stuck,
+            ended.makespan,
         )
 
     @property
     def lacks(self) -> tuple[Shortfall, ...]:
         """The shortfalls of obstacles that could not be resolved at some time."""
         return tuple(self.state.lacks.values())
+
+    def _spent(self) -> dict[str, Any]:
+        """The seconds of each robot with and without a command, up to the last end of one."""
+        over = self._commands.over
+        busy = {name: self._commands.busy.get(name, 0.0) for name in self.state.robots}
+        return {
+            "makespan": round(over, 3),
+            "busy": {name: round(seconds, 3) for name, seconds in busy.items()},
+            "waiting": {name: round(max(0.0, over - s), 3) for name, s in busy.items()},
+        }
 
     def _note(self, record: records.Record) -> None:
         if isinstance(record, records.Move):
@@ -221,18 +265,20 @@ class Mission:
     def _tell_end(self, outcome: str, conclusion: Conclusion) -> records.Outcome:
         if self._traffic.active:
             self._traffic.end(vocabulary.PlanEndReason.CHANGED)
+        live = self._spent() if self.state.live else {}
         ended = records.Outcome(
             self.state.tick,
             vocabulary.Ending(outcome),
             conclusion.explanation,
             {name: robot.own.rounds for name, robot in self.state.robots.items()},
-            self._moved,
+            self.state.tick if self.state.live else self._moved,
             round(self._stop.elapsed, 6),
             self._search.syntheses,
             round(self._search.seconds, 6),
             None if conclusion.cause is None else vocabulary.OperatorCause(conclusion.cause),
             conclusion.proof,
             conclusion.unrealizable,
+            **live,
         )
         self.state.emit(ended)
         return ended

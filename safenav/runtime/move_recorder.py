@@ -8,10 +8,17 @@ from collections.abc import Mapping
 from safenav.runtime.belief_recorder import BeliefRecorder
 from safenav.runtime.characterization import Violation
 from safenav.runtime.knowledge import Met
+from safenav.runtime.protocol import Blocked, Elsewhere, Ended, Failed, Lost
 from safenav.runtime.team import RobotState, TeamState
+from safenav.scenario.model import Obstacle
 from safenav.trace import records, vocabulary
 from safenav.trace.header import heading_in_trace
 from safenav.world.map import Region
+
+_HOLDS = {
+    vocabulary.MovedBy.STRATEGY: vocabulary.HoldReason.STRATEGY,
+    vocabulary.MovedBy.PLAN: vocabulary.HoldReason.PLAN,
+}
 
 
 class MoveRecorder:
@@ -21,30 +28,116 @@ class MoveRecorder:
         self._state = state
         self._sightings = sightings
         self._signals: dict[str, records.Signal | None] = {}
+        self._holds: dict[str, vocabulary.HoldReason] = {}
 
-    def move(
+    def begun(
+        self,
+        robot: RobotState,
+        by: vocabulary.MovedBy | None,
+        shown: frozenset[Region] = frozenset(),
+        command: int = 0,
+        seconds: float | None = None,
+    ) -> None:
+        """Record that a robot is on its way. ``by``: None in later ticks of the step. ``shown``:
+        regions that were shown to the strategy as occupied although no robot is there."""
+        transit = robot.transit
+        assert transit is not None
+        if not self._state.live:
+            self._move(robot, robot.pose.region, by, shown, transit.pose.region)
+            return
+        self._holds.pop(robot.name, None)
+        if by is not None:
+            node = robot.planner.node if robot.planner is not None else None
+            self._state.emit(
+                records.Depart(
+                    self._state.tick,
+                    command,
+                    robot.name,
+                    robot.pose.region,
+                    transit.pose.region,
+                    heading_in_trace(transit.pose),
+                    by,
+                    node if by is vocabulary.MovedBy.STRATEGY else None,
+                    tuple(sorted(shown)) or None,
+                    self._signal(robot),
+                    None if seconds is None else round(seconds, 3),
+                )
+            )
+        self._sightings.tell(robot)
+
+    def ended(
         self,
         robot: RobotState,
         start: Region,
         by: vocabulary.MovedBy | None,
+        shown: frozenset[Region],
+        event: Ended,
+    ) -> None:
+        """Record the end of a step, which began at ``start``."""
+        if not self._state.live:
+            self._move(robot, start, by, shown)
+            return
+        result, reason, regions = vocabulary.MoveEnd.ARRIVED, None, None
+        match event:
+            case Elsewhere():
+                result = vocabulary.MoveEnd.ELSEWHERE
+            case Blocked():
+                result = vocabulary.MoveEnd.BLOCKED
+            case Failed():
+                result, reason = vocabulary.MoveEnd.FAILED, event.reason
+            case Lost(regions=found):
+                result, regions = vocabulary.MoveEnd.LOST, tuple(sorted(found))
+        self._state.emit(
+            records.Arrive(
+                self._state.tick,
+                event.command or 0,
+                robot.name,
+                robot.pose.region,
+                heading_in_trace(robot.pose),
+                result,
+                reason,
+                regions,
+            )
+        )
+        self._sightings.tell(robot)
+
+    def stays(
+        self,
+        robot: RobotState,
+        by: vocabulary.MovedBy,
+        why: vocabulary.HoldReason | None = None,
         shown: frozenset[Region] = frozenset(),
     ) -> None:
-        """Record the move of this tick: towards the target while in transit, then to it.
-        ``shown``: regions that were shown to the strategy as occupied although no robot is there.
-        """
-        transit = robot.transit
-        now = robot.pose
+        """Record that a robot stays where it is. ``why``: in a live run, if ``by`` does not say."""
+        if not self._state.live:
+            self._move(robot, robot.pose.region, by, shown)
+            return
+        why = why or _HOLDS.get(by, vocabulary.HoldReason.HELD)
         signal = self._signal(robot)
+        if signal is not None or self._holds.get(robot.name) is not why:
+            self._holds[robot.name] = why
+            self._state.emit(records.Hold(self._state.tick, robot.name, why, signal))
+        self._sightings.tell(robot)
+
+    def _move(
+        self,
+        robot: RobotState,
+        start: Region,
+        by: vocabulary.MovedBy | None,
+        shown: frozenset[Region],
+        toward: Region | None = None,
+    ) -> None:
+        """The line of a robot's turn in a tick."""
         self._state.emit(
             records.Move(
                 self._state.tick,
                 robot.name,
                 start,
-                now.region,
-                heading_in_trace(now),
-                transit.pose.region if transit is not None else None,
+                robot.pose.region,
+                heading_in_trace(robot.pose),
+                toward,
                 by,
-                signal,
+                self._signal(robot),
                 tuple(sorted(shown)) or None,
             )
         )
@@ -77,6 +170,14 @@ class MoveRecorder:
                 action,
             )
         )
+
+    def late(
+        self, event: str, reason: str, robot: str | None, obstacle: Obstacle | None, at: float
+    ) -> None:
+        """A report of the world is dropped."""
+        name = None if obstacle is None else obstacle.name
+        at = round(max(at, 0.0), 3)
+        self._state.emit(records.Late(self._state.tick, event, reason, robot, name, at=at))
 
     def met(self, robot: RobotState, met: Met) -> None:
         """``robot`` has met one of the needs of an obstacle, with others or alone."""

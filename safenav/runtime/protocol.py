@@ -158,13 +158,14 @@ class BlockingWorld(Protocol):
         ...
 
 
-class Durations(Protocol):
-    """Expected seconds of commands in a simulated world."""
+@runtime_checkable
+class TimedWorld(Protocol):
+    """A simulation: it knows how long commands take, and time passes in ``wait`` only."""
 
-    def seconds(self, robot: Robot, start: Pose, end: Pose) -> float:
-        """Duration of a step."""
+    def expected(self, robot: Robot) -> float | None:
+        """Seconds that the last command of a robot takes."""
         ...
 
-    def action_seconds(self, robot: Robot, obstacle: Obstacle) -> float:
-        """Duration of an action on an obstacle."""
+    def times(self) -> Sequence[float]:
+        """The times to come at which something changes by itself."""
         ...

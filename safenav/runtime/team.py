@@ -6,9 +6,8 @@ the methods below, or field by field where the docstring of the field's owner al
 
 from __future__ import annotations
 
-import random
-from collections.abc import Iterable, Mapping
-from dataclasses import field
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import field, replace
 from enum import Enum
 
 from safenav.dataclass import dataclass
@@ -16,9 +15,11 @@ from safenav.runtime.beliefs import Beliefs
 from safenav.runtime.coordination.duties import Settled
 from safenav.runtime.coordination.reasons import Shortfall
 from safenav.runtime.coordination.requests import Requests
+from safenav.runtime.failures import Troubles
 from safenav.runtime.knowledge import Knowledge
 from safenav.runtime.navigation import Planner
 from safenav.runtime.progress import Progress
+from safenav.runtime.termination import Conclusion
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.objective import Objective
 from safenav.spec.objective import Memory
@@ -27,6 +28,7 @@ from safenav.spec.task import Task
 from safenav.trace import records
 from safenav.trace.header import objective_in_trace, obstacle_header
 from safenav.trace.objective import Objective as TracedObjective
+from safenav.trace.vocabulary import HoldReason
 from safenav.trace.writing import Listener
 from safenav.world.map import Region
 from safenav.world.moves import Pose
@@ -55,12 +57,11 @@ class Assignment:
 
 @dataclass(frozen=True)
 class Transit:
-    """A step that takes several ticks: until it ``arrives`` the robot occupies both the region
-    that it leaves and the one that it goes to. ``planned``: it is a step of a joint plan;
-    ``before``: the values of its specification's variables where it set out."""
+    """A step that has not ended: until then the robot occupies both the region that it leaves and
+    the one that it goes to. ``planned``: it is a step of a joint plan; ``before``: the values of
+    its specification's variables where it set out."""
 
     pose: Pose
-    arrives: int
     planned: bool = False
     before: Mapping[str, int] = field(default_factory=dict)
 
@@ -71,19 +72,24 @@ class RobotState:
     progress with its own objective; ``progress``: with what it does now (the same, unless it
     does something else for a while). ``planner`` is missing before the first synthesis. ``active``:
     it is in service; else it stands still. ``arriving``: it has just taken a step of a joint plan,
-    of which is not counted yet what it met by that."""
+    of which is not counted yet what it met by that. ``acting``: the robot whose action it takes
+    part in, on ``acts_on``; ``asked``: it was let act since it came here. ``held``: it stands still
+    until that is over."""
 
     robot: Robot
     pose: Pose
     own: Progress
     assignment: Assignment
     progress: Progress
-    clock: random.Random
     planner: Planner | None = None
     transit: Transit | None = None
     begun: bool = False
     active: bool = True
     arriving: bool = False
+    acting: str | None = None
+    acts_on: tuple[Obstacle, ...] = ()
+    asked: bool = False
+    held: HoldReason | None = None
 
     @property
     def name(self) -> str:
@@ -122,7 +128,10 @@ class TeamState:
 
     ``requests``: the stack; ``settled``: the last settlement, None before the first; ``lacks``:
     what obstacles lacked that could not be resolved at some time; ``recorded``: the objectives that
-    the trace has named last. Only ``safenav.runtime.algorithm.apply`` changes these.
+    the trace has named last. Only ``safenav.runtime.algorithm.apply`` changes these. ``now``: the
+    clock of a live run, None in lockstep; ``failures``: those of its robots; ``owed``: a decision
+    waits for strategies; ``waiting``: the end of the run, if it waits for an operator instead;
+    ``changes``: how often anything has changed by which robots decide.
     """
 
     scenario: Scenario
@@ -136,6 +145,11 @@ class TeamState:
     beliefs: Beliefs = field(default_factory=Beliefs)
     introduced: set[str] = field(default_factory=set)
     tick: int = 0
+    now: Callable[[], float] | None = None
+    failures: Troubles = field(default_factory=Troubles)
+    owed: bool = False
+    waiting: Conclusion | None = None
+    changes: int = 0
 
     @classmethod
     def initial(cls, scenario: Scenario, listeners: Iterable[Listener] = ()) -> TeamState:
@@ -149,7 +163,6 @@ class TeamState:
                 own,
                 Assignment(Role.OWN, robot.objective),
                 own,
-                random.Random(f"{scenario.seed}/{robot.name}"),
             )
         team = cls(scenario, robots, Knowledge(scenario), tuple(listeners))
         team.recorded = team.objectives()
@@ -166,7 +179,13 @@ class TeamState:
         """The pose of each robot; the start pose of its step until it arrives."""
         return {name: state.pose for name, state in self.robots.items()}
 
+    @property
+    def live(self) -> bool:
+        return self.now is not None
+
     def emit(self, record: records.Record) -> None:
+        if self.now is not None:
+            record = replace(record, t=round(self.now(), 3))
         for listener in self.listeners:
             listener(record)
 

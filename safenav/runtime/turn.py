@@ -5,40 +5,47 @@ The order of what happens here is the order of lines in a trace (docs/trace.md).
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from safenav.dataclass import dataclass
 from safenav.runtime.belief_recorder import BeliefRecorder
 from safenav.runtime.characterization import Characterization, Violation
-from safenav.runtime.checked_world import CheckedWorld
+from safenav.runtime.commands import Commands
 from safenav.runtime.coordination.assignable_goals import signal
 from safenav.runtime.coordination.events import (
     Astray,
     Event,
     HelpRequested,
+    ObstacleChanged,
     ObstacleEncountered,
     ObstaclesResolved,
     Unsettled,
 )
 from safenav.runtime.coordination.strategies import Strategies
+from safenav.runtime.failures import Reaction, lost, unknown
 from safenav.runtime.formulas import graph_of
 from safenav.runtime.monitor import Monitors
 from safenav.runtime.move_recorder import MoveRecorder
 from safenav.runtime.navigation import Proposal
+from safenav.runtime.progress import Progress
+from safenav.runtime.protocol import Acted, Arrived, Blocked, Elsewhere, Ended, Failed, Lost
 from safenav.runtime.team import RobotState, TeamState, Transit
 from safenav.runtime.termination import Conclusion
 from safenav.runtime.traffic.planning import Traffic
+from safenav.runtime.world import Change
 from safenav.scenario.guarantees import guarantees_of, values_of
-from safenav.scenario.model import Outcome, Tracking
+from safenav.scenario.model import Obstacle, Outcome, Tracking
 from safenav.scenario.objective import Ltl
 from safenav.spec.forms import alternating
 from safenav.spec.other_robots.tracking import Sightings, observe
 from safenav.spec.specification import Constraint
 from safenav.spec.task import Task
 from safenav.trace import records, vocabulary
+from safenav.trace.vocabulary import ActResult, ChangeCause, HoldReason, MovedBy, PlanEndReason
 from safenav.world.map import Region
 from safenav.world.moves import Pose
+from safenav.world.poses import region_mask
 
 
 @dataclass
@@ -46,7 +53,7 @@ class Turns:
     """Carries out turns on a team's state in a world."""
 
     state: TeamState
-    world: CheckedWorld
+    world: Commands
     strategies: Strategies
     traffic: Traffic
 
@@ -60,18 +67,31 @@ class Turns:
         """One turn: its events as they happen, each to be settled before the turn continues."""
         if robot.transit is not None:
             yield from self._travel(robot, robot.transit)
+        elif self.state.live and (yield from self._acts(robot)):
+            return
         elif not robot.active:
-            yield from self._stand_still(robot)
-        elif self.traffic.active:
+            yield from self._stand_still(robot, HoldReason.SERVICE)
+        elif self.state.waiting is not None:
+            yield from self._stand_still(robot, HoldReason.OPERATOR)
+        elif robot.held is not None:
+            yield from self._stand_still(robot, robot.held)
+        elif self.traffic.active and not self._released(robot):
             yield from self._follow_plan(robot)
         else:
             yield from self._follow_strategy(robot)
 
-    def _stand_still(self, robot: RobotState) -> Iterator[Event]:
-        """The turn of a robot that is out of service: it looks around, and stays."""
+    def _stand_still(self, robot: RobotState, why: HoldReason) -> Iterator[Event]:
+        """The turn of a robot that makes no decisions: it looks around, and stays."""
         if robot.planner is not None:
             self._keep_track(robot, robot.planner.task, frozenset())
-        yield from self._move(robot, robot.pose, {}, vocabulary.MovedBy.STAY)
+        yield from self._move(robot, robot.pose, {}, MovedBy.STAY, why=why)
+
+    def _released(self, robot: RobotState) -> bool:
+        """Live: whether a robot has done its way of the joint plan, and continues by its strategy
+        (``may_move`` keeps it out of the ways of the others)."""
+        if not self.state.live or robot.planner is None or not self.traffic.done(robot.name):
+            return False
+        return robot.planner.node is not None or self.strategies.relocate(robot)
 
     def back_in_service(self, robot: RobotState) -> None:
         """Continue the robot from where it is, whatever the others have done meanwhile. If it
@@ -94,20 +114,21 @@ class Turns:
         lost, silent = answer is None, answer is None and planner.node is not None and not broken
         silent = silent and not planner.behind
         proposal = answer or Proposal(robot.pose, None)
-        by = vocabulary.MovedBy.STRATEGY if answer is not None else vocabulary.MovedBy.STAY
+        by = MovedBy.STRATEGY if answer is not None else MovedBy.STAY
         if self.traffic.wanted is not None:  # a plan is due: nobody begins another step
             lost, silent, proposal = False, False, planner.held_back(robot.pose, observed)
-            by = vocabulary.MovedBy.STRATEGY if proposal.answers else vocabulary.MovedBy.STAY
+            by = MovedBy.STRATEGY if proposal.answers else MovedBy.STAY
         violation = self.characterization.check(robot.robot, robot.pose, proposal.pose.region)
         if violation is not None:
             proposal = self._back_up(robot, observed, proposal, violation)
-            by = vocabulary.MovedBy.BACKTRACK
+            by = MovedBy.BACKTRACK
         elif not self._may_move(robot, proposal.pose):
             proposal = self._another(robot, observed, proposal)
-            by = vocabulary.MovedBy.STRATEGY if proposal.answers else vocabulary.MovedBy.STAY
-        if by is vocabulary.MovedBy.STRATEGY or proposal.node != planner.node:
+            by = MovedBy.STRATEGY if proposal.answers else MovedBy.STAY
+        if by is MovedBy.STRATEGY or proposal.node != planner.node:
             self.monitors.check_guarantees(robot.robot, planner, observed, proposal)
         before = planner.values()
+        self.state.changes += proposal.node != planner.node
         planner.follow(proposal)
         if violation is not None:
             yield ObstacleEncountered(violation)
@@ -128,35 +149,34 @@ class Turns:
         if robot.planner is not None:
             self._keep_track(robot, robot.planner.task, frozenset())
         pose = self.traffic.next_pose(robot.name)
+        if self.state.live and pose is not None and pose.region in self.state.taken(robot.robot):
+            pose = None
         if pose is not None and not self.monitors.allows_planned(robot, pose):
-            yield from self.leave_plan(vocabulary.PlanEndReason.CHANGED)
+            yield from self.leave_plan(PlanEndReason.CHANGED)
             pose = None
         violation = None
         if pose is not None:
             violation = self.characterization.check(robot.robot, robot.pose, pose.region)
             if violation is not None:
-                self.tell.violation(robot, violation)
-                self.state.emit(records.Backtrack(self.state.tick, robot.name, robot.pose.region))
+                self._encounter(robot, violation)
         if violation is not None:
             yield ObstacleEncountered(violation)
         if pose is None or violation is not None:
-            by = vocabulary.MovedBy.STAY if violation is None else vocabulary.MovedBy.BACKTRACK
+            by = MovedBy.STAY if violation is None else MovedBy.BACKTRACK
             if robot.planner is not None and robot.planner.task.tracking is not Tracking.NEARBY:
                 robot.planner.node = None  # it remembers where others were, and they move on
-            yield from self._move(robot, robot.pose, {}, by)
+            yield from self._move(robot, robot.pose, {}, by, why=HoldReason.PLAN)
         else:
             assert pose.region not in self.state.taken(robot.robot), "plans keep robots apart"
             if robot.planner is not None:
                 self.monitors.watch(robot.robot, robot.planner)
                 robot.planner.node = None
-            yield from self._move(robot, pose, {}, vocabulary.MovedBy.PLAN)
+            yield from self._move(robot, pose, {}, MovedBy.PLAN)
         if violation is not None:
-            yield from self.leave_plan(vocabulary.PlanEndReason.VIOLATION, settling=True)
+            yield from self.leave_plan(PlanEndReason.VIOLATION, settling=True)
             yield HelpRequested(violation)
 
-    def leave_plan(
-        self, reason: vocabulary.PlanEndReason, *, settling: bool = False
-    ) -> Iterator[Event]:
+    def leave_plan(self, reason: PlanEndReason, *, settling: bool = False) -> Iterator[Event]:
         """End the joint plan: every robot continues with a strategy that knows where it is.
         ``settling``: new strategies come with the decision right after this."""
         if not self.traffic.active:
@@ -180,14 +200,15 @@ class Turns:
         ]
 
     def _travel(self, robot: RobotState, transit: Transit) -> Iterator[Event]:
-        """A tick of a step that takes several."""
-        if self.state.tick < transit.arrives:
-            self.tell.move(robot, robot.pose.region, None)
-            yield from self._act(robot)
+        """The turn of a robot on its way: the end of its step, if it has ended."""
+        event = self.world.ended(robot.robot)
+        if event is None:
+            self.tell.begun(robot, None)
+            if not self.state.live:
+                yield from self._act(robot)
             return
-        robot.transit = None
-        by = vocabulary.MovedBy.PLAN if transit.planned else None
-        yield from self._arrive(robot, transit.pose, transit.before, by, transit.planned)
+        by = MovedBy.PLAN if transit.planned else None
+        yield from self._arrive(robot, transit, event, by)
         if not self.traffic.active:
             yield from self._go_on(robot)
 
@@ -196,69 +217,190 @@ class Turns:
         robot: RobotState,
         pose: Pose,
         before: Mapping[str, int],
-        by: vocabulary.MovedBy,
+        by: MovedBy,
         shown: frozenset[Region] = frozenset(),
+        why: HoldReason | None = None,
     ) -> Iterator[Event]:
-        """Begin a step; one that takes a single tick ends immediately."""
-        ticks = self._duration(robot, pose)
-        planned = by is vocabulary.MovedBy.PLAN
-        if ticks > 1:
-            robot.transit = Transit(pose, self.state.tick + ticks - 1, planned, before)
-            self.tell.move(robot, robot.pose.region, by, shown)
+        """Begin a step; one that is over when the command returns ends immediately."""
+        if self.state.live and pose == robot.pose:
+            self.tell.stays(robot, by, why, shown)
+            progress = robot.progress
+            self._count(robot, progress, *self._values_around(robot, pose, before))
+            return
+        robot.transit = Transit(pose, by is MovedBy.PLAN, before)
+        event = self.world.start(robot.robot, robot.pose, pose)
+        if event is not None and not self.state.live:
+            yield from self._arrive(robot, robot.transit, event, by, shown)
+            return
+        number = self.world.number(robot.name) if event is None else event.command or 0
+        self.state.changes += 1
+        self.tell.begun(robot, by, shown, number, self.world.expected(robot.robot))
+        if not self.state.live:
             yield from self._act(robot)
-        else:
-            yield from self._arrive(robot, pose, before, by, planned, shown)
+        elif event is not None:
+            yield from self._arrive(robot, robot.transit, event, by)
 
     def _arrive(
         self,
         robot: RobotState,
-        pose: Pose,
-        before: Mapping[str, int],
-        by: vocabulary.MovedBy | None,
-        planned: bool,
+        transit: Transit,
+        event: Ended,
+        by: MovedBy | None,
         shown: frozenset[Region] = frozenset(),
     ) -> Iterator[Event]:
-        """Bring the robot to ``pose``, let it act there, and count its progress."""
-        start = robot.pose
-        robot.pose = self.world.move(robot.robot, pose)
+        """Take in the end of a step: let the robot act there, and count its progress."""
+        start, pose, progress = robot.pose, transit.pose, robot.progress
+        robot.transit = None
+        self.state.changes += 1
+        if isinstance(event, Arrived):
+            robot.pose = pose
+        elif not isinstance(event, Lost):
+            robot.pose = event.pose
         strayed = robot.pose != pose
-        self.tell.move(robot, start.region, by, shown)
-        if planned and not strayed:
-            self.traffic.arrived(robot.name)
-        progress, planner = robot.progress, robot.planner
-        after = planner.values() if planner is not None else {}
+        reaction, violation = self._setback(robot, start, pose, event)
+        self.tell.ended(robot, start.region, by, shown, event)
+        if not strayed:
+            self.state.failures.arrived(robot.name)
+            if transit.planned:
+                self.traffic.arrived(robot.name)
+        before, after = self._values_around(robot, start, transit.before, strayed=strayed)
+        robot.arriving = transit.planned
+        if not self.state.live:
+            yield from self._act(robot)
+        robot.arriving, robot.asked = False, False
+        self._count(robot, progress, before, after, strayed=strayed)
+        if reaction is not None:
+            yield from self._react(robot, reaction, violation, event)
+        elif strayed:
+            yield from self._go_on_from_elsewhere(robot)
+        elif transit.planned and not self.traffic.active:
+            yield from self._go_on(robot)
+
+    def _values_around(
+        self, robot: RobotState, start: Pose, before: Mapping[str, int], *, strayed: bool = False
+    ) -> tuple[Mapping[str, int], Mapping[str, int]]:
+        """The variables of the robot's specification around a step that has just ended, and
+        remember what its formulas do."""
+        planner, progress = robot.planner, robot.progress
+        after: Mapping[str, int] = planner.values() if planner is not None else {}
         if isinstance(progress.objective, Ltl):
-            if not (before and after):
+            if strayed or not (before and after):
                 before, after = self._step_off(robot, start)
             progress.remember(after)
-        robot.arriving = planned
-        yield from self._act(robot)
-        robot.arriving = False
+        return before, after
+
+    def _count(
+        self,
+        robot: RobotState,
+        progress: Progress,
+        before: Mapping[str, int],
+        after: Mapping[str, int],
+        *,
+        strayed: bool = False,
+    ) -> None:
+        """Count what the robot has met by its turn, unless its assignment has changed by it."""
+        wanted = self.state.scenario.until.rounds
+        done = min(robot.own.rounds, wanted)
         if not robot.begun:
             self.strategies.begin(robot)
-        elif robot.progress is progress and robot.pose == pose:
+        elif robot.progress is progress and not strayed:
             met = progress.arrive(robot.pose.region, before, after)
             for goal, rounds in progress.counted(met):
                 self.state.emit(
                     records.Goal(self.state.tick, robot.name, goal, robot.pose.region, rounds)
                 )
-        if strayed:
+        self.state.changes += min(robot.own.rounds, wanted) != done
+
+    def _setback(
+        self, robot: RobotState, start: Pose, pose: Pose, event: Ended
+    ) -> tuple[Reaction | None, Violation | None]:
+        """What follows if a step has failed (None: it has not), and the obstacle that counts as
+        encountered."""
+        region, obstacle = pose.region, None
+        match event:
+            case Arrived() | Elsewhere():
+                return None, None
+            case Lost():
+                return Reaction.OUT_OF_SERVICE, None
+            case Blocked(obstacle=found) if found is None or self._stops(robot, found, event.at):
+                reaction, obstacle = Reaction.OBSTACLE, found
+            case _:
+                fatal = isinstance(event, Failed) and event.fatal
+                policy = self.state.scenario.failures
+                reaction = self.state.failures.move_failed(policy, robot.name, region, fatal=fatal)
+        if reaction is not Reaction.OBSTACLE or robot.pose.region != start.region:
+            given_up = reaction is Reaction.OUT_OF_SERVICE
+            return reaction if given_up else Reaction.RETRY, None
+        violation = Violation(
+            robot.robot, start.region, region, obstacle or unknown(robot.robot, region)
+        )
+        self._encounter(robot, violation)
+        return reaction, violation
+
+    def _stops(self, robot: RobotState, obstacle: Obstacle, at: float) -> bool:
+        """Whether an obstacle that a robot has met stops it, and was not opened after that."""
+        if self.state.failures.is_late(obstacle.name, at):
+            self.tell.late("blocked", "the obstacle was opened later", robot.name, obstacle, at)
+            return False
+        return self.state.knowledge.closed_to(obstacle, robot.robot)
+
+    def _encounter(self, robot: RobotState, violation: Violation) -> None:
+        self.tell.violation(robot, violation)
+        self.state.emit(records.Backtrack(self.state.tick, robot.name, robot.pose.region))
+
+    def _react(
+        self, robot: RobotState, reaction: Reaction, violation: Violation | None, event: Ended
+    ) -> Iterator[Event]:
+        """What follows a failed step: the robot is off its strategy; the region that it could not
+        enter is an obstacle, or the robot is out of service."""
+        if robot.planner is not None:
+            robot.planner.node = None
+        if violation is not None:
+            yield from self.leave_plan(PlanEndReason.VIOLATION, settling=True)
+            yield ObstacleEncountered(violation)
+            yield HelpRequested(violation)
+        elif reaction is Reaction.OUT_OF_SERVICE:
+            if isinstance(event, Lost):
+                yield from self._lost(robot, event)
+            yield from self.serve(robot, active=False, cause=ChangeCause.WORLD)
+        else:
             yield from self._go_on_from_elsewhere(robot)
-        elif planned and not self.traffic.active:
-            yield from self._go_on(robot)
+
+    def _lost(self, robot: RobotState, event: Lost) -> Iterator[Event]:
+        """Close all regions but one in which a lost robot may be: it blocks that one itself."""
+        rivals = frozenset(other.name for other in self.state.rivals(robot.robot))
+        yield from self.leave_plan(PlanEndReason.VIOLATION, settling=True)
+        for region in sorted(event.regions - {robot.pose.region}):
+            obstacle = lost(robot.robot, rivals, region)
+            violation = Violation(robot.robot, robot.pose.region, region, obstacle)
+            self._encounter(robot, violation)
+            yield ObstacleEncountered(violation)
+
+    def serve(self, robot: RobotState, *, active: bool, cause: ChangeCause) -> Iterator[Event]:
+        """Put a robot in or out of service. While it is out, other robots take over its duties if
+        they can, and its own objective waits."""
+        if robot.active == active:
+            return
+        yield from self.leave_plan(PlanEndReason.CHANGED, settling=True)
+        robot.active = active
+        self.state.emit(records.Service(self.state.tick, robot.name, active, cause))
+        if active:
+            self.state.failures.back(robot.name)
+            self.back_in_service(robot)
+        yield Unsettled(vocabulary.Reason.SERVICE)
 
     def _go_on_from_elsewhere(self, robot: RobotState) -> Iterator[Event]:
         """Continue from the pose that the world reports if it is not the commanded one."""
         if robot.planner is not None:
             robot.planner.node = None
         if self.traffic.active:
-            yield from self.leave_plan(vocabulary.PlanEndReason.CHANGED)
+            yield from self.leave_plan(PlanEndReason.CHANGED)
         else:
             yield from self._go_on(robot)
 
     def _go_on(self, robot: RobotState) -> Iterator[Event]:
         """Continue a robot off its strategy from where it is: in it, if that knows the pose."""
-        if robot.planner is None or robot.planner.node is not None:
+        if robot.planner is None or robot.planner.node is not None or not robot.active:
             return
         if not self.strategies.relocate(robot):
             yield Astray(robot.name, vocabulary.Reason.PLAN)
@@ -290,7 +432,7 @@ class Turns:
         planner = robot.planner
         assert planner is not None
         options = planner.alternatives(robot.pose, observed, refused)
-        if robot.robot.model.timing.most > 1:
+        if self.state.live or robot.robot.model.timing.most > 1:
             # Help is asked for at the end of this turn, and not by a robot on its way elsewhere.
             options = [option for option in options if option.pose == robot.pose]
         safe = next(
@@ -328,11 +470,25 @@ class Turns:
         """Whether a move loses nothing: the team can continue from there, alone and together."""
         if pose == robot.pose:
             return True
+        if self.state.live and not self._out_of_ways(robot, pose):
+            return False
         graph = graph_of(robot.robot, self.state.scenario.map)
         kept = robot.assignment.kept
         if graph.one_way and kept is not None and not kept >> graph.number(pose) & 1:
             return False
         return self.traffic.certified(robot.name, pose)
+
+    def _out_of_ways(self, robot: RobotState, pose: Pose) -> bool:
+        """Live: whether a robot keeps out of what others occupy, or still need for the joint plan;
+        and, while a decision waits for strategies, can come back."""
+        taken = self.state.taken(robot.robot)
+        if pose.region in taken or pose.region in self.traffic.ahead(robot.name):
+            return False
+        graph = graph_of(robot.robot, self.state.scenario.map)
+        if not self.state.owed or not graph.one_way:
+            return True
+        allowed = graph.everywhere & ~graph.poses_on(region_mask(taken))
+        return graph.returns(graph.number(pose), graph.number(robot.pose), allowed)
 
     def _find_a_way_back(self, robot: RobotState, broken: Sequence[Constraint]) -> Iterator[Event]:
         """Find another node of the robot's strategy, or a new one, as it has no successor."""
@@ -346,30 +502,126 @@ class Turns:
         )
         yield Astray(robot.name, vocabulary.Reason.BLOCKED, end)
 
-    def _duration(self, robot: RobotState, target: Pose) -> int:
-        """Ticks of a step: drawn from the seed if the model leaves it open; staying takes 1."""
-        if target.region == robot.pose.region:
-            return 1
-        timing = robot.robot.model.timing
-        return robot.clock.randint(timing.least, timing.most)
-
     def _act(self, robot: RobotState) -> Iterator[Event]:
         """Let the robot perform its actions where it stands; changes are decided immediately."""
-        state, knowledge = self.state, self.state.knowledge
-        further, met = knowledge.perform(robot.robot, state.regions())
-        resolved = self.world.act(robot.robot)
-        for obstacle, _ in resolved:
+        event = self.world.act(robot.robot, robot.pose, ())
+        assert event is not None, "actions take no time in lockstep"
+        yield from self._resolve(robot, event)
+
+    def _resolve(self, robot: RobotState, event: Acted) -> Iterator[Event]:
+        """Take in what an action has resolved, and which other needs were met by it."""
+        state = self.state
+        further, met = state.knowledge.perform(robot.robot, state.regions())
+        resolved = []
+        for obstacle, result in event.found:
             state.introduce(obstacle)
+            state.failures.gone(obstacle.name, self.world.now())
+            open_ = result is ActResult.DONE
+            resolved.append(
+                (obstacle, open_ if obstacle.type.has_truth else None if open_ else False)
+            )
         gone = {obstacle.name for obstacle, _ in resolved}
         for one in met:
             if not one.last or one.obstacle.name in gone:  # else the world has it that it failed
                 self.tell.met(robot, one)
         if resolved:
-            yield from self.leave_plan(vocabulary.PlanEndReason.CHANGED, settling=True)
+            yield from self.leave_plan(PlanEndReason.CHANGED, settling=True)
             yield ObstaclesResolved(robot.robot, tuple(resolved))
         elif further:
-            yield from self.leave_plan(vocabulary.PlanEndReason.CHANGED, settling=True)
+            yield from self.leave_plan(PlanEndReason.CHANGED, settling=True)
             yield Unsettled(vocabulary.Reason.REQUEST)
+
+    def _acts(self, robot: RobotState) -> Generator[Event, None, bool]:
+        """Live: let an idle robot act before it leaves; whether its turn is used up by that."""
+        state, name = self.state, robot.name
+        if robot.acting is None:
+            if not robot.active or robot.held is not None or not robot.robot.capabilities:
+                return False
+            obstacles, group = self._within_reach(robot)
+            if robot.asked and not obstacles:
+                return False
+            robot.asked = True
+            event = self._answered(self.world.act(robot.robot, robot.pose, obstacles), obstacles)
+            if event is not None and not event.found:
+                yield from self._resolve(robot, event)
+                return False
+            command = self.world.number(name) if event is None else event.command or 0
+            if event is None:
+                robot.acts_on = tuple(obstacles)
+                for member in group:
+                    state.robots[member].acting = name
+            names = tuple(obstacle.name for obstacle in obstacles)
+            state.emit(records.Act(state.tick, command, name, group, names))
+            yield from self._stand_still(robot, HoldReason.ACTING)
+            state.changes += 1
+        else:
+            event = self.world.acted(robot.robot) if robot.acting == name else None
+            event = self._answered(event, robot.acts_on)
+            yield from self._stand_still(robot, HoldReason.ACTING)
+        if event is not None:
+            for other in state.robots.values():
+                other.acting = None if other.acting == name else other.acting
+            results = {obstacle.name: result for obstacle, result in event.found}
+            state.emit(records.Acted(state.tick, event.command or 0, name, results))
+            robot.asked = False
+            state.changes += 1
+            yield from self._acted(robot, event)
+        return True
+
+    def _answered(self, event: Acted | None, obstacles: Sequence[Obstacle]) -> Acted | None:
+        """The results of an action; one on an obstacle for the last need of which nothing is
+        reported has failed."""
+        if event is None:
+            return None
+        told = {obstacle.name for obstacle, _ in event.found}
+        missing = [
+            (obstacle, ActResult.FAILED)
+            for obstacle in obstacles
+            if obstacle.name not in told
+            and self.state.knowledge.need_of(obstacle) == len(obstacle.needs) - 1
+            and obstacle.needs[-1].robots == 1
+        ]
+        return replace(event, found=(*event.found, *missing))
+
+    def _within_reach(self, robot: RobotState) -> tuple[list[Obstacle], tuple[str, ...]]:
+        """The pending obstacles on which a robot can act where it stands, and who takes part."""
+        state, group = self.state, {robot.name}
+        idle = {
+            name: other.pose.region
+            for name, other in state.robots.items()
+            if other.transit is None and other.acting is None and other.active
+        }
+        found = []
+        for obstacle, robots in state.knowledge.within_reach(robot.robot, idle):
+            if (robot.name, obstacle.name) not in state.failures.barred:
+                found.append(obstacle)
+                group |= set(robots)
+        return found, tuple(name for name in state.robots if name in group)
+
+    def _acted(self, robot: RobotState, event: Acted) -> Iterator[Event]:
+        """Take in the results of an action."""
+        state, policy = self.state, self.state.scenario.failures
+        barred = False
+        for obstacle, result in event.found:
+            if result is ActResult.NOTHING:
+                yield from self.gone(obstacle)
+            if result is ActResult.FAILED:
+                barred |= state.failures.action_failed(policy, robot.name, obstacle.name)
+        done = [
+            pair for pair in event.found if pair[1] in (ActResult.DONE, ActResult.UNTRAVERSABLE)
+        ]
+        if barred:
+            yield from self.leave_plan(PlanEndReason.CHANGED, settling=True)
+            yield Unsettled(vocabulary.Reason.REQUEST)
+        if done or not event.found:
+            yield from self._resolve(robot, replace(event, found=tuple(done)))
+
+    def gone(self, obstacle: Obstacle) -> Iterator[Event]:
+        """An obstacle that the team knows is not there any more."""
+        self.state.failures.gone(obstacle.name, self.world.now())
+        if self.state.knowledge.knows(obstacle):
+            yield from self.leave_plan(PlanEndReason.CHANGED, settling=True)
+            yield ObstacleChanged(Change(obstacle, appeared=False))
 
     def _step_off(self, robot: RobotState, start: Pose) -> tuple[dict[str, int], dict[str, int]]:
         """The variables of formulas around a step that was not their strategy's: poses, and what

@@ -80,25 +80,45 @@ class Works:
                 finished.append(work)
         return finished
 
-    def _met(self, work: Work, robot: Robot, regions: Mapping[str, Region]) -> bool:
-        """Whether the robot brings the obstacle to its next need."""
+    def within_reach(
+        self, robot: Robot, regions: Mapping[str, Region]
+    ) -> list[tuple[Work, tuple[str, ...]]]:
+        """The obstacles of which ``robot`` can meet a need where it stands, or its part of one;
+        each with the robots that take part."""
+        found = []
+        for work in self.open.values():
+            if work.finished:
+                continue
+            need = work.obstacle.needs[work.need]
+            group = self._group(work, robot, regions)
+            new = robot.name in group and robot.name not in work.done
+            if new and not (need.together and len(group) < need.robots):
+                found.append((work, group if need.together else (robot.name,)))
+        return found
+
+    def _group(self, work: Work, robot: Robot, regions: Mapping[str, Region]) -> tuple[str, ...]:
+        """The robots that meet the next need of an obstacle, or have done their part of it, once
+        ``robot`` does what it can; empty if it can do nothing."""
         need = work.obstacle.needs[work.need]
         skills = work.obstacle.type.actions(work.need)
         places = work.obstacle.resolution_regions(self.scenario.map, work.need)
 
         def there(other: Robot) -> bool:
             asked = not need.same or other.name in work.groups[work.need - 1]
-            return asked and skills <= other.capabilities and regions[other.name] in places
+            return asked and skills <= other.capabilities and regions.get(other.name) in places
 
         if not there(robot):
-            return False
+            return ()
         if need.together:
-            group = tuple(other.name for other in self.scenario.robots if there(other))
-        else:
-            had = work.done | {robot.name}
-            group = tuple(other.name for other in self.scenario.robots if other.name in had)
+            return tuple(other.name for other in self.scenario.robots if there(other))
+        had = work.done | {robot.name}
+        return tuple(other.name for other in self.scenario.robots if other.name in had)
+
+    def _met(self, work: Work, robot: Robot, regions: Mapping[str, Region]) -> bool:
+        """Whether the robot brings the obstacle to its next need."""
+        need, group = work.obstacle.needs[work.need], self._group(work, robot, regions)
         if len(group) < need.robots:
-            if not need.together:
+            if group and not need.together:
                 work.done = frozenset(group)
             return False
         work.groups = (*work.groups, group)
@@ -138,6 +158,25 @@ class SimulatedWorld:
     def act(self, robot: Robot) -> list[tuple[Obstacle, bool | None]]:
         done = self._works.perform(robot, self._regions)
         return [(work.obstacle, self.truths[work.obstacle.name]) for work in done]
+
+    def within_reach(self, robot: Robot) -> list[tuple[Work, tuple[str, ...]]]:
+        """The obstacles of which a robot can meet a need where it stands, and who takes part."""
+        return self._works.within_reach(robot, self._regions)
+
+    def stands(self, obstacle: Obstacle) -> bool:
+        """Whether an obstacle is there."""
+        work = self._works.open.get(obstacle.region)
+        return work is not None and work.obstacle.name == obstacle.name
+
+    def closed_to(self, obstacle: Obstacle, robot: Robot) -> bool:
+        """Whether an obstacle that is there stops a robot, as far as it is resolved."""
+        return obstacle.closed_to(robot, self._works.open[obstacle.region].need)
+
+    def times(self) -> list[int]:
+        """The ticks at which obstacles are to appear or disappear."""
+        standing = [work.obstacle.goes for work in self._works.open.values()]
+        coming = [obstacle.appears for obstacle in self._coming]
+        return [tick for tick in (*standing, *coming) if tick is not None]
 
     def standing(self) -> dict[Region, Obstacle]:
         """The obstacles that are there now."""

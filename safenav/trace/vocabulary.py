@@ -192,3 +192,5 @@ class OperatorCause(StrEnum):
     DEADLOCK = "deadlock"
     NEVER_RESOLVABLE = "never_resolvable"
     """The closure of all that the team can do leaves a robot stuck: see ``proof``."""
+    OUT_OF_SERVICE = "out_of_service"
+    """Live: nothing is left to do while robots are out of service."""

@@ -203,7 +203,8 @@ class Wording:
                 return f"{where}, its step ended: {line.result.value}{why}"
             case records.Act():
                 names = " and ".join(map(self.obstacle, line.obstacles))
-                return f"{self._all(frozenset(line.robots))} act on {names or 'what is there'}"
+                verb = "act" if len(line.robots) > 1 else "acts"
+                return f"{self._all(frozenset(line.robots))} {verb} on {names or 'what is there'}"
             case records.Acted():
                 results = (f"{self.obstacle(name)}: {deed}" for name, deed in line.results.items())
                 return f"the action of {self.robot(line.robot)} ends ({', '.join(results)})"

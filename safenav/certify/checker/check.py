@@ -276,11 +276,13 @@ class Passes:
             while self.tick < tick:
                 yield from self.until(every)
                 self.tick, self.due = self.tick + 1, 0
-            if line.get("outcome") == "completed":
+            after_turns = kind == "plan" or (kind, line.get("reason")) == ("plan_end", "reached")
+            if after_turns or line.get("outcome") == "completed":
                 yield from self.until(every)
             decides = kind in ("violation", "backtrack", "depart", "arrive")
             own = decides or kind in ("hold", "act", "acted", "met", "resolved", "belief")
             own = own or (kind == "goal" and name not in self.begun)
+            self.by |= {name: "stay"} if kind == "act" else {}
             if tick and own and self.open.get("robot") != name:
                 index = self.names.index(str(name))
                 require(index >= self.due or not decides, f"{name} has a second turn in a pass")

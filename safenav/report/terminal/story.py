@@ -52,11 +52,13 @@ class Story:
         self._rounds: dict[str, int] = {}
         self._doing = {r.name: describe(r.objective, scenario.map.word) for r in scenario.robots}
         self._depth = 0
-        self._tick = -1
+        self._now: float | None = None
+        self._stamp = ""
         self._drawn: tuple[object, ...] | None = None
 
     def __call__(self, event: records.Record) -> None:
         """Receive one event."""
+        self._now = event.t
         if not isinstance(event, records.Synthesis):
             self._flush_syntheses()
         match event:
@@ -67,6 +69,11 @@ class Story:
             case records.Move():
                 facing = Heading[event.heading.upper()] if event.heading else None
                 self._poses[event.robot] = (event.to, facing)
+            case records.Arrive():
+                facing = Heading[event.heading.upper()] if event.heading else None
+                self._poses[event.robot] = (event.at, facing)
+                if event.result is not vocabulary.MoveEnd.ARRIVED:
+                    self._say(event)
             case records.Discovered():
                 self._obstacles[event.obstacle.name] = event.obstacle.region
                 self._actions[event.obstacle.name] = [n.action for n in event.obstacle.all_needs]
@@ -106,6 +113,11 @@ class Story:
                 | records.Told()
                 | records.Plan()
                 | records.PlanEnd()
+                | records.Act()
+                | records.Late()
+                | records.Reopened()
+                | records.Waiting()
+                | records.Operator()
             ):
                 self._say(event)
             case records.Outcome():
@@ -138,8 +150,11 @@ class Story:
         word = click.style(word, fg="green" if good else "red", bold=True)
         self._line(event.tick, f"{word}:{why}")
         spent = seconds_words(event.synthesis_seconds)
+        took = counted(event.ticks, "tick")
+        if event.makespan is not None:
+            took = f"{seconds_words(event.makespan)} on the clock of the run"
         self._echo(
-            f"           {counted(event.ticks, 'tick')}, "
+            f"           {took}, "
             f"{counted(event.syntheses, 'synthesis', 'syntheses')} "
             f"({spent} summed), {seconds_words(event.seconds)} total"
         )
@@ -164,8 +179,9 @@ class Story:
         self._line(event.tick, self._wording.sentence(event))
 
     def _line(self, tick: int, text: str) -> None:
-        stamp = f"tick {tick:<4}" if tick != self._tick else " " * 9
-        self._tick = tick
+        at = f"tick {tick:<4}" if self._now is None else f"{self._now:>7.1f} s"
+        stamp = at if at != self._stamp else " " * 9
+        self._stamp = at
         self._echo(f"{click.style(stamp, dim=True)}  {text}")
 
     def _map(self) -> None:

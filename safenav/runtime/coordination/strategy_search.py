@@ -3,7 +3,8 @@ robots simultaneously."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from typing import TYPE_CHECKING
 from weakref import WeakSet
 
@@ -14,6 +15,7 @@ from safenav.runtime.termination import Stop
 from safenav.scenario.objective import Objective, Word, describe
 from safenav.spec.compile import compile_task
 from safenav.spec.forms import Rung, Weakening, concession
+from safenav.spec.specification import Specification
 from safenav.spec.task import Task
 from safenav.synthesis.request import Listener as SynthesisListener
 from safenav.synthesis.slugs import Synthesizer
@@ -64,9 +66,14 @@ def failed(results: Mapping[str, TaskResult]) -> list[str]:
     return [name for name, result in results.items() if not result.realizable]
 
 
+class NotYet(Exception):  # noqa: N818 - it is not an error
+    """A strategy is being synthesized: ask again."""
+
+
 class StrategySearch:
     """Requests syntheses, and counts their cost (``syntheses``, ``seconds``). ``busy``: one is
-    running."""
+    running. ``background``: whether they run while the robots go on; asking for one that is not
+    there raises NotYet."""
 
     def __init__(
         self,
@@ -81,8 +88,26 @@ class StrategySearch:
         self._progress = progress
         self._served: WeakSet[ServedStrategy] = WeakSet()
         self.busy = False
+        self.background = False
         self.syntheses = 0
         self.seconds = 0.0
+        self._pool: ThreadPoolExecutor | None = None
+        self._asked: dict[str, tuple[Future[list[SynthesisResult]], int]] = {}
+        self._awaited = False
+
+    def fresh(self) -> bool:
+        """Whether all results that were not there yet have come since the last call."""
+        come, self._awaited = self._awaited and not self.pending, self.pending
+        return come
+
+    @property
+    def pending(self) -> bool:
+        """Whether a synthesis runs in the background."""
+        return any(not future.done() for future, _ in self._asked.values())
+
+    def forget(self) -> None:
+        """No decision waits for a result any more."""
+        self._asked.clear()
 
     def synthesize(self, ladders: Mapping[str, Ladder]) -> dict[str, TaskResult]:
         """The result for each robot: of the first realizable candidate of its ladder, or of the
@@ -107,6 +132,8 @@ class StrategySearch:
         """End the processes that give moves on demand."""
         for served in tuple(self._served):
             served.close()
+        if self._pool is not None:
+            self._pool.shutdown(wait=False, cancel_futures=True)
 
     def _request(self, tasks: list[Task]) -> list[SynthesisResult]:
         self._stop.check()
@@ -117,10 +144,12 @@ class StrategySearch:
             if self._progress is not None:
                 self._progress(progress)  # type: ignore[arg-type]
 
+        specs = [compile_task(task, self._world) for task in tasks]
         try:
-            results = self._synthesizer.synthesize_all(
-                [compile_task(task, self._world) for task in tasks], progress=hear
-            )
+            if self.background:
+                results = self._in_background(specs)
+            else:
+                results = self._synthesizer.synthesize_all(specs, progress=hear)
         finally:
             self.busy = False
         for result in results:
@@ -135,6 +164,20 @@ class StrategySearch:
                     "limits.synthesis_memory in the scenario"
                 )
         return results
+
+    def _in_background(self, specs: Sequence[Specification]) -> list[SynthesisResult]:
+        """The results that are there. Raises NotYet unless all are."""
+        texts = [spec.to_structuredslugs() for spec in specs]
+        new = {t: s for t, s in zip(texts, specs, strict=True) if t not in self._asked}
+        if new:
+            self._pool = self._pool or ThreadPoolExecutor(1)
+            future = self._pool.submit(self._synthesizer.synthesize_all, [*new.values()])
+            self._asked |= {text: (future, index) for index, text in enumerate(new)}
+        if not all(self._asked[text][0].done() for text in texts):
+            self._awaited = True
+            raise NotYet
+        found = (self._asked[text] for text in texts)
+        return [future.result()[index] for future, index in found]
 
 
 def _tried(result: TaskResult) -> tuple[records.Tried, ...]:

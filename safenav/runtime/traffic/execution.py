@@ -119,8 +119,16 @@ class Execution:
     @property
     def finished(self) -> bool:
         """Whether every robot is at the end of its path."""
-        ways = self.schedule.ways
-        return all(taken == len(way) - 1 for taken, way in zip(self.taken, ways, strict=True))
+        return all(map(self.done, range(len(self.taken))))
+
+    def done(self, robot: int) -> bool:
+        """Whether a robot is at the end of its path."""
+        return self.taken[robot] == len(self.schedule.ways[robot]) - 1
+
+    def ahead(self, robot: int) -> tuple[int, ...]:
+        """The poses that a robot still has on its path, beginning with its place; none at the
+        end."""
+        return () if self.done(robot) else self.schedule.ways[robot][self.taken[robot] :]
 
     def next(self, robot: int) -> int | None:
         """The pose that a robot may step to now; None if it is done or must wait."""

@@ -8,7 +8,8 @@ is the beginning of one for all of it (docs/coordination.md).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 
@@ -25,6 +26,7 @@ from safenav.runtime.traffic.deadlock import deadlock_of_few, deadlocked
 from safenav.runtime.traffic.execution import Execution, Schedule, dues_of, schedule
 from safenav.runtime.traffic.joint import Count, Course, Joint, has_met
 from safenav.runtime.traffic.joint_plan import Search
+from safenav.runtime.traffic.live import still, with_steps_under_way
 from safenav.runtime.traffic.local import local_plan
 from safenav.runtime.traffic.remembering import plain_poses, remembering
 from safenav.runtime.traffic.searches import Searches
@@ -33,8 +35,9 @@ from safenav.runtime.traffic.watch import Watch
 from safenav.scenario.model import Outcome
 from safenav.trace import records, vocabulary
 from safenav.trace.header import heading_in_trace
+from safenav.world.map import Region
 from safenav.world.moves import Pose
-from safenav.world.poses import FAR
+from safenav.world.poses import FAR, bits
 
 
 @dataclass
@@ -43,6 +46,7 @@ class Traffic:
 
     state: TeamState
     stop: Stop
+    clock: Callable[[], float]
     execution: Execution | None = None
     wanted: str | None = None
     _failures: int = 0
@@ -52,6 +56,7 @@ class Traffic:
     def __post_init__(self) -> None:
         robots = self.state.scenario.robots
         self._searches = Searches(self.state, self.stop)
+        self._tried: Counter[Hashable] = Counter()
         self._certificates = Certificates(self.state, self._searches)
         self._watch = Watch(max(robot.model.timing.most for robot in robots))
         self._rivals = {robot.name: bool(self.state.rivals(robot)) for robot in robots}
@@ -98,6 +103,70 @@ class Traffic:
         if self.execution is not None:
             self.execution.arrived(self.state.last_settled.floor.index(name))
 
+    def done(self, name: str) -> bool:
+        """Whether a robot has done its way of the plan."""
+        floor = self.state.last_settled.floor
+        return self.execution is not None and self.execution.done(floor.index(name))
+
+    def ahead(self, name: str) -> set[Region]:
+        """The regions that robots in conflict with this one still need for the plan."""
+        found: set[Region] = set()
+        if self.execution is None:
+            return found
+        floor = self.state.last_settled.floor
+        index = floor.index(name)
+        ways = []
+        for other, member in enumerate(floor.problem.members):
+            ways.append({pose % member.graph.size for pose in self.execution.ahead(other)})
+        for other in floor.problem.conflicts[index]:
+            found |= ways[other]
+        for group, zone in floor.problem.zones:
+            if index in group and any(zone >> r & 1 for o in group - {index} for r in ways[o]):
+                found.update(bits(zone))
+        return found
+
+    def quiescent(self, *, all_still: bool) -> bool:
+        """Live: make a plan now if robots wait only for robots that wait; whether there is one.
+        ``all_still``: no robot has a command. Raises RunEnded as ``tick``."""
+        robots = self.state.robots
+        if self.active or not self.state.scenario.deadlock or self._anybody_busy():
+            return False
+        waits = {}
+        for name, robot in robots.items():
+            sides = {robot.pose.region, *self.state.scenario.map.neighbours(robot.pose.region)}
+            for each in self.state.scenario.never_together:
+                sides |= each.regions if name in each.robots and sides & each.regions else set()
+            rivals = self.state.rivals(robot.robot)
+            waits[name] = [other.name for other in rivals if other.occupied & sides]
+        moving = [name for name, robot in robots.items() if robot.transit is not None]
+        floor = self._searches.aimed(self._searches.floor())
+        for name in still(waits, moving):
+            if not self._rivals[name] or not robots[name].active:
+                continue
+            if not 0 < self._distance(floor, name) < FAR:
+                continue
+            # The same again is worth it only while the budgets grow, and somebody must move first.
+            key = floor.poses, floor.stages, tuple(robot.active for robot in robots.values())
+            self._tried[key] += 1
+            if self._tried[key] > (1 if not all_still or not all(key[2]) else 4 * MOST_FAILURES):
+                return False
+            self._starved = name
+            self._plan(f"{name} makes no progress towards its target")
+            return self.active
+        return False
+
+    def _anybody_busy(self) -> bool:
+        """Whether a robot acts, or waits for a strategy."""
+        return any(r.acting is not None or r.held is not None for r in self.state.robots.values())
+
+    def _distance(self, floor: Floor, name: str) -> int:
+        """Steps of a robot to its goal poses; FAR if it has none."""
+        goal, index = self._searches.goal(floor, name), floor.index(name)
+        if not goal:
+            return FAR
+        allowed = floor.problem.allowed(index, floor.stages)
+        return floor.problem.members[index].graph.distances(goal, allowed)[floor.poses[index]]
+
     def tick(self) -> bool:
         """Examine the team after a tick; return whether a plan has just been finished. Raises
         RunEnded if no robot can continue, or a budget is exhausted."""
@@ -108,6 +177,7 @@ class Traffic:
         if self.wanted is None:
             self.wanted = self._starving()
         moving = any(robot.transit is not None for robot in self.state.robots.values())
+        moving = self._anybody_busy() if self.state.live else moving
         if self.wanted is not None and not moving:
             reason, self.wanted = self.wanted, None
             self._plan(reason)
@@ -121,6 +191,7 @@ class Traffic:
         self.wanted = None
         if self.execution is not None:
             self.execution = None
+            self.state.changes += 1
             self.state.emit(records.PlanEnd(self.state.tick, reason, nodes))
         self._watch.begin_anew()
 
@@ -133,17 +204,13 @@ class Traffic:
         is none."""
         floor = self._searches.aimed(self._searches.floor())
         found = None
-        for index, (name, robot) in enumerate(self.state.robots.items()):
+        for name, robot in self.state.robots.items():
             if not self._rivals[name]:
                 continue
             goal = self._searches.goal(floor, name)
-            distance = FAR
-            member = floor.problem.members[index]
-            if goal:
-                allowed = floor.problem.allowed(index, floor.stages)
-                distance = member.graph.distances(goal, allowed)[floor.poses[index]]
+            distance = self._distance(floor, name)
             told = (robot.assignment.objective, goal, floor.stages)
-            if self._watch.look(name, told, distance, self.state.tick) and found is None:
+            if self._watch.look(name, told, distance, self.clock()) and found is None:
                 found, self._starved = f"{name} makes no progress towards its target", name
         return found
 
@@ -153,6 +220,8 @@ class Traffic:
         floor = self._searches.aimed(plain)
         helping = any(r.assignment.role is Role.HELPS for r in self.state.robots.values())
         course, start, search, answer = self._searched(floor, helping)
+        if self.state.live and start.stages != floor.stages:
+            return  # a robot is about to resolve something: that changes what is possible
         if isinstance(answer, Exhausted) and floor is not plain:
             if remembering(floor.problem):
                 self._searches.give_up(plain)
@@ -282,8 +351,15 @@ class Traffic:
         states = shortened(self._searches.course(floor), states, self._fixed(floor))
         sizes = [member.graph.size for member in floor.problem.members]
         poses = [plain_poses(floor.problem, state.poses) for state in states]
+        under_way = {}
+        for index, robot in enumerate(self.state.robots.values()):
+            if robot.transit is not None:
+                under_way[index] = floor.problem.members[index].graph.number(robot.pose)
+                robot.transit = replace(robot.transit, planned=True)
+        poses, states = with_steps_under_way(poses, states, counts, under_way)
         plan = schedule(poses, sizes, floor.problem.conflicts, floor.problem.zones)
         self.execution = Execution(plan, dues_of(states, counts))
+        self.state.changes += 1
         self._watch.begin_anew()
         self.state.emit(_record(self.state.tick, floor, plan, reason))
 

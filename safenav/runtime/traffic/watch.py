@@ -18,7 +18,7 @@ from safenav.world.poses import FAR
 class _Wait:
     told: Hashable
     nearest: int
-    since: int
+    since: float
 
 
 class Watch:
@@ -28,9 +28,10 @@ class Watch:
         self.patience = 3 * slowest + 2
         self._waits: dict[str, _Wait] = {}
 
-    def look(self, robot: str, told: Hashable, distance: int, tick: int) -> bool:
+    def look(self, robot: str, told: Hashable, distance: int, tick: float) -> bool:
         """Whether a robot with the assignment ``told`` and ``distance`` remaining steps (FAR: no
-        path, or nowhere to go) starves. Call once per tick."""
+        path, or nowhere to go) starves. Call once per tick (in a live run, of the duration of a
+        step)."""
         wait = self._waits.get(robot)
         if distance >= FAR or distance == 0:
             self._waits.pop(robot, None)

@@ -1,0 +1,85 @@
+"""A blocking world as one of commands and events: each command is over when it returns (lockstep),
+but for steps that take several ticks by their robots' timing."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Collection, Sequence
+
+from safenav.runtime.checked_world import CheckedWorld
+from safenav.runtime.protocol import Acted, Arrived, BlockingWorld, Elsewhere, Ended, WorldEvent
+from safenav.runtime.world import Change
+from safenav.scenario.model import Obstacle, Robot, Scenario
+from safenav.trace.vocabulary import ActResult
+from safenav.world.map import Region
+from safenav.world.moves import Pose
+
+
+class BlockingAdapter:
+    """Lockstep: ``wait`` begins the next tick. Raises WorldError for impossible results."""
+
+    def __init__(self, world: BlockingWorld, scenario: Scenario) -> None:
+        self._world = CheckedWorld(world, scenario)
+        self._regions = {robot.name: robot.start.region for robot in scenario.robots}
+        self._draws = {r.name: random.Random(f"{scenario.seed}/{r.name}") for r in scenario.robots}
+        self._tick = 0
+        self._open: dict[str, tuple[int, Robot, Pose, int]] = {}
+
+    @property
+    def idle(self) -> bool:
+        return not self._open
+
+    def now(self) -> float:
+        return float(self._tick)
+
+    def sense(self, robot: Robot, region: Region) -> Obstacle | None:
+        return self._world.sense(robot, region)
+
+    def start(self, robot: Robot, pose: Pose, command: int) -> WorldEvent | None:
+        ticks = self._duration(robot, pose)
+        if ticks == 1:
+            return self._moved(robot, pose, command)
+        self._open[robot.name] = (self._tick + ticks - 1, robot, pose, command)
+        return None
+
+    def ended(self, name: str) -> Ended | None:
+        """The end of a robot's step, if that is due: asked for in its turn, since only then the
+        world hears of it."""
+        due = self._open.get(name)
+        if due is None or self._tick < due[0]:
+            return None
+        del self._open[name]
+        return self._moved(*due[1:])
+
+    def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> Acted:
+        del obstacles  # it does what it can
+        found = [
+            (obstacle, ActResult.UNTRAVERSABLE if truth is False else ActResult.DONE)
+            for obstacle, truth in self._world.act(robot)
+        ]
+        return Acted(self.now(), robot.name, tuple(found), command=command)
+
+    def cancel(self, robot: Robot) -> None:
+        """A step that is under way ends."""
+
+    def wait(self, timeout: float | None) -> Sequence[WorldEvent]:
+        del timeout
+        self._tick += 1
+        return ()
+
+    def changes(self, at: float, occupied: Collection[Region]) -> list[Change]:
+        return self._world.changes(int(at), occupied)
+
+    def _duration(self, robot: Robot, target: Pose) -> int:
+        """Ticks of a step: drawn from the seed if the model leaves it open; staying takes 1."""
+        if target.region == self._regions[robot.name]:
+            return 1
+        timing = robot.model.timing
+        return self._draws[robot.name].randint(timing.least, timing.most)
+
+    def _moved(self, robot: Robot, pose: Pose, command: int) -> Ended:
+        found = self._world.move(robot, pose)
+        self._regions[robot.name] = found.region
+        if found == pose:
+            return Arrived(self.now(), robot.name, command=command)
+        return Elsewhere(self.now(), robot.name, found, command=command)

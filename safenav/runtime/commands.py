@@ -1,0 +1,327 @@
+"""The commands of a run to its world, and the events that end them, each checked before it is used.
+
+An event that cannot be true counts as a fatal failure of its robot; one that ends no open command
+is dropped. Both leave the run as it is.
+"""
+
+from __future__ import annotations
+
+import queue
+from collections import deque
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import field
+from statistics import median
+
+from safenav.dataclass import dataclass
+from safenav.runtime.adapter import BlockingAdapter
+from safenav.runtime.checked_world import WorldError
+from safenav.runtime.protocol import (
+    Acted,
+    Arrived,
+    Blocked,
+    Elsewhere,
+    Ended,
+    Failed,
+    Lost,
+    Sensed,
+    TimedWorld,
+    World,
+    WorldEvent,
+)
+from safenav.runtime.world import Change, ChangingWorld
+from safenav.scenario.model import Failures, Obstacle, Robot, Scenario
+from safenav.trace.vocabulary import ActResult
+from safenav.world.map import Region
+from safenav.world.moves import Mobility, Pose
+
+SLICE = 0.05
+"""Seconds after which a wait for a real world looks at what others post, and at syntheses."""
+KEPT, FEWEST = 50, 5
+"""Durations of a robot's commands that are kept, and with which their median means something."""
+
+
+@dataclass
+class Open:
+    """A command that is not over. ``target``: where a step goes; None: an action."""
+
+    command: int
+    robot: Robot
+    start: Pose
+    target: Pose | None
+    obstacles: Sequence[Obstacle]
+    since: float
+    cancelled: float | None = None
+
+
+@dataclass(frozen=True)
+class Dropped:
+    """A report that was dropped, and why."""
+
+    event: WorldEvent
+    reason: str
+
+
+@dataclass
+class Commands:
+    """Gives commands to a world, and takes in what it reports. ``busy``: seconds in which each
+    robot had a command; ``over``: the time of the last end of one."""
+
+    world: World
+    scenario: Scenario
+    busy: dict[str, float] = field(default_factory=dict)
+    over: float = 0.0
+    dropped: list[Dropped] = field(default_factory=list)
+    sensed: list[Sensed] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.live = not isinstance(self.world, BlockingAdapter)
+        self._open: dict[str, Open] = {}
+        self._ended: dict[str, WorldEvent] = {}
+        self._posted: queue.SimpleQueue[WorldEvent] = queue.SimpleQueue()
+        self._count = 0
+        self._took: dict[str, deque[float]] = {}
+        self._now = self._looked = self._steps = 0.0
+        self._all: deque[float] = deque(maxlen=KEPT)
+
+    @property
+    def policy(self) -> Failures:
+        return self.scenario.failures
+
+    @property
+    def idle(self) -> bool:
+        """Whether no command is open and no end of one is to be taken in."""
+        return not self._open and not self._ended
+
+    def now(self) -> float:
+        """Seconds of the run; never less than before."""
+        self._now = max(self._now, self.world.now())
+        return self._now
+
+    def steps(self) -> float:
+        """The time in durations of a step: ticks in lockstep; live, the sum of those since the
+        beginning, each as long as the median of the last ones."""
+        now = self.now()
+        if self.live and self._all:
+            self._steps += (now - self._looked) / (median(self._all) or 1.0)
+        elif not self.live:
+            self._steps = now
+        self._looked = now
+        return self._steps
+
+    def post(self, event: WorldEvent) -> None:
+        """Report an event, from any thread."""
+        self._posted.put(event)
+
+    def number(self, name: str) -> int:
+        """The number of a robot's open command, or of its last one."""
+        return self._open[name].command if name in self._open else self._count
+
+    def expected(self, robot: Robot) -> float | None:
+        """The expected duration of a robot's last command, if the world knows it."""
+        return self.world.expected(robot) if isinstance(self.world, TimedWorld) else None
+
+    @property
+    def simulated(self) -> bool:
+        """Whether time passes only while the run waits."""
+        return isinstance(self.world, TimedWorld)
+
+    def sense(self, robot: Robot, region: Region) -> Obstacle | None:
+        """The obstacle in ``region``, as far as the world's sensors know. Raises WorldError."""
+        if not self.live:
+            return self.world.sense(robot, region)
+        try:
+            found = self.world.sense(robot, region)
+        except Exception as error:
+            raise WorldError(f"World.sense({robot.name!r}, {region}) failed: {error}") from error
+        if found is None or (isinstance(found, Obstacle) and found.region == region):
+            return found
+        raise WorldError(f"World.sense({robot.name!r}, {region}) returned {found!r}")
+
+    def start(self, robot: Robot, here: Pose, pose: Pose) -> Ended | None:
+        """Send a robot to ``pose``; the end of its step, if that is over already."""
+        number = self._begin(robot, here, pose, ())
+        try:
+            event = self.world.start(robot, pose, number)
+        except WorldError:
+            raise
+        except Exception as error:
+            event = Failed(self.now(), robot.name, here, f"start: {error}", True, command=number)
+        if event is not None:
+            self._take(event)
+        return self.ended(robot)
+
+    def ended(self, robot: Robot) -> Ended | None:
+        """The end of a robot's step, taken in its turn; None while it is under way."""
+        if isinstance(self.world, BlockingAdapter) and robot.name in self._open:
+            event = self.world.ended(robot.name)
+            if event is not None:
+                self._take(event)
+        found = self._ended.pop(robot.name, None)
+        assert not isinstance(found, Acted | Sensed)
+        return found  # type: ignore[return-value]
+
+    def act(self, robot: Robot, here: Pose, obstacles: Sequence[Obstacle]) -> Acted | None:
+        """Let a robot act where it stands; the results, if it is over already."""
+        if isinstance(self.world, BlockingAdapter):
+            return self.world.act(robot, obstacles, self._count)  # also while it is on its way
+        number = self._begin(robot, here, None, obstacles)
+        try:
+            event = self.world.act(robot, obstacles, number)
+        except WorldError:
+            raise
+        except Exception as error:
+            event = Failed(self.now(), robot.name, here, f"act: {error}", True, command=number)
+        if event is not None:
+            self._take(event)
+        return self.acted(robot)
+
+    def acted(self, robot: Robot) -> Acted | None:
+        """The end of a robot's action, taken in its turn; None while it is under way."""
+        found = self._ended.pop(robot.name, None)
+        assert found is None or isinstance(found, Acted)
+        return found
+
+    def hear(self, due: float | None, changed: bool) -> bool:
+        """Take in what has happened, and if that is nothing and nothing has ``changed``, wait for
+        something until ``due`` (None: without limit); whether there is something to do."""
+        if not self.live:
+            self.world.wait(None)
+            return True
+        heard = self._drain() or changed
+        times = [due, *(time for _, time in self._overdue())]
+        due = min((time for time in times if time is not None), default=None)
+        timeout = None if due is None else max(0.0, due - self.now())
+        if heard:
+            timeout = 0.0
+        elif not self.simulated:
+            timeout = SLICE if timeout is None else min(timeout, SLICE)
+        for event in self.world.wait(timeout):
+            self._take(event)
+            heard = True
+        self._cancel_overdue()
+        over = due is not None and self.now() >= due
+        return self._drain() or heard or over or self.simulated
+
+    def take_dropped(self) -> list[Dropped]:
+        """The reports that were dropped since the last call."""
+        found, self.dropped = self.dropped, []
+        return found
+
+    def take_sensed(self) -> list[Sensed]:
+        """The obstacles that were reported since the last call."""
+        found, self.sensed = self.sensed, []
+        return found
+
+    def times(self) -> Sequence[float]:
+        """The times to come at which a simulation changes something."""
+        return tuple(map(float, self.world.times())) if isinstance(self.world, TimedWorld) else ()
+
+    def changes(self, occupied: Collection[Region]) -> Sequence[Change]:
+        """The obstacles that have appeared or disappeared."""
+        if isinstance(self.world, ChangingWorld):
+            return tuple(self.world.changes(int(self.now()), occupied))
+        return ()
+
+    def _begin(
+        self,
+        robot: Robot,
+        here: Pose,
+        target: Pose | None,
+        obstacles: Sequence[Obstacle],
+    ) -> int:
+        assert robot.name not in self._open, "one command at a time"
+        self._count += 1
+        self._open[robot.name] = Open(self._count, robot, here, target, obstacles, self.now())
+        return self._count
+
+    def _drain(self) -> bool:
+        heard = False
+        while not self._posted.empty():
+            self._take(self._posted.get())
+            heard = True
+        return heard
+
+    def _take(self, event: WorldEvent) -> None:
+        if isinstance(event, Sensed):
+            self.sensed.append(event)
+            return
+        name = getattr(event, "robot", None)
+        open_ = self._open.get(name) if isinstance(name, str) else None
+        if open_ is None or event.command != open_.command:
+            self.dropped.append(Dropped(event, "it ends no open command"))
+            return
+        del self._open[open_.robot.name]
+        took = max(0.0, self.now() - open_.since)
+        kept = self._took.setdefault(open_.robot.name, deque(maxlen=KEPT))
+        if open_.target is not None and isinstance(event, Arrived):
+            kept.append(took)
+            self._all.append(took)
+        self.busy[open_.robot.name] = self.busy.get(open_.robot.name, 0.0) + took
+        self.over = self.now()
+        self._ended[open_.robot.name] = self._checked(event, open_) if self.live else event
+
+    def _checked(self, event: WorldEvent, open_: Open) -> WorldEvent:
+        """The event; a fatal failure, or a failed action, if it cannot be true."""
+        name, here = open_.robot.name, open_.start
+        if open_.target is None:
+            if isinstance(event, Acted):
+                return event
+            found = tuple((obstacle, ActResult.FAILED) for obstacle in open_.obstacles)
+            return Acted(event.at, name, found, command=open_.command)
+        wrong = self._wrong(event, open_.robot, here, open_.target)
+        if wrong is None:
+            return event
+        return Failed(event.at, name, here, wrong, fatal=True, command=open_.command)
+
+    def _wrong(self, event: WorldEvent, robot: Robot, here: Pose, target: Pose) -> str | None:
+        """The reason why an event cannot end a step from ``here`` to ``target``."""
+        world = self.scenario.map
+        match event:
+            case Arrived():
+                return None
+            case Lost(regions=regions):
+                wrong = [region for region in regions if not world.is_free(region)]
+                return f"it cannot be lost in region {wrong[0]}, a wall" if wrong else None
+            case Blocked(pose=pose) if pose.region != here.region:
+                return f"blocked, but not back in region {here.region}"
+            case Elsewhere(pose=pose) | Blocked(pose=pose) | Failed(pose=pose):
+                near = {here.region, target.region}
+                near |= {r for region in near for r in world.neighbours(region)}
+                if pose.region not in near:
+                    return f"region {pose.region} is not next to its step"
+                if (pose.heading is None) != (robot.model.mobility is Mobility.FREE):
+                    return f"it is a robot of {robot.model.mobility} mobility"
+                return None
+        return f"{type(event).__name__} ends no step"
+
+    def _limit(self, open_: Open) -> float | None:
+        """Seconds that a command may take."""
+        limits = [self.policy.timeout] if self.policy.timeout is not None else []
+        took = self._took.get(open_.robot.name, ())
+        if len(took) >= FEWEST and open_.target is not None:
+            usual = max(median(took), self.expected(open_.robot) or 0.0)
+            limits.append(self.policy.patience * usual)
+        return min(limits, default=None)
+
+    def _overdue(self) -> Iterator[tuple[Open, float]]:
+        """Open commands, each with the time at which its patience ends next."""
+        for open_ in self._open.values():
+            limit = self._limit(open_) if self.live else None
+            if limit is not None:
+                since = open_.since if open_.cancelled is None else open_.cancelled
+                yield open_, since + limit
+
+    def _cancel_overdue(self) -> None:
+        """Cancel commands that take too long; robots that do not end them are lost."""
+        now = self.now()
+        for open_, due in list(self._overdue()):
+            if due > now:
+                continue
+            if open_.cancelled is None:
+                open_.cancelled = now
+                self.world.cancel(open_.robot)
+            elif open_.target is not None:
+                regions = frozenset({open_.start.region, open_.target.region})
+                self._take(Lost(now, open_.robot.name, regions, command=open_.command))
+            else:
+                self._take(Acted(now, open_.robot.name, command=open_.command))

@@ -1,0 +1,89 @@
+"""Failures of robots in a live run: what has failed so far, and what follows
+(docs/coordination.md)."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import field
+from enum import Enum
+
+from safenav.dataclass import dataclass
+from safenav.scenario.model import FailedMoves, Failures, Obstacle, ObstacleType, Robot
+from safenav.world.map import Region
+
+OPERATOR = "operator"
+"""The action of an obstacle that no robot has."""
+
+
+class Reaction(Enum):
+    """What follows a failed step."""
+
+    RETRY = "the strategy decides again"
+    OBSTACLE = "the region counts as an obstacle that was met"
+    OUT_OF_SERVICE = "others take over its duties"
+
+
+@dataclass
+class Troubles:
+    """Failures since they last meant nothing. ``moves``: of each robot into each region, and
+    ``in_row``: without an arrival; ``actions``: of each robot on each obstacle; ``barred``: robots
+    that no longer act on an obstacle; ``opened``: when each obstacle was resolved or gone."""
+
+    moves: Counter[tuple[str, Region]] = field(default_factory=Counter)
+    in_row: Counter[str] = field(default_factory=Counter)
+    actions: Counter[tuple[str, str]] = field(default_factory=Counter)
+    barred: set[tuple[str, str]] = field(default_factory=set)
+    opened: dict[str, float] = field(default_factory=dict)
+
+    def move_failed(self, policy: Failures, robot: str, region: Region, *, fatal: bool) -> Reaction:
+        """Count a failed step into ``region``."""
+        self.moves[robot, region] += 1
+        self.in_row[robot] += 1
+        if fatal or self.in_row[robot] >= policy.most:
+            return Reaction.OUT_OF_SERVICE
+        if self.moves[robot, region] <= policy.retries:
+            return Reaction.RETRY
+        gives_up = policy.then is FailedMoves.OUT_OF_SERVICE
+        return Reaction.OUT_OF_SERVICE if gives_up else Reaction.OBSTACLE
+
+    def arrived(self, robot: str) -> None:
+        """A robot moves: its failures mean nothing any more."""
+        self.in_row.pop(robot, None)
+        for key in [key for key in self.moves if key[0] == robot]:
+            del self.moves[key]
+
+    def back(self, robot: str) -> None:
+        """A robot is back in service, with all that it can do."""
+        self.arrived(robot)
+        self.barred = {entry for entry in self.barred if entry[0] != robot}
+
+    def action_failed(self, policy: Failures, robot: str, obstacle: str) -> bool:
+        """Count a failed action; whether the robot is to leave the obstacle to others now."""
+        self.actions[robot, obstacle] += 1
+        if self.actions[robot, obstacle] < policy.actions:
+            return False
+        self.barred.add((robot, obstacle))
+        return True
+
+    def gone(self, obstacle: str, now: float) -> None:
+        """An obstacle is resolved, or not there any more."""
+        self.opened[obstacle] = now
+        self.barred = {entry for entry in self.barred if entry[1] != obstacle}
+        for key in [key for key in self.actions if key[1] == obstacle]:
+            del self.actions[key]
+
+    def is_late(self, obstacle: str, at: float) -> bool:
+        """Whether a report of an obstacle is about a time before it was opened."""
+        return at < self.opened.get(obstacle, at)
+
+
+def unknown(robot: Robot, region: Region) -> Obstacle:
+    """Something that stops robots of a layer in a region: only an operator can remove it."""
+    layer = robot.model.layer
+    return Obstacle(ObstacleType(f"unknown_{layer}", OPERATOR, blocks=frozenset({layer})), region)
+
+
+def lost(robot: Robot, others: frozenset[str], region: Region) -> Obstacle:
+    """A region in which a lost robot may be, closed to itself and to ``others``."""
+    blocks = frozenset({robot.name, *others})
+    return Obstacle(ObstacleType(f"lost_{robot.name}", OPERATOR, blocks=blocks), region)

@@ -1,0 +1,21 @@
+"""Scenarios whose strategies rely on the others' speed, which a live run does not keep."""
+
+from __future__ import annotations
+
+from safenav.errors import UsageError
+from safenav.scenario.model import Scenario, Tracking
+
+
+def refuse_if_unsafe(scenario: Scenario) -> None:
+    """Raises UsageError, with the robot and the reason, if a strategy of the scenario assumes how
+    far other robots move between two of its looks."""
+    for robot in scenario.robots:
+        others = [o.name for o in scenario.robots if o is not robot and scenario.conflict(robot, o)]
+        others += [name for name in sorted(robot.tracks) if name not in others]
+        if robot.tracking is Tracking.NEARBY or not others:
+            continue
+        raise UsageError(
+            f"{robot.name} has 'tracking: {robot.tracking.value}': its strategy assumes that "
+            f"{' and '.join(others)} move at most one region between two of its looks, which a "
+            "live run does not keep; use 'clock: lockstep' or 'tracking: nearby'"
+        )

@@ -1,0 +1,137 @@
+"""The actual world of a scenario in time: commands take the seconds of the robots' motion, or as
+the model's timing has it. Time passes in ``wait`` only."""
+
+from __future__ import annotations
+
+import heapq
+import random
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
+from itertools import count
+
+from safenav.pace.robot import Pace, acted_by
+from safenav.runtime.protocol import Acted, Arrived, Blocked, Ended, WorldEvent
+from safenav.runtime.world import Change, SimulatedWorld, Work
+from safenav.scenario.model import Obstacle, Robot, Scenario
+from safenav.scenario.pace import paces
+from safenav.trace.vocabulary import ActResult
+from safenav.world.map import Region
+from safenav.world.moves import Pose
+
+
+class LiveSimulation:
+    """``truth``: its hidden obstacles. ``speeds``: factors of the robots' speeds; a share
+    ``delayed`` of the steps, drawn from ``seed`` (default: the scenario's), takes ``factor`` times
+    as long. ``paces_of``: durations, default those of the robots' motion."""
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        *,
+        speeds: Mapping[str, float] | None = None,
+        delayed: float = 0.0,
+        factor: float = 5.0,
+        seed: int | None = None,
+        paces_of: Mapping[str, Pace] | None = None,
+    ) -> None:
+        self.truth = SimulatedWorld(scenario)
+        self._scenario = scenario
+        self._paces = dict(paces_of or paces(scenario))
+        self._speeds, self._delayed, self._factor = speeds or {}, delayed, factor
+        seed = scenario.seed if seed is None else seed
+        self._draws = {r.name: random.Random(f"{seed}/{r.name}") for r in scenario.robots}
+        self._poses = {robot.name: robot.start for robot in scenario.robots}
+        self._now = 0.0
+        self._numbers = count()
+        self._coming: list[tuple[float, int, WorldEvent, Robot, Sequence[Obstacle]]] = []
+        self._takes: dict[str, float] = {}
+
+    @property
+    def idle(self) -> bool:
+        return not self._coming
+
+    def now(self) -> float:
+        return self._now
+
+    def expected(self, robot: Robot) -> float | None:
+        """Seconds that the last command of a robot takes."""
+        return self._takes.get(robot.name)
+
+    def sense(self, robot: Robot, region: Region) -> Obstacle | None:
+        return self.truth.sense(robot, region)
+
+    def start(self, robot: Robot, pose: Pose, command: int) -> None:
+        name, here = robot.name, self._poses[robot.name]
+        timing, draws = robot.model.timing, self._draws[name]
+        ticks = draws.randint(timing.least, timing.most)
+        late = self._factor if draws.random() < self._delayed else 1.0
+        speed = self._speeds.get(name, 1.0)
+        took = self._paces[name].step(self._now, here.region, pose.region, ticks, late) / speed
+        end = self._now + took
+        event: Ended = Arrived(end, name, command=command)
+        obstacle = self.truth.sense(robot, pose.region)
+        if obstacle is not None and self.truth.closed_to(obstacle, robot):
+            event = Blocked(end, name, here, obstacle, command=command)
+        else:
+            self._poses[name] = pose
+        self._push(took, event, robot)
+
+    def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> Acted | None:
+        works = self.truth.within_reach(robot)
+        there = {work.obstacle.name for work, _ in works}
+        event = Acted(self._now, robot.name, command=command)
+        took = sum(self._action(work, group) for work, group in works)
+        if not works and all(self.truth.stands(obstacle) for obstacle in obstacles):
+            return event
+        missing = [o for o in obstacles if o.name not in there and not self.truth.stands(o)]
+        self._push(took, event, robot, missing)
+        return None
+
+    def _action(self, work: Work, group: Sequence[str]) -> float:
+        team = [(self._paces[name], self._poses[name].region) for name in group]
+        slowest = min(self._speeds.get(name, 1.0) for name in group)
+        return acted_by(team, self._now, work.obstacle.region) / slowest
+
+    def cancel(self, robot: Robot) -> None:
+        """A command of the simulation ends by itself."""
+
+    def wait(self, timeout: float | None) -> list[WorldEvent]:
+        """All that happens at the next moment at which something does."""
+        times = [self._now + timeout] if timeout is not None else []
+        times += [self._coming[0][0]] if self._coming else []
+        times += self.times()
+        self._now = max(self._now, min(times, default=self._now))
+        found: list[WorldEvent] = []
+        while self._coming and self._coming[0][0] <= self._now:
+            _, _, event, robot, missing = heapq.heappop(self._coming)
+            found.append(self._happens(event, robot, missing))
+        return found
+
+    def times(self) -> list[float]:
+        return [float(tick) for tick in self.truth.times() if tick > self._now]
+
+    def changes(self, at: float, occupied: Collection[Region]) -> list[Change]:
+        return self.truth.changes(int(at), occupied)
+
+    def _push(
+        self, took: float, event: WorldEvent, robot: Robot, missing: Sequence[Obstacle] = ()
+    ) -> None:
+        self._takes[robot.name] = took
+        item = (self._now + took, next(self._numbers), event, robot, missing)
+        heapq.heappush(self._coming, item)
+
+    def _happens(self, event: WorldEvent, robot: Robot, missing: Sequence[Obstacle]) -> WorldEvent:
+        pace, pose = self._paces[robot.name], self._poses[robot.name]
+        if isinstance(event, Arrived):
+            pace.arrived(self._now)
+            self.truth.move(robot, pose)
+        elif isinstance(event, Acted):
+            found = [
+                (obstacle, ActResult.UNTRAVERSABLE if truth is False else ActResult.DONE)
+                for obstacle, truth in self.truth.act(robot)
+            ]
+            found += [(obstacle, ActResult.NOTHING) for obstacle in missing]
+            return replace(event, at=self._now, found=tuple(found))
+        else:
+            pace.placed(self._now, None)
+        return event
