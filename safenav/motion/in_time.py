@@ -15,7 +15,7 @@ from safenav.trace import records
 from safenav.trace.trace import Trace
 from safenav.trace.vocabulary import ActResult, MovedBy, MoveEnd
 
-DECIMALS = 6
+DECIMALS = 9
 """Of seconds: an arrival and the departure that follows it must not differ by rounding."""
 
 

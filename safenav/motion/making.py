@@ -13,6 +13,7 @@ from safenav.motion.flyer.simulation import check_gust, flown
 from safenav.motion.geometry import MetricFloor
 from safenav.motion.kinds import mover
 from safenav.motion.mover import Mover
+from safenav.motion.timing.given import carried_out
 from safenav.motion.timing.order import order_of
 from safenav.motion.timing.schedule import scheduled, when
 from safenav.motion.walker.limits import RECOVERING
@@ -49,7 +50,10 @@ def motion_of(
         if against.gust and isinstance(moved, FlyerMover):
             speed = moved.values["speed"]
             check_gust(name, against.gust, moved.values["tilt"], speed, floor.side)
-    plan = scheduled(order_of(trace, floor), movers)
+    if trace.header.clock is None:
+        plan = scheduled(order_of(trace, floor), movers)
+    else:
+        plan = carried_out(trace, floor, movers)
     lines = plan.lines
     if against.gust:
         lines = _in_wind(lines, movers, floor, against)

@@ -29,8 +29,8 @@ def report_of(motion: Motion) -> str:
     """The report, line by line."""
     outcome = motion.outcome
     lines = [f"makespan {outcome.makespan:.1f} s, regions of {motion.header.side:g} m"]
-    lines += ["", "critical path:"]
-    lines += [f"  {_told(link)}" for link in _joined(outcome.chain)]
+    if outcome.chain:
+        lines += ["", "critical path:", *(f"  {_told(link)}" for link in _joined(outcome.chain))]
     lines += ["", "robot            busy s  waiting s  way m  mean m/s  most m/s  room m"]
     for name in motion.header.robots:
         travel = travel_of(motion, name)

@@ -22,7 +22,7 @@ def test_words_and_bodies_agree(name: str) -> None:
     )
     times = [record.t for record in told.records]
     assert None not in times and times == sorted(times, key=float)
-    ends = {round(line.t1, 6) for line in moved.lines if isinstance(line, Action)}
+    ends = {round(line.t1, 9) for line in moved.lines if isinstance(line, Action)}
     strategy: dict[str, float] = {}
     for record in told.records:
         assert record.t is not None

@@ -6,10 +6,23 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from safenav.motion.check.finding import NEAR, Finding, Report
-from safenav.motion.file.records import Action, Moving
-from safenav.trace.records import Appeared, Blocked, Gone, Met, Move, Resolved, Synthesis
+from safenav.motion.file.records import Action, Moving, Release, Reserve
+from safenav.trace.records import (
+    Act,
+    Acted,
+    Appeared,
+    Arrive,
+    Blocked,
+    Depart,
+    Gone,
+    Met,
+    Move,
+    Resolved,
+    Synthesis,
+)
 from safenav.trace.setting import ObstacleHeader, RobotHeader, ScenarioHeader
 from safenav.trace.trace import Trace
+from safenav.trace.vocabulary import MoveEnd
 
 
 @dataclass(frozen=True)
@@ -102,7 +115,15 @@ def _steps(trace: Trace) -> dict[str, list[tuple[int, int, int, int]]]:
         n: [] for n in trace.header.scenario.robots
     }
     begun: dict[str, Move] = {}
+    departed: dict[str, Depart] = {}
     for record in trace.records:
+        if isinstance(record, Depart):
+            departed[record.robot] = record
+        elif isinstance(record, Arrive):
+            depart = departed.pop(record.robot)
+            if record.at != depart.from_:
+                step = (depart.line, depart.tick, depart.from_, record.at)
+                found[record.robot].append(step)
         if not isinstance(record, Move):
             continue
         if record.toward is not None:
@@ -113,6 +134,65 @@ def _steps(trace: Trace) -> dict[str, list[tuple[int, int, int, int]]]:
             step = (first.line, first.tick, record.from_, record.to)
             found[record.robot].append(step)
     return found
+
+
+def check_clock(
+    trace: Trace,
+    steps: Mapping[int, Passage],
+    lines: Sequence[object],
+    report: Report,
+) -> None:
+    """In a run with a clock, steps, actions and reservations are when the trace has them."""
+    if trace.header.clock is None:
+        return
+    begun: dict[int, Depart | Act] = {}
+    reserved: dict[tuple[str, int, bool], list[float]] = {}
+    acts: list[tuple[frozenset[str], float, float]] = []
+    robots = trace.header.scenario.robots
+    for name, robot in robots.items():
+        reserved[name, robot.start, True] = [0.0]
+    for record in trace.records:
+        t = record.t or 0.0
+        if isinstance(record, Depart | Act):
+            begun[record.command] = record
+        if isinstance(record, Depart):
+            reserved.setdefault((record.robot, record.to, True), []).append(t)
+        elif isinstance(record, Arrive):
+            depart = begun[record.command]
+            assert isinstance(depart, Depart)
+            left = depart.to if record.at == depart.from_ else depart.from_
+            if record.result is not MoveEnd.LOST:
+                reserved.setdefault((record.robot, left, False), []).append(t)
+            step = steps.get(depart.line)
+            if step is not None and not (
+                step.begin > (depart.t or 0.0) - NEAR and abs(step.end - t) < NEAR
+            ):
+                what = f"moves to {step.to} until {step.end:.3f} s, in the trace until {t:.3f} s"
+                report(Finding(step.begin, record.robot, "clock", what))
+        elif isinstance(record, Acted):
+            act = begun[record.command]
+            assert isinstance(act, Act)
+            acts.append((frozenset(act.robots), act.t or 0.0, t))
+    for line in lines:
+        if isinstance(line, Reserve | Release):
+            times = reserved.get((line.robot, line.region, isinstance(line, Reserve)), [])
+            near = next((t for t in times if abs(t - line.t) < NEAR), None)
+            if near is None:
+                word = "reserves" if isinstance(line, Reserve) else "releases"
+                what = f"{word} region {line.region} at {line.t:.3f} s, in the trace it does not"
+                report(Finding(line.t, line.robot, "clock", what))
+            else:
+                times.remove(near)
+        elif isinstance(line, Action) and not any(
+            line.robot in team and begin < line.t0 + NEAR and line.t1 < end + NEAR
+            for team, begin, end in acts
+        ):
+            what = f"acts on {line.obstacle} until {line.t1:.3f} s, in the trace at another time"
+            report(Finding(line.t0, line.robot, "clock", what))
+    for (name, region, begins), times in reserved.items():
+        for t in times:
+            what = f"never {'reserves' if begins else 'releases'} region {region}"
+            report(Finding(t, name, "clock", what))
 
 
 def check_order(
@@ -149,6 +229,17 @@ def check_order(
                 arrived = pending.get(record.robot)
                 if arrived is not None:
                     run.left.setdefault(record.from_, {})[record.robot] = arrived.end
+        elif isinstance(record, Depart):
+            step = steps.get(record.line)
+            if step is not None:
+                _entered(obstacles, run, conflicts, closed, step, report)
+                pending[record.robot] = step
+        elif isinstance(record, Arrive):
+            step = pending.pop(record.robot, None)
+            if step is not None:
+                run.at[record.robot] = record.at
+                run.ended[record.robot] = step.end
+                run.left.setdefault(step.origin, {})[record.robot] = step.end
         elif isinstance(record, Met):
             obstacle = obstacles[record.obstacle]
             done = _acted(obstacle, run, record, record.need, waiting, report)
@@ -170,6 +261,8 @@ def check_order(
             closed.discard(record.obstacle)
         elif isinstance(record, Blocked):
             closed.add(record.obstacle)
+        elif isinstance(record, Synthesis) and record.t is not None:
+            run.bound[record.robot] = record.t
         elif isinstance(record, Synthesis) and turn is not None:
             run.bound[record.robot] = _since(run, turn)
     for action in waiting:

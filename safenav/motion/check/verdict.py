@@ -11,7 +11,7 @@ from safenav.motion.check.deeds import check_deeds
 from safenav.motion.check.finding import NEAR, Finding
 from safenav.motion.check.gliding import check_drive, check_flight
 from safenav.motion.check.joins import by_robot, check_joins, inner_joins
-from safenav.motion.check.order import check_order, conflicts_of, passages
+from safenav.motion.check.order import check_clock, check_order, conflicts_of, passages
 from safenav.motion.check.room import Grid, Holding, check_overlaps, check_room, holdings
 from safenav.motion.check.tracking import check_flown, check_track
 from safenav.motion.check.walking import check_segment
@@ -67,7 +67,9 @@ def check_motion(motion: Motion, trace: Trace, digest: str) -> list[Finding]:
     check_overlaps(held, conflicts, report)
     check_room(moving, held, motion.header, limits, report)
     _wind(motion, held, grid, found)
-    check_order(trace, passages(trace, pieces, report), actions, report)
+    steps = passages(trace, pieces, report)
+    check_clock(trace, steps, lines, report)
+    check_order(trace, steps, actions, report)
     check_deeds(trace, actions, pieces, grid, limits, report)
     check_distances(pieces, limits, conflicts, makespan, report)
     _outcome(motion, found)

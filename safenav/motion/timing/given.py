@@ -1,0 +1,232 @@
+"""The motion of a run with a clock: each step and action at the seconds that its trace says.
+
+Nothing is scheduled. A robot that has more time than its step takes glides or drives more slowly; a
+walker stands first. One that has less time than its motion needs is refused.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from copy import copy
+from dataclasses import replace
+
+from safenav.errors import Diagnostic, InputError
+from safenav.motion.file.records import (
+    Action,
+    Curve,
+    Drive,
+    Flight,
+    Line,
+    MotionOutcome,
+    Moving,
+    Release,
+    Reserve,
+    Segment,
+)
+from safenav.motion.geometry import MetricFloor
+from safenav.motion.mover import Crossing, Mover
+from safenav.motion.timing.schedule import STANDING, Timetable, when
+from safenav.trace import records
+from safenav.trace.trace import Trace
+from safenav.trace.vocabulary import MoveEnd
+
+SLACK = 1e-6
+"""Seconds that are rounding."""
+
+
+def carried_out(trace: Trace, floor: MetricFloor, movers: Mapping[str, Mover]) -> Timetable:
+    """Carries out a trace with these movers, whose time is 0. Raises InputError for what no motion
+    of theirs does: too fast, or from one place to another without a step."""
+    run = _Run(trace, floor, movers)
+    for record in trace.records:
+        run.take(record)
+    return run.end()
+
+
+class _Run:
+    def __init__(self, trace: Trace, floor: MetricFloor, movers: Mapping[str, Mover]) -> None:
+        self._trace, self._floor, self._movers = trace, floor, movers
+        self._obstacles = trace.obstacles
+        self._lines: list[Line] = [Reserve(n, 0, m.region, 0.0) for n, m in movers.items()]
+        self._departs: dict[str, records.Depart] = {}
+        self._acts: dict[int, records.Act] = {}
+        self._deeds = _deeds(trace)
+        self._short = _short(trace)
+        self._busy = dict.fromkeys(movers, 0.0)
+        self._last = dict.fromkeys(movers, 0.0)
+
+    def take(self, record: records.Record) -> None:
+        match record:
+            case records.Depart():
+                self._departs[record.robot] = record
+                self._lines.append(Reserve(record.robot, record.tick, record.to, _time(record)))
+            case records.Arrive():
+                self._arrive(self._departs.pop(record.robot), record)
+            case records.Act():
+                self._acts[record.command] = record
+            case records.Acted():
+                self._acted(self._acts.pop(record.command), record)
+
+    def _arrive(self, depart: records.Depart, arrive: records.Arrive) -> None:
+        mover, begin, end = self._movers[depart.robot], _time(depart), _time(arrive)
+        self._count(depart.robot, begin, end)
+        left = depart.to if arrive.at == depart.from_ else depart.from_
+        if arrive.result is not MoveEnd.LOST:
+            self._lines.append(Release(depart.robot, arrive.tick, left, end))
+        if arrive.at == depart.from_ == mover.region:
+            return  # it stays at rest
+        if depart.from_ != mover.region or arrive.at != depart.to:
+            places = (mover.region, depart.from_) if arrive.at == depart.to else (left, arrive.at)
+            found = "{} is in region {} after region {} without a step".format(
+                depart.robot, *reversed(places)
+            )
+            raise self._refused(arrive, f"{found}: no motion shows that")
+        heading = self._floor.heading(depart.from_, depart.to)
+        short = (depart.robot, depart.command) in self._short
+        step = Crossing(depart.tick, depart.from_, depart.to, heading, None, short)
+        self._rest(mover, depart.tick, begin)
+        ahead = copy(mover)
+        ahead.move(step)
+        spare = end - ahead.time
+        if spare > SLACK:
+            self._lines += mover.halt(depart.tick)
+            ahead = copy(mover)
+            moved = ahead.move(step)
+            spare = end - ahead.time
+            if spare > SLACK and any(isinstance(piece, Segment) for piece in moved):
+                self._lines += mover.rest(depart.tick, mover.time + spare)
+        if spare < -SLACK:
+            need = ahead.time - begin
+            raise self._refused(
+                arrive,
+                f"{depart.robot} took {end - begin:.2f} s from region {depart.from_} to "
+                f"{depart.to}; its motion takes {need:.2f} s",
+                "change 'motion' or 'speed' of its model, or the side of regions: --side",
+            )
+        begun = mover.time
+        moved = mover.move(step)
+        factor = (end - begun) / (mover.time - begun)
+        if abs(mover.time - end) > SLACK:
+            moved = [_slower(p, begun, factor) for p in moved if not isinstance(p, Segment)]
+            mover.time = end
+        self._lines += moved
+
+    def _acted(self, act: records.Act, acted: records.Acted) -> None:
+        begin, end = _time(act), _time(acted)
+        team = [self._movers[name] for name in act.robots]
+        deeds = self._deeds.get(acted.command, [])
+        names = [obstacle for obstacle, _ in deeds] or list(act.obstacles)
+        for mover in team:
+            self._count(mover.robot, begin, end)
+            self._rest(mover, acted.tick, begin)
+            self._lines += mover.halt(acted.tick)
+            if names:
+                self._lines += mover.face(acted.tick, self._obstacles[names[0]].region)
+            if mover.time > end + SLACK:
+                late = f"{mover.robot} acts until {end:.2f} s, and is at rest at {mover.time:.2f} s"
+                raise self._refused(acted, late)
+        lasting = max(mover.values.get("action_seconds", 2.0) for mover in team)
+        start = min(end, max(end - lasting, *(mover.time for mover in team)))
+        span = (end - start) / max(1, len(deeds))
+        for mover in team:
+            if end > mover.time:
+                self._lines += mover.rest(acted.tick, end)
+            for number, (name, action) in enumerate(deeds):
+                times = (start + number * span, start + (number + 1) * span)
+                at = self._obstacles[name].region
+                self._lines.append(Action(mover.robot, acted.tick, action, name, at, *times))
+            self._lines += mover.resume(acted.tick)
+
+    def _rest(self, mover: Mover, tick: int, until: float) -> None:
+        if until > mover.time + SLACK:
+            self._lines += mover.halt(tick)
+            if until > mover.time:
+                self._lines += mover.rest(tick, until)
+
+    def _count(self, robot: str, begin: float, end: float) -> None:
+        self._busy[robot] += end - begin
+        self._last[robot] = end
+
+    def _refused(self, record: records.Record, found: str, hint: str = "") -> InputError:
+        return InputError([Diagnostic(self._trace.source, record.line, 1, found, hint)])
+
+    def end(self) -> Timetable:
+        tick = max((line.tick for line in self._lines), default=0)
+        over = max((_time(record) for record in self._trace.records), default=0.0)
+        for mover in self._movers.values():
+            self._lines += mover.halt(tick)
+        until = max([over, *(mover.time for mover in self._movers.values())]) or STANDING
+        for mover in self._movers.values():
+            if mover.time < until:
+                self._lines += mover.rest(tick, until)
+        waiting = {name: end - self._busy[name] for name, end in self._last.items()}
+        outcome = MotionOutcome(until, self._busy, waiting, ())
+        return Timetable(tuple(sorted(self._lines, key=when)), outcome)
+
+
+def _time(record: records.Record) -> float:
+    return record.t or 0.0
+
+
+def _deeds(trace: Trace) -> dict[int, list[tuple[str, str]]]:
+    """The obstacles that each action deals with, and what it does, by its command."""
+    found: dict[int, list[tuple[str, str]]] = {}
+    ended: dict[tuple[str, int], int] = {}
+    acts: dict[int, records.Act] = {}
+    last: set[str] = set()
+    for record in trace.records:
+        if isinstance(record, records.Act):
+            acts[record.command] = record
+        elif isinstance(record, records.Acted):
+            names = acts[record.command].robots
+            ended.update(((name, record.tick), record.command) for name in names)
+        elif isinstance(record, records.Met | records.Resolved):
+            needs = trace.obstacles[record.obstacle].all_needs
+            need = record.need if isinstance(record, records.Met) else len(needs) - 1
+            command = ended.get((record.robot, record.tick))
+            told = isinstance(record, records.Resolved) and record.obstacle in last
+            if command is not None and not told:
+                found.setdefault(command, []).append((record.obstacle, needs[need].action))
+            last.discard(record.obstacle)
+            if isinstance(record, records.Met) and need == len(needs) - 1:
+                last.add(record.obstacle)
+    return found
+
+
+def _short(trace: Trace) -> set[tuple[str, int]]:
+    """Robots and commands of the steps that end before an obstacle that stands in their region."""
+    found: set[tuple[str, int]] = set()
+    entered: dict[str, tuple[int, int]] = {}
+    acts: dict[int, records.Act] = {}
+    deeds = _deeds(trace)
+    for record in trace.records:
+        if isinstance(record, records.Arrive) and record.result is MoveEnd.ARRIVED:
+            entered[record.robot] = record.at, record.command
+        elif isinstance(record, records.Act):
+            acts[record.command] = record
+        elif isinstance(record, records.Acted):
+            regions = {trace.obstacles[name].region for name, _ in deeds.get(record.command, ())}
+            for name in acts[record.command].robots:
+                if name in entered and entered[name][0] in regions:
+                    found.add((name, entered[name][1]))
+    return found
+
+
+def _slower(piece: Flight | Drive, begin: float, factor: float) -> Moving:
+    """The same way, slower by a factor from ``begin`` on."""
+    t0, t1 = (begin + (t - begin) * factor for t in (piece.t0, piece.t1))
+    if isinstance(piece, Flight):
+        curves = tuple(
+            Curve(c.seconds * factor, *(_stretched(p, factor) for p in (c.x, c.y, c.z, c.yaw)))
+            for c in piece.curves
+        )
+        return replace(piece, curves=curves, t0=t0, t1=t1)
+    arcs = tuple(
+        replace(arc, seconds=arc.seconds * factor, way=_stretched(arc.way, factor))
+        for arc in piece.arcs
+    )
+    return replace(piece, arcs=arcs, t0=t0, t1=t1)
+
+
+def _stretched(polynomial: tuple[float, ...], factor: float) -> tuple[float, ...]:
+    return tuple(c / factor**power for power, c in enumerate(polynomial))
