@@ -8,11 +8,14 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from safenav.certify.checker.check_strategies import Objective
+from safenav.certify.checker.check_strategies import ASSUMED, Objective, World
 from safenav.certify.proved import TEAM, Proof, rests_on
-from safenav.certify.words import ASSUMED, Claim, Words
 from safenav.trace.reading import read_lines
 from safenav.trace.records import KINDS
+from safenav.trace.wording import Wording
+from safenav.world.map import RegionMap
+
+Claim = Mapping[str, Any]
 
 NOT_COVERED = (
     "The world model: robots move as specified, detect obstacles before entering them, and their "
@@ -26,7 +29,7 @@ NOT_COVERED = (
     "The choice of helpers: `safenav check-trace` audits the bids.",
     "Time: no claim says when a goal is met, only that it is met infinitely often.",
 )
-"""What a bundle does not prove."""
+"""Limits of a bundle's proof."""
 
 _EVENTS = (
     "violation",
@@ -55,18 +58,28 @@ def facts_of(
     said, if it was asked."""
     scenario = lines[0]["scenario"]
     trace = read_lines(map(json.dumps, lines))
-    words = Words(trace)
+    told = trace.header.scenario.map
+    world = RegionMap.from_grid(told.grid, told.names, told.areas)
+    wording = Wording(
+        world.word,
+        world.place,
+        actions={o.name: [n.action for n in o.all_needs] for o in trace.obstacles.values()},
+        skills={n: robot.capabilities for n, robot in trace.header.scenario.robots.items()},
+    )
     numbers = (number for number, line in enumerate(lines[1:], 2) if line["type"] in KINDS)
     outcome: Mapping[str, Any] = next(
         (line for line in reversed(lines) if line["type"] == "outcome"), {}
     )
     return {
         "name": scenario["name"],
-        "asked": [_asked(name, robot, claims, words) for name, robot in scenario["robots"].items()],
+        "asked": [
+            _asked(name, robot, claims, world, World(scenario["map"]))
+            for name, robot in scenario["robots"].items()
+        ],
         "obstacles": [
             {
                 "name": o["name"],
-                "label": words.run.obstacle(o["name"]),
+                "label": wording.obstacle(o["name"]),
                 "region": o["region"],
                 "action": o["action"],
             }
@@ -75,12 +88,11 @@ def facts_of(
         "outcome": outcome.get("outcome", "unfinished"),
         "explanation": outcome.get("explanation", "the trace ends before the run does"),
         "claims": [dict(claim) for claim in claims],
-        "in_words": {claim["id"]: words.claim(claim, lines) for claim in claims},
         "rests_on": {claim["id"]: rests_on(claim, proofs) for claim in claims},
         "proved_of_the_team": [TEAM[p.kind] for p in proofs if p.kind in TEAM and p.proved],
         "assumptions": _assumptions(lines),
         "happened": [
-            {"line": number, "tick": record.tick, "what": words.run.sentence(record)}
+            {"line": number, "tick": record.tick, "what": wording.sentence(record)}
             for number, record in zip(numbers, trace.records, strict=True)
             if record.type in _EVENTS
         ],
@@ -93,21 +105,20 @@ def facts_of(
 
 
 def _asked(
-    name: str, robot: Mapping[str, Any], claims: Sequence[Claim], words: Words
+    name: str, robot: Mapping[str, Any], claims: Sequence[Claim], world: RegionMap, places: World
 ) -> dict[str, Any]:
     """A robot as the scenario has it, its objective in the form that was proven."""
     texts = (claim["text"] for claim in claims if claim["kind"] == "form")
     forms = [re.sub(r"^Tick \d+: ", "", text) for text in texts]
     own = Objective(robot["objective"])
-    known = [f"{name}: {own.words(form)}." for form in ("literal", "alternation")]
-    proven = next((text for text in forms if text in known), f"{name}: {own.words()}.")
+    known = [f"{name}: {own.words(places, form)}." for form in ("literal", "alternation")]
+    proven = next((text for text in forms if text in known), f"{name}: {own.words(places, '')}.")
     return {
         "robot": name,
         "model": robot["model"],
         "mobility": robot["mobility"],
         "start": robot["start"],
-        "start_label": words.world.place(robot["start"]),
-        "objective_label": words.objective(robot["objective"]),
+        "start_label": world.place(robot["start"]),
         "capabilities": list(robot["capabilities"]),
         "objective": proven.removeprefix(f"{name}: ")[:-1],
         "avoids": list(robot.get("conflicts") or ()),
@@ -118,8 +129,9 @@ def _assumptions(lines: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     """Each assumption once: what it is, who relies on it, who checks it, whether it failed."""
     relied: dict[str, set[str]] = {}
     for line in lines:
-        text = ASSUMED.get(line.get("fairness") or "none")
-        if line["type"] == "synthesis" and text and line["verdict"] == "realizable":
+        fairness = line.get("fairness") or "none"
+        if line["type"] == "synthesis" and fairness != "none" and line["verdict"] == "realizable":
+            text = ASSUMED[fairness].removeprefix("if ")
             relied.setdefault(text, set()).add(line["robot"])
     found: list[dict[str, Any]] = [
         {

@@ -53,7 +53,7 @@ class Kept:
                 if text is None:
                     raise UsageError(
                         f"the specification of {line['robot']} at tick {line['tick']} "
-                        f"({spec[:12]}) is not in the cache any more; run the scenario again "
+                        f"({spec[:12]}) is no longer in the cache; run the scenario again "
                         "with `safenav certify`"
                     )
                 self.texts[spec] = text
@@ -86,5 +86,5 @@ def read_lines(trace: bytes, name: str) -> list[dict[str, Any]]:
                 f"{lines[0].get('trace')}"
             )
     except (ValueError, LookupError, TypeError, AttributeError) as error:
-        raise UsageError(f"{name} is no complete trace: {error}") from error
+        raise UsageError(f"{name} is not a complete trace: {error}") from error
     return lines

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from random import Random
@@ -375,6 +376,17 @@ def _stronger_form(*names: str) -> Alter:
     return alter
 
 
+def _forged_sentence(files: Files, source: Random) -> Files | None:
+    """A claim on the page loses the condition under which it was proven."""
+    text = files["index.html"].decode()
+    listed = list(re.finditer(r"(<li id=[^>]*>.*?), (whatever|if) [^<]*<br>", text))
+    if not listed:
+        return None
+    one = source.choice(listed)
+    page = f"{text[: one.start()]}{one[1]}.<br>{text[one.end() :]}"
+    return {**files, "index.html": page.encode()}
+
+
 def _added_claim(files: Files, source: Random) -> Files | None:
     facts = json.loads(files["assurance.json"])
     facts["claims"].append({**source.choice(facts["claims"]), "text": "Nobody is ever late."})
@@ -393,6 +405,7 @@ MUTANTS = (
     Mutant("a stronger form on the page", _stronger_form("index.html")),
     Mutant("a stronger form on both", _stronger_form("assurance.json", "index.html")),
     Mutant("a stronger form in the trace", _line("synthesis", _literal)),
+    Mutant("a forged sentence on the page", _forged_sentence),
     Mutant("a claim more in the facts", _added_claim),
     Mutant("a transition", _strategy(_redirect), ELSEWHERE),
     Mutant("a transition to a twin", _strategy(_redirect_to_a_twin), ELSEWHERE),

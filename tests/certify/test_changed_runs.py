@@ -50,7 +50,7 @@ def test_a_run_that_was_changed_is_accepted() -> None:
     assert kinds >= {"service", "appeared", "objective"}
     status, said = run_checker(changed())
     assert status == 0, said
-    assert "is given another objective" in said
+    assert "receives another objective" in said
 
 
 def test_a_robot_out_of_service_that_goes_on_is_refused(tmp_path: Path) -> None:
@@ -62,7 +62,7 @@ def test_a_robot_out_of_service_that_goes_on_is_refused(tmp_path: Path) -> None:
     lines.insert(first, {**out, "tick": 1})
     status, said = said_of(lines, tmp_path)
     assert status == 1
-    assert "goes on, though it is out of service" in said
+    assert "moves, though it is out of service" in said
 
 
 @pytest.mark.parametrize("active", [True, False])
@@ -91,4 +91,4 @@ def test_a_request_gives_nobody_targets_that_serve_nothing(tmp_path: Path) -> No
         rewrite(bundle, with_lines(files_of(bundle), lines), tmp_path / "bundle")
     )
     assert status == 1
-    assert "r2 is given what serves no request" in said
+    assert "r2 receives an objective that serves no request" in said

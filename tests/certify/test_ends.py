@@ -60,7 +60,7 @@ def test_a_bundle_says_which_assumption_failed(seed: int, tmp_path: Path) -> Non
     made = bundle_of_trace(trace, tmp_path / "bundle")
     said = [claim for claim in made.verdict.claims if claim["kind"] == "broken"]
     assert len(said) == len(failed) > 0
-    assert "which went elsewhere than told" in made.verdict.claims[-1]["text"]
+    assert "which ended elsewhere than commanded" in made.verdict.claims[-1]["text"]
 
 
 def test_another_objective_during_the_run_is_claimed(tmp_path: Path) -> None:
@@ -100,7 +100,7 @@ def test_the_motion_of_a_run_goes_along(tmp_path: Path) -> None:
     bundle_of_run(SCENARIOS / "hello.yaml", tmp_path / "hello", motion=True)
     status, said = run_checker(tmp_path / "hello")
     assert status == 0, said
-    assert "motion.jsonl says that it is the motion of this trace" in said
+    assert "motion.jsonl names this trace" in said
     moved, trace = tmp_path / "hello" / "motion.jsonl", tmp_path / "hello" / "trace.jsonl"
     bundle_of_trace(trace, tmp_path / "again", moved)
     another = shipped("case_study_1") / "trace.jsonl"

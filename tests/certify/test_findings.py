@@ -318,7 +318,7 @@ def test_a_mission_is_completed_although_a_request_is_open() -> None:
     assert lines[-1]["outcome"] == "completed"
 
 
-@pytest.mark.parametrize("name", ["robots.b", "b", "somebody"])
+@pytest.mark.parametrize("name", ["robots.b", "b", "any robot"])
 def test_no_obstacle_has_the_name_of_a_robot(name: str, tmp_path: Path) -> None:
     """Who knows of the one would seem to know of the other, and what is never resolved would seem
     to be somebody who is stuck."""
@@ -335,7 +335,7 @@ def test_an_obstacle_that_there_is_cannot_be_discovered(tmp_path: Path) -> None:
     obstacle = lines[0]["scenario"]["obstacles"][0] | {"region": 12}
     lines.insert(1, {"type": "discovered", "tick": 0, "obstacle": obstacle})
     said = said_of(bundle_of(TWO_NEEDS), lines, tmp_path)
-    assert said.endswith(f"there is a {obstacle['name']} already")
+    assert said.endswith(f"{obstacle['name']} already exists")
 
 
 def test_what_a_robot_is_told_on_its_way_counts_when_it_arrives() -> None:

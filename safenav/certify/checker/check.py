@@ -38,7 +38,7 @@ elif __package__:  # safenav has these two files in a package
 import check_strategies as base
 from check_strategies import Json, Objective, Pose, RefusedError, Strategy, Task, World, require
 
-SOMEBODY = "somebody"
+SOMEBODY = "any robot"
 VAIN = ("failed", "nothing")
 Poses = frozenset[Pose]
 
@@ -425,13 +425,13 @@ class Run:
             trace, motion = (self.files[f"{n}.jsonl"].read_bytes() for n in ("trace", "motion"))
             same = json.loads(motion.splitlines()[0])["trace"] == hashlib.sha256(trace).hexdigest()
             require(same, "motion.jsonl is the motion of another trace")
-            said = "motion.jsonl says that it is the motion of this trace"
+            said = "motion.jsonl names this trace"
             self.claim("motion", f"{said}; `safenav check-motion` checks it.", "motion.jsonl")
-        but = f" but {self.strayed}, which went elsewhere than told," if self.strayed else ""
-        said = f"All {self.turn} moves{but} are legal: no wall, no standing obstacle, no collision"
-        what = f"{self.answered} are the strategies' answers to what the robots could observe"
+        but = f" but {self.strayed}, which ended elsewhere than commanded," if self.strayed else ""
+        said = f"All {self.turn} moves{but} are legal: no wall, unresolved obstacle or collision"
+        what = f"{self.answered} follow strategies"
         timed = "; in seconds, robots in conflict never have a region both" if self.live else ""
-        what = f"{said}{timed}. {what}, the others stay, step back or follow a joint plan."
+        what = f"{said}{timed}. {what}; the others stay, back up or follow a joint plan."
         self.claim("moves", what, "trace.jsonl")
 
     def state_form(self, robot: Robot) -> None:
@@ -439,7 +439,7 @@ class Run:
         force."""
         if robot.forms:
             form = min(robot.forms)  # alternation before literal
-            self.claim("form", f"{robot.name}: {robot.own.words(form)}.", "trace.jsonl")
+            self.claim("form", f"{robot.name}: {robot.own.words(self.world, form)}.", "trace.jsonl")
             robot.forms.clear()
 
     def check_page(self) -> None:
@@ -450,16 +450,17 @@ class Run:
         untimed = [re.sub(r"^Tick \d+: ", "", text) for text in texts]
         for name, robot in self.robots.items():
             own = Objective(robot.data["objective"])
-            stated = [own.words(form) + "." for form in ("literal", "alternation", "")]
+            stated = [own.words(self.world, each) + "." for each in ("literal", "alternation", "")]
             first = (t for t in untimed if t in [f"{name}: {words}" for words in stated])
             asked.append(next(first, f"{name}: {stated[2]}").removeprefix(f"{name}: ")[:-1])
         same = [robot["objective"] for robot in facts["asked"]] == asked
         require(same, "assurance.json states another form of an objective than was proven")
         listed = sorted(re.findall(r'<li id="[^"]*">(.*?)<br>', shown))
-        cells = re.findall(r'<td class="shall">(.*?)</td>', shown)
+        cells = re.findall(r'<td class="must">(.*?)</td>', shown)
         same = listed == sorted(map(escape, texts)) and cells == [*map(escape, asked)]
-        strict = sum(text.count(base.STRICTLY) for text in (*texts, *asked))
-        same = same and shown.count(base.STRICTLY) == strict
+        for text in sorted((*texts, *asked), key=len, reverse=True):
+            shown = shown.replace(escape(text), "")
+        same = same and base.STRICTLY not in shown
         require(same, "index.html states something else than is established")
 
     def follow(self, record: Json, robot: Any, obstacle: Any) -> None:
@@ -497,7 +498,7 @@ class Run:
             case "resolved":
                 truth = record["traversable"]
                 fits = self.external or (not obstacle.left and truth == obstacle.truth)
-                require(obstacle.present and fits, f"{obstacle.name} is not there, or not so")
+                require(obstacle.present and fits, f"{obstacle.name} is absent or different")
                 sealed = tuple(sorted(obstacle.blocks)) if truth is False else None
                 self.alter(obstacle, present=False, known=False, left=(), sealed=sealed)
                 for each in self.robots.values():
@@ -505,7 +506,9 @@ class Run:
             case "blocked":
                 if obstacle.sealed is None:  # else it was found untraversable
                     require(obstacle.name in Team(self).never(), f"{obstacle.name} can be resolved")
-                    self.claim("never", f"{obstacle.name} can never be resolved, whatever they do.")
+                    kind, _, _ = obstacle.name.rpartition("@")
+                    what = f"{kind}@{self.world.word([obstacle.region])}"
+                    self.claim("never", f"No robot can ever resolve {what}.")
                 self.alter(obstacle, known=True, sealed=tuple(sorted(obstacle.blocks)))
             case "push" | "pop":
                 self.ask(record, obstacle)
@@ -516,7 +519,8 @@ class Run:
                 self.state_form(robot)
                 robot.objective = given if robot.objective.serves(robot.own) else robot.objective
                 robot.own, robot.goals = given, []
-                self.claim("changed", f"{robot.name} is given another objective, '{given}'.")
+                words = given.words(self.world)
+                self.claim("changed", f"{robot.name} receives another objective: {words}.")
             case "service":
                 require(robot.active != record["active"], f"{robot.name} serves as it was before")
                 robot.active = record["active"]
@@ -525,8 +529,8 @@ class Run:
             case "assumption":
                 require(robot.answers == set(), f"{robot.name} has an answer: no assumption failed")
                 robot.nodes = set()
-                said = f"An assumption of {robot.name} failed ({record['name']}): until it is"
-                self.claim("broken", f"{said} synthesized again nothing is promised of it.")
+                said = f"An assumption of {robot.name} failed ({record['name']}); its guarantees"
+                self.claim("broken", f"{said} resume at its next synthesis.")
             case "plan" | "plan_end":
                 for name, each in self.robots.items():
                     each.way = [(r, h) for r, h in record.get("robots", {}).get(name, ())]
@@ -554,11 +558,14 @@ class Run:
         """Note that a request is open from now on, or no longer."""
         entry = tuple(map(record.get, ("obstacle", "requester", "helper", "helpers", "reason")))
         if record["type"] == "pop":
-            require(entry in self.stack, "what is dropped from the stack is not on it")
+            require(entry in self.stack, "the dropped entry is not on the stack")
             self.stack.remove(entry)
         else:
             known = record["obstacle"] is None or (obstacle and obstacle.known)
-            require(known and record["requester"] in self.robots, "nobody has met what it is about")
+            require(
+                known and record["requester"] in self.robots,
+                "no robot has met its obstacle",
+            )
             able = obstacle.left[0].able if obstacle and obstacle.left else self.robots
             unable = {*(record.get("helpers") or [record["helper"]])} - {None, *able}
             require(not unable, f"{', '.join(unable)} cannot meet the next need of {entry[0]}")
@@ -574,7 +581,7 @@ class Run:
         serves = any(aim <= there for aim in objective.targets for there in wanted)
         fits = self.stack and (objective.kind != "visit" or serves)
         fits = fits or objective == robot.objective or objective.serves(robot.own)
-        require(fits, f"{robot.name} is given what serves no request: {objective}")
+        require(fits, f"{robot.name} receives an objective that serves no request")
         robot.objective = objective
 
     def synthesis(self, record: Json, robot: Robot) -> None:
@@ -582,7 +589,8 @@ class Run:
         spec, name, node = record["spec"], record.get("strategy"), record.get("node")
         rules = f"rules/{base.circumstances(record)}.json"
         asked = Objective(record["objective"])
-        said = f"{robot.name}, for '{asked.formed(record.get('form'))}'"
+        words = asked.formed(record.get("form")).words(self.world)
+        said = f"{robot.name} for '{words}'"
         for tried in (*(record.get("tried") or ()), record):
             text = f"specs/{tried['spec']}.structuredslugs"
             path = f"counterstrategies/{tried['spec']}.json"
@@ -591,8 +599,9 @@ class Run:
                 self.shown[path] = graph = Strategy(proof["automaton"], self.text(text))
                 base.check_counterstrategy(graph, graph, proof, proof["measures"])
                 if tried is not record:
-                    what = f"{robot.name}, for '{asked.formed(tried['form'])}'"
-                    what = f"No strategy exists for {what} with fairness {tried['fairness']}."
+                    what = f"'{asked.formed(tried['form']).words(self.world)}'"
+                    what = f"No strategy of {robot.name} for {what} works"
+                    what = f"{what} {base.ASSUMED[tried['fairness']]}."
                     self.claim("weakest", what, None, text, path)
         if record["verdict"] == "unrealizable" and path in self.shown:
             task = self.task(record, robot, self.shown[path], rules)
@@ -604,22 +613,22 @@ class Run:
                     self.alter(o, barred=o.barred | {robot.name})
         if record["verdict"] != "realizable" or node is None:
             return
-        require(name, "its strategy was never listed: nothing is proven about its moves")
+        require(name, "its strategy is not listed: no proof of its moves")
         files = text, f"strategies/{name}.json", f"measures/{spec}-{name}.json"
         if files not in self.shown:
             self.shown[files] = graph = Strategy(self.json(files[1]), self.text(text))
             base.check_realizes(graph, self.json(files[2]))
-            what = f"realizes the text of its specification: {graph.count} nodes"
-            self.claim("realizes", f"The strategy of {said} {what}, {graph.size} edges.", *files)
+            what = f"satisfies its specification: {graph.count} nodes, {graph.size} edges"
+            self.claim("realizes", f"The strategy of {said} {what}.", *files)
         graph = self.shown[files]
         require(node in graph.begin, f"node {node} is not one with which the strategy may begin")
         robot.task = task = self.task(record, robot, graph, rules)
         if rules not in self.shown:
             task.check_keeps(node, self.json(rules))
             self.shown[rules] = task
-            what = "keeps the rules of the scenario and does what it is for again and again"
-            assumed = record["fairness"].replace("none", "whatever the others do")
-            self.claim("keeps", f"The strategy of {said} {what} ({assumed}).", None, *files, rules)
+            what = "obeys the scenario's rules and meets that objective"
+            what = f"The strategy of {said} {what}, {base.ASSUMED[record['fairness']]}."
+            self.claim("keeps", what, None, *files, rules)
         if task.objective.serves(robot.own):
             robot.forms.add("literal" if task.objective == robot.own else "alternation")
             robot.turn = max(task.memory.values(), default=0)
@@ -674,7 +683,7 @@ class Run:
                 needs[k - 1] = needs[k - 1]._replace(able=needs[k - 1].able & needs[k].able)
         names = {SOMEBODY, *self.robots, *(f"robots.{name}" for name in self.robots)}
         require(data["name"] not in names, "an obstacle has the name of a robot")
-        require(data["name"] not in self.obstacles, f"there is a {data['name']} already")
+        require(data["name"] not in self.obstacles, f"{data['name']} already exists")
         about = data["name"], data["region"], frozenset(data["blocks"]), (*needs,), (*needs,)
         self.obstacles[data["name"]] = Obstacle(*about, present, data["traversable"])
 
@@ -688,7 +697,7 @@ class Run:
         due = self.tick - 1, [*self.robots].index(robot.name)
         require(divmod(self.turn, len(self.robots)) == due, f"it is not {robot.name}'s turn")
         done = [o.name for o in self.obstacles.values() if o.present and not o.left]
-        require(not done, f"no line tells that {', '.join(done)} was resolved")
+        require(not done, f"the resolution of {', '.join(done)} is not recorded")
         asked = self.stack[-1][0] if self.stack else None
         require(not asked or self.obstacles[asked].present, f"a request for {asked} is left open")
         what, who, turn = self.met or ("", "", self.turn)
@@ -706,7 +715,7 @@ class Run:
                 raise
             self.strayed += 1  # of an external world: it is not where it was sent
             after, robot.nodes = pose, set()
-            if "failed" in record and robot.task:  # it goes on from there
+            if "failed" in record and robot.task:  # it continues from there
                 robot.nodes = robot.task.of_pose.get(pose, set())
         robot.pose, robot.destination, robot.back = pose, after, {}
         robot.places = {pose[0], after[0]}
@@ -735,7 +744,7 @@ class Run:
         kept = after == before or robot.own.permits(before, after)
         require(kept, f"{name} goes to {after[0]}, against its objective")
         robot.answers = task.answers(robot, self.robots, record.get("busy", ()), self.external)
-        require(robot.active or by == "stay", f"{name} goes on, though it is out of service")
+        require(robot.active or by == "stay", f"{name} moves, though it is out of service")
         there, answers = task.of_pose.get(after, set()), robot.answers
         node = robot.back["node"] if by == "backtrack" else None
         if node is not None:
@@ -774,19 +783,20 @@ class Run:
         if what == "unrealizable" and self.hopeless and not self.turn:
             return "The mission never began: a robot has no strategy."
         if what != "operator_needed":
-            return f"The run ended early ({what}); nothing is claimed of its goal."
+            what = what.replace("_", " ")
+            return f"The run ended early ({what}); no claim about its goal."
         proof, specs = record.get("proof"), record.get("unrealizable") or {}
         if proof is None:
             require(specs and specs.items() <= self.hopeless, "a negative without a proof")
             said = f"there is no strategy for {' and '.join(specs)}"
         elif record.get("cause") == "deadlock":  # the proof holds only robots and number of rounds
             (team := Team(self, proof["robots"])).exhaust(min(proof["goal"]["rounds"], rounds))
-            said = f"no order of moves of {' and '.join(team.robots)} completes it"
+            said = f"no order of moves of {' and '.join(team.robots)} completes the mission"
         else:
             never = Team(self, out=[n for n, r in self.robots.items() if not r.active]).never()
-            require(SOMEBODY in never, "everybody can go on, whatever can never be resolved")
-            stuck = " and ".join(sorted(never & {*self.robots})) or "always somebody"
-            said = f"{stuck} cannot go on, whatever those in service do that have a strategy for it"
+            require(SOMEBODY in never, "every robot can continue, whatever can never be resolved")
+            stuck = " and ".join(sorted(never & {*self.robots})) or "in each case some robot"
+            said = f"{stuck} cannot continue, whatever the robots in service with strategies do"
         return f"An operator is needed: {said}."
 
 
@@ -794,7 +804,7 @@ def read_json(file: Any) -> Any:
     try:
         return json.loads(file.read_bytes())
     except ValueError as error:
-        raise RefusedError(f"{file.name} is no JSON: {error}") from error
+        raise RefusedError(f"{file.name} is not valid JSON: {error}") from error
 
 
 def open_bundle(place: Path) -> tuple[dict[str, Any], Json]:
@@ -808,7 +818,7 @@ def open_bundle(place: Path) -> tuple[dict[str, Any], Json]:
         files = {name: zipfile.Path(archive, name) for name in names}
     manifest = read_json(files.pop("manifest.json"))
     known = (manifest["format"], manifest["version"]) == ("safenav-bundle", 4)
-    require(known, "this is no bundle of version 4; an older one has its own check.py")
+    require(known, "not a bundle of version 4; an older one has its own check.py")
     different = sorted({*files} ^ {*manifest["files"]})
     require(not different, f"{', '.join(different)} is either missing or not in the manifest")
     for path, file in files.items():
@@ -857,7 +867,7 @@ def main() -> int:
     parser.add_argument("--any-claims", action="store_true", help="whatever the manifest claims")
     options = parser.parse_args()
     if not (options.bundle / "manifest.json").is_file() and not zipfile.is_zipfile(options.bundle):
-        print(f"{options.bundle} is no bundle: a folder with a manifest.json, or a .zip of one")
+        print(f"{options.bundle} is not a bundle: a folder with a manifest.json, or a .zip of one")
         return 2
     verdict, reason, claims = check(options.bundle, compare=not options.any_claims)
     if options.json:

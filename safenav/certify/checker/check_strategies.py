@@ -32,6 +32,13 @@ PASSING = re.compile(r"busy_\w+")  # inputs without effect on the next observati
 HEADINGS = ("north", "east", "south", "west")
 STRICTLY = ", without crossing the one whose turn it is not"
 LOOSELY = "; it may cross the one whose turn it is not"
+ASSUMED = {
+    "none": "whatever the other robots do",
+    "out_of_my_way": "if infinitely often no other robot is beside it",
+    "off_my_targets": "if infinitely often the other robots are off its targets",
+    "out_of_my_sight": "if infinitely often the other robots are out of its sight",
+    "at_its_targets": "if infinitely often the other robots are at their own targets",
+}
 RULES = ("avoid", "always")  # what an objective forbids beside its goals
 TOLD = ("request", "wait", "assigned")
 SECTIONS = ("ENV_INIT", "SYS_INIT", "ENV_TRANS", "SYS_TRANS", "ENV_LIVENESS", "SYS_LIVENESS")
@@ -298,8 +305,8 @@ class Strategy:
 
     def met(self, edges: Edges) -> tuple[list[Met], list[Met]]:
         """Return on which edges each goal is met, and each assumption."""
-        wishes = [self.holds([goal], edges) for goal in self.spec.goals]
-        return wishes, [self.holds([clause], edges) for clause in self.spec.assumptions]
+        goals = [self.holds([goal], edges) for goal in self.spec.goals]
+        return goals, [self.holds([clause], edges) for clause in self.spec.assumptions]
 
 
 def check_strategy(rules: Any, graph: Strategy, nodes: Sequence[int], measures: Any) -> None:
@@ -316,9 +323,9 @@ def check_strategy(rules: Any, graph: Strategy, nodes: Sequence[int], measures: 
         node, target = (ends[allowed.index(False)] for ends in edges)
         said = f"{rules.name} forbids the edge from node {node} to node {target}"
         raise RefusedError(f"{said}: {rules.describe(node, target)}")
-    wishes, assumed = rules.met(edges)
-    for k, (met, measure) in enumerate(zip(wishes, measures, strict=True)):
-        check_measure(graph, edges, f"wish {k} of {rules.name}", met, assumed, measure)
+    goals, assumed = rules.met(edges)
+    for k, (met, measure) in enumerate(zip(goals, measures, strict=True)):
+        check_measure(graph, edges, f"goal {k} of {rules.name}", met, assumed, measure)
 
 
 def check_counterstrategy(rules: Any, graph: Strategy, proof: Json, measures: Any) -> None:
@@ -339,13 +346,13 @@ def check_counterstrategy(rules: Any, graph: Strategy, proof: Json, measures: An
         require(occurs, f"the input chosen in node {node} cannot occur")
         listed = {rules.done[target] for target in after if graph.inputs[target] == row}
         missing = rules.replies(node, row) - listed
-        require(not missing, f"in node {node} the robot could go on to {missing}")
+        require(not missing, f"in node {node} the robot could continue to {missing}")
     edges, (*each, last) = graph.edges(nodes), measures
-    wishes, assumed = rules.met(edges)
+    goals, assumed = rules.met(edges)
     for k, (met, measure) in enumerate(zip(assumed, each, strict=bool(edges[0]))):
-        check_measure(graph, edges, f"assumption {k} again and again", met, [], measure)
+        check_measure(graph, edges, f"assumption {k}, infinitely often", met, [], measure)
     never = [False] * len(edges[0])
-    check_measure(graph, edges, "a wish is missed for ever", never, wishes, last)
+    check_measure(graph, edges, "a goal is missed forever", never, goals, last)
 
 
 def check_measure(
@@ -390,8 +397,18 @@ class World:
         good = {*map(len, data["grid"])} == {self.cols} and {*cells} <= {*"#."}
         require(good, "the map has rows of different lengths, or other cells than # and .")
         self.free = frozenset(region for region, cell in enumerate(cells) if cell == ".")
+        named, areas = data.get("names") or {}, data.get("areas") or {}
+        good = all(re.fullmatch(r"[\w-]+", name) for name in (*named, *areas))
+        require(good, "a name of a region has other characters than letters, digits, _ and -")
+        self.names = {frozenset([region]): name for name, region in named.items()}
+        self.names |= {frozenset(regions): name for name, regions in areas.items()}
         many = {"north": self.rows, "south": self.rows, "east": self.cols, "west": self.cols}
         self.sides = [heading for heading in HEADINGS if many[heading] > 1]
+
+    def word(self, regions: Collection[int]) -> str:
+        """Return the name of an area or a region, or its numbers."""
+        each = (self.names.get(frozenset([r]), str(r)) for r in sorted(regions))
+        return self.names.get(frozenset(regions)) or " or ".join(each)
 
     def step(self, region: int, heading: str) -> int | None:
         """Return the free region on that side, or None."""
@@ -495,24 +512,25 @@ class Objective:
         require("form" not in self.data, "a patrol with 'form: literal' is made an alternation")
         return Objective(self.renamed("visit"))
 
-    def words(self, form: str = "") -> str:
+    def words(self, world: World, form: str = "literal") -> str:
         """Return it as a sentence without its subject; ``form``: the weakest one that was proven,
-        if any."""
-        never = f"; never enter {', '.join(map(str, sorted(self.avoid)))}" if self.avoid else ""
-        return self._aims(form) + never + "".join(f"; always {text}" for text in self.always)
+        empty if none was."""
+        never = ", ".join(world.word([region]) for region in sorted(self.avoid))
+        rest = f"; never enter {never}" if never else ""
+        return self._aims(world, form) + rest + "".join(f"; always {text}" for text in self.always)
 
-    def _aims(self, form: str) -> str:
+    def _aims(self, world: World, form: str) -> str:
         if self.kind == "ltl":
-            return "keep the formulas of its own objective"
-        listed = ["|".join(map(str, sorted(target))) for target in self.targets]
+            return "satisfy the formulas of its own objective"
+        listed = [world.word(target) for target in self.targets]
         if self.kind == "hold":
             return f"go to {listed[0]} and stay"
         if self.kind == "once":
             return f"be at {', '.join(listed)} once, in this order, and stay at the last"
         if self.kind == "cover":
-            return f"be at each of {', '.join(listed)} again and again, in any order"
+            return f"be at each of {', '.join(listed)} infinitely often, in any order"
         how = {"literal": STRICTLY, "alternation": LOOSELY}.get(form, "") * (self.kind == "patrol")
-        return f"be at {' and '.join(listed)} in turn, again and again{how}"
+        return f"be at {' and '.join(listed)} in turn, infinitely often{how}"
 
     def permits(self, before: Pose, after: Pose) -> bool:
         """Return whether a step keeps its formulas and what it avoids."""
@@ -528,10 +546,6 @@ class Objective:
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Objective) and self.data == other.data
-
-    def __str__(self) -> str:
-        rules = "".join(f", {k} {json.dumps(self.data[k])}" for k in RULES if k in self.data)
-        return f"{self.kind} {json.dumps(self.data[self.kind])}{rules}"
 
 
 def circumstances(line: Json) -> str:
@@ -700,21 +714,21 @@ class Task:
         goals can wait."""
         graph, regions, targets = self.graph, self.regions, self.targets
         counts = self.objective.goals
-        wishes = [[regions[node] in target for node in edges[1]] for target in targets]
+        goals = [[regions[node] in target for node in edges[1]] for target in targets]
         if self.objective.ordered:
             steps = zip(*edges, strict=True)
             ends = [(self.before[node][1], after) for node, after in steps]
-            wishes = [[regions[after] in targets[k] and k in counts for k, after in ends]]
-        wishes += [graph.holds([clause], edges) for clause in self.objective.liveness]
+            goals = [[regions[after] in targets[k] and k in counts for k, after in ends]]
+        goals += [graph.holds([clause], edges) for clause in self.objective.liveness]
         if self.told:
             request, wait, place = (graph.columns[name] for name in TOLD)
             sent = [request[node] == 1 for node in edges[1]]
-            wishes = [[s or good for s, good in zip(sent, met, strict=True)] for met in wishes]
+            goals = [[s or good for s, good in zip(sent, met, strict=True)] for met in goals]
             arrived = (wait[node] == 1 or place[node] == regions[node] for node in edges[1])
-            wishes.append([not s or there for s, there in zip(sent, arrived, strict=True)])
+            goals.append([not s or there for s, there in zip(sent, arrived, strict=True)])
         assumed, steps = cache(self.assumed), zip(*edges, strict=True)
         held = [assumed(regions[node], graph.inputs[after]) for node, after in steps]
-        return wishes, [list(each) for each in zip(*held, strict=True)]
+        return goals, [list(each) for each in zip(*held, strict=True)]
 
     def assumed(self, region: int, row: Row) -> list[bool]:
         """Return which assumptions are met at a step from a region. A belief counts as meeting one
@@ -765,7 +779,7 @@ class Task:
             if not self.sees(here, there):
                 found = self.after(name, here, robot.knowledge[name])
                 hidden = {value for value in found if there in self.whereabouts(name, value)}
-                require(hidden or lenient, f"{name} is where nobody could believe it to be")
+                require(hidden or lenient, f"{name} is outside every possible belief")
                 there = max(hidden or found)
             seen[f"at_{name}"] = robot.knowledge[name] = there
         row, graph = tuple(seen[name] for name in self.graph.spec.inputs), self.graph
