@@ -15,7 +15,7 @@ from safenav.motion.making import floor_of
 from safenav.motion.mover import Crossing, Mover
 from safenav.motion.timing.order import StepNode, order_of
 from safenav.motion.timing.schedule import Timetable, scheduled
-from safenav.trace.records import Move, Resolved
+from safenav.trace.records import Met, Move, Resolved
 from safenav.trace.trace import Trace
 
 SLOWED = int(os.environ.get("SAFENAV_MOTION_SLOWED", "20"))
@@ -110,7 +110,10 @@ def test_slow_robots_never_overlap_never_enter_a_door_early_and_all_end(name: st
     steps = sum(
         1 for r in trace.records if isinstance(r, Move) and r.to != r.from_ and r.toward is None
     )
-    acting = [r.robots or (r.robot,) for r in trace.records if isinstance(r, Resolved)]
+    met = [r for r in trace.records if isinstance(r, Met)]
+    once = {r.obstacle for r in met}  # the others have one need, told by their resolution
+    resolved = [r for r in trace.records if isinstance(r, Resolved) and r.obstacle not in once]
+    acting = [r.robots or (r.robot,) for r in (*met, *resolved)]
     for seed in range(SLOWED):
         plan = strolled(trace, seed)
         assert overlaps(trace, plan) == 0
