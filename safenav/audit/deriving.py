@@ -11,8 +11,10 @@ from safenav.audit.progress import ENDS
 from safenav.audit.proofs.formulas import Formulas, UnreadError, read_formulas, rules_of
 from safenav.audit.situation import Situation, Status
 from safenav.audit.team import Member, Need, OpenObstacle, Pose, Poses, Team
+from safenav.trace.objective import Objective
 from safenav.trace.vocabulary import Region
 
+NEWEST = "newest"
 HEADINGS = ("north", "east", "south", "west")
 
 
@@ -28,8 +30,8 @@ def pose_of(name: str, now: Situation) -> Pose:
 def open_obstacles(
     now: Situation, refused: Collection[tuple[str, str]] = ()
 ) -> tuple[OpenObstacle, ...]:
-    """The obstacles with an open request, the oldest first. ``refused``: robots that have no
-    strategy for serving an obstacle."""
+    """The obstacles with an open request in the order in which they are served. ``refused``:
+    robots that have no strategy for serving an obstacle."""
     return tuple(
         OpenObstacle(
             name,
@@ -54,14 +56,20 @@ def open_obstacles(
             frozenset() if now.need(name).together else frozenset(now.done[name]),
             frozenset(robot for robot, obstacle in refused if obstacle == name),
         )
-        for name in now.requests
+        for name in _in_order(now)
     )
+
+
+def _in_order(now: Situation) -> list[str]:
+    """The obstacles with an open request, the one that is served first before the others."""
+    return [*now.requests][:: -1 if now.header.order == NEWEST else 1]
 
 
 def team_of(now: Situation) -> Team | None:
     """The robots with their objectives; None if some have formulas that are not read here."""
     try:
-        return Team({name: _member(name, now) for name in now.header.robots})
+        members = {name: _member(name, now) for name in now.header.robots}
+        return Team(members, newest_first=now.header.order == NEWEST)
     except UnreadError:
         return None
 
@@ -119,6 +127,18 @@ def _met(formulas: Formulas, goal: int, steps: Mapping[Pose, tuple[Pose, ...]]) 
         if not {a, b} & staying and formulas.meets(goal, a, b)
     }
     return frozenset(staying | entered)
+
+
+def can_alternate(name: str, objective: Objective, now: Situation) -> bool:
+    """Return whether a robot can meet each target of an objective infinitely often as things stand,
+    by its moves alone."""
+    member = _member(name, now)
+    aims = tuple(
+        frozenset(pose for pose in member.steps if pose[0] in target)
+        for target in objective.targets
+    )
+    team = Team({name: member._replace(aims=aims)})
+    return team.goes_on(name, frozenset([pose_of(name, now)]), open_obstacles(now))
 
 
 def serving(now: Situation) -> dict[str, frozenset[str]]:

@@ -76,12 +76,14 @@ class Status(Enum):
 
 @dataclass(frozen=True)
 class StackEntry:
-    """An entry of the objective stack: helpers, requester and obstacle."""
+    """An entry of the objective stack: helpers, requester and obstacle; ``before``: the objectives
+    that it stores, those before the push."""
 
     obstacle: str | None
     requester: str | None
     helpers: tuple[str, ...]
     line: int
+    before: Mapping[str, Objective] = field(default_factory=dict)
 
 
 @dataclass
@@ -392,7 +394,13 @@ class Situation:
             case Push():
                 helpers = helpers_of(record)
                 self.stack.append(
-                    StackEntry(record.obstacle, record.requester, helpers, record.line)
+                    StackEntry(
+                        record.obstacle,
+                        record.requester,
+                        helpers,
+                        record.line,
+                        dict(self.objectives),
+                    )
                 )
                 self._put_in_force(record.objectives, record.line)
             case Pop():

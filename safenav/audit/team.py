@@ -110,8 +110,8 @@ class Settlement(NamedTuple):
 class Team:
     """The robots' possibilities, whatever the order of their moves."""
 
-    def __init__(self, members: Mapping[str, Member]) -> None:
-        self.members, self.names = members, [*members]
+    def __init__(self, members: Mapping[str, Member], *, newest_first: bool = False) -> None:
+        self.members, self.names, self.newest_first = members, [*members], newest_first
         self._before: dict[str, dict[Pose, list[Pose]]] = {name: {} for name in members}
         for name, member in members.items():
             for pose, steps in member.steps.items():
@@ -199,8 +199,9 @@ class Team:
         every: bool = False,
     ) -> list[Step]:
         """The steps that could come next, the best first: those from which each robot of the group
-        gets back to all poses of its set (of these one for each obstacle); robots that serve the
-        obstacle already; those that are there first; the oldest request; the team's order."""
+        gets back to all poses of its set (of these one for each obstacle); with the newest request
+        first, that, then robots that serve no other one; robots that serve the obstacle already;
+        those that are there first; the oldest request; the team's order."""
         found: list[tuple[tuple[object, ...], Step]] = []
         for k, obstacle in ((k, obstacle) for k, obstacle in enumerate(obstacles) if obstacle.left):
             need, then = (
@@ -210,7 +211,7 @@ class Team:
             at, back, rank = (
                 dict[str, Poses](),
                 dict[str, bool](),
-                dict[str, tuple[bool, int, int]](),
+                dict[str, tuple[bool, bool, int, int]](),
             )
             for i, name in enumerate(self.names):
                 if name not in need.able - obstacle.done - obstacle.barred:
@@ -229,19 +230,23 @@ class Team:
                         more = self.ticks(name, there, goal, obstacles)
                         far = FAR * self.members[name].ticks
                         ticks, there = ticks + (far if more is None else more), goal
-                    rank[name] = stranger, ticks, i
+                    taken = self.newest_first and any(
+                        name in present.get(o.name, ())
+                        for o in obstacles
+                        if o.left and o != obstacle
+                    )
+                    rank[name] = taken, stranger, ticks, i
             able = sorted(at, key=lambda name: (not back[name], rank[name]))
             for group in combinations(able, max(1, need.robots - len(obstacle.done))):
                 if need.together and not self.fits(group, at):
                     continue
                 lossless = all(back[name] for name in group) and not obstacle.commits()
-                order = (
-                    not lossless,
-                    sum(rank[name][0] for name in group),
-                    max(rank[name][1] for name in group),
-                    k,
-                    tuple(rank[name][2] for name in group),
-                )
+                interrupted, strange = (sum(rank[name][i] for name in group) for i in (0, 1))
+                slowest = max(rank[name][2] for name in group)
+                listed = tuple(rank[name][3] for name in group)
+                order: tuple[object, ...] = (not lossless, strange, slowest, k, listed)
+                if self.newest_first:
+                    order = (not lossless, k, interrupted, strange, slowest, listed)
                 found.append((order, Step(k, group, tuple(at[n] for n in group), lossless)))
                 if lossless and not every:
                     break
@@ -292,7 +297,7 @@ class Team:
         present: Mapping[str, frozenset[str]],
     ) -> Settlement | None:
         """Return the robots that serve each obstacle; None if no order of resolutions lets every
-        robot continue. ``obstacles``: the oldest request first; ``present``: the robots
+        robot continue. ``obstacles``: in the order of service; ``present``: the robots
         that serve them now."""
         origins = tuple(frozenset([at[name]]) for name in self.names)
         sets = tuple(self.around(name, at[name], obstacles) for name in self.names)
@@ -324,6 +329,42 @@ class Team:
         return Settlement(
             tuple(obstacle.name for obstacle in obstacles if obstacle.name in served), duties
         )
+
+    def in_the_way(
+        self,
+        name: str,
+        region: int,
+        at: Mapping[str, Pose],
+        obstacles: OpenObstacles,
+        duties: Mapping[str, Duty],
+    ) -> bool:
+        """Return whether a robot that stood in a region would keep a helper in conflict with it
+        from every region of its duty, or a group from standing there together."""
+        for helper in self.members[name].rivals & {*duties}:
+            duty = duties[helper]
+            stood = next(o for o in obstacles if o.name == duty.obstacle)
+            places = {}
+            for one in duty.group:
+                shut = {region} if one in self.members[name].rivals else set()
+                walls = self.walls(one, obstacles) | shut
+                goal = duties.get(one, duty).regions - shut
+                reached = self._reach(one, frozenset([at[one]]), walls)
+                places[one] = frozenset(pose for pose in reached if pose[0] in goal)
+            together = stood.left[0].together
+            if not all(places.values()) or (together and not self.fits(duty.group, places)):
+                return True
+        return False
+
+    def clear(
+        self,
+        name: str,
+        at: Mapping[str, Pose],
+        obstacles: OpenObstacles,
+        duties: Mapping[str, Duty],
+    ) -> frozenset[int]:
+        """Return the regions that a robot can reach in which it is in no helper's way."""
+        reached = {region for region, _ in self.reach(name, frozenset([at[name]]), obstacles)}
+        return frozenset(r for r in reached if not self.in_the_way(name, r, at, obstacles, duties))
 
     def _spots(self, name: str, sets: Sets, obstacles: OpenObstacles, k: int) -> Poses:
         """Return the poses where a robot can meet the next need of an obstacle."""

@@ -61,6 +61,7 @@ class Robot:
 
     ``avoids``: the robots that it must not share a region with; None for those of its layer.
     ``tracks``: others whose position its specification models although it need not avoid them.
+    ``while_waiting``: its objective while it waits for help; None: it stays.
     """
 
     name: str
@@ -70,6 +71,7 @@ class Robot:
     avoids: frozenset[str] | None = None
     tracks: frozenset[str] = frozenset()
     tracking: Tracking = Tracking.NEARBY
+    while_waiting: Objective | None = None
 
     @property
     def capabilities(self) -> frozenset[str]:
@@ -240,6 +242,14 @@ class Coordination(StrEnum):
     ASSIGNABLE = "assignable"
 
 
+class RequestOrder(StrEnum):
+    """Which open request is served first where not all can be served (paper, Section V-D: the
+    newest)."""
+
+    NEWEST = "newest"
+    OLDEST = "oldest"
+
+
 class Controllers(StrEnum):
     """How strategies are kept during a run: listed state by state, or as a running synthesizer
     that gives their moves on demand; ``auto``: on demand where there are too many states."""
@@ -349,7 +359,8 @@ class Scenario:
     ``partition``: the cells of beliefs, None for the rooms of the map. ``changes``: the changes
     for robots during the run, by tick (live: at this many seconds). ``catalogue``: the models and
     types that its text could name, those of its own among them. ``failures``: live policies.
-    ``requirements``: formulas over the motion, by name. ``never_together``: exclusions of the team.
+    ``requirements``: formulas over the motion, by name. ``order``: of requests.
+    ``never_together``: exclusions of the team.
     """
 
     name: str
@@ -371,6 +382,7 @@ class Scenario:
     clock: Clock = DEFAULT_CLOCK
     failures: Failures = Failures()
     never_together: tuple[Exclusion, ...] = ()
+    order: RequestOrder = RequestOrder.NEWEST
 
     def robot(self, name: str) -> Robot:
         """The robot of that name. Raises KeyError."""

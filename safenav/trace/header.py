@@ -43,6 +43,7 @@ def scenario_header(
         ),
         seed=scenario.seed,
         coordination=scenario.coordination.value,
+        order=scenario.order.value,
         partition=_partition(scenario),
         changes=_changes(scenario),
         requirements=scenario.requirements or None,
@@ -127,6 +128,9 @@ def _robot(robot: Robot, scenario: Scenario) -> setting.RobotHeader:
         tracks=tuple(sorted(robot.tracks)),
         timing=setting.TimingHeader(model.timing.least, model.timing.most),
         motion=resolved(model.motion, model.size, model.speed, model.layer),
+        while_waiting=None
+        if robot.while_waiting is None
+        else objective_in_trace(robot.while_waiting),
     )
 
 

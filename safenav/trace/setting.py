@@ -22,7 +22,8 @@ class TimingHeader:
 class RobotHeader:
     """A robot in the header. ``conflicts``: those it must not share a region with (None: those
     of its layer). ``vision``: how far it sees, in regions; None: without limit. ``motion``: its
-    kind of motion in metres and all parameters (docs/motion.md)."""
+    kind of motion in metres and all parameters (docs/motion.md). ``while_waiting``: its objective
+    while it waits for help."""
 
     model: str
     mobility: str
@@ -37,6 +38,7 @@ class RobotHeader:
     tracks: tuple[str, ...] | None = None
     timing: TimingHeader | None = None
     motion: Json | None = None
+    while_waiting: Objective | None = None
 
 
 @dataclass(frozen=True)
@@ -149,8 +151,8 @@ class LimitsHeader:
 class ScenarioHeader:
     """The scenario, fully resolved. ``robots`` are in the order of their turns. ``world``:
     ``simulated`` or ``external``. ``partition``: the cells of beliefs, None where no robot keeps
-    any. ``changes``: the changes for robots during the run, by tick. ``requirements``: formulas
-    over the motion of the run, by name."""
+    any. ``order``: of requests. ``changes``: the changes for robots during the run, by tick.
+    ``requirements``: formulas over the motion of the run, by name."""
 
     name: str
     map: MapHeader
@@ -160,6 +162,7 @@ class ScenarioHeader:
     limits: LimitsHeader
     seed: int
     coordination: str
+    order: str = "oldest"
     world: str = "simulated"
     partition: tuple[tuple[Region, ...], ...] | None = None
     changes: tuple[ChangeHeader, ...] | None = None

@@ -130,7 +130,8 @@ class HelperRule(Rule):
     nothing by it those that serve the obstacle already, then the lowest bid, then the order of the
     team. A robot without a strategy for it is passed over. The other objectives are recomputed
     likewise: the helper goes to where it can meet the need, a requester that is going to be helped
-    waits, the others have their own objective or wait (D 5.2)."""
+    waits (with free mobility, in no helper's way if it can) or pursues its objective for that time,
+    the others have their own objective or wait (D 5.2)."""
 
     name = "helper"
 
@@ -226,6 +227,7 @@ class HelperRule(Rule):
     def _wrong(self, robot: str, objective: Objective, found: Settlement, now: Situation) -> str:
         """Return why an objective does not follow from the known state, or an empty text."""
         own = now.header.robots[robot].objective
+        own_wait = now.header.robots[robot].while_waiting
         duty = found.duties.get(robot)
         if objective.kind == "ltl" == own.kind:
             return ""  # formulas keep their safety and get another goal
@@ -240,11 +242,35 @@ class HelperRule(Rule):
                 f"but gets {objective}"
             )
         for obstacle in found.served:
-            if robot in now.requests.get(obstacle, ()) and objective.kind != "hold":
+            if robot not in now.requests.get(obstacle, ()):
+                continue
+            if objective not in (own_wait, None) and objective.kind != "hold":
                 return f"{robot} waits for {obstacle}, but gets {objective}"
+            return "" if objective == own_wait else self._hinders(robot, objective, found, now)
         if objective != own and objective.kind != "hold":
             return f"{robot} has no part in this, but gets {objective}"
         return ""
+
+    def _hinders(self, robot: str, objective: Objective, found: Settlement, now: Situation) -> str:
+        """Return whose way a robot waits in although it need not, or an empty text."""
+        team = team_of(now)
+        turns = now.has_heading(robot) or now.header.robots[robot].objective.kind == "ltl"
+        if team is None or turns or not team.members[robot].rivals & {*found.duties}:
+            return ""
+        (place,) = objective.targets[0] if len(objective.targets[0]) == 1 else (None,)
+        at = {name: pose_of(name, now) for name in now.header.robots}
+        derived = at, open_obstacles(now), found.duties
+        if place is None or not team.in_the_way(robot, place, *derived):
+            return ""
+        held = {
+            r for n in now.objectives if n != robot for t in now.objectives[n].targets for r in t
+        }
+        clear = team.clear(robot, *derived) - held - {region for region, _ in at.values()}
+        if not clear:
+            return ""
+        return (
+            f"{robot} waits at {now.show(place)} in a helper's way, not at {now.show(min(clear))}"
+        )
 
 
 def _other_syntheses(lines: list[Record]) -> Iterator[Finding]:

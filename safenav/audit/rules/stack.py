@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
+from safenav.audit.deriving import can_alternate
 from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.situation import RESYNTHESIS, Situation, StackEntry, helpers_of
 from safenav.trace.objective import Objective
@@ -47,7 +48,9 @@ class ToldRule(Rule):
 
 class PopRule(Rule):
     """A pop drops the entry of a request that is over, wherever it is in the stack, and states each
-    robot's objective from now on, which follows from the known state (D 5.2; see ``helper``)."""
+    robot's objective from now on, which follows from the known state (D 5.2; see ``helper``). A
+    robot that helps again with what it helped with when the entry was pushed gets the objective
+    that the entry stores, as long as it can meet that (for free mobility)."""
 
     name = "pop"
 
@@ -57,6 +60,30 @@ class PopRule(Rule):
                 yield self.broken_by(record, now.turn.robot, problem)
             for robot, problem in _missing(record.objectives, now):
                 yield self.broken_by(record, robot, problem)
+            if now.header.coordination == RESYNTHESIS:
+                for robot, objective in record.objectives.items():
+                    stored = self._stored(robot, objective, now)
+                    if stored is not None:
+                        problem = f"{robot} was to {stored} before the push, but gets {objective}"
+                        yield self.broken_by(record, robot, problem)
+
+    def _stored(self, robot: str, objective: Objective, now: Situation) -> Objective | None:
+        """Return the objective that a robot should have got back instead; None if it is right."""
+        own = now.header.robots[robot].objective
+        if objective in (own, now.objectives[robot]) or objective.kind != "visit":
+            return None
+        over = [entry for entry in now.stack if entry.obstacle not in now.requests]
+        found = [
+            entry.before[robot]
+            for entry in over
+            if robot in entry.before
+            and entry.before[robot] != own
+            and entry.before[robot].kind == "visit"
+            and entry.before[robot].targets[:1] == objective.targets[:1]
+        ]
+        if objective in found or own.kind == "ltl" or now.has_heading(robot):
+            return None
+        return next((stored for stored in found if can_alternate(robot, stored, now)), None)
 
     def _problems(self, record: Pop, now: Situation) -> Iterator[str]:
         if now.entry_of(record) is None:

@@ -580,7 +580,9 @@ class Run:
         wanted = [need.regions for o in self.met_obstacles() for need in o.needs]
         serves = any(aim <= there for aim in objective.targets for there in wanted)
         fits = self.stack and (objective.kind != "visit" or serves)
+        while_waiting = robot.data.get("while_waiting")
         fits = fits or objective == robot.objective or objective.serves(robot.own)
+        fits = fits or (while_waiting is not None and objective == Objective(while_waiting))
         require(fits, f"{robot.name} receives an objective that serves no request")
         robot.objective = objective
 

@@ -9,8 +9,10 @@ from safenav.runtime.coordination.duties import Duty, Settlement
 from safenav.runtime.coordination.ladder import TaskDraft
 from safenav.runtime.coordination.objectives import helping, holding
 from safenav.runtime.coordination.problem import Floor
+from safenav.runtime.coordination.waiting import clear_region, in_the_way
 from safenav.runtime.team import Assignment, RobotState, Role, TeamState
 from safenav.scenario.objective import Hold, Ltl, Target, Visit, targets_of
+from safenav.world.map import Region
 from safenav.world.moves import Pose
 from safenav.world.poses import Mask, bits, region_mask
 
@@ -52,12 +54,10 @@ class Assigner:
         stays = gate.needs[duty.need].together or len(duty.group) > 1
         own = None if stays else self._own_target(robot, index, duty.goal)
         objective = helping(robot.robot.objective, places, own, stays=stays)
-        before = robot.assignment
-        same = before.role is Role.HELPS and before.obstacle == gate.name
-        if same and not stays and isinstance(before.objective, Visit):
-            former = before.objective
-            if former.targets[0] == places and self._goes_between(index, duty.goal, former):
-                objective = former  # it continues what it has begun
+        for before in () if stays else self._before(robot, gate.name):
+            if before.targets[0] == places and self._goes_between(index, duty.goal, before):
+                objective = before  # it continues what it has begun
+                break
         kept = self.found.kept[index]
         assignment = Assignment(Role.HELPS, objective, gate.name, duty.goal, kept)
         wanted = (duty.goal,) if own is None else (duty.goal, self._mask(index, own))
@@ -74,6 +74,14 @@ class Assigner:
             if self._alternates(index, (goal, self._mask(index, target))):
                 return target
         return None
+
+    def _before(self, robot: RobotState, obstacle: str) -> list[Visit]:
+        """The objectives with which a robot has served an obstacle: the present one, and those that
+        were pushed with the requests that are popped now, the last first."""
+        popped = reversed(self.state.requests.closed)
+        found = [(robot.assignment.obstacle, robot.assignment.objective)]
+        found += [request.saved[robot.name] for request in popped if robot.name in request.saved]
+        return [o for served, o in found if served == obstacle and isinstance(o, Visit)]
 
     def _goes_between(self, index: int, goal: Mask, objective: Visit) -> bool:
         masks = [self._mask(index, target) for target in objective.targets[1:]]
@@ -92,23 +100,45 @@ class Assigner:
         )
 
     def _wait(self, robot: RobotState, index: int) -> TaskDraft:
-        """Hold where it encountered the obstacle, or where it was assigned to hold before; if it
-        cannot get there now, where it stands."""
+        """Pursue the objective for that time; else hold where it encountered the obstacle, or where
+        it held before, or nearby if it would be in a helper's way; if it cannot get there now, hold
+        where it stands."""
         here = robot.next_pose.region
         kept = self.found.kept[index]
         pending = self._pending(index)
-        for there in self._waiting_places(robot):
-            if there != here and self._alternates(index, (self._mask(index, {there}),)):
-                objective = holding(robot.robot.objective, there)
-                forbidden = self._forbidden(robot, index, (self._mask(index, {there}),))
-                again = Assignment(Role.WAITS, objective, kept=kept)
-                return TaskDraft(again, objective, pending, pending, forbidden)
-            if there == here:
-                break
+        other = robot.robot.while_waiting
+        if other is not None and robot.name not in self.idle and self._waits_for_help(robot):
+            targets = tuple(self._mask(index, target) for target in targets_of(other))
+            if self._alternates(index, targets):
+                forbidden = self._forbidden(robot, index, targets)
+                again = Assignment(Role.WAITS, other, kept=kept)
+                return TaskDraft(again, other, pending, pending, forbidden)
+        there = self._waiting_place(robot, index)
+        if there != here and self._alternates(index, (self._mask(index, {there}),)):
+            objective = holding(robot.robot.objective, there)
+            forbidden = self._forbidden(robot, index, (self._mask(index, {there}),))
+            again = Assignment(Role.WAITS, objective, kept=kept)
+            return TaskDraft(again, objective, pending, pending, forbidden)
         objective = holding(robot.robot.objective, here)
         return TaskDraft(Assignment(Role.WAITS, objective, kept=kept), objective)
 
-    def _waiting_places(self, robot: RobotState) -> list[int]:
+    def _waiting_place(self, robot: RobotState, index: int) -> Region:
+        """Return where a robot waits, as far as it gets there."""
+        place = next(iter(self._waiting_places(robot)), robot.next_pose.region)
+        duties = self.found.duties
+        if self._waits_for_help(robot) and in_the_way(self.floor, duties, index, place):
+            rivals = self.floor.problem.conflicts[index]
+            taken = {
+                region
+                for other, name in enumerate(self.floor.names)
+                if other in rivals and self.state.robots[name].assignment.role is Role.WAITS
+                for region in self.state.robots[name].occupied
+            }
+            clear = clear_region(self.floor, duties, index, self.found.kept[index], taken)
+            return place if clear is None else clear
+        return place
+
+    def _waiting_places(self, robot: RobotState) -> list[Region]:
         places = [r.requesters[robot.name] for r in reversed(self.state.requests.waits(robot.name))]
         before = robot.assignment
         if before.role is Role.WAITS and isinstance(before.objective, Hold):

@@ -118,7 +118,13 @@ def stack(
         for pair in pushed:
             depth += 1
             entry(records.Push, request, pair)
-        after.append(replace(request, helpers=helpers, entries=(*request.entries, *pushed)))
+        saved = request.saved
+        if pushed and not request.entries:
+            now = {name: robot.assignment for name, robot in team.robots.items()}
+            helping = {n: a for n, a in now.items() if a.role is Role.HELPS}
+            saved = {n: (a.obstacle, a.objective) for n, a in helping.items()}
+        entries = (*request.entries, *pushed)
+        after.append(replace(request, helpers=helpers, entries=entries, saved=saved))
     if team.scenario.coordination is Coordination.ASSIGNABLE and not changes:
         lines += [  # else lines of syntheses say so
             records.Told(team.tick, name, objective)

@@ -114,7 +114,7 @@ def reconsider(team: TeamState, decision: Decision, results: Mapping[str, TaskRe
             refused, waiting = dict(refused), set(idle)
             for name in names:
                 assignment = decision.drafts[name].assignment
-                own = assignment.role is Role.OWN and name not in waiting
+                own = assignment.role is not Role.HELPS and name not in waiting
                 if assignment.role is Role.HELPS and assignment.obstacle is not None:
                     refused[name, assignment.obstacle] = results[name]
                 elif own and decision.settled is not None and decision.settled.found.duties:

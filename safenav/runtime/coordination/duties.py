@@ -1,8 +1,9 @@
 """Current duties of the robots, derived afresh from all poses and the team's knowledge.
 
-The rules (docs/coordination.md): requests are served oldest first, as many as can be served
-together; one plan for all of them is walked in order, and a step is a duty now if nothing before
-it concerns its obstacle or its robots. The functions of this module keep no state.
+The rules (docs/coordination.md): requests are served newest first (or oldest first, by the
+scenario), as many as can be served together; one plan for all of them is walked in order, and a
+step is a duty now if nothing before it concerns its obstacle or its robots. The functions of this
+module keep no state.
 """
 
 from __future__ import annotations
@@ -63,7 +64,7 @@ def settle(
     requests: Sequence[int],
     present: Mapping[int, tuple[int, ...]],
 ) -> Settlement:
-    """Return duties for robots at ``poses``. ``requests``: open obstacles, the oldest first;
+    """Return duties for robots at ``poses``. ``requests``: open obstacles in the order of service;
     ``present``: the robots that already serve an obstacle. Raises SpentError."""
     sets = solver.sets(poses, stages)
     if not solver.feasible(sets, stages):

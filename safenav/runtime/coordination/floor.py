@@ -19,7 +19,7 @@ from safenav.runtime.formulas import formulas_of, graph_of
 from safenav.runtime.progress import Progress
 from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.traffic.joint import Count
-from safenav.scenario.model import Robot, Scenario
+from safenav.scenario.model import RequestOrder, Robot, Scenario
 from safenav.scenario.objective import Ltl, targets_of
 from safenav.trace.header import heading_in_trace
 from safenav.trace.vocabulary import Place
@@ -38,7 +38,9 @@ def floor_of(
     robots = [entry.robot for entry in state.robots.values()]
     names = tuple(state.robots)
     gates, stages = [], []
-    for request in state.requests:
+    newest_first = scenario.order is RequestOrder.NEWEST
+    requests = tuple(state.requests)[:: -1 if newest_first else 1]
+    for request in requests:
         work = state.knowledge.pending[request.obstacle.name]
         obstacle = work.obstacle
         needs = tuple(
@@ -67,7 +69,9 @@ def floor_of(
         _member(robot, state) if hopeful or entry.active else _out_of_service(entry, state)
         for robot, entry in zip(robots, state.robots.values(), strict=True)
     )
-    problem = Problem(members, tuple(gates), _conflicts(scenario), _zones(scenario))
+    problem = Problem(
+        members, tuple(gates), _conflicts(scenario), _zones(scenario), newest_first
+    )
     poses = tuple(
         member.graph.number(entry.next_pose)
         for member, entry in zip(members, state.robots.values(), strict=True)
@@ -77,7 +81,7 @@ def floor_of(
         tuple(stages),
         poses,
         names,
-        tuple(request.obstacle.name for request in state.requests),
+        tuple(request.obstacle.name for request in requests),
         tuple(state.knowledge.given_up()),
     )
 

@@ -101,12 +101,16 @@ Zones = tuple[tuple[frozenset[int], Mask], ...]
 @dataclass(frozen=True, eq=False)
 class Problem:
     """A team and the obstacles that it knows. ``conflicts``: for each robot those with which it
-    must never share a region. ``zones``: robots of which at most one is in some regions."""
+    must never share a region. ``zones``: robots of which at most one is in some regions. ``newest_first``:
+    obstacles are served in their order, the newest request first; else the oldest request is first
+    among those that a robot reaches equally soon.
+    """
 
     members: tuple[Member, ...]
     gates: tuple[Gate, ...]
     conflicts: tuple[frozenset[int], ...]
     zones: Zones = ()
+    newest_first: bool = False
 
     def held(self, robot: int, regions: Sequence[int]) -> Mask:
         """The regions that a robot must not enter because one that it is never together with is
@@ -204,7 +208,7 @@ class Problem:
 @dataclass(frozen=True)
 class Floor:
     """A moment of a mission as coordination sees it. ``names``: of the robots; ``gates``: of
-    the open obstacles, the oldest request first; ``given_up``: of the permanent ones, because no
+    the open obstacles, in the order of service; ``given_up``: of the permanent ones, because no
     robot can ever resolve them."""
 
     problem: Problem

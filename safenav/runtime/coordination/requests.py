@@ -12,6 +12,7 @@ from dataclasses import field, replace
 
 from safenav.dataclass import dataclass
 from safenav.scenario.model import Obstacle
+from safenav.scenario.objective import Objective
 from safenav.world.map import Region
 
 
@@ -19,7 +20,8 @@ from safenav.world.map import Region
 class Request:
     """An open request. ``requesters``: all that encountered the obstacle, the first first, and
     where each stood. ``helpers``: the robots that serve it now; ``recorded``: the helpers that the
-    trace named last, None before the first line; ``entries``: requester and helpers of each push.
+    trace named last, None before the first line; ``entries``: requester and helpers of each push;
+    ``saved``: the obstacle and the objective of each robot that helped before the first push.
     """
 
     obstacle: Obstacle
@@ -27,6 +29,7 @@ class Request:
     helpers: tuple[str, ...] = ()
     recorded: tuple[str, ...] | None = None
     entries: tuple[tuple[str, tuple[str, ...]], ...] = ()
+    saved: Mapping[str, tuple[str | None, Objective]] = field(default_factory=dict)
 
     @property
     def unpushed(self) -> list[str]:

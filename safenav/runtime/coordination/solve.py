@@ -43,7 +43,7 @@ class Option:
 
     step: Step
     lossless: bool
-    rank: tuple[int, int, int, tuple[int, ...]]
+    rank: tuple[int, ...]
 
 
 @dataclass
@@ -197,48 +197,31 @@ class Solver:
                         steps, there = steps + (FAR if more is None else more), goal
                     ticks[robot] = steps * member.ticks
         helping = present.get(gate, ())
-        able = sorted(places, key=lambda i: (i not in helping, ticks.get(i, 0), i))
+        elsewhere = set[int]()
+        if problem.newest_first:  # a robot that serves no other request is preferred
+            elsewhere.update(*(present.get(o, ()) for o in problem.open(stages) if o != gate))
+        able = sorted(places, key=lambda i: (i in elsewhere, i not in helping, ticks.get(i, 0), i))
         back = {i: self._comes_back(i, places[i], sets[i], then) for i in able}
         able.sort(key=lambda i: not back[i])
         commits = problem.commits(gate, stages)
         found = []
         for group in groups(able, max(1, problem.missing(gate, stages))):
-            if need.together and not self._fits(group, places):
+            if need.together and not fits(problem, group, places):
                 continue
             lossless = all(back[i] for i in group) and not commits
             slowest = max(ticks.get(i, 0) for i in group)
             strangers = sum(i not in helping for i in group)
+            rank: tuple[int, ...] = (strangers, slowest, gate)
+            if problem.newest_first:
+                rank = (gate, sum(i in elsewhere for i in group), strangers, slowest)
             step = Step(gate, stages[gate].need, group, tuple(places[i] for i in group))
-            found.append(Option(step, lossless, (strangers, slowest, gate, group)))
+            found.append(Option(step, lossless, (*rank, *group)))
             if lossless and not every:
                 break  # the first group is the best of those that lose nothing
         return found
 
     def _comes_back(self, robot: int, there: Mask, before: Mask, stages: Stages) -> bool:
         return not before & ~self.reach(robot, there, stages)
-
-    def _fits(self, group: tuple[int, ...], places: Mapping[int, Mask]) -> bool:
-        """Whether a whole group can stand there simultaneously: robots in conflict on regions of
-        their own (bipartite matching; others may share)."""
-        problem = self.problem
-        crowd = [i for i in group if problem.conflicts[i] & set(group)]
-        taken: dict[int, int] = {}
-
-        def place(robot: int, tried: set[int]) -> bool:
-            regions = problem.members[robot].graph.regions_of(places[robot])
-            while regions:
-                low = regions & -regions
-                regions ^= low
-                if low in tried:
-                    continue
-                tried.add(low)
-                other = taken.get(low)
-                if other is None or place(other, tried):
-                    taken[low] = robot
-                    return True
-            return False
-
-        return all(place(robot, set()) for robot in crowd)
 
     def _pruned(self, plan: Plan, sets: Sets, stages: Stages, wanted: frozenset[int]) -> Plan:
         """The plan without the obstacles that can stay as they are."""
@@ -263,7 +246,7 @@ class Solver:
                 here = self.problem.members[robot].graph.poses_on(need.regions)
                 at.append(self.reach(robot, sets[robot], stages) & here)
             places = dict(zip(step.group, at, strict=True))
-            if not all(at) or (need.together and not self._fits(step.group, places)):
+            if not all(at) or (need.together and not fits(self.problem, step.group, places)):
                 return None
             fresh = Step(step.gate, step.need, step.group, tuple(at))
             rebuilt.append(fresh)
@@ -272,3 +255,26 @@ class Solver:
         if done and all(self.goes_on(i, poses, stages) for i, poses in enumerate(sets)):
             return tuple(rebuilt)
         return None
+
+
+def fits(problem: Problem, group: tuple[int, ...], places: Mapping[int, Mask]) -> bool:
+    """Whether a whole group can stand there simultaneously: robots in conflict on regions of
+    their own (bipartite matching; others may share)."""
+    crowd = [i for i in group if problem.conflicts[i] & set(group)]
+    taken: dict[int, int] = {}
+
+    def place(robot: int, tried: set[int]) -> bool:
+        regions = problem.members[robot].graph.regions_of(places[robot])
+        while regions:
+            low = regions & -regions
+            regions ^= low
+            if low in tried:
+                continue
+            tried.add(low)
+            other = taken.get(low)
+            if other is None or place(other, tried):
+                taken[low] = robot
+                return True
+        return False
+
+    return all(place(robot, set()) for robot in crowd)

@@ -14,8 +14,10 @@ from dataclasses import replace
 from functools import cached_property
 
 from safenav.dataclass import dataclass
+from safenav.runtime.coordination.duties import Settlement
 from safenav.runtime.coordination.floor import awaited_by
 from safenav.runtime.coordination.problem import Floor
+from safenav.runtime.coordination.waiting import in_the_way
 from safenav.runtime.formulas import formulas_of
 from safenav.runtime.team import Role, TeamState
 from safenav.runtime.termination import Conclusion, RunEnded, Stop
@@ -52,6 +54,7 @@ class Traffic:
     _failures: int = 0
     _spent: int = 0
     _starved: str = ""
+    _cleared: Settlement | None = None
 
     def __post_init__(self) -> None:
         robots = self.state.scenario.robots
@@ -175,7 +178,7 @@ class Traffic:
         if not self.state.scenario.deadlock or not any(self._rivals.values()):
             return False
         if self.wanted is None:
-            self.wanted = self._starving()
+            self.wanted = self._clearing() or self._starving()
         moving = any(robot.transit is not None for robot in self.state.robots.values())
         moving = self._anybody_busy() if self.state.live else moving
         if self.wanted is not None and not moving:
@@ -198,6 +201,23 @@ class Traffic:
     def certified(self, name: str, pose: Pose) -> bool:
         """Whether a robot may make a move that it may not be able to undo."""
         return self._certificates.allow(name, pose)
+
+    def _clearing(self) -> str | None:
+        """Return why a plan is needed with the requests as they were settled last: a robot that
+        waits for help stands in the helper's way. None if none does, or one was wanted for that."""
+        settled = self.state.last_settled
+        if settled.found is self._cleared:
+            return None
+        self._cleared = settled.found
+        floor, duties = self._searches.floor(), settled.found.duties
+        for index, (name, robot) in enumerate(self.state.robots.items()):
+            helpers = sorted(floor.problem.conflicts[index] & duties.keys())
+            if robot.assignment.role is not Role.WAITS or not robot.active or not helpers:
+                continue
+            if in_the_way(floor, duties, index, robot.next_pose.region):
+                self._starved = floor.names[helpers[0]]
+                return f"{name} stands in the way of {self._starved}"
+        return None
 
     def _starving(self) -> str | None:
         """Return the first robot that makes no progress towards its assigned target; None if there

@@ -21,6 +21,7 @@ from safenav.scenario.model import (
     FailedMoves,
     Failures,
     Limits,
+    RequestOrder,
     Robot,
     RobotChange,
     Scenario,
@@ -64,6 +65,7 @@ KEYS = (
     "failures",
     "seed",
     "coordination",
+    "order",
     "controllers",
     "deadlock",
     "partition",
@@ -200,6 +202,7 @@ class _Loader:
         )
         if coordination is Coordination.ASSIGNABLE:
             self._assigned(item.get("coordination"), robots, changes)
+        order = read.choice(item.get("order"), "'order'", RequestOrder, self._findings)
         controllers = read.choice(
             item.get("controllers"), "'controllers'", Controllers, self._findings
         )
@@ -229,6 +232,7 @@ class _Loader:
             clock=clock or DEFAULT_CLOCK,
             failures=failures,
             never_together=apart,
+            order=order or RequestOrder.NEWEST,
         )
 
     def _version(self, node: Node | None) -> None:
@@ -258,6 +262,11 @@ class _Loader:
         self, node: Node | None, robots: Sequence[Robot], changes: Sequence[RobotChange]
     ) -> None:
         """A goal that is assigned at runtime may lie beyond a target, or be one."""
+        for robot in robots:
+            if robot.while_waiting is not None:
+                found = f"'coordination: assignable' cannot keep 'while_waiting' of {robot.name}"
+                hint = "leave out the key, or use 'coordination: resynthesis'"
+                self._findings.add(node, found, hint)
         given = [(robot.name, robot.objective) for robot in robots]
         given += [(change.robot, change.objective) for change in changes if change.objective]
         for name in dict.fromkeys(n for n, o in given if isinstance(o, Patrol) and o.literal):

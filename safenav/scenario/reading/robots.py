@@ -23,7 +23,17 @@ from safenav.scenario.yaml.findings import Findings, suggestion
 from safenav.world.map import Heading, RegionMap
 from safenav.world.moves import Mobility, Pose
 
-KEYS = ("model", "start", "heading", "objective", "vision", "avoids", "tracks", "tracking")
+KEYS = (
+    "model",
+    "start",
+    "heading",
+    "objective",
+    "while_waiting",
+    "vision",
+    "avoids",
+    "tracks",
+    "tracking",
+)
 REQUIRED = {
     "model": "a robot model of the catalogue, for example 'model: digit'",
     "start": "a region, for example 'start: 47' or 'start: [3, 8]'",
@@ -99,16 +109,30 @@ class _RobotReader:
             self._tracking[key.text] = item.get("tracking")
         mobility = model.mobility if model else None
         objective = self._objectives.read(item.get("objective"), name, mobility)
+        waiting = self._while_waiting(item.get("while_waiting"), objective, name, mobility)
         if model is None or start is None or objective is None:
             return None
         if mobility is Mobility.HEADING and heading is None:
             return None
         pose = Pose(start, heading if mobility is Mobility.HEADING else None)
         tracking = tracking or Tracking.NEARBY
-        robot = Robot(key.text, model, pose, objective, avoids, tracks, tracking)
+        robot = Robot(key.text, model, pose, objective, avoids, tracks, tracking, waiting)
         if self._reachable and self._regions.world is not None:
             _check_reachable(robot, item.get("objective"), self._regions.world, self._findings)
         return robot if len(self._findings) == before else None
+
+    def _while_waiting(
+        self, node: Node | None, own: Objective | None, name: str, mobility: Mobility | None
+    ) -> Objective | None:
+        """The objective while it waits for help. Formulas keep their safety lines then, so that a
+        robot with formulas stays."""
+        if node is None:
+            return None
+        found = self._objectives.read(node, name, mobility)
+        if isinstance(found, Ltl) or isinstance(own, Ltl):
+            hint = "use patrol, visit, cover or hold for both, or leave out 'while_waiting'"
+            self._findings.add(node, f"'while_waiting' of {name} cannot be used with 'ltl'", hint)
+        return found
 
     def _check_name(self, key: Scalar) -> None:
         shown = clipped(key.text)

@@ -67,6 +67,7 @@ class MapPlaces:
                 continue
             yield from self._one(robot, "start")
             yield from self._objective(robot.get("objective"))
+            yield from self._objective(robot.get("while_waiting"))
         changes = self.data.get("changes")
         for change in changes if isinstance(changes, list) else ():
             if isinstance(change, dict):

@@ -89,6 +89,7 @@ def test_a_helper_on_another_errand_is_named_with_it(run: Runner) -> None:
         + "  v: {model: walker, start: [1, 9], avoids: [], objective: {visit: [[1, 9], [2, 11]]}}\n"
         + "  spot: {model: lifter, start: [3, 7], avoids: [], objective: {hold: [3, 7]}}\n"
         + "obstacles: [{type: spill, region: west}, {type: spill, region: east}]\n"
+        + "order: oldest\n"
     )
     first, second = trace.all("request")[:2]
     assert first["helper"] == "spot"

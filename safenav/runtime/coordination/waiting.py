@@ -1,0 +1,51 @@
+"""Where a robot that waits is in no helper's way (paper, Section V-D: safe behaviour that does not
+interfere with the helping agent).
+
+A region is in the way if a robot that stood there would keep some helper in conflict with it from
+every pose in which the helper is to serve its obstacle, or a group from standing there together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+
+from safenav.runtime.coordination.duties import Duty
+from safenav.runtime.coordination.problem import Floor
+from safenav.runtime.coordination.solve import fits
+from safenav.world.map import Region
+from safenav.world.poses import Mask, bits
+
+
+def in_the_way(floor: Floor, duties: Mapping[int, Duty], robot: int, region: Region) -> bool:
+    """Whether a robot that stands in ``region`` is in a helper's way."""
+    problem = floor.problem
+    for helper in problem.conflicts[robot] & duties.keys():
+        duty = duties[helper]
+        places: dict[int, Mask] = {}
+        for one in duty.group:
+            graph = problem.members[one].graph
+            shut = graph.poses_on(1 << region) if one in problem.conflicts[robot] else 0
+            allowed = problem.allowed(one, floor.stages) & ~shut
+            goal = duties[one].goal if one in duties else duty.goal
+            places[one] = graph.closure(1 << floor.poses[one], allowed) & goal & ~shut
+        together = problem.gates[duty.gate].needs[duty.need].together
+        if not all(places.values()) or (together and not fits(problem, duty.group, places)):
+            return True
+    return False
+
+
+def clear_region(
+    floor: Floor, duties: Mapping[int, Duty], robot: int, kept: Mask, taken: Collection[Region]
+) -> Region | None:
+    """Return the region nearest to a robot in which it is in no helper's way, through ``kept``
+    poses, and not in one of ``taken``; None if there is none."""
+    graph = floor.problem.members[robot].graph
+    allowed = floor.problem.allowed(robot, floor.stages) & kept
+    found = frontier = 1 << floor.poses[robot]
+    while frontier:
+        for region in bits(graph.regions_of(frontier)):
+            if region not in taken and not in_the_way(floor, duties, robot, region):
+                return region
+        frontier = graph.forward(frontier) & allowed & ~found
+        found |= frontier
+    return None

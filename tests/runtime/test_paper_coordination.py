@@ -1,0 +1,162 @@
+"""Coordination as in Section V of the paper: order, stack, safe behaviour, waiting; its audit."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from runtime.played import Run, Runner
+from safenav.audit.check import check_trace
+
+SCENARIOS = Path(__file__).parents[2] / "scenarios"
+
+DOORS = """
+safenav: 1
+name: two doors and one robot that opens them
+map:
+  grid: |
+    #############
+    #...........#
+    #...#...#...#
+    #############
+  names: {west: [2, 3], east: [2, 9]}
+catalogue:
+  robots:
+    seer: {mobility: free, layer: air, capabilities: [], timing: 1}
+    pusher: {mobility: free, layer: ground, capabilities: [push]}
+  obstacles:
+    hatch: {action: push, resolve_at: neighbours}
+robots:
+  one: {model: seer, start: [2, 1], objective: {visit: [west, [2, 1]]}}
+  two: {model: seer, start: [1, 11], objective: {visit: [east, [1, 11]]}}
+  opener: {model: pusher, start: [1, 7], objective: {hold: [1, 7]}}
+obstacles: [{type: hatch, region: west}, {type: hatch, region: east}]
+until: {rounds: 1}
+limits: {ticks: 100}
+"""
+
+WAITING = """
+safenav: 1
+name: the cart stands in the corridor through which help comes
+map:
+  grid: |
+    ###############
+    #...####......#
+    #.............#
+    #...####......#
+    ###############
+catalogue:
+  robots: {cart: {mobility: free, layer: ground, capabilities: []}}
+robots:
+  cart: {model: cart, start: [2, 1], objective: {visit: [[2, 12], [2, 1]]}}
+  digit: {model: digit, start: [1, 1], heading: east, objective: {visit: [[1, 1], [3, 3]]}}
+obstacles: [{type: door, region: [2, 6]}]
+until: {rounds: 1}
+limits: {ticks: 200}
+"""
+
+BEAM = """
+safenav: 1
+name: the one who asks stands in the way of two who lift together
+map:
+  grid: |
+    ###########
+    #....#....#
+    #....#....#
+    #.........#
+    #....#....#
+    ###########
+catalogue:
+  robots:
+    lifter: {mobility: free, layer: ground, capabilities: [lift]}
+    runner: {mobility: free, layer: ground, capabilities: []}
+  obstacles:
+    beam: {needs: [{action: lift, robots: 2, at: neighbours, together: true}]}
+robots:
+  runner: {model: runner, start: [3, 2], objective: {visit: [[3, 8], [3, 2]]}}
+  west: {model: lifter, start: [1, 1], objective: {visit: [[4, 4], [1, 1]]}}
+  east: {model: lifter, start: [1, 9], objective: {visit: [[4, 9], [1, 9]]}}
+obstacles: [{type: beam, region: [3, 5]}]
+until: {rounds: 1}
+limits: {ticks: 200}
+"""
+
+
+def findings(trace: Run, change: Callable[[list[dict[str, Any]]], None]) -> list[tuple[str, str]]:
+    """Rule and robot of each finding in a trace after a change."""
+    lines = json.loads(json.dumps(trace.records))
+    change(lines)
+    found = check_trace("\n".join(map(json.dumps, lines)) + "\n").findings
+    return [(finding.rule, finding.robot or "") for finding in found]
+
+
+def told(kind: str, nth: int, **objectives: object) -> Callable[[list[dict[str, Any]]], None]:
+    """Change the objectives of the ``nth`` push or pop, and of the syntheses that follow it."""
+
+    def change(lines: list[dict[str, Any]]) -> None:
+        start = [i for i, line in enumerate(lines) if line["type"] == kind][nth]
+        lines[start]["objectives"].update(objectives)
+        for line in lines[start:]:
+            if line["tick"] == lines[start]["tick"] and line["type"] == "synthesis":
+                line["objective"] = objectives.get(line["robot"], line["objective"])
+
+    return change
+
+
+@pytest.mark.parametrize(("order", "helper"), [("newest", "opener"), ("oldest", None)])
+def test_the_newest_request_is_served_first(run: Runner, order: str, helper: str | None) -> None:
+    trace = run(f"{DOORS}order: {order}\n")
+    first, second = trace.all("request")[:2]
+    assert first["helper"] == "opener"
+    assert second["helper"] == helper
+    assert trace.outcome["outcome"] == "completed"
+
+    def another_order(lines: list[dict[str, Any]]) -> None:
+        lines[0]["scenario"]["order"] = {"newest": "oldest", "oldest": "newest"}[order]
+
+    assert ("helper", "opener") in findings(trace, another_order)
+
+
+def test_a_pop_restores_the_objective_that_was_pushed(run: Runner) -> None:
+    trace = run((SCENARIOS / "case_study_3.yaml").read_text())
+    restored = trace.one("pop", obstacle="door@47")["objectives"]["quad"]
+    assert restored == trace.all("push")[0]["objectives"]["quad"] == {"visit": [[42, 44], 22]}
+    other = {"visit": [[42, 44], 48]}
+    assert ("pop", "quad") in findings(trace, told("pop", 0, quad=other))
+
+
+def test_the_requester_leaves_its_helpers_way_at_once(run: Runner) -> None:
+    """The door was resolved at tick 49 when the requester stayed until the helper starved."""
+    trace = run(WAITING)
+    (push,) = trace.all("push")
+    assert push["objectives"]["cart"]["hold"] not in (35, 34)  # in the corridor
+    assert trace.all("plan")[0]["tick"] == push["tick"]
+    assert trace.one("resolved")["tick"] <= 12
+    assert trace.outcome["outcome"] == "completed"
+    assert ("helper", "cart") in findings(trace, told("push", 0, cart={"hold": 35}))
+
+
+def test_two_lifters_come_while_the_requester_steps_back(run: Runner) -> None:
+    """Tick 5 is the optimum of the joint state space."""
+    assert run(BEAM).one("resolved")["tick"] == 5
+
+
+def test_a_robot_does_something_else_while_it_waits(run: Runner) -> None:
+    away = WAITING.replace("[1, 1], heading", "[1, 9], heading").replace(
+        "[[1, 1], [3, 3]]", "[[1, 13], [3, 13]]"
+    )
+    away = away.replace(
+        "[[2, 12], [2, 1]]}}", "[[2, 12], [2, 1]]}, while_waiting: {visit: [[1, 1], [3, 1]]}}"
+    )
+    trace = run(away)
+    (push,) = trace.all("push")
+    assert push["objectives"]["cart"] == {"visit": [16, 46]}
+    opened = trace.one("resolved")["tick"]
+    waiting = [g["region"] for g in trace.all("goal", robot="cart") if g["tick"] <= opened]
+    assert waiting == [16, 46][: len(waiting)] != []
+    assert trace.outcome["outcome"] == "completed"
+    assert ("helper", "cart") in findings(trace, told("push", 0, cart={"visit": [17, 46]}))
