@@ -69,9 +69,7 @@ def floor_of(
         _member(robot, state) if hopeful or entry.active else _out_of_service(entry, state)
         for robot, entry in zip(robots, state.robots.values(), strict=True)
     )
-    problem = Problem(
-        members, tuple(gates), _conflicts(scenario), _zones(scenario), newest_first
-    )
+    problem = Problem(members, tuple(gates), _conflicts(scenario), _zones(scenario), newest_first)
     poses = tuple(
         member.graph.number(entry.next_pose)
         for member, entry in zip(members, state.robots.values(), strict=True)

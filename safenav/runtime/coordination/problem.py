@@ -101,9 +101,9 @@ Zones = tuple[tuple[frozenset[int], Mask], ...]
 @dataclass(frozen=True, eq=False)
 class Problem:
     """A team and the obstacles that it knows. ``conflicts``: for each robot those with which it
-    must never share a region. ``zones``: robots of which at most one is in some regions. ``newest_first``:
-    obstacles are served in their order, the newest request first; else the oldest request is first
-    among those that a robot reaches equally soon.
+    must never share a region. ``zones``: robots of which at most one is in some regions.
+    ``newest_first``: obstacles are served in their order, the newest request first; else the oldest
+    request is first among those that a robot reaches equally soon.
     """
 
     members: tuple[Member, ...]

@@ -8,7 +8,7 @@ from itertools import combinations
 
 from safenav.formula.syntax import RESERVED_WORDS
 from safenav.scenario.model import Catalogue, Robot, RobotModel, Tracking, conflict
-from safenav.scenario.objective import Hold, Ltl, Objective, avoided, targets_of
+from safenav.scenario.objective import Hold, Ltl, Objective, avoided, ruled, targets_of
 from safenav.scenario.reachability import Reachability
 from safenav.scenario.reading.catalogue import read_vision
 from safenav.scenario.reading.objective import (
@@ -132,7 +132,8 @@ class _RobotReader:
         if isinstance(found, Ltl) or isinstance(own, Ltl):
             hint = "use patrol, visit, cover or hold for both, or leave out 'while_waiting'"
             self._findings.add(node, f"'while_waiting' of {name} cannot be used with 'ltl'", hint)
-        return found
+            return None
+        return found and own and ruled(found, own)
 
     def _check_name(self, key: Scalar) -> None:
         shown = clipped(key.text)
