@@ -12,6 +12,7 @@ from pathlib import Path
 from safenav.audit.passes import expanded
 from safenav.audit.rules.beliefs import BeliefRule, MissedBeliefRule
 from safenav.audit.rules.changes import ChangesRule, ServiceRule
+from safenav.audit.rules.deadlines import DeadlineRule
 from safenav.audit.rules.live import (
     ActRule,
     ClockRule,
@@ -62,6 +63,7 @@ from safenav.trace.reading import read_lines, read_trace
 from safenav.trace.records import (
     Backtrack,
     Blocked,
+    Deadline,
     Discovered,
     Goal,
     Move,
@@ -77,6 +79,7 @@ from safenav.trace.trace import Trace
 RULES: tuple[type[Rule], ...] = (
     HeaderRule,
     OrderRule,
+    DeadlineRule,
     ContinuityRule,
     MapRule,
     MobilityRule,
@@ -239,7 +242,8 @@ def _after_the_end(record: Record) -> Iterator[Finding]:
 def _stranger(record: Record, team: Collection[str], announced: Collection[str]) -> str | None:
     """Return a robot or obstacle that the line refers to and that no earlier line has announced."""
     obstacle = getattr(record, "obstacle", None)
-    robots = [robot for role in _ROLES for robot in _listed(getattr(record, role, None))]
+    roles = () if isinstance(record, Deadline) else _ROLES
+    robots = [robot for role in roles for robot in _listed(getattr(record, role, None))]
     if isinstance(record, Discovered):
         robots += record.obstacle.blocks
     elif obstacle is not None and obstacle not in announced:

@@ -38,6 +38,8 @@ from safenav.runtime.coordination.strategy_search import (
     TaskResult,
     failed,
 )
+from safenav.runtime.deadlines.ledger import Deadlines
+from safenav.runtime.deadlines.refusal import refuse_what_cannot_be_kept
 from safenav.runtime.interventions import Interventions
 from safenav.runtime.team import RobotState, TeamState
 from safenav.runtime.termination import Conclusion, RunEnded, Stop
@@ -70,6 +72,7 @@ class Algorithm:
     traffic: Traffic
     interventions: Interventions
     stop: Stop
+    deadlines: Deadlines
     attended: bool = False
     """Live: whether an operator can intervene; then the run waits where it would end."""
 
@@ -82,6 +85,7 @@ class Algorithm:
     def begin(self) -> None:
         """Synthesize the first controllers. The team has its initial objectives, and no requests
         (``TeamState.initial``). Raises RunEnded if a robot has none."""
+        refuse_what_cannot_be_kept(self.team)
         self.settle([Started()])  # 1 to 4
 
     def tick(self) -> None:
@@ -92,6 +96,7 @@ class Algorithm:
         if not self.world.hear(self._due(), self._changed or self.interventions.asked):
             return  # there is nothing to do yet
         team.tick += 1  # 5
+        self.deadlines.tick_begins()
         self._hear()
         self._guarded(lambda: self.settle(self.interventions.apply()))
         for change in self.world.changes(team.occupied()):
@@ -99,9 +104,10 @@ class Algorithm:
                 self.settle(self.turns.leave_plan(PlanEndReason.CHANGED, settling=True))
             team.introduce(change.obstacle, change.truth)
             self.settle([ObstacleChanged(change)])
-        for robot in team.robots.values():
+        for number, robot in enumerate(team.robots.values(), 1):
             self.stop.check()
             self._guarded(partial(self._step, robot))
+            self.deadlines.turn_ends(number)
         self._guarded(self._plan)
         self._end_if_due()
         self._changed = team.changes > before
@@ -289,6 +295,7 @@ class Algorithm:
         if done and free and not team.owed and not team.last_settled.found.served:
             plural = "round" if wanted == 1 else "rounds"
             said = f"every robot has met its objective for {wanted} {plural}"
+            self.deadlines.completed()
             raise RunEnded(Conclusion(Outcome.COMPLETED, said))
         if team.live:
             if self.limit is not None and self.world.now() >= self.limit:

@@ -29,6 +29,7 @@ class Ledger:
     ticks: int = 0
     rounds: dict[str, int] = field(default_factory=dict)
     events: list[records.Record] = field(default_factory=list)
+    late: tuple[str, ...] = ()
 
     def __call__(self, event: records.Record) -> None:
         if event.type in _KINDS:
@@ -44,6 +45,7 @@ class Ledger:
                 self.outcome = event.outcome
                 self.ticks = event.ticks
                 self.rounds = dict(event.rounds)
+                self.late = event.late or ()
 
 
 def differences(expect: Expect, ledger: Ledger, word: Word = number_word) -> list[str]:
@@ -58,6 +60,9 @@ def differences(expect: Expect, ledger: Ledger, word: Word = number_word) -> lis
     ):
         if wanted is not None and set(got) != wanted:
             found.append(f"{kind}: expected {_names(wanted, word)}, got {_names(got, word)}")
+    if (expect.late or frozenset()) != set(ledger.late) and (ledger.late or expect.late):
+        wanted_late, late = _names(expect.late or frozenset(), word), _names([*ledger.late], word)
+        found.append(f"late: expected {wanted_late}, got {late}")
     for obstacle, robot in (expect.helpers or {}).items():
         helper = ledger.helpers.get(obstacle)
         if helper != robot:

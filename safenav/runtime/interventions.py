@@ -117,7 +117,7 @@ class Interventions:
             self._made += 1
             robot = self._robot(change.robot)
             if change.objective is not None:
-                yield from self._give(robot, change.objective, _SCENARIO)
+                yield from self._give(robot, change.objective, _SCENARIO, change.within)
             if change.active is not None:
                 yield from self.turns.serve(robot, active=change.active, cause=_SCENARIO)
         asked, self._asked = self._asked, []
@@ -146,14 +146,18 @@ class Interventions:
                 yield from self.turns.serve(self._robot(name), active=active, cause=_USER)
 
     def _give(
-        self, robot: RobotState, objective: Objective, cause: vocabulary.ChangeCause
+        self,
+        robot: RobotState,
+        objective: Objective,
+        cause: vocabulary.ChangeCause,
+        within: int | None = None,
     ) -> Iterator[Event]:
         state = self.state
         told = objective_in_trace(objective)
         own = robot.assignment.role is Role.OWN
-        state.emit(records.NewObjective(state.tick, robot.name, told, own, cause))
+        state.emit(records.NewObjective(state.tick, robot.name, told, own, cause, within))
         yield from self.turns.leave_plan(vocabulary.PlanEndReason.CHANGED, settling=True)
-        robot.robot = replace(robot.robot, objective=objective)
+        robot.robot = replace(robot.robot, objective=objective, within=within)
         team = tuple(entry.robot for entry in state.robots.values())
         state.scenario = replace(state.scenario, robots=team)
         robot.own = Progress(objective)

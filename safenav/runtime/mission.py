@@ -22,6 +22,7 @@ from safenav.runtime.commands import Commands
 from safenav.runtime.coordination.reasons import Shortfall
 from safenav.runtime.coordination.strategies import Strategies
 from safenav.runtime.coordination.strategy_search import StrategySearch, TaskResult
+from safenav.runtime.deadlines.ledger import Deadlines
 from safenav.runtime.interventions import Intervention, Interventions
 from safenav.runtime.live_limits import refuse_if_unsafe
 from safenav.runtime.protocol import BlockingWorld, World, WorldEvent
@@ -86,6 +87,8 @@ class Mission:
         self.result: RunResult | None = None
         self._moved = 0  # the tick of the last move
         self.state = TeamState.initial(scenario, (*listeners, self._note))
+        self._deadlines = Deadlines(self.state)
+        self.state.listeners = (*self.state.listeners, self._deadlines)
         if world is None:
             live = scenario.clock is Clock.LIVE
             world = LiveSimulation(scenario) if live else SimulatedWorld(scenario)
@@ -112,6 +115,7 @@ class Mission:
             self._traffic,
             self._interventions,
             self._stop,
+            self._deadlines,
             attended,
         )
         self.ending = False
@@ -278,6 +282,8 @@ class Mission:
             None if conclusion.cause is None else vocabulary.OperatorCause(conclusion.cause),
             conclusion.proof,
             conclusion.unrealizable,
+            late=self._deadlines.told,
+            refused=conclusion.refused,
             **live,
         )
         self.state.emit(ended)

@@ -18,7 +18,8 @@ from safenav.trace.proofs import Proof
 @dataclass(frozen=True)
 class Conclusion:
     """Why a run ended. ``cause`` and ``proof``: of ``operator_needed`` (docs/trace.md), with the
-    ``links`` of its reasons, one sentence each, and the robots that are ``stuck``."""
+    ``links`` of its reasons, one sentence each, and the robots that are ``stuck``. ``refused``: the
+    promises that cannot be kept, each with the least that could be."""
 
     outcome: Outcome
     explanation: str
@@ -27,6 +28,7 @@ class Conclusion:
     unrealizable: Mapping[str, str] | None = None
     links: tuple[str, ...] = ()
     stuck: tuple[str, ...] = ()
+    refused: Mapping[str, int | None] | None = None
 
 
 class RunEnded(Exception):  # noqa: N818 - it is not an error

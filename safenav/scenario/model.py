@@ -36,6 +36,18 @@ class Timing:
 
 
 @dataclass(frozen=True)
+class Battery:
+    """Charge in units of the scenario's choice: at most ``capacity``; a step takes ``move``, a tick
+    without one ``stay``, or gives ``charge`` on a charger; it is ``start`` at first."""
+
+    capacity: int
+    charge: int
+    start: int
+    move: int = 1
+    stay: int = 0
+
+
+@dataclass(frozen=True)
 class RobotModel:
     """The abilities of robots of one kind.
 
@@ -53,6 +65,7 @@ class RobotModel:
     speed: float | None = None
     timing: Timing = Timing()
     motion: MotionModel | None = None
+    battery: Battery | None = None
 
 
 @dataclass(frozen=True)
@@ -62,6 +75,7 @@ class Robot:
     ``avoids``: the robots that it must not share a region with; None for those of its layer.
     ``tracks``: others whose position its specification models although it need not avoid them.
     ``while_waiting``: its objective while it waits for help; None: it stays.
+    ``within``: the most ticks of a round of its objective, None where nothing is promised.
     """
 
     name: str
@@ -72,6 +86,7 @@ class Robot:
     tracks: frozenset[str] = frozenset()
     tracking: Tracking = Tracking.NEARBY
     while_waiting: Objective | None = None
+    within: int | None = None
 
     @property
     def capabilities(self) -> frozenset[str]:
@@ -106,7 +121,8 @@ class ObstacleType:
     can do; None means every robot.
     ``has_truth``: resolving it may also reveal that the region is not traversable. ``listed``:
     its needs, in order, if it has more than the one of ``action`` at ``resolve_at`` (which are
-    those of the first need then).
+    those of the first need then). ``resolve_within``: the most ticks from the request to the
+    resolution.
     """
 
     name: str
@@ -115,6 +131,7 @@ class ObstacleType:
     blocks: frozenset[str] | None = None
     has_truth: bool = False
     listed: tuple[Need, ...] = ()
+    resolve_within: int | None = None
 
     @property
     def needs(self) -> tuple[Need, ...]:
@@ -164,13 +181,15 @@ class Obstacle:
     """A hidden obstacle r in R. ``traversable`` is the truth that resolving it reveals: True,
     False, the probability of True (drawn once per run from the seed), or None if its type
     has no truth to reveal. ``appears`` and ``goes``: the ticks at which it appears and
-    disappears; None for one that is there from the beginning, or to the end."""
+    disappears; None for one that is there from the beginning, or to the end. ``resolve_within``:
+    the most ticks from the request to the resolution, None for those of its type."""
 
     type: ObstacleType
     region: Region
     traversable: bool | float | None = None
     appears: int | None = None
     goes: int | None = None
+    resolve_within: int | None = None
 
     @property
     def name(self) -> str:
@@ -218,12 +237,14 @@ class Obstacle:
 @dataclass(frozen=True)
 class RobotChange:
     """A change for a robot during the run, at the beginning of tick ``at``: another
-    ``objective`` of its own, or whether it is in service (``active``); the other is None."""
+    ``objective`` of its own (its rounds ``within`` so many ticks), or whether it is in service
+    (``active``); the other is None."""
 
     at: int
     robot: str
     objective: Objective | None = None
     active: bool | None = None
+    within: int | None = None
 
 
 @dataclass(frozen=True)
@@ -302,15 +323,24 @@ class Outcome(StrEnum):
     TIME_LIMIT = "time_limit"
     SEARCH_LIMIT = "search_limit"
     ASSUMPTION_VIOLATED = "assumption_violated"
+    LATE = "late"
     INTERRUPTED = "interrupted"
+
+
+class Late(StrEnum):
+    """What happens when a promise is broken: the run goes on, or ends with the outcome ``late``."""
+
+    GO_ON = "go_on"
+    STOP = "stop"
 
 
 @dataclass(frozen=True)
 class Until:
     """The run is completed when every robot has met its objective this many times after the
-    last resolution."""
+    last resolution; ``by``: at this tick at the latest, None where nothing is promised."""
 
     rounds: int = 2
+    by: int | None = None
 
 
 @dataclass(frozen=True)
@@ -333,7 +363,8 @@ class Expect:
     ``resolved`` and ``blocked`` name obstacles (``door@47``) as sets; ``helpers`` maps an
     obstacle to the robot that is asked; ``ticks`` is an upper bound, ``least_ticks`` a lower
     one; ``rounds``: at least so many of each robot; ``order``: events that happen one after
-    the other, whatever happens in between; ``never``: events that do not happen.
+    the other, whatever happens in between; ``never``: events that do not happen. ``late``: the
+    promises that are broken (robots, obstacles, ``mission``) as a set.
     """
 
     outcome: Outcome | None = None
@@ -345,6 +376,7 @@ class Expect:
     rounds: Mapping[str, int] | None = field(default=None, hash=False)
     order: tuple[EventPattern, ...] | None = None
     never: tuple[EventPattern, ...] | None = None
+    late: frozenset[str] | None = None
 
 
 DEFAULT_CLOCK = Clock.LOCKSTEP
@@ -361,6 +393,10 @@ class Scenario:
     types that its text could name, those of its own among them. ``failures``: live policies.
     ``requirements``: formulas over the motion, by name. ``order``: of requests.
     ``never_together``: exclusions of the team.
+    ``resolve_within``: for obstacles that say nothing of their own; ``suspects``: the obstacles
+    that the team knows may be there, None if it knows nothing; ``late``: after a broken promise.
+    ``chargers``: regions where batteries are charged; ``flat``: the obstacle that appears at a
+    robot whose charge does not last.
     """
 
     name: str
@@ -383,6 +419,28 @@ class Scenario:
     failures: Failures = Failures()
     never_together: tuple[Exclusion, ...] = ()
     order: RequestOrder = RequestOrder.NEWEST
+    resolve_within: int | None = None
+    suspects: tuple[Obstacle, ...] | None = None
+    late: Late = Late.GO_ON
+    chargers: frozenset[Region] = frozenset()
+    flat: ObstacleType | None = None
+
+    @property
+    def promises(self) -> bool:
+        """Whether anything is promised in ticks."""
+        timed = any(robot.within is not None for robot in self.robots)
+        timed = timed or any(change.within is not None for change in self.changes)
+        types = (*self.catalogue.obstacles.values(), *(o.type for o in self.obstacles))
+        limits = (self.until.by, self.resolve_within, *(o.resolve_within for o in self.obstacles))
+        return timed or any(x is not None for x in (*limits, *(t.resolve_within for t in types)))
+
+    def limit_of(self, obstacle: Obstacle) -> int | None:
+        """The most ticks from the request for an obstacle to its resolution: its own, that of its
+        type, that of the scenario."""
+        for limit in (obstacle.resolve_within, obstacle.type.resolve_within):
+            if limit is not None:
+                return limit
+        return self.resolve_within
 
     def robot(self, name: str) -> Robot:
         """The robot of that name. Raises KeyError."""

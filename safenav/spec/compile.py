@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from safenav.scenario.objective import Ltl, describe
+from safenav.scenario.objective import Ltl, Patrol, describe
 from safenav.spec import assignable
 from safenav.spec.movement import heading_rules, stepping, walls
 from safenav.spec.objective import encode
@@ -22,8 +22,8 @@ from safenav.spec.specification import (
     Variable,
 )
 from safenav.spec.task import Task
-from safenav.world.map import RegionMap
-from safenav.world.moves import Mobility
+from safenav.world.map import Heading, RegionMap
+from safenav.world.moves import Mobility, Pose
 
 
 def compile_task(task: Task, world: RegionMap) -> Specification:
@@ -55,6 +55,7 @@ def compile_task(task: Task, world: RegionMap) -> Specification:
         *_motion(task, world, others),
         *steering.guarantees,
         *(begins(steered(constraint)) for constraint in objective.constraints),
+        *_goal_places(task),
     ]
     title = f"{robot.name} ({robot.model.name}): {describe(task.objective)}"
     return Specification(robot.name, title, tuple(variables), tuple(constraints))
@@ -88,6 +89,24 @@ def assumption_names(task: Task, world: RegionMap) -> list[str]:
         if constraint.section is Section.ENV_LIVENESS
     )
     return list(dict.fromkeys(rules))
+
+
+def _goal_places(task: Task) -> Iterator[Constraint]:
+    """A target that is next is entered in its places only."""
+    objective = task.objective
+    origin = Origin(f"{task.item}.objective", "where a round is short", "rounds within N ticks")
+    for index, places in enumerate(task.goal_places):
+        assert not isinstance(objective, Ltl)
+        turn = ""
+        if isinstance(objective, Patrol):
+            turn = "!scout' & " if index == 0 else "scout' & "
+        elif objective.remembers:
+            turn = f"{objective.turn}' = {index} & "
+        for region in sorted(objective.listed()[index]):
+            for heading in Heading:
+                if Pose(region, heading) not in places:
+                    formula = f"!({turn}region' = {region} & heading' = {heading:d})"
+                    yield Constraint(Section.SYS_TRANS, formula, origin, (region,))
 
 
 def _beginning(task: Task) -> Iterator[Constraint]:

@@ -80,7 +80,8 @@ class Task:
     rooms), and the regions whose obstacles are ``closed``, so that they block the view.
     ``assignable``: goals can be assigned at runtime. ``forbidden``: poses that the robot keeps out
     of, because the team could lose it there. ``exclusive``: one other robot can close many regions
-    to it, because the two are never together in them.
+    to it, because the two are never together in them. ``goal_places``: for each target the only
+    poses in which it is entered while it is next, so that rounds are short (none: any).
     """
 
     robot: Robot
@@ -96,6 +97,7 @@ class Task:
     assignable: bool = False
     forbidden: frozenset[Pose] = frozenset()
     exclusive: bool = False
+    goal_places: tuple[frozenset[Pose], ...] = ()
 
     @property
     def targets(self) -> tuple[Target, ...]:

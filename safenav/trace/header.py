@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from safenav.scenario.model import Obstacle, Robot, Scenario, Tracking
+from safenav.scenario.model import Battery, Obstacle, Robot, Scenario, Tracking
 from safenav.scenario.motion import resolved
 from safenav.scenario.objective import Objective as ScenarioObjective
 from safenav.scenario.objective import to_data
@@ -48,7 +48,17 @@ def scenario_header(
         changes=_changes(scenario),
         requirements=scenario.requirements or None,
         never_together=_exclusions(scenario),
+        promises=_promises(scenario),
+        suspects=None if scenario.suspects is None else tuple(o.name for o in scenario.suspects),
+        chargers=tuple(sorted(scenario.chargers)) or None,
     )
+
+
+def _promises(scenario: Scenario) -> setting.PromisesHeader | None:
+    if not scenario.promises:
+        return None
+    within = {robot.name: robot.within for robot in scenario.robots if robot.within is not None}
+    return setting.PromisesHeader(within, scenario.until.by, scenario.late.value)
 
 
 def obstacle_header(
@@ -66,6 +76,7 @@ def obstacle_header(
         needs=_needs(obstacle, scenario.map) if obstacle.type.listed else None,
         from_=obstacle.appears,
         until=obstacle.goes,
+        resolve_within=scenario.limit_of(obstacle),
     )
 
 
@@ -131,7 +142,15 @@ def _robot(robot: Robot, scenario: Scenario) -> setting.RobotHeader:
         while_waiting=None
         if robot.while_waiting is None
         else objective_in_trace(robot.while_waiting),
+        battery=_battery(model.battery),
     )
+
+
+def _battery(battery: Battery | None) -> setting.BatteryHeader | None:
+    if battery is None:
+        return None
+    took = battery.move, battery.stay, battery.charge
+    return setting.BatteryHeader(battery.capacity, battery.start, *took)
 
 
 def _changes(scenario: Scenario) -> tuple[setting.ChangeHeader, ...] | None:
@@ -141,6 +160,7 @@ def _changes(scenario: Scenario) -> tuple[setting.ChangeHeader, ...] | None:
             change.robot,
             None if change.objective is None else objective_in_trace(change.objective),
             change.active,
+            change.within,
         )
         for change in scenario.changes
     )

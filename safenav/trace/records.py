@@ -22,6 +22,7 @@ from safenav.trace.vocabulary import (
     BlockReason,
     ChangeCause,
     Count,
+    DeadlineVerdict,
     Ending,
     Form,
     Heading,
@@ -332,6 +333,7 @@ class NewObjective(Record):
     objective: Objective
     at_once: bool
     cause: ChangeCause
+    within: Count | None = None
 
 
 @dataclass(frozen=True)
@@ -498,6 +500,20 @@ class Assumption(Record):
 
 
 @dataclass(frozen=True)
+class Deadline(Record):
+    """What becomes of a promise ``of`` a robot (a round), an obstacle (its resolution) or the
+    ``mission``, ``due`` at the end of that tick. ``earliest``: a tick before whose end it cannot
+    happen, whatever the robots do; ``cause``: ``battery``, where a charge made it."""
+
+    type: ClassVar[str] = "deadline"
+    of: str
+    due: Count
+    verdict: DeadlineVerdict
+    earliest: Count | None = None
+    cause: str | None = None
+
+
+@dataclass(frozen=True)
 class Plan(Record):
     """A joint plan. ``robots``: the places of each, the first where it stands now. ``orders``:
     ``[first, i, then, j]``: ``then`` enters its place ``j`` only when ``first`` has arrived at
@@ -524,7 +540,9 @@ class Outcome(Record):
     """The last line. ``rounds`` of each robot. ``cause``: why an operator is needed. ``proof``:
     of a negative. ``unrealizable``: robot and spec of each synthesis that ended the run. Live:
     ``makespan``, the time (seconds) of the last end of a command, and the seconds in which each
-    robot had a command (``busy``) and in which it had none before that (``waiting``)."""
+    robot had a command (``busy``) and in which it had none before that (``waiting``). ``late``: the
+    broken promises, where there are any to keep; ``refused``: those that cannot be kept from the
+    start, each with the least that could be promised (None: nothing can)."""
 
     type: ClassVar[str] = "outcome"
     outcome: Ending
@@ -540,6 +558,8 @@ class Outcome(Record):
     makespan: Seconds | None = None
     busy: Mapping[str, Seconds] | None = None
     waiting: Mapping[str, Seconds] | None = None
+    late: tuple[str, ...] | None = None
+    refused: Mapping[str, Count | None] | None = None
 
 
 KINDS: Mapping[str, type[Record]] = {

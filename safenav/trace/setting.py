@@ -19,6 +19,18 @@ class TimingHeader:
 
 
 @dataclass(frozen=True)
+class BatteryHeader:
+    """Charge: the most that it holds, what it begins with, what a step (``move``) and a tick
+    without one (``stay``) take, what a tick on a charger gives."""
+
+    capacity: Annotated[int, Least(1)]
+    start: Count
+    move: Count
+    stay: Count
+    charge: Annotated[int, Least(1)]
+
+
+@dataclass(frozen=True)
 class RobotHeader:
     """A robot in the header. ``conflicts``: those it must not share a region with (None: those
     of its layer). ``vision``: how far it sees, in regions; None: without limit. ``motion``: its
@@ -39,6 +51,7 @@ class RobotHeader:
     timing: TimingHeader | None = None
     motion: Json | None = None
     while_waiting: Objective | None = None
+    battery: BatteryHeader | None = None
 
 
 @dataclass(frozen=True)
@@ -58,7 +71,8 @@ class ObstacleHeader:
     """A hidden obstacle. ``blocks``: the names of the robots that it physically stops, whatever
     they can do. ``traversable``: the truth of this run.
     ``needs``: all its needs if there are several (``action`` and ``resolution_regions`` are
-    those of the first). ``from_`` and ``until``: when it appears and disappears."""
+    those of the first). ``from_`` and ``until``: when it appears and disappears.
+    ``resolve_within``: the most ticks from its request to its resolution."""
 
     type: str
     name: str
@@ -70,6 +84,7 @@ class ObstacleHeader:
     needs: tuple[NeedHeader, ...] | None = None
     from_: Count | None = None
     until: Count | None = None
+    resolve_within: Count | None = None
 
     @property
     def all_needs(self) -> tuple[NeedHeader, ...]:
@@ -102,6 +117,7 @@ class ChangeHeader:
     robot: str
     objective: Objective | None = None
     active: bool | None = None
+    within: Count | None = None
 
 
 @dataclass(frozen=True)
@@ -137,6 +153,16 @@ class UntilHeader:
 
 
 @dataclass(frozen=True)
+class PromisesHeader:
+    """What is promised: the most ticks of a round, by robot; the tick by which the mission is
+    completed; whether the run ends with the first broken promise (``stop``)."""
+
+    within: Mapping[str, Count]
+    by: Count | None = None
+    late: str = "go_on"
+
+
+@dataclass(frozen=True)
 class LimitsHeader:
     """Ticks and seconds of the run; seconds, MiB and states of each synthesis."""
 
@@ -152,7 +178,8 @@ class ScenarioHeader:
     """The scenario, fully resolved. ``robots`` are in the order of their turns. ``world``:
     ``simulated`` or ``external``. ``partition``: the cells of beliefs, None where no robot keeps
     any. ``order``: of requests. ``changes``: the changes for robots during the run, by tick.
-    ``requirements``: formulas over the motion of the run, by name."""
+    ``requirements``: formulas over the motion of the run, by name. ``suspects``: obstacles that
+    the team knows may be there; ``chargers``: regions where batteries are charged."""
 
     name: str
     map: MapHeader
@@ -168,3 +195,6 @@ class ScenarioHeader:
     changes: tuple[ChangeHeader, ...] | None = None
     requirements: Mapping[str, str] | None = None
     never_together: tuple[ExclusionHeader, ...] | None = None
+    promises: PromisesHeader | None = None
+    suspects: tuple[str, ...] | None = None
+    chargers: tuple[Region, ...] | None = None

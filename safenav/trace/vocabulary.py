@@ -179,8 +179,20 @@ class Ending(StrEnum):
     TIME_LIMIT = "time_limit"
     SEARCH_LIMIT = "search_limit"
     ASSUMPTION_VIOLATED = "assumption_violated"
+    LATE = "late"
     INTERRUPTED = "interrupted"
     ERROR = "error"
+
+
+class DeadlineVerdict(StrEnum):
+    """What becomes of a promise: it begins, is kept or broken, ends without either, or nothing
+    that the robots do from here can keep it."""
+
+    SET = "set"
+    KEPT = "kept"
+    LATE = "late"
+    EXCUSED = "excused"
+    LOST = "lost"
 
 
 class OperatorCause(StrEnum):

@@ -137,6 +137,13 @@ def definition(name: str) -> dict[str, Any]:
         (SCHEMA, loader.KEYS, loader.REQUIRED),
         (SCHEMA["properties"]["limits"], loader.LIMIT_KEYS, ()),
         (SCHEMA["properties"]["failures"], loader.FAILURE_KEYS, ()),
+        (SCHEMA["properties"]["until"], loader.UNTIL_KEYS, ()),
+        (
+            SCHEMA["properties"]["suspects"]["items"],
+            obstacle_reader.SUSPECT_KEYS,
+            obstacle_reader.REQUIRED,
+        ),
+        (definition("battery"), catalogue.BATTERY_KEYS, catalogue.BATTERY_REQUIRED),
         (definition("map"), map_reader.KEYS, ()),
         (definition("rectangle"), area_reader.KEYS, ()),
         (definition("robot"), robot_reader.KEYS, robot_reader.REQUIRED),

@@ -95,7 +95,7 @@ class OutcomeRule(Rule):
         if outcome.outcome is Ending.UNREALIZABLE:
             if self._moves:
                 yield "unrealizable is for runs that never begin, but robots have moved"
-            if not negative:
+            if not negative and not outcome.refused:
                 yield "it reports unrealizable, but no synthesis before the start was"
         if outcome.outcome is Ending.ASSUMPTION_VIOLATED and not self._assumptions:
             yield "it reports a violated assumption, but no line records one"

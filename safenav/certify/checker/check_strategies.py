@@ -570,6 +570,8 @@ class Task:
         self.memory: dict[str, int] = dict(line.get("memory") or {})
         self.closed = {region for region, _ in line.get("closed") or ()}
         self.forbidden = poses_of(line.get("forbidden") or (), robot["mobility"])
+        listed = line.get("goal_places") or ()  # where a target is entered while it is next
+        self.goal_places = [poses_of(places, robot["mobility"]) for places in listed]
         self.moving = list(line.get("moving") or ())
         self.places = line.get("places")  # its assignable regions (``assignable``), or None
         # Knowledge of another robot is a region, or a belief: a set of cells, numbered from the
@@ -684,6 +686,9 @@ class Task:
         if kind == "patrol":
             shut |= self.targets[1 - awaited]  # the target whose turn it is not
         legal = [after for after in moves - self.forbidden if after[0] not in shut]
+        if self.goal_places:
+            aim, places = self.targets[awaited], self.goal_places[awaited]
+            legal = [after for after in legal if after[0] not in aim or after in places]
         now = dict(zip(self.own, memory, strict=True))
         about = self.objective.ranges, primed(self.own), self.objective.safety
         ways = ((after, complete(*about, now | named(pose, after))) for after in legal)

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from safenav.dataclass import dataclass
+from safenav.runtime.deadlines.within import Walk, best_places, least_within
 from safenav.runtime.formulas import graph_of
 from safenav.runtime.team import Assignment, RobotState, Role, TeamState
 from safenav.scenario.model import Coordination, Tracking
@@ -20,7 +21,7 @@ from safenav.spec.task import LADDERS, Fairness, Observed, Task
 from safenav.world.map import Region
 from safenav.world.moves import Pose
 from safenav.world.partition import Partition
-from safenav.world.poses import region_mask
+from safenav.world.poses import bits, region_mask
 
 
 @dataclass(frozen=True)
@@ -51,10 +52,13 @@ class Ladder:
 
 def ladder(team: TeamState, name: str, draft: TaskDraft) -> Ladder:
     """The ladder of a robot, from what the team knows now."""
+    state = team.robots[name]
     candidates = tuple(
-        (rung, replace(task, fairness=fairness))
-        for rung, memory in _forms(team, team.robots[name], draft)
-        for task in (_task(team, team.robots[name], draft, rung.objective, memory),)
+        (rung, replace(task, fairness=fairness, goal_places=places))
+        for rung, memory in _forms(team, state, draft)
+        for task in (_task(team, state, draft, rung.objective, memory),)
+        for places in (goal_places(team, state, draft, rung.objective, memory),)
+        if places is not None
         for fairness in rungs(task)
     )
     return Ladder(draft.objective, candidates)
@@ -77,6 +81,40 @@ def _forms(team: TeamState, robot: RobotState, draft: TaskDraft) -> Iterator[tup
     )
     for rung in found:
         yield rung, Memory(rung.turn) if patrol else memory
+
+
+def wants_places(team: TeamState, robot: RobotState, draft: TaskDraft) -> bool:
+    """Whether a robot is to meet its targets in the poses of short rounds: it has promised them,
+    nobody else is on its floor, and no obstacle in its way."""
+    own = draft.assignment.role is Role.OWN and not isinstance(draft.objective, Ltl)
+    if robot.robot.within is None or not own or team.rivals(robot.robot):
+        return False
+    graph = graph_of(robot.robot, team.scenario.map)
+    plain = team.scenario.coordination is not Coordination.ASSIGNABLE and not draft.forbidden
+    return plain and graph.one_way and not team.knowledge.walls_for(robot.robot, draft.avoid)
+
+
+def goal_places(
+    team: TeamState, robot: RobotState, draft: TaskDraft, objective: Objective, memory: Memory
+) -> tuple[frozenset[Pose], ...] | None:
+    """The poses in which to meet the targets of a form of its objective, so that rounds are as
+    short as promised, or as they can be from here; None if it does not go by any choice of them."""
+    if not wants_places(team, robot, draft):
+        return ()
+    graph = graph_of(robot.robot, team.scenario.map)
+    pose, turned = robot.next_pose, memory.index
+    if not isinstance(objective, Ltl):
+        turned = objective.turned(objective.begin(pose.region, memory.index), pose.region)
+    targets = tuple(graph.poses_on(region_mask(target)) for target in targets_of(objective))
+    ticks, strict = robot.robot.model.timing.most, isinstance(objective, Patrol)
+    walk = Walk(graph, targets, graph.everywhere, graph.number(pose), ticks, turned, strict=strict)
+    most = robot.robot.within or 0
+    found = best_places(walk, most)
+    if found is None and not strict:
+        found = best_places(walk, least_within(walk) or most)
+    if found is None:
+        return None if strict else ()
+    return tuple(frozenset(graph.pose(number) for number in bits(places)) for places in found)
 
 
 def _task(

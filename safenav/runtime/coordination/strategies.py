@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from safenav.dataclass import dataclass
-from safenav.runtime.coordination.ladder import TaskDraft
+from safenav.runtime.coordination.ladder import TaskDraft, wants_places
 from safenav.runtime.coordination.strategy_search import TaskResult
 from safenav.runtime.coordination.synthesis_recorder import synthesis_record
 from safenav.runtime.navigation import Planner
@@ -142,6 +142,8 @@ def outdated(team: TeamState, name: str, draft: TaskDraft) -> bool:
     if not {(k.region, k.item) for k in walls} <= known:
         return True
     if not draft.forbidden <= old.forbidden:
+        return True
+    if state.robot.within is not None and wants_places(team, state, draft) != bool(old.goal_places):
         return True
     if old.tracking is Tracking.BELIEF and old.observed:
         return old.closed != team.knowledge.standing

@@ -69,6 +69,7 @@ def synthesis_record(
         neutral=neutral(possible) if possible is not None else None,
         places_from=_places_from(possible) if possible is not None else None,
         forbidden=_places(task.forbidden) or None,
+        goal_places=tuple(map(_places, task.goal_places)) or None,
         form=found.form,
         allows=found.allows(world.word),
         tried=found.tried or None,

@@ -11,7 +11,15 @@ from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 
-from safenav.scenario.model import Catalogue, Need, ObstacleType, ResolveAt, RobotModel, Timing
+from safenav.scenario.model import (
+    Battery,
+    Catalogue,
+    Need,
+    ObstacleType,
+    ResolveAt,
+    RobotModel,
+    Timing,
+)
 from safenav.scenario.reading.motion import read_motion
 from safenav.scenario.reading.naming import NAME
 from safenav.scenario.reading.regions import RegionReader
@@ -24,10 +32,21 @@ from safenav.world.map import Region
 from safenav.world.moves import Mobility
 
 BUILT_IN = "built in"
+RESOLVE_WITHIN = "resolve_within"
 _FOLDER = Path(__file__).parents[1] / "built_in"
 
 CATALOGUE_KEYS = ("robots", "obstacles")
-MODEL_KEYS = ("mobility", "layer", "capabilities", "vision", "size", "speed", "timing", "motion")
+MODEL_KEYS = (
+    "mobility",
+    "layer",
+    "capabilities",
+    "vision",
+    "size",
+    "speed",
+    "timing",
+    "motion",
+    "battery",
+)
 TIMING_KEYS = ("least", "most")
 MOST_TICKS = 1000
 UNLIMITED = "unlimited"
@@ -37,7 +56,13 @@ MODEL_REQUIRED = {
     "layer": "robots of one layer avoid each other, for example 'layer: ground'",
 }
 TYPE_REQUIRED = {"action": "the capability that resolves it, for example 'action: push'"}
-TYPE_KEYS = ("action", "resolve_at", "needs", "blocks", "has_truth")
+TYPE_KEYS = ("action", "resolve_at", "needs", "blocks", "has_truth", "resolve_within")
+BATTERY_KEYS = ("capacity", "move", "stay", "charge", "start")
+BATTERY_REQUIRED = {
+    "capacity": "the most that it holds, for example 'capacity: 60'",
+    "charge": "what a tick on a charger gives, for example 'charge: 5'",
+}
+MOST_CHARGE = 1_000_000
 NEED_KEYS = ("action", "robots", "at", "together", "same")
 MOST_ROBOTS = 100
 
@@ -133,10 +158,32 @@ def _model(key: Scalar, node: Node, findings: Findings) -> RobotModel | None:
     )
     timing = _timing(item.get("timing"), f"'timing' of {what}", findings)
     motion = read_motion(item.get("motion"), item, mobility, what, findings)
+    battery = _battery(item.get("battery"), f"'battery' of {what}", findings)
     if len(findings) > before or name is None or mobility is None or layer is None:
         return None
     skills = capabilities or frozenset()
-    return RobotModel(name, mobility, layer, skills, vision, size, speed, timing, motion)
+    return RobotModel(name, mobility, layer, skills, vision, size, speed, timing, motion, battery)
+
+
+def _battery(node: Node | None, what: str, findings: Findings) -> Battery | None:
+    """``{capacity: 60, move: 1, stay: 0, charge: 5, start: 60}``."""
+    item = read.mapping(node, what, findings, BATTERY_KEYS, BATTERY_REQUIRED)
+    if item is None:
+        return None
+    least = {"capacity": 1, "charge": 1}
+    given = {
+        key: read.integer(
+            item.get(key), f"'{key}' in {what}", findings, least=least.get(key, 0), most=MOST_CHARGE
+        )
+        for key in BATTERY_KEYS
+    }
+    capacity, charge, start = given["capacity"], given["charge"], given["start"]
+    if capacity is None or charge is None:
+        return None
+    if start is not None and start > capacity:
+        findings.add(item.get("start"), f"'start' in {what} is {start}, and it holds {capacity}")
+    move = 1 if given["move"] is None else given["move"]
+    return Battery(capacity, charge, capacity if start is None else start, move, given["stay"] or 0)
 
 
 def read_vision(node: Node | None, what: str, findings: Findings) -> float | None:
@@ -199,9 +246,11 @@ def _type(
         )
         findings.add(node, found, "say 'at: neighbours', or 'blocks: []'")
     has_truth = read.boolean(item.get("has_truth"), f"'has_truth' of {what}", findings)
+    limit = read.integer(item.get(RESOLVE_WITHIN), f"'{RESOLVE_WITHIN}' of {what}", findings)
     if len(findings) > before or name is None or action is None:
         return None
-    return ObstacleType(name, action, where or ResolveAt.SELF, blocks, has_truth or False, needs)
+    where = where or ResolveAt.SELF
+    return ObstacleType(name, action, where, blocks, has_truth or False, needs, limit)
 
 
 def _needs(

@@ -66,16 +66,16 @@ class ChangeReader:
                 "give it an 'objective', or 'service: out' or 'service: back'; one for each change"
             )
             self._findings.add(node, f"a change of {clipped(name or 'a robot')} {what}", hint)
-        objective = self._objective(item, name)
+        objective, within = self._objective(item, name)
         active = self._service(item.get("service"), name)
         if at is None or name is None or len(self._findings) > before:
             return None
-        return RobotChange(at, name, objective, active)
+        return RobotChange(at, name, objective, active, within)
 
-    def _objective(self, item: Mapping, name: str | None) -> Objective | None:
+    def _objective(self, item: Mapping, name: str | None) -> tuple[Objective | None, int | None]:
         node = item.get("objective")
         if node is None:
-            return None
+            return None, None
         robot = self._team.get(name or "")
         reader = ObjectiveReader(self._regions, self._named, self._findings)
         mobility = robot.model.mobility if robot is not None else None
@@ -83,10 +83,10 @@ class ChangeReader:
         if isinstance(found, Ltl):
             hint = "formulas can be given from the beginning only: patrol, visit, cover or hold"
             self._findings.add(node, f"objective of {name}: formulas in a change", hint)
-            return None
+            return None, None
         if found is not None and robot is not None:
             self._check_reachable(robot, found, node)
-        return found
+        return found, reader.within(node, name or "a change", found)
 
     def _check_reachable(self, robot: Robot, objective: Objective, node: Node) -> None:
         """Its start reaches everything that it reaches later."""

@@ -11,14 +11,16 @@ from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, clipped
 from safenav.scenario.yaml.findings import Findings, suggestion
 
-KEYS = ("outcome", "resolved", "blocked", "helpers", "ticks", "rounds", "order", "never")
+KEYS = ("outcome", "resolved", "blocked", "helpers", "ticks", "rounds", "order", "never", "late")
+MISSION = "mission"
 TICK_KEYS = ("at_least", "at_most")
 
 
 class ExpectationReader:
     """Reads expectations about the given obstacles and robots (names).
 
-    ``obstacles`` is None if they are not all known because some were reported.
+    ``obstacles`` is None if they are not all known because some were reported. ``anywhere``: the
+    type of obstacle that may appear in any region.
     """
 
     def __init__(
@@ -27,11 +29,13 @@ class ExpectationReader:
         obstacles: Sequence[Obstacle] | None,
         robots: Sequence[str],
         findings: Findings,
+        anywhere: str = "",
     ) -> None:
         self._regions = regions
         self._obstacles = obstacles
         self._robots = robots
         self._findings = findings
+        self._anywhere = anywhere
 
     def read(self, node: Node | None) -> Expect:
         item = read.mapping(node, "expect", self._findings, KEYS)
@@ -49,7 +53,23 @@ class ExpectationReader:
             self._rounds(item.get("rounds")),
             patterns.read_all(item.get("order"), "'order' of expect"),
             patterns.read_all(item.get("never"), "'never' of expect"),
+            self._late(item.get("late")),
         )
+
+    def _late(self, node: Node | None) -> frozenset[str] | None:
+        """Robots whose rounds, obstacles whose resolutions, and ``mission``."""
+        what = "'late' of expect"
+        items = read.sequence(node, what, self._findings)
+        if items is None:
+            return None
+        names = [read.text(item, f"an item of {what}", self._findings) for item in items]
+        known = {*self._robots, MISSION}
+        found = [
+            name if name in known else self._obstacle(item, name, what)
+            for item, name in zip(items, names, strict=True)
+            if name is not None
+        ]
+        return frozenset(name for name in found if name is not None)
 
     def _ticks(self, node: Node | None) -> tuple[int | None, int | None]:
         """The least and the most ticks: ``40`` or ``{at_least: 10, at_most: 40}``."""
@@ -116,6 +136,8 @@ class ExpectationReader:
         for obstacle in self._obstacles:
             if obstacle.type.name == kind and obstacle.region == region:
                 return obstacle.name
+        if kind == self._anywhere and region is not None:
+            return f"{kind}@{region}"
         names = [obstacle.name for obstacle in self._obstacles]
         hint = suggestion(written, names) or "the scenario has no obstacles"
         assert isinstance(node, Scalar)

@@ -20,7 +20,9 @@ from safenav.scenario.model import (
     Coordination,
     FailedMoves,
     Failures,
+    Late,
     Limits,
+    ObstacleType,
     RequestOrder,
     Robot,
     RobotChange,
@@ -29,21 +31,22 @@ from safenav.scenario.model import (
 )
 from safenav.scenario.objective import Patrol
 from safenav.scenario.reading.areas import read_areas
-from safenav.scenario.reading.catalogue import built_in, extended, read_catalogue
+from safenav.scenario.reading.catalogue import RESOLVE_WITHIN, built_in, extended, read_catalogue
 from safenav.scenario.reading.changes import ChangeReader
 from safenav.scenario.reading.expectation import ExpectationReader
 from safenav.scenario.reading.map import read_map
 from safenav.scenario.reading.never_together import read_never_together
-from safenav.scenario.reading.obstacles import read_obstacles
+from safenav.scenario.reading.obstacles import read_obstacles, read_suspects
 from safenav.scenario.reading.partition import read_partition
+from safenav.scenario.reading.promises import check_promises
 from safenav.scenario.reading.regions import RegionReader
 from safenav.scenario.reading.requirements import read_requirements
 from safenav.scenario.reading.robots import read_robots
 from safenav.scenario.yaml import fields as read
-from safenav.scenario.yaml.document import Mapping, Node, Scalar
-from safenav.scenario.yaml.findings import Findings, ReadableFolder
+from safenav.scenario.yaml.document import Mapping, Node, Scalar, clipped
+from safenav.scenario.yaml.findings import Findings, ReadableFolder, suggestion
 from safenav.scenario.yaml.source import parsed, read_source
-from safenav.world.map import RegionMap
+from safenav.world.map import Region, RegionMap
 
 VERSION = 1
 
@@ -63,6 +66,11 @@ KEYS = (
     "limits",
     "clock",
     "failures",
+    "resolve_within",
+    "suspects",
+    "late",
+    "chargers",
+    "flat",
     "seed",
     "coordination",
     "order",
@@ -74,6 +82,7 @@ KEYS = (
     "catalogue",
 )
 FAILURE_KEYS = ("retries", "then", "most", "actions", "patience", "timeout")
+UNTIL_KEYS = ("rounds", "by")
 LIMIT_KEYS = ("ticks", "seconds", "synthesis_seconds", "synthesis_memory", "states")
 REQUIRED = {
     "safenav": "begin the file with 'safenav: 1', the version of its format",
@@ -183,8 +192,13 @@ class _Loader:
         changes = ChangeReader(
             regions, robots, frozenset(named), self._findings, self._reachable
         ).read(item.get("changes"))
+        flat = self._flat(item.get("flat"))
         expectations = ExpectationReader(
-            regions, obstacles if all_known else None, named, self._findings
+            regions,
+            obstacles if all_known else None,
+            named,
+            self._findings,
+            "" if flat is None else flat.name,
         )
         expect = expectations.read(item.get("expect"))
         requirements = read_requirements(
@@ -210,9 +224,13 @@ class _Loader:
         partition = read_partition(item.get("partition"), regions, self._findings)
         clock = read.choice(item.get("clock"), "'clock'", Clock, self._findings)
         failures = self._failures(item.get("failures"))
+        limit = read.integer(item.get(RESOLVE_WITHIN), f"'{RESOLVE_WITHIN}'", self._findings)
+        suspects = read_suspects(item.get("suspects"), regions, catalogue, self._findings)
+        late = read.choice(item.get("late"), "'late'", Late, self._findings)
+        chargers = self._chargers(item.get("chargers"), regions)
         if regions.world is None:
             return None
-        return Scenario(
+        scenario = Scenario(
             name or Path(self._file).stem,
             regions.world,
             robots,
@@ -233,7 +251,31 @@ class _Loader:
             failures=failures,
             never_together=apart,
             order=order or RequestOrder.NEWEST,
+            resolve_within=limit,
+            suspects=suspects,
+            late=late or Late.GO_ON,
+            chargers=chargers,
+            flat=flat,
         )
+        if len(self._findings) == 0:
+            check_promises(scenario, item, self._findings)
+        return scenario
+
+    def _chargers(self, node: Node | None, regions: RegionReader) -> frozenset[Region]:
+        items = read.sequence(node, "chargers", self._findings) or ()
+        found = [regions.regions(item, "an item of chargers") or frozenset() for item in items]
+        return frozenset[Region]().union(*found)
+
+    def _flat(self, node: Node | None) -> ObstacleType | None:
+        word = read.text(node, "'flat'", self._findings)
+        kind = self.catalogue.obstacles.get(word or "")
+        if word is not None and kind is None and not self.catalogue.may_hold(word):
+            hint = suggestion(word, self.catalogue.obstacles)
+            self._findings.add(node, f"'flat': unknown obstacle type '{clipped(word)}'", hint)
+        if kind is not None and kind.blocks != frozenset():
+            found = f"'flat': a {kind.name} appears where a robot stands, and it stops some"
+            self._findings.add(node, found, f"give {kind.name} 'blocks: []'")
+        return kind
 
     def _version(self, node: Node | None) -> None:
         if node is None:
@@ -275,12 +317,13 @@ class _Loader:
             self._findings.add(node, found, hint)
 
     def _until(self, node: Node | None) -> Until:
-        item = read.mapping(node, "until", self._findings, ("rounds",))
+        item = read.mapping(node, "until", self._findings, UNTIL_KEYS)
         if item is None:
             return Until()
         label = "'rounds' of until"
         rounds = read.integer(item.get("rounds"), label, self._findings, least=1)
-        return Until() if rounds is None else Until(rounds)
+        by = read.integer(item.get("by"), "'by' of until", self._findings, least=1)
+        return Until(Until().rounds if rounds is None else rounds, by)
 
     def _failures(self, node: Node | None) -> Failures:
         item = read.mapping(node, "failures", self._findings, FAILURE_KEYS)

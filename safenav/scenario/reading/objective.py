@@ -32,7 +32,9 @@ IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 OWN_VARIABLES = frozenset({"region", "heading"})
 FORM = "form"
 RULES = ("avoid", "always")
-KEYS = (*KINDS, "ltl", FORM, *RULES)
+WITHIN = "within"
+KEYS = (*KINDS, "ltl", FORM, WITHIN, *RULES)
+TIMED = ("patrol", "visit")
 LTL_KEYS = ("init", "safety", "liveness", "memory")
 
 
@@ -100,6 +102,18 @@ class ObjectiveReader:
         found = self._regions.targets(node, what) or (None,)
         sets = [regions for regions in found if regions is not None]
         return frozenset().union(*sets) if len(sets) == len(found) else None
+
+    def within(self, node: Node | None, robot: str, objective: Objective | None) -> int | None:
+        """The most ticks of a round of an objective, if that says so."""
+        at = node.get(WITHIN) if isinstance(node, Mapping) else None
+        found = read.integer(at, f"'{WITHIN}' of {robot}", self._findings, least=1)
+        if at is None or objective is None:
+            return found
+        kind = "ltl" if isinstance(objective, Ltl) else objective.kind
+        if kind not in TIMED:
+            said = f"'{WITHIN}' of {robot}: rounds of '{kind}' are not promised"
+            self._findings.add(at, said, f"use it with {' or '.join(TIMED)}")
+        return found
 
     def _formed(
         self, objective: Objective | None, node: Node | None, kind: str, robot: str

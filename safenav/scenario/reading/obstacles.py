@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from safenav.scenario.model import Catalogue, Obstacle, ObstacleType, Robot
+from safenav.scenario.reading.catalogue import RESOLVE_WITHIN
 from safenav.scenario.reading.regions import RegionReader
 from safenav.scenario.yaml import fields as read
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, clipped
 from safenav.scenario.yaml.findings import Findings, suggestion
 
 PROBABILITY = {"probability": "from 0 to 1, for example {probability: 0.5}"}
-KEYS = ("type", "region", "traversable", "from", "until")
+SUSPECT_KEYS = ("type", "region")
+KEYS = ("type", "region", "traversable", "from", "until", RESOLVE_WITHIN)
 MOST_TICKS = 2**31
 REQUIRED = {
     "type": "an obstacle type of the catalogue, for example 'type: door'",
@@ -77,12 +79,32 @@ def _read_obstacle(
         read.integer(item.get(word), f"'{word}' of {label}", findings, least=1, most=MOST_TICKS)
         for word in ("from", "until")
     )
+    limit = read.integer(item.get(RESOLVE_WITHIN), f"'{RESOLVE_WITHIN}' of {label}", findings)
     if appears is not None and goes is not None and appears >= goes:
         hint = "'from' is the tick at which it appears, 'until' that at which it goes"
         findings.add(item.get("until") or node, f"{label} goes before it appears", hint)
     if kind is None or region is None or len(findings) > before:
         return None
-    return Obstacle(kind, region, truth, appears, goes)
+    return Obstacle(kind, region, truth, appears, goes, limit)
+
+
+def read_suspects(
+    node: Node | None, regions: RegionReader, catalogue: Catalogue, findings: Findings
+) -> tuple[Obstacle, ...] | None:
+    """The obstacles of which the team knows that they may be there; None without a list."""
+    items = read.sequence(node, "suspects", findings)
+    if items is None:
+        return None
+    found = []
+    for item in items:
+        if read.mapping(item, "a suspect", findings, SUSPECT_KEYS, REQUIRED) is None:
+            continue
+        assert isinstance(item, Mapping)
+        kind = _type(item.get("type"), catalogue, findings)
+        region = regions.region(item.get("region"), "'region' of a suspect")
+        if kind is not None and region is not None:
+            found.append(Obstacle(kind, region))
+    return tuple(found)
 
 
 def _type(node: Node | None, catalogue: Catalogue, findings: Findings) -> ObstacleType | None:

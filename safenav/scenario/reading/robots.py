@@ -110,13 +110,14 @@ class _RobotReader:
         mobility = model.mobility if model else None
         objective = self._objectives.read(item.get("objective"), name, mobility)
         waiting = self._while_waiting(item.get("while_waiting"), objective, name, mobility)
+        within = self._objectives.within(item.get("objective"), name, objective)
         if model is None or start is None or objective is None:
             return None
         if mobility is Mobility.HEADING and heading is None:
             return None
         pose = Pose(start, heading if mobility is Mobility.HEADING else None)
         tracking = tracking or Tracking.NEARBY
-        robot = Robot(key.text, model, pose, objective, avoids, tracks, tracking, waiting)
+        robot = Robot(key.text, model, pose, objective, avoids, tracks, tracking, waiting, within)
         if self._reachable and self._regions.world is not None:
             _check_reachable(robot, item.get("objective"), self._regions.world, self._findings)
         return robot if len(self._findings) == before else None

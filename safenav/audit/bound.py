@@ -1,0 +1,212 @@
+"""Lower bounds on the times of resolutions and rounds, computed from a trace alone.
+
+Robots do not collide and are never busy, and each open obstacle is gone from the earliest turn on
+in which its needs could all be met (docs/deadlines.md). Turn ``tick * n + i`` is that of robot i.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from heapq import heappop, heappush
+
+from safenav.audit.deriving import pose_of
+from safenav.audit.progress import ENDS
+from safenav.audit.situation import Situation, Status
+from safenav.audit.team import Pose
+from safenav.trace.setting import ObstacleHeader
+from safenav.trace.vocabulary import Region
+
+NEVER = 1 << 40
+Ticks = dict[Pose, int]
+
+
+class Bound:
+    """The bounds at the end of a turn. ``had``: the robots that have had their turn in this tick;
+    ``begun``: when robots in transit began their steps."""
+
+    def __init__(self, now: Situation, tick: int, had: int, begun: Mapping[str, int]) -> None:
+        self.now, self.names = now, [*now.header.robots]
+        self.turn = tick * len(self.names) + had - 1
+        self.start: dict[str, tuple[Pose, int]] = {}
+        for index, name in enumerate(self.names):
+            ready = tick if index < had else tick - 1
+            if now.toward[name] is not None:
+                timing = now.header.robots[name].timing
+                least = timing.least if timing is not None else 1
+                ready = max(ready + 1, begun.get(name, tick) + least - 1)
+            self.start[name] = (pose_of(name, now), ready)
+        stays = (Status.UNTRAVERSABLE, Status.GIVEN_UP)
+        self.sealed = {
+            name: {
+                o.region
+                for o in now.obstacles.values()
+                if now.status[o.name] in stays and o.until is None and name in o.blocks
+            }
+            for name in self.names
+        }
+        self.open = [o for name in now.requests if (o := now.obstacles[name]).until is None]
+        self.ends = {obstacle.name: NEVER for obstacle in self.open}
+        self.met = {obstacle.name: [NEVER] * len(obstacle.all_needs) for obstacle in self.open}
+        changed = True
+        while changed:
+            found = {obstacle.name: self._needs(obstacle) for obstacle in self.open}
+            changed = found != self.met
+            self.met = found
+        self.ends = {name: turns[-1] for name, turns in self.met.items()}
+
+    def resolution(self, obstacle: str) -> int | None:
+        """The earliest tick in which an open obstacle can be resolved; None if it never can."""
+        turn = self.ends.get(obstacle, self.turn)
+        return None if turn >= NEVER else turn // len(self.names)
+
+    def round(self, robot: str, goals: Iterable[frozenset[Region]]) -> int | None:
+        """The earliest tick at whose end a robot can have met some targets one after the other."""
+        pose, ready = self.start[robot]
+        seeds = {pose: ready}
+        arrives = self.now.toward[robot] is not None
+        for goal in goals:
+            ticks, stepped = self.ticks(robot, seeds)
+            met = {}
+            for at, tick in ticks.items():
+                if at[0] in goal:
+                    met[at] = min(stepped.get(at, NEVER), tick + 1)
+            if arrives and pose[0] in goal:
+                met[pose] = ready
+            arrives = False
+            if not met:
+                return None
+            seeds = met
+        return min(seeds.values())
+
+    def _closed_until(self, robot: str, region: Region) -> int:
+        """The turn after which a robot may enter a region; -1: now."""
+        after = -1
+        for obstacle in self.open:
+            if obstacle.region != region or robot not in obstacle.blocks:
+                continue
+            stage, met = self.now.stage[obstacle.name], self.met[obstacle.name]
+            told, last = self.now.header.robots[robot], len(obstacle.all_needs) - 1
+            if not obstacle.resolved_by_entering(told, last):
+                after = max(after, met[-1])
+            elif stage < last:
+                after = max(after, met[last - 1])
+        return after
+
+    def ticks(self, robot: str, seeds: Ticks) -> tuple[Ticks, Ticks]:
+        """The earliest tick at whose end a robot is in each pose; in which a step ends there."""
+        timing, own = self.now.header.robots[robot].timing, self.names.index(robot)
+        takes = timing.least if timing is not None else 1
+        best, stepped = dict(seeds), Ticks()
+        queue = sorted((tick, str(pose), pose) for pose, tick in seeds.items())
+        while queue:
+            tick, _, pose = heappop(queue)
+            if tick > best[pose]:
+                continue
+            region, faced = pose
+            for to in self.now.grid.neighbours(region):
+                way = self.now.grid.direction(region, to)
+                if to in self.sealed[robot] or (faced and way == _BEHIND[faced]):
+                    continue
+                after = self._closed_until(robot, to)
+                if after >= NEVER:
+                    continue
+                begins = max(tick + 1, (after - own) // len(self.names) + 1)
+                there, ends = (to, way if faced else None), begins + takes - 1
+                stepped[there] = min(stepped.get(there, NEVER), ends)
+                if ends < best.get(there, NEVER):
+                    best[there] = ends
+                    heappush(queue, (ends, str(there), there))
+        return best, stepped
+
+    def _needs(self, obstacle: ObstacleHeader) -> list[int]:
+        now, count, needs = self.now, len(self.names), obstacle.all_needs
+        stage = min(now.stage[obstacle.name], len(needs) - 1)
+        turns, before = [self.turn] * stage, self.turn
+        fields: dict[str, Ticks] = {}
+        for number in range(stage, len(needs)):
+            need, former, fields = needs[number], fields, {}
+            arrivals = []
+            for index, name in enumerate(self.names):
+                done = name in now.done[obstacle.name]
+                able = obstacle.actions(number) <= now.header.robots[name].capabilities
+                if number == stage:
+                    if done and not need.together:
+                        fields[name] = self.ticks(name, dict([self.start[name]]))[0]
+                        continue
+                    if need.same and name not in now.group[obstacle.name]:
+                        continue
+                if not able:
+                    continue
+                seeds = dict([self.start[name]])
+                if need.same and number > stage:
+                    if name not in former:
+                        continue
+                    since, places = before // count, needs[number - 1].regions
+                    took_part = number - 1 == stage and name in now.done[obstacle.name]
+                    if not took_part or needs[stage].together:
+                        had = former[name].items()
+                        seeds = {p: max(t, since) for p, t in had if p[0] in places}
+                fields[name] = self.ticks(name, seeds)[0]
+                there = [t for p, t in fields[name].items() if p[0] in need.regions]
+                if there:
+                    turn = max(min(there) * count + index, before + 1)
+                    if not need.together:
+                        turn += (index - turn) % count
+                    arrivals.append(turn)
+            had_part = 0 if need.together or number > stage else len(now.done[obstacle.name])
+            missing = need.robots - had_part
+            arrivals.sort()
+            before = arrivals[missing - 1] if len(arrivals) >= missing else NEVER
+            turns.append(before)
+            if before >= NEVER:
+                return turns + [NEVER] * (len(needs) - len(turns))
+        return turns
+
+
+def mission_end(bound: Bound) -> int | None:
+    """The earliest tick at which the whole mission can be completed, from its start."""
+    now, ends = bound.now, [0]
+    for name, robot in now.header.robots.items():
+        objective, rounds = robot.objective, now.header.until.rounds or 1
+        if objective.kind in ("cover", "ltl"):
+            continue
+        goals = [*objective.targets] * (1 if objective.kind in ENDS else rounds)
+        end = bound.round(name, goals)
+        if end is None:
+            return None
+        ends.append(end)
+    return max(ends)
+
+
+def least_within(now: Situation, robot: str) -> int | None:
+    """The least number of ticks that every round of a robot can take, alone, for ever: by trying
+    one after the other."""
+    bound = Bound(now, 0, len(now.header.robots), {})
+    targets = now.header.robots[robot].objective.targets
+
+    def way(seeds: Ticks) -> Ticks:
+        for goal in targets:
+            ticks, stepped = bound.ticks(robot, seeds)
+            seeds = {p: min(stepped.get(p, NEVER), t + 1) for p, t in ticks.items() if p[0] in goal}
+        return seeds
+
+    first, rounds = way(dict([bound.start[robot]])), dict[Pose, Ticks]()
+    pending = [*first]
+    while pending:
+        pose = pending.pop()
+        if pose not in rounds:
+            rounds[pose] = way({pose: 0})
+            pending += rounds[pose]
+    for most in sorted({*first.values(), *(t for row in rounds.values() for t in row.values())}):
+        kept = {*rounds}
+        while True:
+            rest = {p for p in kept if any(t <= most and q in kept for q, t in rounds[p].items())}
+            if rest == kept:
+                break
+            kept = rest
+        if any(tick <= most and pose in kept for pose, tick in first.items()):
+            return most
+    return None
+
+
+_BEHIND = {"north": "south", "south": "north", "east": "west", "west": "east"}

@@ -1,0 +1,301 @@
+"""Rules on promises in ticks (docs/deadlines.md)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from safenav.audit.bound import Bound, least_within, mission_end
+from safenav.audit.rules.rule import Finding, Rule
+from safenav.audit.situation import Situation
+from safenav.trace.records import (
+    Blocked,
+    Deadline,
+    Goal,
+    Gone,
+    Move,
+    NewObjective,
+    Outcome,
+    Record,
+    Request,
+    Resolved,
+    Service,
+)
+from safenav.trace.vocabulary import DeadlineVerdict, Ending
+
+MISSION = "mission"
+ENDS = (DeadlineVerdict.KEPT, DeadlineVerdict.LATE, DeadlineVerdict.EXCUSED)
+
+
+@dataclass
+class _Clock:
+    """A robot's present round: when it began, whether the robot did something else in it or in the
+    one before, whether it is judged, or said to be lost."""
+
+    begun: int = 0
+    away: bool = False
+    before: bool = False
+    over: bool = False
+    lost: bool = False
+    rounds: int = 0
+    met: int = 0
+    turn: int | None = None
+
+    def restart(self, tick: int) -> None:
+        self.before, self.away = self.away, False
+        self.begun, self.over, self.lost, self.met = tick, False, False, 0
+
+
+class DeadlineRule(Rule):
+    """Each request for an obstacle with ``resolve_within`` has a ``set`` in its turn, due so many
+    ticks later; each promise has one end where the other lines have it: ``kept`` in its turn,
+    ``late`` (a round in which the robot did something else, or the one after it: ``excused``) as
+    the first lines of the tick after it was due. ``lost`` is true by the bound of this check, and
+    ``earliest`` is that bound. The outcome lists what was late; a promise that was refused could
+    not be kept (T Deadlines)."""
+
+    name = "deadline"
+
+    def __init__(self) -> None:
+        self._open: dict[str, int] = {}
+        self._lost: set[str] = set()
+        self._past: set[str] = set()
+        self._late: list[str] = []
+        self._owed: list[tuple[str, int, DeadlineVerdict]] = []
+        self._turn_owes: list[tuple[str, int, DeadlineVerdict]] = []
+        self._clocks: dict[str, _Clock] = {}
+        self._within: dict[str, int] = {}
+        self._begun: dict[str, int] = {}
+        self._tick, self._had = 0, 0
+        self._bound: tuple[int, int, Bound] | None = None
+
+    def opening(self, now: Situation) -> Iterator[Finding]:
+        promises = now.header.promises
+        self._active = promises is not None
+        for name in now.header.robots:
+            self._clocks[name] = _Clock()
+        if promises is not None:
+            self._within = dict(promises.within)
+            if promises.by is not None:
+                self._open[MISSION] = promises.by
+        yield from ()
+
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        if isinstance(record, Deadline):
+            self._look(now)
+            for problem in self._judged(record, now):
+                yield self.broken_by(record, None, problem)
+            return
+        if not self._active:
+            return
+        if record.tick > self._tick or isinstance(record, Outcome | Move):
+            self._look(now)
+        if record.tick > self._tick:
+            yield from self._tick_begins(record, record.tick)
+        if self._owed:
+            yield from self._missing(record, self._owed)
+        if isinstance(record, Move):
+            if self._had:  # else it is the first turn, which says what happened before it
+                yield from self._missing(record, self._turn_owes)
+            self._had = [*now.header.robots].index(record.robot) + 1
+            if record.toward is None:
+                self._begun.pop(record.robot, None)
+            else:
+                self._begun.setdefault(record.robot, record.tick)
+        self._happened(record, now)
+
+    def ending(self, now: Situation) -> Iterator[Finding]:
+        outcome = now.outcome
+        if outcome is None:
+            return
+        if not self._active:
+            if outcome.late is not None or outcome.refused is not None:
+                yield self.broken_by(outcome, None, "it lists broken promises; there are none")
+            return
+        if outcome.late is None or set(outcome.late) != set(self._late):
+            said = ", ".join(outcome.late or ()) or "nothing"
+            truth = ", ".join(dict.fromkeys(self._late)) or "nothing"
+            yield self.broken_by(outcome, None, f"{said} is said to be late, but {truth} was")
+        stops = now.header.promises is not None and now.header.promises.late == "stop"
+        if (outcome.outcome is Ending.LATE) is not (stops and bool(self._late)):
+            from_outside = (Ending.INTERRUPTED, Ending.ERROR)
+            if outcome.outcome not in from_outside:
+                yield self.broken_by(outcome, None, "the run ends late iff a promise is broken")
+        complete = outcome.outcome is Ending.COMPLETED
+        if complete and MISSION in self._open:
+            yield self.broken_by(outcome, None, "no line tells that the mission was in time")
+        if outcome.outcome in (Ending.COMPLETED, Ending.TICK_LIMIT):
+            yield from self._missing(outcome, [o for o in self._turn_owes if o[0] != MISSION])
+        for of in outcome.refused or {}:
+            yield from self._refused(of, outcome, now)
+
+    def _look(self, now: Situation) -> None:
+        for name, clock in self._clocks.items():
+            own = now.header.robots[name].objective
+            clock.away |= now.objectives[name] != own or name in now.out
+
+    def _tick_begins(self, record: Record, tick: int) -> Iterator[Finding]:
+        """What was due by the end of the tick before has a line first."""
+        yield from self._missing(record, [o for o in self._turn_owes if o[0] != MISSION])
+        self._turn_owes = []
+        self._tick, self._had = tick, 0
+        for of, due in list(self._open.items()):
+            if due < tick:
+                del self._open[of]
+                self._owed.append((of, due, DeadlineVerdict.LATE))
+        for name, within in self._within.items():
+            clock = self._clocks[name]
+            if not clock.over and clock.begun + within < tick:
+                clock.over = True
+                verdict = DeadlineVerdict.EXCUSED if clock.away or clock.before else None
+                due = clock.begun + within
+                self._owed.append((name, due, verdict or DeadlineVerdict.LATE))
+
+    def _missing(
+        self, record: Record, owed: list[tuple[str, int, DeadlineVerdict]]
+    ) -> Iterator[Finding]:
+        for of, due, verdict in owed:
+            problem = (
+                f"no line before this one tells that what {of} had to do by {due} is {verdict}"
+            )
+            yield self.broken_by(record, None, problem)
+        owed.clear()
+
+    def _happened(self, record: Record, now: Situation) -> None:
+        tick = record.tick
+        match record:
+            case Request():
+                limit = now.obstacles[record.obstacle].resolve_within
+                past = record.obstacle in self._open or record.obstacle in self._past
+                if limit is not None and not past:
+                    owed = (record.obstacle, tick + limit, DeadlineVerdict.SET)
+                    if owed not in self._turn_owes:
+                        self._turn_owes.append(owed)
+            case Resolved():
+                self._ends(record.obstacle, DeadlineVerdict.KEPT)
+                for clock in self._clocks.values():
+                    clock.restart(tick)
+                    clock.rounds = 0
+            case Gone() | Blocked():
+                self._ends(record.obstacle, DeadlineVerdict.EXCUSED)
+            case NewObjective():
+                self._clocks[record.robot] = _Clock(tick)
+                self._within.pop(record.robot, None)
+                if record.within is not None:
+                    self._within[record.robot] = record.within
+            case Service(active=True):
+                self._clocks[record.robot].restart(tick)
+            case Goal():
+                self._goal(record, now)
+            case _:
+                pass
+
+    def _goal(self, record: Goal, now: Situation) -> None:
+        clock, own = self._clocks[record.robot], now.header.robots[record.robot].objective
+        if now.objectives[record.robot] != own:
+            return
+        clock.turn, clock.met = record.goal, clock.met + 1
+        if record.round <= clock.rounds:
+            return
+        clock.rounds = record.round
+        within = self._within.get(record.robot)
+        if within is not None and not clock.over:
+            owed = (record.robot, clock.begun + within, DeadlineVerdict.KEPT)
+            self._turn_owes.append(owed)
+        clock.restart(record.tick)
+
+    def _ends(self, of: str, verdict: DeadlineVerdict) -> None:
+        self._turn_owes = [o for o in self._turn_owes if (o[0], o[2]) != (of, DeadlineVerdict.SET)]
+        self._past.discard(of)
+        due = self._open.pop(of, None)
+        if due is not None:
+            self._turn_owes.append((of, due, verdict))
+
+    def _judged(self, record: Deadline, now: Situation) -> Iterator[str]:
+        entry = (record.of, record.due, record.verdict)
+        if not self._active:
+            yield "nothing is promised"
+            return
+        if record.tick > self._tick:
+            for finding in self._tick_begins(record, record.tick):
+                yield finding.explanation
+        if record.verdict is DeadlineVerdict.LOST:
+            yield from self._is_lost(record, now)
+            return
+        kept = (MISSION, self._open.get(MISSION), DeadlineVerdict.KEPT)
+        if entry == kept:
+            del self._open[MISSION]
+        elif entry in self._owed:
+            self._owed.remove(entry)
+        elif entry in self._turn_owes:
+            self._turn_owes.remove(entry)
+        else:
+            yield f"{record.of}, due {record.due}, is not {record.verdict} here"
+            return
+        if record.verdict is DeadlineVerdict.LATE:
+            self._late.append(record.of)
+            self._past.add(record.of)
+        elif record.verdict is DeadlineVerdict.SET:
+            self._open[record.of] = record.due
+            truth = self._bounds(now).resolution(record.of)
+            if record.earliest != truth:
+                yield f"{record.of} is possible from tick {truth} on, not {record.earliest}"
+        elif record.verdict is DeadlineVerdict.KEPT and record.of in self._lost:
+            yield f"{record.of} was said to be lost, and is kept"
+        if record.verdict in ENDS:
+            self._lost.discard(record.of)
+
+    def _is_lost(self, record: Deadline, now: Situation) -> Iterator[str]:
+        of = record.of
+        if of in self._within and of in self._clocks:
+            clock = self._clocks[of]
+            if record.due != clock.begun + self._within[of] or clock.over or clock.lost:
+                yield f"no round of {of} is due at {record.due}"
+            clock.lost = True
+            truths = {self._bounds(now).round(of, goals) for goals in self._left(of, now)}
+        elif self._open.get(of) != record.due or of in self._lost:
+            yield f"{of} has no promise that is due at {record.due}"
+            return
+        else:
+            self._lost.add(of)
+            truths = {record.earliest if of == MISSION else self._bounds(now).resolution(of)}
+        if record.earliest not in truths:
+            told = " or ".join(str(truth) for truth in truths)
+            yield f"{of} is possible from tick {told} on, not {record.earliest}"
+        elif record.earliest is not None and record.earliest <= record.due:
+            yield f"{of} is said to be lost, but tick {record.due} is possible"
+
+    def _bounds(self, now: Situation) -> Bound:
+        if self._bound is None or self._bound[:2] != (self._tick, self._had):
+            bound = Bound(now, self._tick, self._had, self._begun)
+            self._bound = (self._tick, self._had, bound)
+        return self._bound[2]
+
+    def _left(self, robot: str, now: Situation) -> Iterator[list[frozenset[int]]]:
+        """The targets that a robot has still to meet for its round; of a patrol that has met none,
+        beginning with either."""
+        targets, clock = now.header.robots[robot].objective.targets, self._clocks[robot]
+        count = len(targets)
+        left = count - clock.met
+        begins = [0] if clock.turn is None else [(clock.turn + 1) % count]
+        if clock.turn is None and now.header.robots[robot].objective.kind == "patrol":
+            begins = [0, 1]
+        for first in begins:
+            yield [targets[(first + k) % count] for k in range(left)]
+
+    def _refused(self, of: str, outcome: Outcome, now: Situation) -> Iterator[Finding]:
+        least = (outcome.refused or {})[of]
+        promised = self._within.get(of)
+        if of == MISSION and now.header.promises is not None:
+            promised = now.header.promises.by
+        if promised is None:
+            yield self.broken_by(outcome, None, f"{of} has promised nothing")
+            return
+        bound = Bound(now, 0, len(now.header.robots), {})
+        truth = mission_end(bound) if of == MISSION else least_within(now, of)
+        if least != truth:
+            problem = f"{of} is refused since the least is {least}, but it is {truth}"
+            yield self.broken_by(outcome, None, problem)
+        elif least is not None and least <= promised:
+            problem = f"{of} is refused, but {least} is no more than the {promised} promised"
+            yield self.broken_by(outcome, None, problem)

@@ -1,0 +1,248 @@
+"""Lower bounds on the times of resolutions and rounds: the only proof that a promise is lost.
+
+A relaxation (h_max): robots do not collide, are never busy, and each obstacle opens at its own
+earliest time. Turn ``tick * n + i`` is that of robot ``i`` of ``n`` in a tick; a step that is begun
+in tick t and takes d ticks ends in the turn of tick t + d - 1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+from safenav.dataclass import dataclass
+from safenav.world.poses import Mask, PoseGraph
+
+NEVER = 1 << 40
+
+
+@dataclass(frozen=True, eq=False)
+class Walker:
+    """A robot at a moment: in ``pose`` from the end of tick ``ready`` on; ``ticks``: of its fastest
+    step. ``walls``: the poses that are closed to it for good; ``arrives``: it is in transit."""
+
+    graph: PoseGraph
+    pose: int
+    ready: int
+    ticks: int
+    capabilities: frozenset[str]
+    walls: Mask = 0
+    arrives: bool = False
+
+
+@dataclass(frozen=True)
+class Part:
+    """A need: ``actions`` that a robot must have, regions (a mask), how many robots, whether all
+    act in one tick, and whether they are those of the need before it."""
+
+    actions: frozenset[str]
+    regions: Mask
+    robots: int
+    together: bool
+    same: bool
+
+
+@dataclass(frozen=True)
+class Open:
+    """An open obstacle: the needs from ``stage`` on are left, ``done`` have had a part in the next
+    one, ``group`` met the one before it. ``closed``: the robots that must keep out while need k is
+    the next."""
+
+    region: int
+    parts: tuple[Part, ...]
+    closed: tuple[frozenset[int], ...]
+    stage: int = 0
+    done: frozenset[int] = frozenset()
+    group: frozenset[int] = frozenset()
+
+
+@dataclass(frozen=True)
+class Moment:
+    """All robots and open obstacles once turn ``now`` is over."""
+
+    walkers: tuple[Walker, ...]
+    opens: tuple[Open, ...]
+    now: int
+
+    @property
+    def count(self) -> int:
+        return len(self.walkers)
+
+
+Times = tuple[tuple[int, ...], ...]
+"""For each open obstacle the earliest turn in which each of its needs can be met."""
+
+
+def earliest(moment: Moment) -> Times:
+    """The least fixpoint from above: each obstacle's needs at their earliest, if the others are
+    met at theirs."""
+    times: Times = tuple((NEVER,) * len(one.parts) for one in moment.opens)
+    while True:
+        spreads = [Spread(moment, i, times) for i in range(moment.count)]
+        after = tuple(
+            tuple(map(min, _needs(moment, one, spreads), before))
+            for one, before in zip(moment.opens, times, strict=True)
+        )
+        if after == times:
+            return times
+        times = after
+
+
+def tick_of(turn: int, count: int) -> int | None:
+    """The tick of a turn; None for never."""
+    return None if turn >= NEVER else turn // count
+
+
+class Spread:
+    """The poses of a robot by tick, obstacles being open from their ``times`` on."""
+
+    def __init__(self, moment: Moment, robot: int, times: Times) -> None:
+        self.walker, self._robot, self._count = moment.walkers[robot], robot, moment.count
+        self._gates: list[tuple[Mask, int]] = []  # closed poses, and the first tick without them
+        for one, turns in zip(moment.opens, times, strict=True):
+            opens = _opens(one, robot, turns)
+            if opens is not None:
+                first = NEVER if opens >= NEVER else (opens - robot) // self._count + 1
+                self._gates.append((self.walker.graph.poses_on(1 << one.region), first))
+
+    def field(self, seeds: Mapping[int, Mask]) -> Field:
+        """Its poses by tick, if it may be in those of ``seeds`` from the end of their ticks on."""
+        graph, d = self.walker.graph, self.walker.ticks
+        first, last = min(seeds), max(seeds)
+        last = max([last, *(gate for _, gate in self._gates if gate < NEVER)])
+        masks = [seeds[first]]
+        quiet = 0
+        while quiet <= d or first + len(masks) <= last + d:
+            tick = first + len(masks)
+            go = tick - d + 1
+            here = masks[-1] | seeds.get(tick, 0)
+            if go > first:
+                here |= graph.forward(masks[go - 1 - first]) & ~self._closed(go)
+            quiet = quiet + 1 if here == masks[-1] else 0
+            masks.append(here)
+        return Field(first, masks)
+
+    def counted(self, field: Field, goal: Mask) -> dict[int, Mask]:
+        """The poses of ``goal`` in which it may have had a turn by the end of each tick: staying
+        there or arriving, not where it only begins at that tick."""
+        graph, d = self.walker.graph, self.walker.ticks
+        found: dict[int, Mask] = {}
+        before = 0
+        for k in range(1, len(field.masks)):
+            tick = field.first + k
+            go = tick - d + 1
+            here = field.masks[k - 1]
+            if go > field.first:
+                here |= graph.forward(field.masks[go - 1 - field.first]) & ~self._closed(go)
+            if here & goal != before:
+                before = found[tick] = here & goal
+        return found
+
+    def _closed(self, go: int) -> Mask:
+        closed = self.walker.walls
+        for poses, first in self._gates:
+            if go < first:
+                closed |= poses
+        return closed
+
+    def start(self) -> dict[int, Mask]:
+        return {self.walker.ready: 1 << self.walker.pose}
+
+
+class Field:
+    """Poses of a robot by tick: they only grow, since waiting is always allowed."""
+
+    def __init__(self, first: int, masks: Sequence[Mask]) -> None:
+        self.first, self.masks = first, masks
+
+    def contact(self, goal: Mask) -> int:
+        """The first tick at whose end it may be in a pose of ``goal``."""
+        for k, mask in enumerate(self.masks):
+            if mask & goal:
+                return self.first + k
+        return NEVER
+
+    def on(self, goal: Mask, since: int) -> dict[int, Mask]:
+        """The poses of ``goal`` by tick, those before tick ``since`` at that one."""
+        found: dict[int, Mask] = {}
+        before = 0
+        for k, mask in enumerate(self.masks):
+            tick = max(self.first + k, since)
+            if mask & goal != before:
+                before = found[tick] = mask & goal
+        return found
+
+
+def _opens(one: Open, robot: int, turns: Sequence[int]) -> int | None:
+    """The turn after which an obstacle no longer stops a robot; None if it does not now."""
+    for number in range(one.stage, len(one.parts)):
+        if robot not in one.closed[number]:
+            return turns[number - 1] if number > one.stage else None
+    return turns[-1]
+
+
+def _needs(moment: Moment, one: Open, spreads: Sequence[Spread]) -> list[int]:
+    """The earliest turn of each need, met one after the other; those that are met: now."""
+    found = [moment.now] * one.stage
+    fields: dict[int, Field] = {}
+    previous: Mapping[int, Field] = {}
+    for number in range(one.stage, len(one.parts)):
+        part, before = one.parts[number], (found[-1] if number > one.stage else moment.now)
+        if before >= NEVER:
+            return found + [NEVER] * (len(one.parts) - number)
+        turns = []
+        fields = {}
+        for robot, spread in enumerate(spreads):
+            walker = spread.walker
+            if not part.actions <= walker.capabilities:
+                continue
+            if number == one.stage and robot in one.done:
+                continue
+            if number == one.stage and part.same and robot not in one.group:
+                continue
+            if part.same and number > one.stage:
+                if robot not in previous:
+                    continue
+                since = before // moment.count
+                goal = walker.graph.poses_on(one.parts[number - 1].regions)
+                had = previous[robot].on(goal, since)
+                if number - 1 == one.stage and robot in one.done:
+                    had = spread.start()
+                if not had:
+                    continue
+                field = spread.field(had)
+            else:
+                field = spread.field(spread.start())
+            fields[robot] = field
+            tick = field.contact(walker.graph.poses_on(part.regions))
+            if tick < NEVER:
+                turn = max(tick * moment.count + robot, before + 1)
+                if not part.together:
+                    turn = -(-(turn - robot) // moment.count) * moment.count + robot
+                turns.append(turn)
+        if number == one.stage and one.done and number + 1 < len(one.parts):
+            for robot in one.done:
+                fields[robot] = spreads[robot].field(spreads[robot].start())
+        previous = fields
+        missing = part.robots - (len(one.done) if number == one.stage else 0)
+        turns.sort()
+        met = turns[missing - 1] if len(turns) >= missing > 0 else NEVER
+        found.append(met if missing > 0 else before + 1)
+    return found
+
+
+def rounds_done(moment: Moment, robot: int, times: Times, goals: Iterable[Mask]) -> int:
+    """The earliest tick at whose end a robot can have met ``goals`` one after the other, each in a
+    turn of its own; NEVER if it cannot."""
+    spread = Spread(moment, robot, times)
+    seeds, walker = spread.start(), spread.walker
+    arrives = walker.arrives
+    for goal in goals:
+        field = spread.field(seeds)
+        met = spread.counted(field, goal)
+        if arrives and goal >> walker.pose & 1:
+            met = {walker.ready: 1 << walker.pose, **met}  # it arrives in its target
+        arrives = False
+        if not met:
+            return NEVER
+        seeds = met
+    return min(seeds)

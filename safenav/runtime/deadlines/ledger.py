@@ -1,0 +1,241 @@
+"""The promises of a run: when each begins, and what becomes of it (docs/deadlines.md).
+
+A listener of the run's records that adds ``deadline`` lines of its own: after each turn for what
+has happened in it, and before each tick for what is due and has not.
+"""
+
+from __future__ import annotations
+
+from dataclasses import field, replace
+
+from safenav.dataclass import dataclass
+from safenav.runtime.deadlines.bound import NEVER, Moment, Times, earliest, rounds_done, tick_of
+from safenav.runtime.deadlines.moment import goals_left, moment_of
+from safenav.runtime.team import Role, TeamState
+from safenav.runtime.termination import Conclusion, RunEnded
+from safenav.scenario.model import Late, Outcome
+from safenav.trace import records
+from safenav.trace.vocabulary import DeadlineVerdict
+
+MISSION = "mission"
+ENDED = (DeadlineVerdict.KEPT, DeadlineVerdict.LATE, DeadlineVerdict.EXCUSED)
+
+
+@dataclass(frozen=True)
+class Promise:
+    """A promise that is open: ``due`` at the end of that tick. ``said``: that it is lost."""
+
+    due: int
+    said: bool = False
+    cause: str | None = None
+
+
+@dataclass
+class Round:
+    """The clock of a robot's rounds. ``disturbed``: it has done something else than its objective
+    in this round; ``before``: in the one before it. ``over``: this round is judged already, or
+    (``said``) was said to be lost; ``done``: rounds since the last resolution."""
+
+    begun: int = 0
+    disturbed: bool = False
+    before: bool = False
+    over: bool = False
+    said: bool = False
+    done: int = 0
+
+    @property
+    def excused(self) -> bool:
+        return self.disturbed or self.before
+
+
+@dataclass
+class Deadlines:
+    """Keeps the promises of a run; does nothing in one without any."""
+
+    team: TeamState
+    late: list[str] = field(default_factory=list)
+    _open: dict[str, Promise] = field(default_factory=dict)
+    _rounds: dict[str, Round] = field(default_factory=dict)
+    _turn: list[records.Record] = field(default_factory=list)
+    _begun: dict[str, int] = field(default_factory=dict)
+    _past: set[str] = field(default_factory=set)
+
+    def __post_init__(self) -> None:
+        scenario = self.team.scenario
+        self.active = scenario.promises
+        if scenario.until.by is not None:
+            self._open[MISSION] = Promise(scenario.until.by)
+        for robot in self.team.robots:
+            self._rounds[robot] = Round()
+
+    def __call__(self, record: records.Record) -> None:
+        """Hear what happens in a turn."""
+        if isinstance(record, records.Move):
+            if record.toward is None:
+                self._begun.pop(record.robot, None)
+            else:
+                self._begun.setdefault(record.robot, record.tick)
+            self._look()
+        elif isinstance(record, records.Goal):
+            robot = self.team.robots[record.robot]
+            if robot.progress is robot.own:
+                self._turn.append(record)
+        elif not isinstance(record, records.Deadline):
+            self._turn.append(record)
+
+    def tick_begins(self) -> None:
+        """Judge what was due at the end of the tick before. Raises RunEnded."""
+        if not self.active:
+            return
+        before = self.team.tick - 1
+        for of, promise in list(self._open.items()):
+            if promise.due <= before:
+                del self._open[of]
+                self._judge(of, promise.due, DeadlineVerdict.LATE, promise.cause)
+        for name, clock in self._rounds.items():
+            within = self.team.robots[name].robot.within
+            if within is not None and not clock.over and clock.begun + within <= before:
+                clock.over = True
+                verdict = DeadlineVerdict.EXCUSED if clock.excused else DeadlineVerdict.LATE
+                self._judge(name, clock.begun + within, verdict)
+        if self.late and self.team.scenario.late is Late.STOP:
+            told = " and ".join(dict.fromkeys(self.late))
+            raise RunEnded(Conclusion(Outcome.LATE, f"late: {told}"))
+
+    def turn_ends(self, had_turn: int) -> None:
+        """Judge what has happened in a turn, that of robot number ``had_turn``, from 1."""
+        if not self.active:
+            self._turn.clear()
+            return
+        heard, self._turn = self._turn, []
+        for record in heard:
+            self._happened(record)
+        self._look()
+        begins = [r.obstacle for r in heard if isinstance(r, records.Request)]
+        if had_turn == len(self.team.robots) or begins:
+            self._foresee(had_turn, begins)
+
+    def completed(self) -> None:
+        """The mission is completed at the end of this tick."""
+        promise = self._open.pop(MISSION, None)
+        if promise is not None:
+            self._judge(MISSION, promise.due, DeadlineVerdict.KEPT)
+
+    @property
+    def told(self) -> tuple[str, ...] | None:
+        """The broken promises, each once; None where nothing is promised."""
+        return tuple(dict.fromkeys(self.late)) if self.active else None
+
+    def _look(self) -> None:
+        """Note who does not do its own objective: waits, helps, or is out of service."""
+        for name, robot in self.team.robots.items():
+            away = robot.assignment.role is not Role.OWN or not robot.active
+            self._rounds[name].disturbed |= away
+
+    def _happened(self, record: records.Record) -> None:
+        tick = self.team.tick
+        match record:
+            case records.Resolved():
+                self._ended(record.obstacle, DeadlineVerdict.KEPT)
+                for clock in self._rounds.values():
+                    _restart(clock, tick)
+                    clock.done = 0
+            case records.Gone() | records.Blocked():
+                self._ended(record.obstacle, DeadlineVerdict.EXCUSED)
+            case records.NewObjective():
+                self._rounds[record.robot] = Round(tick)
+            case records.Service(active=True):
+                _restart(self._rounds[record.robot], tick)
+            case records.Goal():
+                self._goal(record)
+
+    def _goal(self, record: records.Goal) -> None:
+        robot, clock = self.team.robots[record.robot], self._rounds[record.robot]
+        if record.round <= clock.done:
+            return  # it completes no round
+        clock.done = record.round
+        within = robot.robot.within
+        if within is not None and not clock.over:
+            self._judge(record.robot, clock.begun + within, DeadlineVerdict.KEPT)
+        _restart(clock, record.tick)
+
+    def _ended(self, obstacle: str, verdict: DeadlineVerdict) -> None:
+        self._past.discard(obstacle)
+        promise = self._open.pop(obstacle, None)
+        if promise is not None:
+            self._judge(obstacle, promise.due, verdict, promise.cause)
+
+    def _judge(self, of: str, due: int, verdict: DeadlineVerdict, cause: str | None = None) -> None:
+        if verdict is DeadlineVerdict.LATE:
+            self.late.append(of)
+            self._past.add(of)
+        self.team.emit(records.Deadline(self.team.tick, of, due, verdict, cause=cause))
+
+    def _foresee(self, had_turn: int, begins: list[str]) -> None:
+        """Begin the promises of new requests, and say of all what can no longer be kept."""
+        fresh = [
+            of for of in dict.fromkeys(begins) if of not in self._open and of not in self._past
+        ]
+        wanted = [of for of in fresh if self._limit(of) is not None]
+        if not (wanted or self._open or self._timed()):
+            return
+        moment, names = moment_of(self.team, had_turn, self._begun)
+        times = earliest(moment)
+        ends = {
+            name: tick_of(turns[-1], moment.count) for name, turns in zip(names, times, strict=True)
+        }
+        tick = self.team.tick
+        for of in wanted:
+            limit, soonest = self._limit(of), ends.get(of, tick)
+            assert limit is not None
+            self._open[of] = Promise(tick + limit)
+            verdict = DeadlineVerdict.SET
+            self.team.emit(records.Deadline(tick, of, tick + limit, verdict, earliest=soonest))
+        if MISSION in self._open:
+            ends[MISSION] = mission_end(self.team, moment, times)
+        for of, promise in self._open.items():
+            if of in ends and not promise.said and _beyond(ends[of], promise.due):
+                self._open[of] = replace(promise, said=True)
+                self._lost(of, promise.due, ends[of])
+        for index, (name, robot) in enumerate(self.team.robots.items()):
+            clock, within = self._rounds[name], robot.robot.within
+            if within is None or clock.over or clock.said or clock.excused or not robot.active:
+                continue
+            goals = goals_left(self.team, robot)
+            if goals is None or robot.progress is not robot.own:
+                continue
+            end = rounds_done(moment, index, times, goals)
+            soonest = tick_of(end * moment.count, moment.count)
+            if _beyond(soonest, clock.begun + within):
+                clock.said = True
+                self._lost(name, clock.begun + within, soonest)
+
+    def _lost(self, of: str, due: int, soonest: int | None) -> None:
+        lost = DeadlineVerdict.LOST
+        self.team.emit(records.Deadline(self.team.tick, of, due, lost, earliest=soonest))
+
+    def _timed(self) -> bool:
+        return any(robot.robot.within is not None for robot in self.team.robots.values())
+
+    def _limit(self, name: str) -> int | None:
+        request = self.team.requests.of(name)
+        return None if request is None else self.team.scenario.limit_of(request.obstacle)
+
+
+def mission_end(team: TeamState, moment: Moment, times: Times) -> int | None:
+    """A tick before whose end the mission cannot be completed; None if it never can."""
+    ends = [team.tick]
+    for index, robot in enumerate(team.robots.values()):
+        goals = goals_left(team, robot, team.scenario.until.rounds)
+        if goals:
+            ends.append(rounds_done(moment, index, times, goals))
+    return None if max(ends) >= NEVER else max(ends)
+
+
+def _beyond(soonest: int | None, due: int) -> bool:
+    return soonest is None or soonest > due
+
+
+def _restart(clock: Round, tick: int) -> None:
+    clock.begun, clock.over, clock.said = tick, False, False
+    clock.before, clock.disturbed = clock.disturbed, False

@@ -1,0 +1,101 @@
+"""The moment of a running mission that lower bounds are about."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from safenav.runtime.deadlines.bound import Moment, Open, Part, Walker
+from safenav.runtime.formulas import plain_graph
+from safenav.runtime.team import RobotState, TeamState
+from safenav.scenario.model import Obstacle
+from safenav.scenario.objective import Ltl, targets_of
+from safenav.world.poses import Mask, region_mask
+
+
+def moment_of(team: TeamState, had_turn: int, begun: Mapping[str, int]) -> tuple[Moment, list[str]]:
+    """The team once the first ``had_turn`` robots have had their turns of the present tick, and the
+    names of the open obstacles in it. ``begun``: when robots in transit began their steps.
+
+    Obstacles that go by themselves and formulas are left out, and robots out of service may be
+    back: that only makes bounds lower.
+    """
+    names = list(team.robots)
+    walkers = tuple(
+        _walker(team, robot, team.tick if index < had_turn else team.tick - 1, begun)
+        for index, robot in enumerate(team.robots.values())
+    )
+    opens, listed = [], []
+    for request in team.requests:
+        obstacle = request.obstacle
+        if obstacle.goes is not None:
+            continue
+        work, number = team.knowledge.pending[obstacle.name], team.knowledge.need_of(obstacle)
+        group = work.groups[number - 1] if number and len(work.groups) >= number else ()
+        opens.append(
+            Open(
+                obstacle.region,
+                _parts(team, obstacle),
+                tuple(
+                    frozenset(
+                        i
+                        for i, robot in enumerate(team.robots.values())
+                        if obstacle.closed_to(robot.robot, need)
+                    )
+                    for need in range(len(obstacle.needs))
+                ),
+                number,
+                frozenset(names.index(name) for name in work.done),
+                frozenset(names.index(name) for name in group),
+            )
+        )
+        listed.append(obstacle.name)
+    now = team.tick * len(names) + had_turn - 1
+    return Moment(walkers, tuple(opens), now), listed
+
+
+def goals_left(team: TeamState, robot: RobotState, rounds: int | None = None) -> list[Mask] | None:
+    """The targets that a robot must still meet for its round, one after the other, or for all of
+    ``rounds``; None where their order is its own."""
+    objective = robot.own.objective
+    targets = targets_of(objective)
+    if isinstance(objective, Ltl) or not objective.in_turn:
+        return None
+    graph = plain_graph(team.scenario.map, robot.robot.model.mobility)
+    masks = [graph.poses_on(region_mask(target)) for target in targets]
+    first = robot.own.memory.index
+    if objective.settles:
+        return masks[first:] if robot.own.rounds < 1 else []
+    left = len(masks) - len(robot.own.seen)
+    if rounds is not None:
+        left += (rounds - robot.own.rounds - 1) * len(masks)
+    return [masks[(first + k) % len(masks)] for k in range(max(left, 0))]
+
+
+def _walker(team: TeamState, robot: RobotState, ready: int, begun: Mapping[str, int]) -> Walker:
+    model = robot.robot.model
+    graph = plain_graph(team.scenario.map, model.mobility)
+    pose, least, arrives = robot.pose, model.timing.least, False
+    if robot.transit is not None:
+        pose, arrives = robot.transit.pose, True
+        ready = max(ready + 1, begun.get(robot.name, team.tick) + least - 1)
+    closed = region_mask(
+        obstacle.region
+        for obstacle, _ in team.knowledge.joined.values()
+        if obstacle.goes is None and obstacle.blocks(robot.robot)
+    )
+    number = graph.number(pose)
+    walls = graph.poses_on(closed)
+    return Walker(graph, number, ready, least, robot.robot.capabilities, walls, arrives)
+
+
+def _parts(team: TeamState, obstacle: Obstacle) -> tuple[Part, ...]:
+    return tuple(
+        Part(
+            obstacle.type.actions(number),
+            region_mask(obstacle.resolution_regions(team.scenario.map, number)),
+            need.robots,
+            need.together,
+            need.same,
+        )
+        for number, need in enumerate(obstacle.needs)
+    )

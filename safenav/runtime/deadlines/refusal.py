@@ -1,0 +1,59 @@
+"""Promises that cannot be kept, found before the start."""
+
+from __future__ import annotations
+
+from safenav.runtime.deadlines.bound import earliest
+from safenav.runtime.deadlines.ledger import MISSION, mission_end
+from safenav.runtime.deadlines.moment import moment_of
+from safenav.runtime.deadlines.within import Walk, least_within
+from safenav.runtime.formulas import plain_graph
+from safenav.runtime.team import RobotState, TeamState
+from safenav.runtime.termination import Conclusion, RunEnded
+from safenav.scenario.model import Outcome
+from safenav.scenario.objective import targets_of
+from safenav.world.poses import region_mask
+
+_NUMBERS = {1: "its target", 2: "both targets"}
+
+
+def refuse_what_cannot_be_kept(team: TeamState) -> None:
+    """Raises RunEnded, unrealizable, if a promise is below what the robots could do alone."""
+    refused: dict[str, int | None] = {}
+    said = []
+    for robot in team.robots.values():
+        within = robot.robot.within
+        if within is None:
+            continue
+        least = _least(team, robot)
+        if least is None or least > within:
+            refused[robot.name] = least
+            said.append(f"{robot.name}: {_words(robot, within, least)}")
+    by = team.scenario.until.by
+    if by is not None:
+        moment, _ = moment_of(team, len(team.robots), {})
+        soonest = mission_end(team, moment, earliest(moment))
+        if soonest is None or soonest > by:
+            refused[MISSION] = soonest
+            said.append(
+                f"the mission cannot be completed before tick {soonest}, and is due by {by}"
+            )
+    if refused:
+        told = tuple(said)
+        end = Conclusion(Outcome.UNREALIZABLE, "; ".join(said), links=told, refused=refused)
+        raise RunEnded(end)
+
+
+def _least(team: TeamState, robot: RobotState) -> int | None:
+    graph = plain_graph(team.scenario.map, robot.robot.model.mobility)
+    targets = targets_of(robot.robot.objective)
+    masks = tuple(graph.poses_on(region_mask(target)) for target in targets)
+    start = graph.number(robot.pose)
+    ticks = robot.robot.model.timing.least
+    return least_within(Walk(graph, masks, graph.everywhere, start, ticks))
+
+
+def _words(robot: RobotState, within: int, least: int | None) -> str:
+    count = len(targets_of(robot.robot.objective))
+    what = _NUMBERS.get(count, f"all {count} targets")
+    said = f"no walk meets {what} every {within} tick{'s' * (within > 1)}"
+    return said if least is None else f"{said}: the fastest round takes {least}"

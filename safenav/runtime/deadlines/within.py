@@ -1,0 +1,143 @@
+"""Rounds of at most N ticks, for ever, by one robot alone: exact, and without a counter.
+
+K is the greatest set of poses of the last target from which another round of at most N ticks leads
+back into K; the robot keeps the promise iff it gets into K with its first round in time. A strategy
+that meets each target only in the poses of the best rounds does so, since its legs are shortest
+ways.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from safenav.dataclass import dataclass
+from safenav.world.poses import FAR, Mask, PoseGraph, bits
+
+Costs = Mapping[int, int]
+"""The steps to each pose."""
+
+
+@dataclass(frozen=True, eq=False)
+class Walk:
+    """A robot's rounds: its ``targets`` as pose masks, met in turn, inside ``allowed`` poses;
+    ``ticks`` of each step; where it starts and the target that is next there. ``places``: the only
+    poses in which each target may be entered while it is next (none: any); ``strict``: the other
+    targets are not touched on the way (the paper's patrol)."""
+
+    graph: PoseGraph
+    targets: tuple[Mask, ...]
+    allowed: Mask
+    start: int
+    ticks: int = 1
+    first: int = 0
+    places: tuple[Mask, ...] = ()
+    strict: bool = False
+
+
+def least_within(walk: Walk) -> int | None:
+    """The least N such that every round can take at most N ticks; None if there is none."""
+    costs, begin = _rounds(walk), _leg(walk, {walk.start: 0}, walk.first)
+    values = sorted({*begin.values(), *(c for row in costs.values() for c in row.values())})
+    low, high = 0, len(values)
+    while low < high:
+        middle = (low + high) // 2
+        if _kept(costs, begin, values[middle]):
+            high = middle
+        else:
+            low = middle + 1
+    return values[low] if low < len(values) else None
+
+
+def best_places(walk: Walk, most: int) -> tuple[Mask, ...] | None:
+    """For each target the poses in which to meet it, so that shortest legs between them give rounds
+    of at most ``most`` ticks; None if no such choice is found."""
+    costs, begin = _rounds(walk), _leg(walk, {walk.start: 0}, walk.first)
+    kept = _kept(costs, begin, most)
+    if not kept:
+        return None
+    number = len(walk.targets)
+    for last in sorted(kept, key=lambda pose: (costs[pose].get(pose, FAR), pose)):
+        if costs[last].get(last, FAR) > most:
+            continue
+        places = [0] * number
+        pose, at = last, {last: 0}
+        legs = [at]
+        for index in range(number):
+            at = _meet(walk, at, index)
+            legs.append(at)
+        for index in reversed(range(number)):
+            places[index] = 1 << pose
+            back = legs[index]
+            pose = min(back, key=lambda p: (back[p] + _meet(walk, {p: 0}, index).get(pose, FAR), p))
+        narrow = tuple(places)
+        if _holds(walk, narrow, most):
+            return narrow
+    return None
+
+
+def _holds(walk: Walk, places: tuple[Mask, ...], most: int) -> bool:
+    """Whether shortest legs to these places alone keep every round, a target's other poses being
+    closed while it is next."""
+    least = least_within(replace(walk, places=places))
+    return least is not None and least <= most
+
+
+def _kept(costs: Mapping[int, Costs], begin: Costs, most: int) -> set[int]:
+    """K, if the first round leads into it in time; else nothing."""
+    kept = set(costs)
+    while True:
+        after = {p for p in kept if any(c <= most and q in kept for q, c in costs[p].items())}
+        if after == kept:
+            break
+        kept = after
+    return kept if any(c <= most and p in kept for p, c in begin.items()) else set()
+
+
+def _rounds(walk: Walk) -> dict[int, Costs]:
+    """The ticks of the fastest round between poses of the last target."""
+    return {
+        pose: found
+        for pose in bits((walk.places or walk.targets)[-1] & walk.allowed)
+        if (found := _leg(walk, {pose: 0}, 0))
+    }
+
+
+def _leg(walk: Walk, at: Costs, first: int) -> Costs:
+    """The ticks to each pose of the last target through the targets from number ``first`` on."""
+    for index in range(first, len(walk.targets)):
+        at = _meet(walk, at, index)
+    return at
+
+
+def _meet(walk: Walk, at: Costs, index: int) -> dict[int, int]:
+    """The ticks to each pose of a target, met in a later tick than the one before it: by steps, or
+    by a tick's stay."""
+    if not at:
+        return {}
+    graph, goal, allowed = walk.graph, walk.targets[index] & walk.allowed, walk.allowed
+    if walk.places:
+        allowed &= ~(goal & ~walk.places[index])
+        goal &= walk.places[index]
+    if walk.strict:
+        for other, target in enumerate(walk.targets):
+            allowed &= ~target if other != index else allowed
+    layers: dict[int, Mask] = {}
+    for pose, cost in at.items():
+        layers[cost] = layers.get(cost, 0) | 1 << pose
+    found: dict[int, int] = {}
+    for pose, cost in at.items():
+        if goal >> pose & 1:
+            found[pose] = min(found.get(pose, FAR), cost + 1)
+    seen, waiting = 0, layers
+    while waiting:
+        cost = min(waiting)
+        frontier = waiting.pop(cost) & ~seen
+        seen |= frontier
+        step = graph.forward(frontier) & allowed
+        for pose in bits(step & goal):
+            found[pose] = min(found.get(pose, FAR), cost + walk.ticks)
+        step &= ~seen
+        if step:
+            waiting[cost + walk.ticks] = waiting.get(cost + walk.ticks, 0) | step
+    return found

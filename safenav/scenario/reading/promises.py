@@ -1,0 +1,38 @@
+"""What is promised in ticks, and of charge: what cannot be meant is reported."""
+
+from __future__ import annotations
+
+from safenav.scenario.model import Clock, Scenario
+from safenav.scenario.yaml.document import Mapping
+from safenav.scenario.yaml.findings import Findings
+from safenav.world.moves import distances
+
+
+def check_promises(scenario: Scenario, item: Mapping, findings: Findings) -> None:
+    """Report promises that no run could be judged by. The scenario has no other error."""
+    charged = [robot for robot in scenario.robots if robot.model.battery is not None]
+    if scenario.clock is Clock.LIVE and (scenario.promises or charged):
+        what = "promises in ticks" if scenario.promises else "batteries"
+        found = f"'clock: live' with {what}: a tick has no length, so nothing is promised of it"
+        findings.add(item.get("clock") or item, found, "use 'clock: lockstep'")
+    for robot in charged:
+        free = not any(
+            other is not robot and scenario.conflict(robot, other) for other in scenario.robots
+        )
+        del free
+        if not scenario.chargers:
+            continue
+        reach = distances(robot.model.mobility, robot.start, scenario.map)
+        if scenario.chargers.isdisjoint(reach):
+            found = f"{robot.name} has a battery and gets to no charger"
+            findings.add(item.get("chargers") or item, found, "put a charger where it gets to")
+    for obstacle in scenario.obstacles:
+        limit = scenario.limit_of(obstacle)
+        for number, need in enumerate(obstacle.needs if limit is not None else ()):
+            actions = obstacle.type.actions(number)
+            able = sum(actions <= robot.capabilities for robot in scenario.robots)
+            if able < need.robots:
+                found = f"{obstacle.name} is to be resolved within {limit} ticks, and "
+                found += f"{able or 'no'} robot{'s' * (able > 1)} can '{need.action}'"
+                findings.add(item.get("obstacles") or item, found, "leave out 'resolve_within'")
+                break
