@@ -121,7 +121,7 @@ class Bound:
     def _needs(self, obstacle: ObstacleHeader) -> list[int]:
         now, count, needs = self.now, len(self.names), obstacle.all_needs
         stage = min(now.stage[obstacle.name], len(needs) - 1)
-        turns, before = [self.turn] * stage, self.turn
+        turns, before = [self.turn] * stage, self.turn + 1
         fields: dict[str, Ticks] = {}
         for number in range(stage, len(needs)):
             need, former, fields = needs[number], fields, {}
@@ -149,7 +149,7 @@ class Bound:
                 fields[name] = self.ticks(name, seeds)[0]
                 there = [t for p, t in fields[name].items() if p[0] in need.regions]
                 if there:
-                    turn = max(min(there) * count + index, before + 1)
+                    turn = max(min(there) * count + index, before)
                     if not need.together:
                         turn += (index - turn) % count
                     arrivals.append(turn)
@@ -179,7 +179,7 @@ def mission_end(bound: Bound) -> int | None:
 
 
 def least_within(now: Situation, robot: str) -> int | None:
-    """The least number of ticks that every round of a robot can take, alone, for ever: by trying
+    """The least number of ticks that every round of a robot can take, alone, forever: by trying
     one after the other."""
     bound = Bound(now, 0, len(now.header.robots), {})
     targets = now.header.robots[robot].objective.targets

@@ -75,7 +75,7 @@ class Robot:
     ``avoids``: the robots that it must not share a region with; None for those of its layer.
     ``tracks``: others whose position its specification models although it need not avoid them.
     ``while_waiting``: its objective while it waits for help; None: it stays.
-    ``within``: the most ticks of a round of its objective, None where nothing is promised.
+    ``within``: the most ticks of a round of its objective, None if it has no such promise.
     """
 
     name: str
@@ -328,7 +328,7 @@ class Outcome(StrEnum):
 
 
 class Late(StrEnum):
-    """What happens when a promise is broken: the run goes on, or ends with the outcome ``late``."""
+    """After a broken promise the run continues, or ends with the outcome ``late``."""
 
     GO_ON = "go_on"
     STOP = "stop"
@@ -337,7 +337,7 @@ class Late(StrEnum):
 @dataclass(frozen=True)
 class Until:
     """The run is completed when every robot has met its objective this many times after the
-    last resolution; ``by``: at this tick at the latest, None where nothing is promised."""
+    last resolution; ``by``: at this tick at the latest, None if it has no such promise."""
 
     rounds: int = 2
     by: int | None = None

@@ -501,7 +501,7 @@ class Assumption(Record):
 
 @dataclass(frozen=True)
 class Deadline(Record):
-    """What becomes of a promise ``of`` a robot (a round), an obstacle (its resolution) or the
+    """The state of a promise ``of`` a robot (a round), an obstacle (its resolution) or the
     ``mission``, ``due`` at the end of that tick. ``earliest``: a tick before whose end it cannot
     happen, whatever the robots do; ``cause``: ``battery``, where a charge made it."""
 

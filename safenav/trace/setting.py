@@ -154,7 +154,7 @@ class UntilHeader:
 
 @dataclass(frozen=True)
 class PromisesHeader:
-    """What is promised: the most ticks of a round, by robot; the tick by which the mission is
+    """The promises: the most ticks of a round, by robot; the tick by which the mission is
     completed; whether the run ends with the first broken promise (``stop``)."""
 
     within: Mapping[str, Count]

@@ -185,7 +185,7 @@ class Ending(StrEnum):
 
 
 class DeadlineVerdict(StrEnum):
-    """What becomes of a promise: it begins, is kept or broken, ends without either, or nothing
+    """The state of a promise: it begins, is kept or broken, ends without either, or nothing
     that the robots do from here can keep it."""
 
     SET = "set"

@@ -115,7 +115,9 @@ class DeadlineRule(Rule):
         if outcome.late is None or set(outcome.late) != set(self._late):
             said = ", ".join(outcome.late or ()) or "nothing"
             truth = ", ".join(dict.fromkeys(self._late)) or "nothing"
-            yield self.broken_by(outcome, None, f"{said} is said to be late, but {truth} was")
+            yield self.broken_by(
+                outcome, None, f"the outcome lists {said} as late, but {truth} was"
+            )
         stops = now.header.promises is not None and now.header.promises.late == "stop"
         if (outcome.outcome is Ending.LATE) is not (stops and bool(self._late)):
             from_outside = (Ending.INTERRUPTED, Ending.ERROR)
@@ -135,7 +137,7 @@ class DeadlineRule(Rule):
             clock.away |= now.objectives[name] != own or name in now.out
 
     def _tick_begins(self, record: Record, tick: int) -> Iterator[Finding]:
-        """What was due by the end of the tick before has a line first."""
+        """Promises that were due by the end of the tick before have a line first."""
         yield from self._missing(record, [o for o in self._turn_owes if o[0] != MISSION])
         self._turn_owes = []
         self._tick, self._had = tick, 0
@@ -214,7 +216,7 @@ class DeadlineRule(Rule):
     def _judged(self, record: Deadline, now: Situation) -> Iterator[str]:
         entry = (record.of, record.due, record.verdict)
         if not self._active:
-            yield "nothing is promised"
+            yield "the scenario has no promise"
             return
         if record.tick > self._tick:
             for finding in self._tick_begins(record, record.tick):
@@ -263,7 +265,7 @@ class DeadlineRule(Rule):
             told = " or ".join(str(truth) for truth in truths)
             yield f"{of} is possible from tick {told} on, not {record.earliest}"
         elif record.earliest is not None and record.earliest <= record.due:
-            yield f"{of} is said to be lost, but tick {record.due} is possible"
+            yield f"the trace claims that {of} is lost, but tick {record.due} is possible"
 
     def _bounds(self, now: Situation) -> Bound:
         if self._bound is None or self._bound[:2] != (self._tick, self._had):

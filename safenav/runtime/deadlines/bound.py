@@ -18,7 +18,7 @@ NEVER = 1 << 40
 @dataclass(frozen=True, eq=False)
 class Walker:
     """A robot at a moment: in ``pose`` from the end of tick ``ready`` on; ``ticks``: of its fastest
-    step. ``walls``: the poses that are closed to it for good; ``arrives``: it is in transit."""
+    step. ``walls``: the poses that are closed to it permanently; ``arrives``: it is in transit."""
 
     graph: PoseGraph
     pose: int
@@ -186,7 +186,8 @@ def _needs(moment: Moment, one: Open, spreads: Sequence[Spread]) -> list[int]:
     fields: dict[int, Field] = {}
     previous: Mapping[int, Field] = {}
     for number in range(one.stage, len(one.parts)):
-        part, before = one.parts[number], (found[-1] if number > one.stage else moment.now)
+        # Needs may be met one after the other in one turn, the next one not before the next turn.
+        part, before = one.parts[number], (found[-1] if number > one.stage else moment.now + 1)
         if before >= NEVER:
             return found + [NEVER] * (len(one.parts) - number)
         turns = []
@@ -215,7 +216,7 @@ def _needs(moment: Moment, one: Open, spreads: Sequence[Spread]) -> list[int]:
             fields[robot] = field
             tick = field.contact(walker.graph.poses_on(part.regions))
             if tick < NEVER:
-                turn = max(tick * moment.count + robot, before + 1)
+                turn = max(tick * moment.count + robot, before)
                 if not part.together:
                     turn = -(-(turn - robot) // moment.count) * moment.count + robot
                 turns.append(turn)
@@ -226,7 +227,7 @@ def _needs(moment: Moment, one: Open, spreads: Sequence[Spread]) -> list[int]:
         missing = part.robots - (len(one.done) if number == one.stage else 0)
         turns.sort()
         met = turns[missing - 1] if len(turns) >= missing > 0 else NEVER
-        found.append(met if missing > 0 else before + 1)
+        found.append(met if missing > 0 else before)
     return found
 
 

@@ -50,7 +50,7 @@ class Round:
 
 @dataclass
 class Deadlines:
-    """Keeps the promises of a run; does nothing in one without any."""
+    """Keeps the promises of a run."""
 
     team: TeamState
     late: list[str] = field(default_factory=list)
@@ -123,7 +123,7 @@ class Deadlines:
 
     @property
     def told(self) -> tuple[str, ...] | None:
-        """The broken promises, each once; None where nothing is promised."""
+        """The broken promises, each once; None if the scenario has no promise."""
         return tuple(dict.fromkeys(self.late)) if self.active else None
 
     def _look(self) -> None:

@@ -1,9 +1,8 @@
-"""Rounds of at most N ticks, for ever, by one robot alone: exact, and without a counter.
+"""Rounds of at most N ticks, forever, by one robot alone: exact, and without a counter.
 
 K is the greatest set of poses of the last target from which another round of at most N ticks leads
 back into K; the robot keeps the promise iff it gets into K with its first round in time. A strategy
-that meets each target only in the poses of the best rounds does so, since its legs are shortest
-ways.
+that meets each target only in the poses of the best rounds does so: its legs are shortest paths.
 """
 
 from __future__ import annotations

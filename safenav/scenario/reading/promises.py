@@ -1,4 +1,4 @@
-"""What is promised in ticks, and of charge: what cannot be meant is reported."""
+"""Checks of the promises in ticks, and of batteries."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ def check_promises(scenario: Scenario, item: Mapping, findings: Findings) -> Non
     charged = [robot for robot in scenario.robots if robot.model.battery is not None]
     if scenario.clock is Clock.LIVE and (scenario.promises or charged):
         what = "promises in ticks" if scenario.promises else "batteries"
-        found = f"'clock: live' with {what}: a tick has no length, so nothing is promised of it"
+        found = f"'clock: live' with {what}: a tick has no length there"
         findings.add(item.get("clock") or item, found, "use 'clock: lockstep'")
     for robot in charged:
         free = not any(

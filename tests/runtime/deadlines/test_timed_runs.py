@@ -1,0 +1,111 @@
+"""Runs with tight promises: the audit, which follows them by itself, accepts each; what is said to
+be lost is never kept; damaged lines are refused."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import pytest
+
+from runtime.deadlines.timed import timed_scenario
+from runtime.played import Runner
+from safenav.audit.check import check_trace
+from safenav.errors import InputError
+from safenav.scenario.reading.loader import load_scenario_text
+
+COUNT = int(os.environ.get("SAFENAV_FUZZ", "0")) or 30
+
+
+def damaged(lines: list[dict[str, Any]], random: Random) -> list[dict[str, Any]] | None:
+    """The trace with one deadline line changed, left out, moved or told twice."""
+    places = [k for k, line in enumerate(lines) if line["type"] == "deadline"]
+    if not places:
+        return None
+    place, copy = random.choice(places), [dict(line) for line in lines]
+    line = copy[place]
+    match random.randrange(5):
+        case 0:
+            line["due"] += random.choice((-2, -1, 1, 2))
+        case 1:
+            others = {"set", "kept", "late", "excused", "lost"} - {line["verdict"]}
+            line["verdict"] = random.choice(sorted(others))
+        case 2:
+            if line.get("earliest") is None:
+                del copy[place]
+            else:
+                line["earliest"] += random.choice((-1, 1))
+        case 3:
+            if line["verdict"] == "lost":
+                return None  # nothing demands that it is foreseen
+            del copy[place]
+        case _:
+            copy.insert(place, dict(line))
+    return copy
+
+
+@pytest.mark.parametrize("seed", range(COUNT))
+def test_the_audit_follows(seed: int, run: Runner, tmp_path: Path) -> None:
+    try:
+        scenario = load_scenario_text(timed_scenario(seed))
+    except InputError:
+        return
+    played = run(timed_scenario(seed))
+    lost: dict[str, int] = {}
+    for line in played.records:
+        if line["type"] == "deadline":
+            if line["verdict"] == "lost":
+                lost[line["of"]] = line["due"]
+            assert line["verdict"] != "kept" or lost.get(line["of"]) != line["due"]
+    if not scenario.promises or played.outcome["outcome"] == "interrupted":
+        return
+    random = Random(seed)
+    for _ in range(4):
+        broken = damaged(played.records, random)
+        if broken is not None:
+            path = tmp_path / "damaged.jsonl"
+            path.write_text("".join(json.dumps(line) + "\n" for line in broken))
+            assert check_trace(path).findings
+
+
+LATE = """
+safenav: 1
+map:
+  grid: ["#######", "#.....#", "#.....#", "#######"]
+robots:
+  r: {model: digit, start: [1, 1], heading: east, objective: {visit: [[1, 5], [1, 1]]}}
+until: {rounds: 2, by: 8}
+late: stop
+"""
+
+
+def test_what_cannot_be_is_refused_before_the_start(run: Runner) -> None:
+    outcome = run(LATE).outcome
+    assert (outcome["outcome"], outcome["late"]) == ("unrealizable", [])
+    assert "cannot be completed before tick" in outcome["explanation"]
+    assert list(outcome["refused"]) == ["mission"]
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        (
+            LATE.replace("visit: [[1, 5], [1, 1]]", "cover: [[1, 5], [1, 1]], within: 9"),
+            "not promised",
+        ),
+        (LATE.replace("by: 8", "by: 0"), "at least 1"),
+        (LATE + "clock: live\n", "a tick has no length"),
+        (
+            LATE.replace(
+                "late: stop", "obstacles: [{type: uncertainty, region: [2, 2], resolve_within: 3}]"
+            ),
+            "no robot can 'sense'",
+        ),
+    ],
+)
+def test_errors(text: str, found: str) -> None:
+    with pytest.raises(InputError, match=found):
+        load_scenario_text(text)
