@@ -176,7 +176,7 @@ class MoveRecorder:
     ) -> None:
         """A report of the world is dropped."""
         name = None if obstacle is None else obstacle.name
-        at = round(max(at, 0.0), 3)
+        at = round(max(at, 0.0), 9)
         self._state.emit(records.Late(self._state.tick, event, reason, robot, name, at=at))
 
     def met(self, robot: RobotState, met: Met) -> None:

@@ -185,7 +185,7 @@ class TeamState:
 
     def emit(self, record: records.Record) -> None:
         if self.now is not None:
-            record = replace(record, t=round(self.now(), 3))
+            record = replace(record, t=round(self.now(), 9))
         for listener in self.listeners:
             listener(record)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from dataclasses import replace
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
@@ -13,7 +14,9 @@ from safenav.motion.file.records import Motion
 from safenav.motion.file.writing import text_of
 from safenav.motion.making import motion_of
 from safenav.runtime.mission import Mission
-from safenav.scenario.reading.loader import load_scenario_text
+from safenav.runtime.simulation import LiveSimulation
+from safenav.scenario.model import Clock
+from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from safenav.trace.reading import read_bytes
 from safenav.trace.trace import Trace
 from safenav.trace.writing import TraceWriter
@@ -33,6 +36,18 @@ def played(text: str) -> bytes:
         path = Path(folder) / "trace.jsonl"
         with TraceWriter(path) as writer:
             Mission(load_scenario_text(text, "made.yaml"), listeners=[writer]).run()
+        return path.read_bytes()
+
+
+@cache
+def live_trace(name: str, delayed: float = 0.0) -> bytes:
+    """The trace of a shipped scenario with a clock; a share of its steps takes longer."""
+    scenario = replace(load_scenario(SCENARIOS / f"{name}.yaml"), clock=Clock.LIVE)
+    world = LiveSimulation(scenario, delayed=delayed, factor=1.7)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "trace.jsonl"
+        with TraceWriter(path) as writer:
+            Mission(scenario, world=world, listeners=[writer]).run()
         return path.read_bytes()
 
 

@@ -133,6 +133,8 @@ def _steps(trace: Trace) -> dict[str, list[tuple[int, int, int, int]]]:
         if record.to != record.from_:
             step = (first.line, first.tick, record.from_, record.to)
             found[record.robot].append(step)
+    for depart in departed.values():  # under way when the run ends
+        found[depart.robot].append((depart.line, depart.tick, depart.from_, depart.to))
     return found
 
 
@@ -173,8 +175,9 @@ def check_clock(
             act = begun[record.command]
             assert isinstance(act, Act)
             acts.append((frozenset(act.robots), act.t or 0.0, t))
+    over = max((record.t or 0.0 for record in trace.records), default=0.0)
     for line in lines:
-        if isinstance(line, Reserve | Release):
+        if isinstance(line, Reserve | Release) and line.t < over + NEAR:
             times = reserved.get((line.robot, line.region, isinstance(line, Reserve)), [])
             near = next((t for t in times if abs(t - line.t) < NEAR), None)
             if near is None:

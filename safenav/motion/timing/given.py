@@ -68,39 +68,40 @@ class _Run:
                 self._acted(self._acts.pop(record.command), record)
 
     def _arrive(self, depart: records.Depart, arrive: records.Arrive) -> None:
-        mover, begin, end = self._movers[depart.robot], _time(depart), _time(arrive)
-        self._count(depart.robot, begin, end)
+        name, region = depart.robot, self._movers[depart.robot].region
         left = depart.to if arrive.at == depart.from_ else depart.from_
         if arrive.result is not MoveEnd.LOST:
-            self._lines.append(Release(depart.robot, arrive.tick, left, end))
-        if arrive.at == depart.from_ == mover.region:
+            self._lines.append(Release(name, arrive.tick, left, _time(arrive)))
+        self._count(name, _time(depart), _time(arrive))
+        if arrive.at == depart.from_ == region:
             return  # it stays at rest
-        if depart.from_ != mover.region or arrive.at != depart.to:
-            places = (mover.region, depart.from_) if arrive.at == depart.to else (left, arrive.at)
-            found = "{} is in region {} after region {} without a step".format(
-                depart.robot, *reversed(places)
-            )
-            raise self._refused(arrive, f"{found}: no motion shows that")
+        if depart.from_ != region:
+            found = f"{name} sets out in region {depart.from_}, and was in region {region}"
+            raise self._refused(depart, f"{found}: no motion shows how it came there")
+        if arrive.at != depart.to:
+            found = f"{name} went to region {depart.to}, and is in region {arrive.at}"
+            raise self._refused(arrive, f"{found}: no motion shows how it came there")
+        self._cross(depart, _time(arrive))
+
+    def _cross(self, depart: records.Depart, end: float | None) -> None:
+        """The step of a robot; at its own pace if the trace does not say when it ends."""
+        mover, begin = self._movers[depart.robot], _time(depart)
         heading = self._floor.heading(depart.from_, depart.to)
         short = (depart.robot, depart.command) in self._short
         step = Crossing(depart.tick, depart.from_, depart.to, heading, None, short)
         self._rest(mover, depart.tick, begin)
-        ahead = copy(mover)
-        ahead.move(step)
-        spare = end - ahead.time
-        if spare > SLACK:
+        natural, walks = _tried(mover, step)
+        end = natural if end is None else end
+        if end > natural + SLACK:
             self._lines += mover.halt(depart.tick)
-            ahead = copy(mover)
-            moved = ahead.move(step)
-            spare = end - ahead.time
-            if spare > SLACK and any(isinstance(piece, Segment) for piece in moved):
-                self._lines += mover.rest(depart.tick, mover.time + spare)
-        if spare < -SLACK:
-            need = ahead.time - begin
+            natural, walks = _tried(mover, step)
+            if walks and end > natural + SLACK:
+                self._lines += mover.rest(depart.tick, mover.time + end - natural)
+        if end < natural - SLACK:
             raise self._refused(
-                arrive,
-                f"{depart.robot} took {end - begin:.2f} s from region {depart.from_} to "
-                f"{depart.to}; its motion takes {need:.2f} s",
+                depart,
+                f"{depart.robot} takes {end - begin:.2f} s from region {depart.from_} to "
+                f"{depart.to}; its motion takes {natural - begin:.2f} s",
                 "change 'motion' or 'speed' of its model, or the side of regions: --side",
             )
         begun = mover.time
@@ -151,6 +152,9 @@ class _Run:
         return InputError([Diagnostic(self._trace.source, record.line, 1, found, hint)])
 
     def end(self) -> Timetable:
+        for depart in self._departs.values():  # under way when the run ends
+            if depart.from_ == self._movers[depart.robot].region:
+                self._cross(depart, None)
         tick = max((line.tick for line in self._lines), default=0)
         over = max((_time(record) for record in self._trace.records), default=0.0)
         for mover in self._movers.values():
@@ -210,6 +214,13 @@ def _short(trace: Trace) -> set[tuple[str, int]]:
                 if name in entered and entered[name][0] in regions:
                     found.add((name, entered[name][1]))
     return found
+
+
+def _tried(mover: Mover, step: Crossing) -> tuple[float, bool]:
+    """When a step would end that begins now, and whether it is walked."""
+    ahead = copy(mover)
+    moved = ahead.move(step)
+    return ahead.time, any(isinstance(piece, Segment) for piece in moved)
 
 
 def _slower(piece: Flight | Drive, begin: float, factor: float) -> Moving:
