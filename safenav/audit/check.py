@@ -11,7 +11,7 @@ from pathlib import Path
 
 from safenav.audit.passes import expanded
 from safenav.audit.rules.beliefs import BeliefRule, MissedBeliefRule
-from safenav.audit.rules.changes import ChangesRule, ServiceRule
+from safenav.audit.rules.changes import ChangesRule, InputsRule, ServiceRule
 from safenav.audit.rules.deadlines import DeadlineRule
 from safenav.audit.rules.live import (
     ActRule,
@@ -117,6 +117,7 @@ RULES: tuple[type[Rule], ...] = (
     AppearedRule,
     GoneRule,
     ChangesRule,
+    InputsRule,
     ServiceRule,
     PlanRule,
     FollowsPlanRule,

@@ -27,6 +27,7 @@ from safenav.trace.records import (
     Discovered,
     Goal,
     Gone,
+    Inputs,
     Move,
     NewObjective,
     Operator,
@@ -49,6 +50,7 @@ from safenav.trace.trace import Trace
 from safenav.trace.vocabulary import (
     ActResult,
     BlockReason,
+    ChangeCause,
     Ending,
     Form,
     Heading,
@@ -167,6 +169,10 @@ class Situation:
         """Obstacles that the scenario lists, or that a line has described."""
         self.discovered: set[str] = set()
         self.out: set[str] = set()
+        self.inputs = {each.name: False for each in self.header.inputs or ()}
+        self.base = dict(self.objectives)
+        """The objectives of the header, which robots have while no input gives them another."""
+        self._kept: dict[str, int] = {}
         """The robots that are out of service."""
         self.form: dict[tuple[str, Objective], Form | None] = {}
         self.live = trace.header.clock == LIVE
@@ -373,10 +379,12 @@ class Situation:
                 robots = dict(self.header.robots)
                 robots[record.robot] = replace(robots[record.robot], objective=record.objective)
                 self.header = replace(self.header, robots=robots)
-                self.ahead[record.robot] = 0
+                self._count_ahead(record)
                 if record.at_once:
                     self.objectives[record.robot] = record.objective
                     self.progress[record.robot].reset(record.objective, record.line)
+            case Inputs():
+                self.inputs = dict(record.values)
             case Service():
                 (self.out.discard if record.active else self.out.add)(record.robot)
             case Gone():
@@ -435,6 +443,20 @@ class Situation:
         self.turn.final = last
         from_outside = (Ending.INTERRUPTED, Ending.ERROR)
         self.turn.torn = last and (self.outcome is None or self.outcome.outcome in from_outside)
+
+    def due(self, robot: str) -> Objective:
+        """Return the objective that the inputs give to a robot now."""
+        listed = self.header.robots[robot].when or ()
+        return next((w.objective for w in listed if self.inputs.get(w.input)), self.base[robot])
+
+    def _count_ahead(self, record: NewObjective) -> None:
+        """Count the targets met of an objective that ends: one resumed after an input continues."""
+        robot, before = record.robot, self.ahead[record.robot]
+        self.ahead[robot] = 0
+        if record.cause is ChangeCause.INPUT and record.objective == self.base[robot]:
+            self.ahead[robot] = self._kept.pop(robot, 0)
+        elif record.cause is ChangeCause.INPUT:
+            self._kept.setdefault(robot, before)
 
     def standing(self, obstacle: str) -> set[str]:
         """Return the robots that have the action that the obstacle needs next and stand where it is

@@ -150,7 +150,8 @@ class Algorithm:
         """The times to come at which the scenario changes something."""
         now = self.world.now()
         changes = (float(change.at) for change in self.team.scenario.changes)
-        return [time for time in (*changes, *self.world.times()) if time > now]
+        seconds = [float(int(now) + 1)] if self.team.inputs and self.world.simulated else []
+        return [time for time in (*changes, *seconds, *self.world.times()) if time > now]
 
     def _due(self) -> float | None:
         """The time at which there is something to do, whatever the world reports until then."""
@@ -290,7 +291,7 @@ class Algorithm:
         """Raises RunEnded if the mission is completed, or has used up its ticks or seconds."""
         team, scenario = self.team, self.team.scenario
         wanted = scenario.until.rounds
-        done = all(robot.own.rounds >= wanted for robot in team.robots.values())
+        done = all(r.own.rounds >= wanted and r.base is None for r in team.robots.values())
         free = not any(robot.acting for robot in team.robots.values()) and team.waiting is None
         if done and free and not team.owed and not team.last_settled.found.served:
             plural = "round" if wanted == 1 else "rounds"

@@ -16,9 +16,10 @@ from safenav.runtime.knowledge import UNTRAVERSABLE
 from safenav.runtime.progress import Progress
 from safenav.runtime.team import Assignment, RobotState, Role, TeamState
 from safenav.runtime.turn import Turns
-from safenav.runtime.world import SimulatedWorld
+from safenav.runtime.world import InputWorld, SimulatedWorld
 from safenav.scenario.model import Obstacle, ObstacleType
 from safenav.scenario.objective import Objective, avoided, targets_of
+from safenav.spec.objective import NO_MEMORY
 from safenav.trace import records, vocabulary
 from safenav.trace.header import objective_in_trace
 from safenav.world.map import Region
@@ -66,10 +67,19 @@ class Serve:
     active: bool
 
 
-Intervention = Close | TakeAway | SetTruth | Give | Serve
+@dataclass(frozen=True)
+class SetInput:
+    """An input of the environment is on, or off, from now on."""
+
+    name: str
+    on: bool
+
+
+Intervention = Close | TakeAway | SetTruth | Give | Serve | SetInput
 
 _USER = vocabulary.ChangeCause.USER
 _SCENARIO = vocabulary.ChangeCause.SCENARIO
+_INPUT = vocabulary.ChangeCause.INPUT
 
 
 @dataclass
@@ -106,6 +116,10 @@ class Interventions:
                 self._may_give(wanted)
             case Serve(name):
                 self._robot(name)
+            case SetInput(name):
+                if name not in self.state.inputs:
+                    raise UsageError(f"there is no input '{name}'")
+                self._simulation()
         self._asked.append(wanted)
 
     def apply(self) -> Iterator[Event]:
@@ -123,6 +137,31 @@ class Interventions:
         asked, self._asked = self._asked, []
         for wanted in asked:
             yield from self._bring_about(wanted)
+        yield from self._inputs()
+
+    def _inputs(self) -> Iterator[Event]:
+        """Take note of the inputs of this tick; robots get the objectives that they give them."""
+        state, state.inputs_before = self.state, self.state.inputs
+        if not state.inputs or not isinstance(self.world, InputWorld):
+            return
+        told = self.world.inputs(int(self._time))
+        state.inputs = {name: bool(told.get(name, on)) for name, on in state.inputs.items()}
+        if state.inputs == state.inputs_before:
+            return
+        by_user = getattr(self.world, "set_inputs", {})
+        state.emit(records.Inputs(state.tick, state.inputs, tuple(by_user) or None))
+        for robot in state.robots.values():
+            on = [name for name, _ in robot.robot.when if state.inputs[name]]
+            mode = on[0] if on else None
+            if mode == robot.mode:
+                continue
+            kept = robot.base or (robot.robot.objective, robot.own, robot.robot.within)
+            robot.mode, robot.base = mode, None if mode is None else kept
+            base, before, within = kept
+            given = base if mode is None else dict(robot.robot.when)[mode]
+            own = Progress(given, before.memory if mode is None else NO_MEMORY)
+            limit = within if mode is None else None
+            yield from self._give(robot, given, _INPUT, limit, own)
 
     def _bring_about(self, wanted: Intervention) -> Iterator[Event]:
         state = self.state
@@ -144,6 +183,8 @@ class Interventions:
                 yield from self._give(self._robot(name), objective, _USER)
             case Serve(name, active):
                 yield from self.turns.serve(self._robot(name), active=active, cause=_USER)
+            case SetInput(name, on):
+                self._simulation().set_inputs[name] = on
 
     def _give(
         self,
@@ -151,6 +192,7 @@ class Interventions:
         objective: Objective,
         cause: vocabulary.ChangeCause,
         within: int | None = None,
+        own_progress: Progress | None = None,
     ) -> Iterator[Event]:
         state = self.state
         told = objective_in_trace(objective)
@@ -160,7 +202,7 @@ class Interventions:
         robot.robot = replace(robot.robot, objective=objective, within=within)
         team = tuple(entry.robot for entry in state.robots.values())
         state.scenario = replace(state.scenario, robots=team)
-        robot.own = Progress(objective)
+        robot.own = own_progress or Progress(objective)
         if own:
             if robot.planner is not None:
                 robot.planner.node = None  # whatever it did, it is to have a strategy for this
@@ -185,6 +227,8 @@ class Interventions:
 
     def _may_give(self, wanted: Give) -> None:
         robot = self._robot(wanted.robot)
+        if robot.robot.when:
+            raise UsageError(f"the inputs decide what {wanted.robot} does: see its 'when'")
         world = self.state.scenario.map
         avoid = avoided(wanted.objective)
         if robot.next_pose.region in avoid:

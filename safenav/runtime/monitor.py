@@ -108,9 +108,10 @@ class Monitors:
         if not isinstance(objective, Ltl):
             return True
         guarantees = guarantees_of(objective)
-        if guarantees.remembered(robot.memory.values, robot.pose, pose) is not None:
+        around = self._state.inputs_before, self._state.inputs
+        if guarantees.remembered(robot.memory.values, robot.pose, pose, around) is not None:
             return True
-        if guarantees.remember_something:
+        if guarantees.remember_something or objective.inputs:
             return False
         raise GuaranteeError(
             f"{robot.name} was about to break its formulas at tick {self._state.tick}, by a step "

@@ -74,7 +74,8 @@ class RobotState:
     it is in service; else it stands still. ``arriving``: it has just taken a step of a joint plan,
     of which is not counted yet what it met by that. ``acting``: the robot whose action it takes
     part in, on ``acts_on``; ``asked``: it was let act since it came here. ``held``: it stands still
-    until that is over."""
+    until that is over. ``mode``: the input that has given it its present
+    objective, and ``base`` the one before that with its progress."""
 
     robot: Robot
     pose: Pose
@@ -90,6 +91,8 @@ class RobotState:
     acts_on: tuple[Obstacle, ...] = ()
     asked: bool = False
     held: HoldReason | None = None
+    mode: str | None = None
+    base: tuple[Objective, Progress, int | None] | None = None
 
     @property
     def name(self) -> str:
@@ -132,6 +135,7 @@ class TeamState:
     clock of a live run, None in lockstep; ``failures``: those of its robots; ``owed``: a decision
     waits for strategies; ``waiting``: the end of the run, if it waits for an operator instead;
     ``changes``: how often anything has changed by which robots decide.
+    ``inputs``: their values in this tick, and in the one before.
     """
 
     scenario: Scenario
@@ -150,6 +154,8 @@ class TeamState:
     owed: bool = False
     waiting: Conclusion | None = None
     changes: int = 0
+    inputs: Mapping[str, bool] = field(default_factory=dict)
+    inputs_before: Mapping[str, bool] = field(default_factory=dict)
 
     @classmethod
     def initial(cls, scenario: Scenario, listeners: Iterable[Listener] = ()) -> TeamState:
@@ -166,6 +172,7 @@ class TeamState:
             )
         team = cls(scenario, robots, Knowledge(scenario), tuple(listeners))
         team.recorded = team.objectives()
+        team.inputs = team.inputs_before = {each.name: False for each in scenario.inputs}
         return team
 
     @property

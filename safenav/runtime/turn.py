@@ -410,6 +410,9 @@ class Turns:
         assert planner is not None
         sightings = self._keep_track(robot, planner.task, shown)
         observed = observe(planner.task, self.state.scenario.map, sightings)
+        observed |= {
+            each.name: int(self.state.inputs[each.name]) for each, _ in planner.task.inputs
+        }
         if planner.switch is not None:
             observed |= signal(self.state, robot)
         return observed
@@ -627,7 +630,9 @@ class Turns:
         """The variables of formulas around a step that was not their strategy's: poses, and what
         is remembered, which changes as the formulas have it if they allow the step."""
         objective, memory = robot.robot.objective, robot.memory.values
+        before, now = self.state.inputs_before, self.state.inputs
         later = memory
         if isinstance(objective, Ltl) and robot.pose != start:
-            later = guarantees_of(objective).remembered(memory, start, robot.pose) or memory
-        return {**values_of(start), **memory}, {**values_of(robot.pose), **later}
+            found = guarantees_of(objective).remembered(memory, start, robot.pose, (before, now))
+            later = found or memory
+        return {**values_of(start), **memory, **before}, {**values_of(robot.pose), **later, **now}

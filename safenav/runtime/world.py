@@ -41,6 +41,15 @@ class ChangingWorld(Protocol):
         ...
 
 
+@runtime_checkable
+class InputWorld(Protocol):
+    """A world that sets the inputs of the scenario."""
+
+    def inputs(self, tick: int) -> Mapping[str, bool]:
+        """Return the inputs of a tick; those that are missing stay as they are."""
+        ...
+
+
 @dataclass
 class Work:
     """Progress of an obstacle: the next need, and the robots that fulfilled their part of it;
@@ -145,6 +154,7 @@ class SimulatedWorld:
         for obstacle, truth in self._drawn.items():
             self.truths.setdefault(obstacle.name, truth)
         self._brought: set[Obstacle] = set()
+        self.set_inputs: dict[str, bool] = {}
         self._taken_away: set[str] = set()
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
@@ -177,6 +187,15 @@ class SimulatedWorld:
         standing = [work.obstacle.goes for work in self._works.open.values()]
         coming = [obstacle.appears for obstacle in self._coming]
         return [tick for tick in (*standing, *coming) if tick is not None]
+
+    def inputs(self, tick: int) -> dict[str, bool]:
+        """The listed or drawn values of a tick, or those that a user has set."""
+        found = {}
+        for each in self._scenario.inputs:
+            listed = any(first <= tick <= last for first, last in each.spans)
+            drawn = random.Random(f"{self._scenario.seed}/{each.name}/{tick}").random()
+            found[each.name] = listed or drawn < each.probability
+        return found | self.set_inputs
 
     def standing(self) -> dict[Region, Obstacle]:
         """The obstacles that are there now."""

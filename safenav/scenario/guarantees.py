@@ -29,9 +29,11 @@ Values = Mapping[str, int]
 
 @dataclass(eq=False)
 class GuaranteeRule:
-    """One formula. Its truth on a step depends on the variables that it names only."""
+    """One formula. Its truth on a step depends on the variables that it names only; it holds if it
+    does with some values of the ``inputs`` that are not given."""
 
     formula: Formula
+    inputs: frozenset[str] = frozenset()
     _known: dict[tuple[int | None, ...], bool] = field(default_factory=dict)
 
     @cached_property
@@ -39,6 +41,13 @@ class GuaranteeRule:
         return tuple(sorted(variables(self.formula)))
 
     def holds(self, before: Values, after: Values) -> bool:
+        for name in self.inputs.intersection(self.names):
+            for given in (before, after):
+                if name not in given:
+                    ways = ({**given, name: value} for value in (0, 1))
+                    if given is before:
+                        return any(self.holds(way, after) for way in ways)
+                    return any(self.holds(before, way) for way in ways)
         key = tuple(values.get(name) for values in (before, after) for name in self.names)
         found = self._known.get(key)
         if found is None:
@@ -51,13 +60,14 @@ class Guarantees:
 
     def __init__(self, objective: Ltl) -> None:
         self.goals = len(objective.liveness)
+        inputs = frozenset(objective.inputs)
         self._init = tuple(GuaranteeRule(parse(text)) for text in objective.init)
-        self._liveness = tuple(GuaranteeRule(parse(text)) for text in objective.liveness)
+        self._liveness = tuple(GuaranteeRule(parse(text), inputs) for text in objective.liveness)
         self._ranges = {
             name: range(2) if bounds is None else range(bounds[0], bounds[1] + 1)
             for name, bounds in objective.memory.items()
         }
-        safety = [GuaranteeRule(parse(text)) for text in objective.safety]
+        safety = [GuaranteeRule(parse(text), inputs) for text in objective.safety]
         self._plain = [rule for rule in safety if not self._speaks_of_memory(rule)]
         self._rest = [rule for rule in safety if self._speaks_of_memory(rule)]
 
@@ -85,10 +95,12 @@ class Guarantees:
             rule.holds(one | old, other | new) for old, new in product(self._memories, repeat=2)
         )
 
-    def remembered(self, memory: Values, before: Pose, after: Pose) -> Values | None:
+    def remembered(
+        self, memory: Values, before: Pose, after: Pose, inputs: tuple[Values, Values] = ({}, {})
+    ) -> Values | None:
         """The robot's possible memory after a step, the least change first; None if its
-        guarantees forbid the step with the memory that it has."""
-        one, other = values_of(before), values_of(after)
+        guarantees forbid the step with the memory that it has. ``inputs``: before and after it."""
+        one, other = values_of(before) | dict(inputs[0]), values_of(after) | dict(inputs[1])
         known = {name: value for name, value in memory.items() if name in self._ranges}
         free = {n: r for n, r in self._ranges.items() if n not in known}
         for fresh in _valuations(free):

@@ -76,6 +76,7 @@ class Robot:
     ``tracks``: others whose position its specification models although it need not avoid them.
     ``while_waiting``: its objective while it waits for help; None: it stays.
     ``within``: the most ticks of a round of its objective, None if it has no such promise.
+    ``when``: its objectives while inputs are on, the first of them that is.
     """
 
     name: str
@@ -87,6 +88,7 @@ class Robot:
     tracking: Tracking = Tracking.NEARBY
     while_waiting: Objective | None = None
     within: int | None = None
+    when: tuple[tuple[str, Objective], ...] = ()
 
     @property
     def capabilities(self) -> frozenset[str]:
@@ -248,6 +250,19 @@ class RobotChange:
 
 
 @dataclass(frozen=True)
+class Input:
+    """A Boolean that the environment sets, the same for all robots in a tick; off before the first.
+    A simulation has it on in the ticks of ``spans`` (first and last) and, drawn from the seed for
+    each other tick, with this ``probability``. ``again``: the values that specifications assume
+    infinitely often."""
+
+    name: str
+    spans: tuple[tuple[int, int], ...] = ()
+    probability: float = 0.0
+    again: tuple[bool, ...] = ()
+
+
+@dataclass(frozen=True)
 class Exclusion:
     """``robots`` of which at most one is in ``regions`` at any moment; one in transit is in both of
     its regions."""
@@ -396,7 +411,8 @@ class Scenario:
     ``resolve_within``: for obstacles that say nothing of their own; ``suspects``: the obstacles
     that the team knows may be there, None if it knows nothing; ``late``: after a broken promise.
     ``chargers``: regions where batteries are charged; ``flat``: the obstacle that appears at a
-    robot whose charge does not last.
+    robot whose charge does not last. ``inputs``: what the environment
+    tells all robots.
     """
 
     name: str
@@ -424,6 +440,7 @@ class Scenario:
     late: Late = Late.GO_ON
     chargers: frozenset[Region] = frozenset()
     flat: ObstacleType | None = None
+    inputs: tuple[Input, ...] = ()
 
     @property
     def promises(self) -> bool:

@@ -268,13 +268,15 @@ class Ltl:
     """Guarantees in the structured-slugs language over the robot's own variables
     (``region``, ``heading``) and declared memory.
 
-    ``memory`` maps a name to None (Boolean) or to its (min, max).
+    ``memory`` maps a name to None (Boolean) or to its (min, max). ``inputs``: those of the
+    environment that the formulas name.
     """
 
     init: tuple[str, ...] = ()
     safety: tuple[str, ...] = ()
     liveness: tuple[str, ...] = ()
     memory: Mapping[str, tuple[int, int] | None] = field(default_factory=dict)
+    inputs: tuple[str, ...] = ()
 
     def __hash__(self) -> int:
         return hash((self.init, self.safety, self.liveness, tuple(sorted(self.memory))))
@@ -330,6 +332,7 @@ def to_data(objective: Objective) -> dict[str, object]:
             "safety": list(objective.safety),
             "liveness": list(objective.liveness),
             "memory": memory,
+            "inputs": list(objective.inputs),
         }
         return {"ltl": {key: value for key, value in parts.items() if value}}
     listed = [_target_data(target) for target in objective.listed()]

@@ -40,6 +40,7 @@ def compile_task(task: Task, world: RegionMap) -> Specification:
     variables = [
         *steering.inputs,
         *others.inputs,
+        *(Variable(each.name, Owner.INPUT, None, "an input") for each, _ in task.inputs),
         *others.outputs,
         Variable("region", Owner.OUTPUT, (0, world.size - 1), f"where {robot.name} is"),
     ]
@@ -50,6 +51,7 @@ def compile_task(task: Task, world: RegionMap) -> Specification:
     constraints = [
         *steering.assumptions,
         *(assignable.unless_waiting(c) if task.assignable else c for c in others.assumptions),
+        *_environment(task),
         *(begins(constraint) for constraint in _beginning(task)),
         *(assignable.elsewhere(task, world) if anywhere else ()),
         *_motion(task, world, others),
@@ -85,7 +87,7 @@ def assumption_names(task: Task, world: RegionMap) -> list[str]:
     """The fairness assumptions that a task relies on, in words."""
     rules = (
         constraint.origin.rule
-        for constraint in encode_others(task, world).assumptions
+        for constraint in (*encode_others(task, world).assumptions, *_environment(task))
         if constraint.section is Section.ENV_LIVENESS
     )
     return list(dict.fromkeys(rules))
@@ -107,6 +109,17 @@ def _goal_places(task: Task) -> Iterator[Constraint]:
                 if Pose(region, heading) not in places:
                     formula = f"!({turn}region' = {region} & heading' = {heading:d})"
                     yield Constraint(Section.SYS_TRANS, formula, origin, (region,))
+
+
+def _environment(task: Task) -> Iterator[Constraint]:
+    """The inputs as they are now, and the values that they are assumed to have infinitely often."""
+    for each, on in task.inputs:
+        origin = Origin(f"inputs.{each.name}", "as it is now")
+        yield Constraint(Section.ENV_INIT, each.name if on else f"!{each.name}", origin)
+        for value in each.again:
+            rule = f"infinitely often {each.name} is {'on' if value else 'off'}"
+            formula = f"{each.name}'" if value else f"!{each.name}'"
+            yield Constraint(Section.ENV_LIVENESS, formula, Origin(f"inputs.{each.name}", rule))
 
 
 def _beginning(task: Task) -> Iterator[Constraint]:

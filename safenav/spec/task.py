@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import StrEnum
 
 from safenav.dataclass import dataclass
-from safenav.scenario.model import Robot, Tracking
+from safenav.scenario.model import Input, Robot, Tracking
 from safenav.scenario.objective import Objective, Target, targets_of
 from safenav.spec.objective import NO_MEMORY, Memory
 from safenav.world.map import Region
@@ -81,7 +81,8 @@ class Task:
     ``assignable``: goals can be assigned at runtime. ``forbidden``: poses that the robot keeps out
     of, because the team could lose it there. ``exclusive``: one other robot can close many regions
     to it, because the two are never together in them. ``goal_places``: for each target the only
-    poses in which it is entered while it is next, so that rounds are short (none: any).
+    poses in which it is entered while it is next, so that rounds are short (none: any). ``inputs``: those that the
+    objective names, and whether they are on.
     """
 
     robot: Robot
@@ -98,6 +99,7 @@ class Task:
     forbidden: frozenset[Pose] = frozenset()
     exclusive: bool = False
     goal_places: tuple[frozenset[Pose], ...] = ()
+    inputs: tuple[tuple[Input, bool], ...] = ()
 
     @property
     def targets(self) -> tuple[Target, ...]:

@@ -51,6 +51,11 @@ def scenario_header(
         promises=_promises(scenario),
         suspects=None if scenario.suspects is None else tuple(o.name for o in scenario.suspects),
         chargers=tuple(sorted(scenario.chargers)) or None,
+        inputs=tuple(
+            setting.InputHeader(each.name, each.spans, each.probability, each.again)
+            for each in scenario.inputs
+        )
+        or None,
     )
 
 
@@ -143,6 +148,7 @@ def _robot(robot: Robot, scenario: Scenario) -> setting.RobotHeader:
         if robot.while_waiting is None
         else objective_in_trace(robot.while_waiting),
         battery=_battery(model.battery),
+        when=tuple(setting.WhenHeader(n, objective_in_trace(o)) for n, o in robot.when) or None,
     )
 
 

@@ -95,14 +95,15 @@ class Synthesis(Record):
     """A robot was synthesized. For a strategy that was installed, ``node`` is where it begins.
 
     What the specification was made from: pose (``region``, ``heading``), ``memory`` (variable:
-    value at the start), ``closed`` (regions shut beyond the walls, and what shuts each),
-    ``moving`` (robots that are inputs and must not be run into) and ``tracked`` (inputs for
-    knowledge only), ``fairness`` and ``others_targets``, ``tracking``, ``knowledge`` of others
-    at the start (a region, or cells), ``beliefs`` (the numbering of belief values, for each
-    other robot), ``sight_closed`` (regions that block the view), ``places`` and ``neutral``
-    (what can be assigned; ``places_from``: what only from some places), ``forbidden`` and
-    ``goal_places`` beyond the objective, ``form``, what that ``allows`` and why no stronger one was
-    asked for, and ``tried`` before.
+    value at the start), ``inputs`` that its formulas name and their values, ``again`` (the values
+    of these that are assumed infinitely often), ``closed`` (regions shut beyond the walls, and what
+    shuts each), ``moving`` (robots that are inputs and must not be run into) and ``tracked``
+    (inputs for knowledge only), ``fairness`` and ``others_targets``, ``tracking``, ``knowledge`` of
+    others at the start (a region, or cells), ``beliefs`` (the numbering of belief values, for each
+    other robot), ``sight_closed`` (regions that block the view), ``places`` and ``neutral`` (what
+    can be assigned; ``places_from``: what only from some places), ``forbidden`` and ``goal_places``
+    beyond the objective, ``form``, what that ``allows`` and why no stronger one was asked for, and
+    ``tried`` before.
     """
 
     type: ClassVar[str] = "synthesis"
@@ -121,6 +122,8 @@ class Synthesis(Record):
     region: Region | None = None
     heading: Heading | None = None
     memory: Mapping[str, int] | None = None
+    inputs: Mapping[str, bool] | None = None
+    again: Mapping[str, tuple[bool, ...]] | None = None
     closed: tuple[tuple[Region, str], ...] | None = None
     moving: tuple[str, ...] | None = None
     tracked: tuple[str, ...] | None = None
@@ -334,6 +337,16 @@ class NewObjective(Record):
     at_once: bool
     cause: ChangeCause
     within: Count | None = None
+
+
+@dataclass(frozen=True)
+class Inputs(Record):
+    """The inputs of the environment from now on, as all robots observe them, when one changes.
+    Before the first line all are off. ``user``: those that a user has set."""
+
+    type: ClassVar[str] = "inputs"
+    values: Mapping[str, bool]
+    user: tuple[str, ...] | None = None
 
 
 @dataclass(frozen=True)

@@ -31,6 +31,25 @@ class BatteryHeader:
 
 
 @dataclass(frozen=True)
+class WhenHeader:
+    """The ``objective`` of a robot while an input is on and none listed before it."""
+
+    input: str
+    objective: Objective
+
+
+@dataclass(frozen=True)
+class InputHeader:
+    """An input of the environment: the ticks (first and last) in which a simulation has it on, the
+    probability that it has it on in others, and the values assumed infinitely often."""
+
+    name: str
+    spans: tuple[tuple[Count, Count], ...] = ()
+    probability: float = 0.0
+    again: tuple[bool, ...] = ()
+
+
+@dataclass(frozen=True)
 class RobotHeader:
     """A robot in the header. ``conflicts``: those it must not share a region with (None: those
     of its layer). ``vision``: how far it sees, in regions; None: without limit. ``motion``: its
@@ -52,6 +71,7 @@ class RobotHeader:
     motion: Json | None = None
     while_waiting: Objective | None = None
     battery: BatteryHeader | None = None
+    when: tuple[WhenHeader, ...] | None = None
 
 
 @dataclass(frozen=True)
@@ -198,3 +218,4 @@ class ScenarioHeader:
     promises: PromisesHeader | None = None
     suspects: tuple[str, ...] | None = None
     chargers: tuple[Region, ...] | None = None
+    inputs: tuple[InputHeader, ...] | None = None

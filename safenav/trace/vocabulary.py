@@ -158,6 +158,7 @@ class ChangeCause(StrEnum):
     SCENARIO = "scenario"
     WORLD = "world"
     USER = "user"
+    INPUT = "input"
 
 
 class PlanEndReason(StrEnum):

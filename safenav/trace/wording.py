@@ -180,6 +180,9 @@ class Wording:
                 return f"{self.robot(line.robot)} gets another objective: {told}"
             case records.Told():
                 return f"{self.robot(line.robot)} now pursues: {self.objective(line.objective)}"
+            case records.Inputs():
+                on = sorted(name for name, value in line.values.items() if value)
+                return f"inputs: {' and '.join(on) or 'none'} on"
             case records.Service():
                 what = "is back in service" if line.active else "is out of service"
                 return f"{self.robot(line.robot)} {what}"

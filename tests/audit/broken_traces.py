@@ -166,6 +166,13 @@ CASES: list[Case] = [
         "rover",
     ),
     ("always", "avoiding", retell("rover", (6, 10, 9), (7, 9, 15)), 6, "rover"),
+    (
+        "inputs",
+        "avoiding",
+        scenario("inputs", to=[{"name": "alarm", "spans": [[10, 10]], "probability": 0}]),
+        10,
+        None,
+    ),
     ("violation", "operator", edit("violation", {}, at=8, proposed=10), 2, "rover", 2),
     ("violation", "operator", edit("violation", {}, action="push"), 2, "rover"),
     ("violation", "door", scenario("obstacles", 0, "blocks", to=[]), 2, "quad"),

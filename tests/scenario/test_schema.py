@@ -58,6 +58,7 @@ WELL_SHAPED = {
     "missing_catalogue_file": True,
     "missing_keys": False,
     "no_robots": False,
+    "bad_inputs": False,
     "never_together": False,
     "no_way_back_with_heading": True,
     "rules_beside": False,

@@ -93,6 +93,7 @@ def read_formulas(body: Mapping[str, object]) -> Formulas:
     if not isinstance(listed, Mapping):
         raise UnreadError("memory")
     memory = {str(name): _range(kind) for name, kind in listed.items()}
+    memory |= {name: range(2) for name in _lines(body, "inputs")}  # any values may come
     count = 1
     for values in memory.values():
         count *= len(values)

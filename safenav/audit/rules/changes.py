@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.situation import Situation
-from safenav.trace.records import Move, NewObjective, Record, Service
+from safenav.trace.records import Inputs, Move, NewObjective, Record, Service
 from safenav.trace.setting import ChangeHeader
 from safenav.trace.vocabulary import ChangeCause
 
@@ -24,6 +24,38 @@ class ServiceRule(Rule):
             return  # it is in transit
         if record.to != record.from_ or record.toward is not None:
             problem = f"{record.robot} moves, but is out of service"
+            yield self.broken_by(record, record.robot, problem)
+
+
+class InputsRule(Rule):
+    """The inputs are those of the scenario. A simulation has them on in the listed ticks, and off
+    in others where no probability is given, unless a user has set them. When a robot moves, it has
+    the objective that the inputs give it (D 3)."""
+
+    name = "inputs"
+
+    def __init__(self) -> None:
+        self._user: set[str] = set()
+
+    def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        known = {each.name for each in now.header.inputs or ()}
+        if isinstance(record, Inputs):
+            self._user.update(record.user or ())
+            if {*record.values} != known:
+                yield self.broken_by(record, None, f"the inputs are {', '.join(sorted(known))}")
+        if not isinstance(record, Move):
+            return
+        simulated = not (now.external or now.live)
+        listed_inputs = now.header.inputs if simulated else None
+        for each in listed_inputs or ():
+            listed = any(first <= record.tick <= last for first, last in each.spans)
+            sure = each.name not in self._user and (listed or not each.probability)
+            if sure and now.inputs.get(each.name) is not listed:
+                problem = f"{each.name} must be {'on' if listed else 'off'} in tick {record.tick}"
+                yield self.broken_by(record, None, problem)
+        own, due = now.header.robots[record.robot].objective, now.due(record.robot)
+        if now.header.robots[record.robot].when and own != due:
+            problem = f"{record.robot} has the objective {own}; the inputs give it {due}"
             yield self.broken_by(record, record.robot, problem)
 
 

@@ -179,7 +179,9 @@ class CompletedRule(Rule):
         objective = now.objectives[robot]
         _, most = _bounds(self._goals.get(robot, []), objective)
         if outcome.outcome is Ending.COMPLETED:
-            if told < wanted:
+            if now.due(robot) != now.base[robot]:
+                yield f"an input keeps {robot} from its objective, so the run is not completed"
+            elif told < wanted:
                 yield f"{robot} has {told} rounds of {wanted}, so the run is not completed"
             elif most is not None and most < wanted:
                 yield f"{robot} has {most} rounds of {wanted} since the last resolution"
@@ -194,6 +196,8 @@ class CompletedRule(Rule):
         wanted = now.header.until.rounds
         if wanted is None or now.stack or not now.header.robots:
             return False
+        if any(now.due(robot) != now.base[robot] for robot in now.header.robots):
+            return False  # an input keeps a robot from its objective
         return all(self._surely(robot, now) >= wanted for robot in now.header.robots)
 
     def _surely(self, robot: str, now: Situation) -> int:

@@ -119,6 +119,7 @@ class Robot:
         self.answers: set[int] | None = None  # of its strategy, in its last turn
         self.knowledge, self.signal = dict[str, int](), dict[str, Any]()  # its last inputs
         self.back: dict[str, Any] = {}  # this turn: region of an encounter, and its ``node``
+        self.heard = dict[str, int]()  # the inputs of the environment
         self.active, self.way = True, list[Pose]()  # in service; its part of a joint plan
         self.forms = set[str]()  # in which its own objective was proven, "plan" if it was moved
 
@@ -378,6 +379,7 @@ class Run:
             listed = self.scenario.get("never_together") or ()
             zones = [(z["robots"], z["regions"]) for z in listed if name in z["robots"]]
             self.robots[name] = robot = Robot(name, {**data, "zones": zones}, rivals)
+            robot.heard = {each["name"]: 0 for each in self.scenario.get("inputs") or ()}
             alone = all(robots[n]["start"] != data["start"] for n in rivals)
             turning = {"free": False, "heading": True}.get(data["mobility"]) is bool(robot.pose[1])
             alone = alone and data["start"] not in robot.own.avoid
@@ -516,11 +518,20 @@ class Run:
                 self.tell(robot, Objective(record["objective"]))
             case "objective":
                 given = Objective(record["objective"])
+                when = robot.data.get("when") or ()
+                on = next((w for w in when if robot.heard.get(w["input"])), robot.data)
+                same = not when or (record["cause"] == "input" and given.data == on["objective"])
+                require(same, f"{robot.name} is given what its inputs do not say")
                 self.state_form(robot)
                 robot.objective = given if robot.objective.serves(robot.own) else robot.objective
                 robot.own, robot.goals = given, []
                 words = given.words(self.world)
                 self.claim("changed", f"{robot.name} receives another objective: {words}.")
+            case "inputs":
+                names = {each["name"] for each in self.scenario.get("inputs") or ()}
+                require({*record["values"]} == names, "the inputs are not those of the scenario")
+                for each in self.robots.values():
+                    each.heard = {name: int(on) for name, on in record["values"].items()}
             case "service":
                 require(robot.active != record["active"], f"{robot.name} serves as it was before")
                 robot.active = record["active"]
@@ -650,6 +661,10 @@ class Run:
         at = {f"robots.{name}": other.places for name, other in self.robots.items()}
         at |= {o.name: {o.region} for o in standing}
         at[f"robots.{robot.name}.objective.avoid"] = {*robot.own.avoid}
+        listed = {each["name"]: each["again"] for each in self.scenario.get("inputs") or ()}
+        again = {name: listed[name] for name in task.heard if listed[name]}
+        same = again == (record.get("again") or {}) and task.inputs.items() <= robot.heard.items()
+        require(same, f"{robot.name} assumes other inputs than there are")
         same = task.objective.rules() == robot.own.rules()
         require(same, f"{robot.name} is synthesized for other rules than its own")
         closed = [(name.removeprefix("obstacles."), r) for r, name in record.get("closed") or ()]
@@ -759,6 +774,7 @@ class Run:
         elif by == "stay" or (by == "backtrack" and node is None):
             require(after == before, f"{name} moves, though it should stay")
             seen = {f"at_{other}": robot.knowledge[other] for other in task.tracked}
+            seen |= {name: robot.heard[name] for name in task.heard}
             kept = {n for n in there if seen and task.knows(n, seen)} | robot.nodes
             fits = (kept if by == "stay" else kept | fits) if answers else there
         else:
@@ -773,6 +789,8 @@ class Run:
         what, rounds = record["outcome"], self.scenario["until"].get("rounds") or 0
         if what == "completed":
             for name, robot in self.robots.items():
+                own = robot.own.data == robot.data["objective"] or not robot.data.get("when")
+                require(own, f"an input keeps {name} from its objective")
                 met = min(map(robot.goals.count, robot.own.goals))
                 its_own = robot.objective.serves(robot.own)
                 require(met >= rounds and its_own, f"{name} has met it {met} times")

@@ -477,7 +477,8 @@ class Objective:
         self.targets = [frozenset([t] if isinstance(t, int) else t) for t in listed]
         own: Json = value if self.kind == "ltl" else {}
         memory: Json = own.get("memory", {})
-        truths = {name for name, given in memory.items() if given == "bool"}
+        self.inputs = [*own.get("inputs", ())]  # of the environment, that its formulas name
+        truths = {name for name, given in memory.items() if given == "bool"} | {*self.inputs}
         texts = (own.get(part, ()) for part in ("init", "safety", "liveness"))
         listed = ([t] if isinstance(t, str) else t for t in texts)
         parts = ([read_clause(text, truths) for text in part] for part in listed)
@@ -490,7 +491,8 @@ class Objective:
         require(not once, "the last two targets share a region")
         bounds = {name: (0, 1) if given == "bool" else given for name, given in memory.items()}
         self.memory = {name: range(least, most + 1) for name, (least, most) in bounds.items()}
-        self.ranges = self.memory | {f"{name}'": values for name, values in self.memory.items()}
+        both = self.memory | dict.fromkeys(self.inputs, range(2))
+        self.ranges = both | {f"{name}'": values for name, values in both.items()}
 
     def serves(self, wanted: Objective) -> bool:
         """Return whether it is the wanted one, or requires its targets in turn."""
@@ -568,6 +570,8 @@ class Task:
         self.objective = Objective(line["objective"]).formed(line.get("form"))
         self.targets, self.own = self.objective.targets, [*self.objective.memory]
         self.memory: dict[str, int] = dict(line.get("memory") or {})
+        self.heard = self.objective.inputs
+        self.inputs = {name: int(on) for name, on in (line.get("inputs") or {}).items()}
         self.closed = {region for region, _ in line.get("closed") or ()}
         self.forbidden = poses_of(line.get("forbidden") or (), robot["mobility"])
         listed = line.get("goal_places") or ()  # where a target is entered while it is next
@@ -601,9 +605,10 @@ class Task:
             if self.objective.settles:  # from the last one on it awaits that
                 here, last_one = zip(last, self.regions, strict=True), len(targets) - 1
                 awaited = [min(k + (region in targets[k]), last_one) for k, region in here]
-        self.before = [*zip(self.poses, awaited, own, strict=True)]
+        self.before = [*zip(self.poses, awaited, own, graph.rows(self.heard), strict=True)]
         self.done = [*zip(self.poses, last, own, strict=True)]
-        names, inputs = [*self.told, *self.busy, *self.positions], graph.spec.inputs
+        names = [*self.told, *self.busy, *self.positions, *self.heard]
+        inputs = graph.spec.inputs
         require(names == inputs, f"the inputs are {inputs}, but should be {names}")
         self.deciding = [*self.told, *self.own, *self.positions]
         self.asked = [*zip(self.poses, graph.rows(self.deciding), strict=True)]
@@ -628,6 +633,7 @@ class Task:
         for name in self.tracked:
             after = self.after(name, pose[0], values[f"at_{name}"])
             groups.append([(value,) for value in after])
+        groups += [[(0,), (1,)] for _ in self.heard]
         return {tuple(chain(*rows)) for rows in product(*groups)}
 
     def is_sent(self, pose: Pose, values: Json, place: int) -> bool:
@@ -673,9 +679,9 @@ class Task:
     def replies(self, node: int, row: Row) -> set[Any]:
         return self.replies_at(self.before[node], row)
 
-    def _replies_at(self, before: tuple[Pose, int, Row], row: Row) -> set[Any]:
+    def _replies_at(self, before: tuple[Pose, int, Row, Row], row: Row) -> set[Any]:
         """Return the replies to an observation: pose, target that was awaited, memory."""
-        (pose, awaited, memory), kind = before, self.objective.kind
+        (pose, awaited, memory, heard), kind = before, self.objective.kind
         seen = dict(zip(self.graph.spec.inputs, row, strict=True))
         due = not self.objective.ordered or awaited == len(self.targets) - 1
         held = self.objective.settles and due and pose[0] in self.targets[-1]
@@ -689,13 +695,14 @@ class Task:
         if self.goal_places:
             aim, places = self.targets[awaited], self.goal_places[awaited]
             legal = [after for after in legal if after[0] not in aim or after in places]
-        now = dict(zip(self.own, memory, strict=True))
+        now = dict(zip((*self.own, *self.heard), (*memory, *heard), strict=True))
+        now |= {f"{name}'": seen[name] for name in self.heard}
         about = self.objective.ranges, primed(self.own), self.objective.safety
         ways = ((after, complete(*about, now | named(pose, after))) for after in legal)
         return {(after, awaited, way) for after, some in ways for way in some}
 
     def starts(self) -> set[Row]:
-        first = dict.fromkeys(self.graph.spec.inputs, 0) | self.positions
+        first = dict.fromkeys(self.graph.spec.inputs, 0) | self.positions | self.inputs
         first |= {"assigned": self.line["neutral"]} if self.told else {}
         return {tuple(first.values())}
 
@@ -752,6 +759,8 @@ class Task:
             elif fairness == "at_its_targets":
                 aims = Objective({"visit": self.line["others_targets"][name]}).targets
                 found += [bool(where & aim) for aim in aims]
+        for name in self.heard:
+            found += [seen[name] == value for value in (self.line.get("again") or {}).get(name, ())]
         return [held and not seen.get("wait") for held in found]
 
     def begin(self, start: int) -> list[int]:
@@ -761,7 +770,7 @@ class Task:
 
     def check_keeps(self, start: int, measures: Any) -> None:
         """Refuse unless every run of the strategy from ``start`` keeps the scenario's rules."""
-        known = named(self.pose) | self.memory | self.positions
+        known = named(self.pose) | self.memory | self.positions | self.inputs
         given = {name: self.graph.columns[name][start] for name in known}
         require(given == known, f"it begins with {given}, not {known}")
         begun = self.done[start] in self.openings(self.graph.inputs[start])
@@ -779,6 +788,7 @@ class Task:
         taken = {*shown}.union(*(robots[name].near(robot) for name in self.moving))
         for busy, side in self.busy.items():
             seen[busy] = int(self.world.step(here, side) in taken)
+        seen |= {name: robot.heard[name] for name in self.heard}
         for name in self.tracked:
             there = robots[name].pose[0]
             if not self.sees(here, there):

@@ -109,6 +109,7 @@ class Story:
                 | records.Appeared()
                 | records.Truth()
                 | records.NewObjective()
+                | records.Inputs()
                 | records.Service()
                 | records.Told()
                 | records.Plan()

@@ -143,6 +143,11 @@ def _task(
         partition=None if cells is None else Partition(cells),
         closed=team.knowledge.standing,
         forbidden=draft.forbidden,
+        inputs=tuple(
+            (each, team.inputs[each.name])
+            for each in team.scenario.inputs
+            if isinstance(objective, Ltl) and each.name in objective.inputs
+        ),
         exclusive=any(robot.name in each.robots for each in team.scenario.never_together),
     )
 

@@ -103,11 +103,13 @@ class Strategies:
 
     def _seen_now(self, state: RobotState, task: Task) -> dict[str, int]:
         """The inputs that a strategy remembers from the last step, as they are now."""
+        found = {each.name: int(self._state.inputs[each.name]) for each, _ in task.inputs}
         if task.tracking is Tracking.NEARBY or not task.observed:
-            return {}
-        found = {}
+            return found
         if task.tracking is Tracking.EXACT:
-            return {o.variable: self._state.robots[o.name].pose.region for o in task.observed}
+            return found | {
+                o.variable: self._state.robots[o.name].pose.region for o in task.observed
+            }
         for model in models(task, self._state.scenario.map):
             other = model.other
             told = self._state.robots[other.name].pose.region

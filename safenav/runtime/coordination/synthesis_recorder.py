@@ -44,6 +44,8 @@ def synthesis_record(
         region=task.pose.region,
         heading=heading_in_trace(task.pose),
         memory=_memory(task),
+        inputs={each.name: on for each, on in task.inputs} or None,
+        again={each.name: each.again for each, _ in task.inputs if each.again} or None,
         closed=tuple((known.region, known.item) for known in task.blocked),
         moving=tuple(other.name for other in task.observed if other.danger),
         tracked=tuple(other.name for other in task.observed if not other.danger),

@@ -84,6 +84,8 @@ class ChangeReader:
             hint = "formulas can be given from the beginning only: patrol, visit, cover or hold"
             self._findings.add(node, f"objective of {name}: formulas in a change", hint)
             return None, None
+        if robot is not None and robot.when:
+            self._findings.add(node, f"objective of {name}: its 'when' decides what it does")
         if found is not None and robot is not None:
             self._check_reachable(robot, found, node)
         return found, reader.within(node, name or "a change", found)

@@ -29,11 +29,12 @@ from safenav.scenario.model import (
     Scenario,
     Until,
 )
-from safenav.scenario.objective import Patrol
+from safenav.scenario.objective import Ltl, Patrol
 from safenav.scenario.reading.areas import read_areas
 from safenav.scenario.reading.catalogue import RESOLVE_WITHIN, built_in, extended, read_catalogue
 from safenav.scenario.reading.changes import ChangeReader
 from safenav.scenario.reading.expectation import ExpectationReader
+from safenav.scenario.reading.inputs import read_inputs
 from safenav.scenario.reading.map import read_map
 from safenav.scenario.reading.never_together import read_never_together
 from safenav.scenario.reading.obstacles import read_obstacles, read_suspects
@@ -60,6 +61,7 @@ KEYS = (
     "areas",
     "robots",
     "never_together",
+    "inputs",
     "obstacles",
     "changes",
     "until",
@@ -177,8 +179,10 @@ class _Loader:
         named = _names(item.get("robots"))
         catalogue = self.catalogue = self._catalogue(item.get("catalogue"), regions, named)
         types_known = len(self._findings) == before
+        inputs = read_inputs(item.get("inputs"), frozenset(named), self._findings)
+        known = [each.name for each in inputs]
         robots = read_robots(
-            item.get("robots"), regions, catalogue, self._findings, self._reachable
+            item.get("robots"), regions, catalogue, self._findings, self._reachable, known
         )
         apart = read_never_together(
             item.get("never_together"), regions, robots, frozenset(named), self._findings
@@ -256,6 +260,7 @@ class _Loader:
             late=late or Late.GO_ON,
             chargers=chargers,
             flat=flat,
+            inputs=inputs,
         )
         if len(self._findings) == 0:
             check_promises(scenario, item, self._findings)
@@ -309,6 +314,9 @@ class _Loader:
                 found = f"'coordination: assignable' cannot keep 'while_waiting' of {robot.name}"
                 hint = "leave out the key, or use 'coordination: resynthesis'"
                 self._findings.add(node, found, hint)
+            if isinstance(robot.objective, Ltl) and robot.objective.inputs:
+                found = f"'coordination: assignable' cannot use inputs in 'ltl' of {robot.name}"
+                self._findings.add(node, found, "use 'coordination: resynthesis'")
         given = [(robot.name, robot.objective) for robot in robots]
         given += [(change.robot, change.objective) for change in changes if change.objective]
         for name in dict.fromkeys(n for n, o in given if isinstance(o, Patrol) and o.literal):

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Collection
 from dataclasses import replace
 
 from safenav.formula.checking import check
 from safenav.formula.parser import FormulaError, parse
 from safenav.formula.printer import to_text
-from safenav.formula.syntax import RESERVED_WORDS, Comparison, Name, resolve_constants
+from safenav.formula.syntax import RESERVED_WORDS, Comparison, Name, resolve_constants, variables
 from safenav.scenario.objective import (
     EMPTY,
     KINDS,
@@ -41,11 +42,19 @@ LTL_KEYS = ("init", "safety", "liveness", "memory")
 class ObjectiveReader:
     """Reads the objectives of a scenario's robots, all over one map.
 
-    ``robots`` are the names of all robots: memory may not take them.
+    ``robots`` are the names of all robots and ``inputs`` those of the environment: memory may not
+    take them; formulas of ``ltl`` may name inputs.
     """
 
-    def __init__(self, regions: RegionReader, robots: frozenset[str], findings: Findings) -> None:
+    def __init__(
+        self,
+        regions: RegionReader,
+        robots: frozenset[str],
+        findings: Findings,
+        inputs: Collection[str] = (),
+    ) -> None:
         self._regions = regions
+        self._inputs = frozenset(inputs)
         self._robots = robots
         self._findings = findings
 
@@ -156,8 +165,14 @@ class ObjectiveReader:
             return None
         memory = self._memory(item.get("memory"), what)
         declared = {**memory, **self._declared(mobility)}
+        inputs: dict[str, tuple[int, int] | None] = dict.fromkeys(sorted(self._inputs))
         lines = {
-            part: self._lines(item.get(part), f"'{part}' in {what}", declared, part != "init")
+            part: self._lines(
+                item.get(part),
+                f"'{part}' in {what}",
+                declared if part == "init" else declared | inputs,
+                part != "init",
+            )
             for part in ("init", "safety", "liveness")
         }
         if _is_empty(item.get("safety")) and _is_empty(item.get("liveness")):
@@ -165,7 +180,9 @@ class ObjectiveReader:
             self._findings.add(item, f"{what} is empty", hint)
         if len(self._findings) > before:
             return None
-        return Ltl(lines["init"], lines["safety"], lines["liveness"], memory)
+        named = set().union(*(variables(parse(line)) for part in lines.values() for line in part))
+        told = tuple(name for name in inputs if name in named)
+        return Ltl(lines["init"], lines["safety"], lines["liveness"], memory, told)
 
     def _declared(self, mobility: Mobility | None) -> dict[str, tuple[int, int] | None]:
         """The variables of a robot's own pose, with their ranges."""
@@ -191,8 +208,9 @@ class ObjectiveReader:
             self._findings.add(key, f"'{name}' cannot name a variable", hint)
         elif key.text in RESERVED_WORDS | OWN_VARIABLES:
             self._findings.add(key, f"'{name}' has a meaning of its own", "use another name")
-        elif key.text in self._robots:
-            self._findings.add(key, f"'{name}' is the name of a robot", "use another name")
+        elif key.text in self._robots | self._inputs:
+            kind = "a robot" if key.text in self._robots else "an input"
+            self._findings.add(key, f"'{name}' is the name of {kind}", "use another name")
 
     def _bounds(self, node: Node, what: str) -> tuple[int, int] | None:
         if not isinstance(node, Sequence) or len(node.items) != 2:

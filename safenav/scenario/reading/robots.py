@@ -33,6 +33,7 @@ KEYS = (
     "avoids",
     "tracks",
     "tracking",
+    "when",
 )
 REQUIRED = {
     "model": "a robot model of the catalogue, for example 'model: digit'",
@@ -49,6 +50,7 @@ def read_robots(
     catalogue: Catalogue,
     findings: Findings,
     reachable: bool = True,
+    inputs: Collection[str] = (),
 ) -> tuple[Robot, ...]:
     """The robots that could be read; what is wrong with the others is reported, and with
     ``reachable`` also that one cannot get to its targets."""
@@ -58,8 +60,9 @@ def read_robots(
     if not team.entries:
         findings.add(team, "there are no robots", "a scenario has at least one")
     names = frozenset(key.text for key, _ in team.entries)
-    objectives = ObjectiveReader(regions, names, findings)
+    objectives = ObjectiveReader(regions, names, findings, inputs)
     reader = _RobotReader(regions, catalogue, objectives, names, findings, reachable)
+    reader.inputs = inputs
     found = [reader.read(key, item) for key, item in team.entries]
     reader.check_starts()
     reader.check_timing()
@@ -76,6 +79,7 @@ class _RobotReader:
         findings: Findings,
         reachable: bool,
     ) -> None:
+        self.inputs: Collection[str] = ()
         self._reachable = reachable
         self._regions = regions
         self._catalogue = catalogue
@@ -118,6 +122,7 @@ class _RobotReader:
         pose = Pose(start, heading if mobility is Mobility.HEADING else None)
         tracking = tracking or Tracking.NEARBY
         robot = Robot(key.text, model, pose, objective, avoids, tracks, tracking, waiting, within)
+        robot = replace(robot, when=self._when(item.get("when"), robot))
         if self._reachable and self._regions.world is not None:
             _check_reachable(robot, item.get("objective"), self._regions.world, self._findings)
         return robot if len(self._findings) == before else None
@@ -135,6 +140,27 @@ class _RobotReader:
             self._findings.add(node, f"'while_waiting' of {name} cannot be used with 'ltl'", hint)
             return None
         return found and own and ruled(found, own)
+
+    def _when(self, node: Node | None, robot: Robot) -> tuple[tuple[str, Objective], ...]:
+        """Its objectives while inputs are on, in their order."""
+        what, found = f"'when' of {robot.name}", []
+        item = read.mapping(node, what, self._findings)
+        for key, value in item.entries if item else ():
+            name = clipped(key.text)
+            if key.text not in self.inputs:
+                hint = suggestion(key.text, self.inputs) or "declare it in 'inputs'"
+                self._findings.add(key, f"{what}: no input is named '{name}'", hint)
+            told = f"{robot.name} when {name}"
+            objective = self._objectives.read(value, told, robot.model.mobility)
+            if isinstance(objective, Ltl) or isinstance(robot.objective, Ltl):
+                hint = "name the input in its formulas instead"
+                self._findings.add(key, f"{what}: not with formulas", hint)
+            elif objective is not None:
+                if self._reachable and self._regions.world is not None:
+                    changed = replace(robot, objective=objective)
+                    _check_reachable(changed, value, self._regions.world, self._findings)
+                found.append((key.text, objective))
+        return tuple(found)
 
     def _check_name(self, key: Scalar) -> None:
         shown = clipped(key.text)

@@ -1,0 +1,79 @@
+"""The ``inputs:`` of a scenario: Booleans that the environment sets."""
+
+from __future__ import annotations
+
+import re
+
+from safenav.formula.syntax import RESERVED_WORDS
+from safenav.scenario.model import Input
+from safenav.scenario.reading.objective import IDENTIFIER, OWN_VARIABLES
+from safenav.scenario.reading.obstacles import MOST_TICKS
+from safenav.scenario.yaml import fields as read
+from safenav.scenario.yaml.document import Node, Scalar, Sequence, clipped
+from safenav.scenario.yaml.findings import Findings
+
+KEYS = ("at", "probability", "always_eventually")
+TAKEN = {"move", "scout", "goal", "request", "wait", "assigned"}
+"""Variables that specifications have by themselves."""
+_SPAN = re.compile(r"(\d{1,9})(?:\s*-\s*(\d{1,9}))?")
+_AGAIN = {"off": (False,), "on": (True,), "both": (False, True)}
+
+
+def read_inputs(node: Node | None, robots: frozenset[str], findings: Findings) -> tuple[Input, ...]:
+    """The inputs that could be read; what is wrong with the others is reported. ``robots``: the
+    names of all robots."""
+    item, found = read.mapping(node, "inputs", findings), []
+    for key, value in item.entries if item else ():
+        before, name = len(findings), clipped(key.text)
+        what = f"input {name}"
+        if not IDENTIFIER.fullmatch(key.text):
+            hint = "use letters, digits and '_', beginning with a letter"
+            findings.add(key, f"'{name}' cannot name an input", hint)
+        elif key.text in RESERVED_WORDS | OWN_VARIABLES | TAKEN | robots or key.text.startswith(
+            ("busy_", "at_")
+        ):
+            findings.add(key, f"'{name}' has a meaning of its own", "use another name")
+        fields = read.mapping(value, what, findings, KEYS)
+        spans = _spans(fields.get("at") if fields else None, what, findings)
+        chance = _chance(fields.get("probability") if fields else None, what, findings)
+        again = _again(fields.get("always_eventually") if fields else None, what, findings)
+        if len(findings) == before:
+            found.append(Input(key.text, spans, chance, again))
+    return tuple(found)
+
+
+def _spans(node: Node | None, what: str, findings: Findings) -> tuple[tuple[int, int], ...]:
+    """Ticks and ranges of them: ``12``, ``10-20``, or a list of both."""
+    found = []
+    for part in node.items if isinstance(node, Sequence) else () if node is None else (node,):
+        text = str(part.value) if isinstance(part, Scalar) else ""
+        match = _SPAN.fullmatch(text)
+        first, last = (int(match[1]), int(match[2] or match[1])) if match else (0, 0)
+        if not 1 <= first <= last <= MOST_TICKS:
+            hint = "for example at: [12, 20-30]; ticks count from 1"
+            findings.add(part, f"'at' of {what}: '{clipped(text)}' is not a tick or range", hint)
+        found.append((first, last))
+    return tuple(found)
+
+
+def _chance(node: Node | None, what: str, findings: Findings) -> float:
+    value = node.value if isinstance(node, Scalar) else None
+    if node is None:
+        return 0.0
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value <= 1:
+        findings.add(node, f"'probability' of {what} must be a number from 0 to 1")
+        return 0.0
+    return float(value)
+
+
+def _again(node: Node | None, what: str, findings: Findings) -> tuple[bool, ...]:
+    """``off``, ``on`` or ``both``; YAML may read the first two as truths."""
+    if node is None:
+        return ()
+    value = node.value if isinstance(node, Scalar) else None
+    word = {True: "on", False: "off"}.get(value) if isinstance(value, bool) else value
+    if not isinstance(word, str) or word not in _AGAIN:
+        found = f"'always_eventually' of {what}: found '{clipped(str(value))}'"
+        findings.add(node, found, "'off': it always ends; 'on': it always comes again; 'both'")
+        return ()
+    return _AGAIN[word]

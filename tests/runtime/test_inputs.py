@@ -1,0 +1,244 @@
+"""Inputs of the environment: in formulas, and as what gives robots other objectives. Judged by a
+game and a walk over the trace of this file's own."""
+
+# ruff: noqa: ARG005 (a formula reads some of the values around a step)
+
+from __future__ import annotations
+
+import json
+import os
+import random
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from safenav.audit.check import check_trace
+from safenav.certify.checker.check import check
+from safenav.certify.record import bundle_of_run
+from safenav.errors import UsageError
+from safenav.runtime.interventions import Give, SetInput
+from safenav.runtime.mission import Mission
+from safenav.runtime.world import SimulatedWorld
+from safenav.scenario.model import Outcome
+from safenav.scenario.objective import Hold
+from safenav.scenario.reading.loader import load_scenario_text
+from safenav.trace.writing import TraceWriter
+
+WANTED = int(os.environ.get("SAFENAV_FUZZ", "20"))
+COLS, ROWS = 4, 2
+BUNDLED = 6
+
+FORMULAS = (
+    ("alarm' -> region' = region", lambda r, q, a, b: not b or q == r),
+    ("alarm' -> region' != {x}", lambda r, q, a, b, x: not b or q != x),
+    ("alarm & alarm' -> region' = {x}", lambda r, q, a, b, x: not (a and b) or q == x),
+    ("!alarm' -> region' != {x}", lambda r, q, a, b, x: b or q != x),
+)
+GOALS = (
+    ("region' = {y} | alarm'", lambda r, q, a, b, y: q == y or b),
+    ("region' = {y}", lambda r, q, a, b, y: q == y),
+    ("region' = {y} & alarm'", lambda r, q, a, b, y: q == y and b),
+)
+
+
+def drawn(seed: int) -> tuple[dict[str, Any], Any, Any, tuple[bool, ...]]:
+    """One robot with a formula and a goal about an input; these two as functions of region before
+    and after, input before and after; the values assumed infinitely often."""
+    rng = random.Random(f"inputs {seed}")
+    cells = ["." if rng.random() < 0.8 else "#" for _ in range(ROWS * COLS)]
+    cells[0] = "."
+    x, y = (rng.choice([r for r, cell in enumerate(cells) if cell == "."]) for _ in range(2))
+    safety, goal = rng.choice(FORMULAS), rng.choice(GOALS)
+    again = rng.choice([(), (False,), (True,), (False, True)])
+    word = {(): None, (False,): "off", (True,): "on", (False, True): "both"}[again]
+    document = {
+        "safenav": 1,
+        "map": {"grid": ["".join(cells[:COLS]), "".join(cells[COLS:])]},
+        "inputs": {"alarm": {"probability": 0.3} | ({"always_eventually": word} if word else {})},
+        "robots": {
+            "bot": {
+                "model": "quadcopter",
+                "start": 0,
+                "objective": {
+                    "ltl": {"safety": safety[0].format(x=x), "liveness": goal[0].format(y=y)}
+                },
+            }
+        },
+        "until": {"rounds": 2},
+        "limits": {"ticks": 60},
+    }
+    args = (x,) if "{x}" in safety[0] else ()
+
+    def kept(*step: int) -> bool:
+        return bool(safety[1](*step, *args))
+
+    return document, kept, lambda *step: bool(goal[1](*step, y)), again
+
+
+def realizable(document: dict[str, Any], kept: Any, met: Any, again: tuple[bool, ...]) -> bool:
+    """The GR(1) game on (region, input) by nested fixpoints over explicit sets: the environment
+    picks the next input, then the robot its next region."""
+    cells = "".join(document["map"]["grid"])
+    free = [r for r, cell in enumerate(cells) if cell == "."]
+    states = {*product(free, (0, 1))}
+
+    def moves(state: tuple[int, int], b: int) -> list[int]:
+        r, a = state
+        near = [q for q in free if q == r or abs(q - r) in (1, COLS)]
+        near = [q for q in near if abs(q - r) != 1 or q // COLS == r // COLS]
+        return [q for q in near if kept(r, q, a, b)]
+
+    def forced(state: tuple[int, int], good: Any) -> bool:
+        """Whether the robot has for each next input a reply that is good."""
+        return all(any(good(state, q, b) for q in moves(state, b)) for b in (0, 1))
+
+    win = set(states)
+    while True:
+        # mu Y: reach a goal step into win, or for some assumption wait (nu X) while it fails.
+        reached: set[tuple[int, int]] = set()
+        while True:
+            grown = set(reached)
+            for value in again or (None,):
+                inside = set(states)
+                while True:
+
+                    def good(state: tuple[int, int], q: int, b: int, value: Any = value) -> bool:
+                        if met(state[0], q, state[1], b) and (q, b) in win:  # noqa: B023
+                            return True
+                        if (q, b) in reached:  # noqa: B023
+                            return True
+                        return value is not None and b != value and (q, b) in inside  # noqa: B023
+
+                    kept_in = {state for state in inside if forced(state, good)}
+                    if kept_in == inside:
+                        break
+                    inside = kept_in
+                grown |= inside
+            if grown == reached:
+                break
+            reached = grown
+        if reached == win:
+            return (0, 0) in win
+        win = reached
+
+
+@pytest.mark.parametrize("seed", range(3 * WANTED))
+def test_realizable_iff_the_game_is_won(seed: int) -> None:
+    document, kept, met, again = drawn(seed)
+    mission = Mission(load_scenario_text(json.dumps(document)))
+    wanted = realizable(document, kept, met, again)
+    assert mission.first_results()["bot"].realizable == wanted, document
+
+
+@pytest.mark.parametrize("seed", range(WANTED))
+def test_runs_keep_the_formulas(seed: int, tmp_path: Path) -> None:
+    document, kept, met, _ = drawn(seed)
+    path = tmp_path / "run.jsonl"
+    with TraceWriter(path) as trace:
+        result = Mission(load_scenario_text(json.dumps(document)), listeners=[trace]).run()
+    assert check_trace(path).findings == ()
+    before = alarm = at = 0
+    goals = 0
+    for line in map(json.loads, path.read_text().splitlines()):
+        if line["type"] == "inputs":
+            alarm = int(line["values"]["alarm"])
+        elif line["type"] == "move":
+            assert kept(at, line["to"], before, alarm), line
+            goals += met(at, line["to"], before, alarm)
+            at, before = line["to"], alarm
+    if result.outcome is Outcome.COMPLETED:
+        assert goals >= 2
+    if seed % BUNDLED == 0:
+        (tmp_path / "plan.yaml").write_text(json.dumps(document))
+        bundle_of_run(tmp_path / "plan.yaml", tmp_path / "bundle")
+        verdict, reason, _ = check(tmp_path / "bundle")
+        assert verdict == "accepted", reason
+
+
+FIRE = """
+safenav: 1
+map: {grid: ["...#...", ".......", "...#..."], names: {muster: [2, 0]}}
+inputs: {alarm: {at: [4-9, 20]}, call: {}}
+robots:
+  quad: {model: quadcopter, start: [0, 0], objective: {visit: [[0, 0], [0, 6], [2, 6]]},
+         when: {alarm: {hold: muster, avoid: [[1, 0]]}, call: {hold: [0, 6]}}}
+  digit: {model: digit, start: [2, 5], heading: west, objective: {once: [[2, 1], [2, 5]]},
+          when: {alarm: {hold: [0, 4]}}}
+obstacles: [{type: door, region: [1, 3]}]
+until: {rounds: 1}
+limits: {ticks: 200}
+"""
+
+
+def lines_of(text: str, tmp_path: Path, **given: Any) -> list[dict[str, Any]]:
+    path = tmp_path / "run.jsonl"
+    with TraceWriter(path) as trace:
+        mission = Mission(load_scenario_text(text), listeners=[trace], **given)
+        mission.run()
+    assert check_trace(path).findings == ()
+    return [json.loads(line) for line in path.read_text().splitlines()]
+
+
+def test_robots_do_what_an_input_says_while_it_is_on(tmp_path: Path) -> None:
+    lines = lines_of(FIRE, tmp_path)
+    own = {"visit": [0, 6, 20]}
+    given = [(x["tick"], x["objective"]) for x in lines if x.get("cause") == "input"]
+    quads = [entry for entry in given if entry[1] == own or entry[1].get("hold") == 14]
+    assert [tick for tick, _ in quads] == [4, 10, 20, 21]
+    end = lines[-1]
+    assert end["outcome"] == "completed"
+    assert end["tick"] > 21  # not while a robot answers an input
+    (tmp_path / "plan.yaml").write_text(FIRE)
+    bundle_of_run(tmp_path / "plan.yaml", tmp_path / "bundle")
+    verdict, reason, _ = check(tmp_path / "bundle")
+    assert verdict == "accepted", reason
+
+
+@pytest.mark.parametrize("broken", ["early", "other", "never"])
+def test_damaged_traces_are_refused(broken: str, tmp_path: Path) -> None:
+    lines = lines_of(FIRE, tmp_path)
+    at = next(k for k, line in enumerate(lines) if line["type"] == "inputs")
+    if broken == "early":
+        lines[at]["values"]["alarm"] = False
+    elif broken == "other":
+        lines[at]["values"]["fire"] = True
+    else:
+        del lines[at]
+    found = check_trace(json.dumps(line) for line in lines).findings
+    assert "inputs" in {finding.rule for finding in found}
+
+
+class Caller(SimulatedWorld):
+    """A world of a user, who calls in some ticks."""
+
+    def inputs(self, tick: int) -> dict[str, bool]:
+        return {"call": 6 <= tick <= 8, "alarm": False}
+
+
+def test_a_world_sets_inputs(tmp_path: Path) -> None:
+    text = FIRE.replace("{at: [4-9, 20]}", "{}").replace("call: {}", "call: {at: 6-8}")
+    world = Caller(load_scenario_text(text))
+    lines = lines_of(text, tmp_path, world=world)
+    told = [(x["tick"], x["values"]["call"]) for x in lines if x["type"] == "inputs"]
+    assert told == [(6, True), (9, False)]
+
+
+def test_a_user_sets_inputs_during_a_run(tmp_path: Path) -> None:
+    path = tmp_path / "run.jsonl"
+    with TraceWriter(path) as trace:
+        mission = Mission(load_scenario_text(FIRE), listeners=[trace])
+        mission.start()
+        mission.step()
+        mission.intervene(SetInput("call", on=True))
+        mission.step()
+        assert isinstance(mission.state.robots["quad"].robot.objective, Hold)
+        with pytest.raises(UsageError, match="the inputs decide what quad does"):
+            mission.intervene(Give("quad", Hold(frozenset({0}))))
+        with pytest.raises(UsageError, match="there is no input 'fire'"):
+            mission.intervene(SetInput("fire", on=True))
+        mission.intervene(SetInput("call", on=False))
+        while mission.result is None:
+            mission.step()
+    assert check_trace(path).findings == ()
