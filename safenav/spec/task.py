@@ -81,8 +81,8 @@ class Task:
     ``assignable``: goals can be assigned at runtime. ``forbidden``: poses that the robot keeps out
     of, because the team could lose it there. ``exclusive``: one other robot can close many regions
     to it, because the two are never together in them. ``goal_places``: for each target the only
-    poses in which it is entered while it is next, so that rounds are short (none: any). ``inputs``: those that the
-    objective names, and whether they are on.
+    poses in which it is entered while it is next, so that rounds are short (none: any). ``inputs``:
+    those that the objective names, and whether they are on.
     """
 
     robot: Robot
