@@ -13,6 +13,7 @@ from motion.runs import played
 from safenav.audit.check import audit
 from safenav.motion.check.verdict import check_motion
 from safenav.motion.making import motion_of
+from safenav.report.picture.pictograms import obstacle_pictogram, robot_pictogram
 from safenav.scenario.model import Catalogue
 from safenav.scenario.reading.catalogue import built_in
 from safenav.trace.reading import read_bytes
@@ -84,3 +85,15 @@ def test_the_page_has_the_figures_of_the_files() -> None:
         assert all(f"`{need.action}`" in row[0] for need in kind.needs)
     assert len(LIBRARY.robots) >= 12
     assert len(LIBRARY.obstacles) >= 12
+
+
+def test_every_robot_and_obstacle_has_a_silhouette_and_so_have_those_named_like_them() -> None:
+    for names, shape in (
+        (LIBRARY.robots, robot_pictogram),
+        (LIBRARY.obstacles, obstacle_pictogram),
+    ):
+        for name in names:
+            assert shape(name) == shape(f"my_{name}") == shape(f"my-{name}") != ""
+    assert obstacle_pictogram("fire_door") == obstacle_pictogram("door")
+    assert obstacle_pictogram("my_pulled_door") != obstacle_pictogram("door")
+    assert robot_pictogram("rover") == obstacle_pictogram("trapdoor") == ""

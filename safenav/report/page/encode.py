@@ -11,6 +11,7 @@ from typing import Any, Protocol
 
 from safenav.report.page.region_sets import RegionSets
 from safenav.report.picture.glyphs import EVENT_MARKS, NOSE, STATUS_MARKS
+from safenav.report.picture.pictograms import obstacle_pictogram, robot_pictogram
 from safenav.report.replay.perception import SightCache, viewers
 from safenav.report.replay.timeline import (
     Changes,
@@ -96,6 +97,7 @@ def obstacle_data(hidden: Hidden, world: RegionMap) -> dict[str, Any]:
         "name": hidden.name,
         "label": hidden.label(world),
         "type": hidden.type,
+        "shape": obstacle_pictogram(hidden.type),
         "region": hidden.region,
         "action": hidden.actions[0],
         "blocks": hidden.blocks,
@@ -120,6 +122,7 @@ def _robot(replay: Replay, track: RobotTrack) -> dict[str, Any]:
     return {
         "name": track.name,
         "model": track.model,
+        "shape": robot_pictogram(track.model),
         "layer": track.layer,
         "can": track.capabilities,
         "path": track.regions,

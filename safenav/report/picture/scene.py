@@ -23,6 +23,7 @@ from safenav.report.picture.glyphs import (
 )
 from safenav.report.picture.legend import Row, key_row, legend_of
 from safenav.report.picture.names import draw_areas, draw_names, outline, placed_names
+from safenav.report.picture.pictograms import PLATE, obstacle_pictogram, robot_pictogram
 from safenav.report.picture.shading import draw_shading, draw_taken, shading_rows, taken_row
 from safenav.report.picture.svg import SvgWriter, number
 from safenav.report.picture.text import wrapped
@@ -174,7 +175,11 @@ class _Drawing:
             stroke_dasharray=dashes,
         )
         radius = cell * (0.16 if status is ObstacleStatus.HIDDEN else 0.22)
-        self.page.glyph(mark.path, *self._centre(obstacle.region), radius, fill=mark.colour)
+        middle_x, middle_y = self._centre(obstacle.region)
+        if shape := obstacle_pictogram(obstacle.type):
+            self.page.glyph(shape, middle_x, middle_y, cell * 0.27, fill=mark.colour)
+            radius, middle_x, middle_y = cell * 0.11, x + cell * 0.83, y + cell * 0.17
+        self.page.glyph(mark.path, middle_x, middle_y, radius, fill=mark.colour)
 
     def _trail(self, robot: Placed, look: Look, lane: float) -> None:
         """Draw the path of the last ticks, stronger where newer, each robot in a lane of its
@@ -272,3 +277,7 @@ class _Drawing:
         size, baseline = radius * look.size, y + radius * look.drop
         centred = {"fill": look.ink, "text_anchor": "middle"}
         self.page.text(x, baseline, look.letters, size, bold=True, **centred)
+        if shape := robot_pictogram(robot.model):
+            badge_x, badge_y = x + radius, y + radius
+            self.page.glyph(PLATE, badge_x, badge_y, radius * 0.52, fill="#FFFFFF")
+            self.page.glyph(shape, badge_x, badge_y, radius * 0.42, fill=INK)

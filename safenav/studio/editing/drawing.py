@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from safenav.report.page.encode import encoded
+from safenav.report.picture.pictograms import obstacle_pictogram, robot_pictogram
 from safenav.report.replay.timeline import (
     Changes,
     Hidden,
@@ -102,6 +103,7 @@ def palette(catalogue: Catalogue) -> dict[str, Any]:
         "robots": [
             {
                 "name": model.name,
+                "shape": robot_pictogram(model.name),
                 "turns": model.mobility is Mobility.HEADING,
                 "layer": model.layer,
                 "can": sorted(model.capabilities),
@@ -111,6 +113,7 @@ def palette(catalogue: Catalogue) -> dict[str, Any]:
         "obstacles": [
             {
                 "name": kind.name,
+                "shape": obstacle_pictogram(kind.name),
                 "action": " and ".join(dict.fromkeys(need.action for need in kind.needs)),
                 "truth": kind.has_truth,
             }

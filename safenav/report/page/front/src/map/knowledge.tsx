@@ -33,8 +33,15 @@ export const Knowledge = memo(({ run, tick, shown, grown }: KnowledgeProps) => (
           transform={`translate(${x} ${y})`}
         >
           <rect x={1.2} y={1.2} width={CELL - 2.4} height={CELL - 2.4} rx={3.5} />
+          {obstacle.shape && (
+            <path class="shape" transform={`translate(${CELL / 2} ${CELL / 2}) scale(${CELL * 0.27})`} d={obstacle.shape} fill-rule="evenodd" />
+          )}
           <path
-            transform={`translate(${CELL / 2} ${CELL / 2}) scale(${(status === "hidden" ? 6 : 8.8) * grown})`}
+            transform={
+              obstacle.shape
+                ? `translate(${CELL * 0.83} ${CELL * 0.17}) scale(${CELL * 0.11 * grown})`
+                : `translate(${CELL / 2} ${CELL / 2}) scale(${(status === "hidden" ? 6 : 8.8) * grown})`
+            }
             d={run.marks.status[status].path}
             fill-rule="evenodd"
           />

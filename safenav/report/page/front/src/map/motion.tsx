@@ -42,13 +42,19 @@ export function Robots({ run, player, camera }: MotionProps) {
   }, [run, player, camera]);
   return (
     <g ref={root}>
-      {run.robots.map(({ name, headings, look }) => (
+      {run.robots.map(({ name, headings, look, shape }) => (
         <g class="robot" key={name} data-robot={name}>
           {headings !== null && <path class="nose" d={run.nose} />}
           <path class="body" d={look.path} fill={look.colour} transform={`scale(${BODY})`} />
           <text class="letters" y={look.drop * BODY} font-size={look.size * BODY} fill={look.ink}>
             {look.letters}
           </text>
+          {shape && (
+            <g class="shape" transform={`translate(${BODY} ${BODY})`}>
+              <circle r={BODY * 0.52} />
+              <path transform={`scale(${BODY * 0.42})`} d={shape} fill-rule="evenodd" />
+            </g>
+          )}
         </g>
       ))}
     </g>

@@ -52,6 +52,8 @@ export type Step = [first: number, last: number, toward: number, begin: number, 
 export interface Robot {
   name: string;
   model: string;
+  /** The silhouette of its model, in units of [-1, 1]; empty for one that the library does not know. */
+  shape: string;
   layer: string;
   can: string[];
   /** Region after each tick. */
@@ -84,6 +86,8 @@ export interface Obstacle {
   /** With the name of its region, if that has one. */
   label: string;
   type: string;
+  /** The silhouette of its type, as that of a robot. */
+  shape: string;
   region: number;
   action: string;
   blocks: string[];

@@ -44,8 +44,8 @@ export interface Problem {
 }
 
 export interface Palette {
-  robots: { name: string; turns: boolean; layer: string; can: string[] }[];
-  obstacles: { name: string; action: string; truth: boolean }[];
+  robots: { name: string; shape: string; turns: boolean; layer: string; can: string[] }[];
+  obstacles: { name: string; shape: string; action: string; truth: boolean }[];
 }
 
 export interface Repair {

@@ -20,8 +20,13 @@ interface Drawn {
 export const NEW_AREA: Pen & { does: "area" } = { does: "area", area: null, corner: null };
 
 export function Tools({ doc, drawing, pen, setPen, say }: Drawn) {
-  const tool = (key: string, pressed: boolean, words: string, next: Pen, hint: string) => (
+  const tool = (key: string, pressed: boolean, words: string, next: Pen, hint: string, shape = "") => (
     <button type="button" key={key} class={`pen ${key.split(" ")[0]}`} aria-pressed={pressed} title={hint} onClick={() => setPen(next)}>
+      {shape && (
+        <svg class="shape" viewBox="-1.1 -1.1 2.2 2.2" aria-hidden="true">
+          <path d={shape} fill-rule="evenodd" />
+        </svg>
+      )}
       {words}
     </button>
   );
@@ -38,25 +43,27 @@ export function Tools({ doc, drawing, pen, setPen, say }: Drawn) {
         </div>
         <h3>Robots</h3>
         <div class="pens">
-          {doc.palette.robots.map(({ name, turns, layer, can }) =>
+          {doc.palette.robots.map(({ name, shape, turns, layer, can }) =>
             tool(
               `robot ${name}`,
               pen.does === "robot" && pen.model === name,
               name,
               { does: "robot", model: name, turns },
               `${layer}; can ${can.join(", ") || "nothing special"}${turns ? "; has a heading" : ""}`,
+              shape,
             ),
           )}
         </div>
         <h3>Hidden obstacles</h3>
         <div class="pens">
-          {doc.palette.obstacles.map(({ name, action }) =>
+          {doc.palette.obstacles.map(({ name, shape, action }) =>
             tool(
               `obstacle ${name}`,
               pen.does === "obstacle" && pen.type === name,
               name,
               { does: "obstacle", type: name },
               `unknown to the robots; '${action}' resolves it`,
+              shape,
             ),
           )}
         </div>

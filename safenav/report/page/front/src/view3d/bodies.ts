@@ -31,7 +31,32 @@ export interface Body {
   pose(sample: Sample, seconds: number, doing: Doing | null): void;
 }
 
-export function bodyOf(kind: Kind, size: number, colour: string, turns: boolean): Body {
+/** Models of the library that are drawn as what they are: metres of their real bodies. */
+const MODELS: Record<string, (size: number, colour: string) => Body> = {
+  cassie: (_, colour) => new Biped(colour, false),
+  spot: (size, colour) => new Quadruped(size / 1.21, colour, 1.1, 0.5, 0.84),
+  go2: (size, colour) => new Quadruped(size / 0.77, colour, 0.7, 0.31, 0.4),
+  turtlebot4: (size, colour) => new Vehicle(size / 0.35, colour, turtlebot, 0.036, []),
+  jackal: (size, colour) => new Vehicle(size / 0.67, colour, buggy(0.508, 0.43, 0.25, 0.095), 0.095, axles(0.13, 0.19)),
+  husky: (size, colour) => new Vehicle(size / 1.2, colour, buggy(0.99, 0.67, 0.39, 0.165), 0.165, axles(0.256, 0.285)),
+  mir250: (size, colour) => new Vehicle(size / 0.99, colour, carrier, 0.08, axles(0.25, 0.22)),
+  forklift: (size, colour) => new Vehicle(size / 2.2, colour, truck, 0.15, axles(0.45, 0.36)),
+  fetch: (size, colour) => new Vehicle(size / 0.56, colour, manipulator, 0.06, axles(0, 0.19)),
+  stretch: (size, colour) => new Vehicle(size / 0.48, colour, mast, 0.05, axles(0, 0.16)),
+};
+
+/** The longest key that a name is, or ends in after `_` or `-`: `lab_husky` looks like `husky`. */
+export function likeness<T>(known: Record<string, T>, name: string): T | null {
+  const plain = name.replaceAll("-", "_");
+  const fits = Object.keys(known).filter((key) => plain === key || plain.endsWith(`_${key}`));
+  fits.sort((a, b) => b.length - a.length);
+  return fits.length ? known[fits[0]!]! : null;
+}
+
+export function bodyOf(model: string, kind: Kind, size: number, colour: string, turns: boolean): Body {
+  const known = likeness(MODELS, model);
+  const legs = likeness({ cassie: true }, model) !== null;
+  if (known !== null && kind !== "flyer" && (kind === "walker") === legs) return known(size, colour);
   switch (kind) {
     case "walker":
       return new Biped(colour);
@@ -102,14 +127,19 @@ const ARM = 0.27;
 /** Digit-like: knees bend backwards, arms swing against the legs and reach out to push. */
 class Biped implements Body {
   readonly group = new Group();
-  readonly top = 1.75;
+  readonly top: number;
   private readonly torso = new Group();
   private readonly feet: Mesh[];
   private readonly legs: [Limb, Limb][];
   private readonly arms: [Limb, Limb][];
   private readonly ground = shade(0.26);
 
-  constructor(colour: string) {
+  /** `whole`: with head and arms, as Digit; Cassie has a pelvis on legs only. */
+  constructor(
+    colour: string,
+    whole = true,
+  ) {
+    this.top = whole ? 1.75 : 1.2;
     const skin = paint(colour);
     const dark = paint(DARK);
     const trunk = solid(new CapsuleGeometry(0.14, 0.34, 4, 12).rotateX(Math.PI / 2), skin, 0, 0, 0.42);
@@ -117,12 +147,13 @@ class Biped implements Body {
     const pelvis = solid(new BoxGeometry(0.18, 0.28, 0.12), dark);
     const head = solid(new BoxGeometry(0.14, 0.2, 0.14), dark, 0.02, 0, 0.82);
     const visor = solid(new BoxGeometry(0.02, 0.16, 0.06), paint(0x8fd3ff), 0.095, 0, 0.83);
-    this.torso.add(trunk, pelvis, head, visor);
+    const hip = solid(new BoxGeometry(0.26, 0.36, 0.2), skin, 0, 0, 0.08);
+    this.torso.add(...(whole ? [trunk, pelvis, head, visor] : [hip]));
     this.feet = [0, 1].map(() => solid(new BoxGeometry(0.2, 0.09, 0.05), dark));
     this.legs = [0, 1].map(() => [new Limb(0.06, skin), new Limb(0.045, dark)]);
     this.arms = [0, 1].map(() => [new Limb(0.045, skin), new Limb(0.035, dark)]);
     this.group.add(this.torso, this.ground, ...this.feet);
-    for (const limbs of [...this.legs, ...this.arms]) this.group.add(limbs[0].mesh, limbs[1].mesh);
+    for (const limbs of [...this.legs, ...(whole ? this.arms : [])]) this.group.add(limbs[0].mesh, limbs[1].mesh);
   }
 
   pose(sample: Sample, _seconds: number, doing: Doing | null): void {
@@ -253,6 +284,155 @@ class Rover implements Body {
     this.group.position.set(sample.x!, sample.y!, 0);
     this.group.rotation.z = sample.yaw ?? 0;
     for (const wheel of this.wheels) wheel.rotation.y = this.rolled;
+  }
+}
+
+type Builder = (add: (mesh: Mesh) => void, skin: Material, dark: Material) => void;
+
+/** A body that drives: what the builder adds, and wheels that roll. x is ahead, z up, in metres. */
+class Vehicle implements Body {
+  readonly group = new Group();
+  readonly top: number;
+  private readonly wheels: Mesh[] = [];
+  private previous: [x: number, y: number] | null = null;
+  private rolled = 0;
+
+  constructor(scale: number, colour: string, build: Builder, private readonly radius: number, places: [x: number, y: number][]) {
+    const inner = new Group();
+    let high = 0;
+    build(
+      (mesh) => {
+        mesh.geometry.computeBoundingBox();
+        high = Math.max(high, mesh.position.z + mesh.geometry.boundingBox!.max.z);
+        inner.add(mesh);
+      },
+      paint(colour),
+      paint(DARK),
+    );
+    for (const [x, y] of places) this.wheels.push(solid(new CylinderGeometry(radius, radius, radius * 0.6, 14), paint(DARK), x, y, radius));
+    inner.add(...this.wheels);
+    inner.scale.setScalar(scale);
+    this.group.add(inner, shade(0.3 * scale + 0.1));
+    this.top = high * scale + 0.3;
+  }
+
+  pose(sample: Sample): void {
+    if (this.previous !== null) this.rolled += Math.hypot(sample.x! - this.previous[0], sample.y! - this.previous[1]) / this.radius;
+    this.previous = [sample.x!, sample.y!];
+    this.group.position.set(sample.x!, sample.y!, 0);
+    this.group.rotation.z = sample.yaw ?? 0;
+    for (const wheel of this.wheels) wheel.rotation.y = this.rolled;
+  }
+}
+
+function axles(x: number, y: number): [number, number][] {
+  return (x === 0 ? [0] : [x, -x]).flatMap((at): [number, number][] => [[at, y], [at, -y]]);
+}
+
+function upright(radius: number, height: number, material: Material, x: number, y: number, z: number): Mesh {
+  return solid(new CylinderGeometry(radius, radius, height, 24).rotateX(Math.PI / 2), material, x, y, z);
+}
+
+/** A low chassis between four wheels, with a raised deck. */
+function buggy(length: number, width: number, height: number, wheel: number): Builder {
+  return (add, skin, dark) => {
+    add(solid(new BoxGeometry(length, width * 0.58, height * 0.5), skin, 0, 0, wheel + height * 0.2));
+    add(solid(new BoxGeometry(length * 0.86, width * 0.7, height * 0.12), dark, 0, 0, height * 0.92));
+    add(solid(new BoxGeometry(length * 0.06, width * 0.5, height * 0.2), paint(0x8fd3ff), length * 0.49, 0, wheel + height * 0.2));
+  };
+}
+
+const turtlebot: Builder = (add, skin, dark) => {
+  add(upright(0.17, 0.09, dark, 0, 0, 0.06));
+  for (const [x, y] of axles(0.1, 0.1)) add(upright(0.008, 0.2, dark, x, y, 0.2));
+  add(upright(0.16, 0.012, skin, 0, 0, 0.19));
+  add(upright(0.16, 0.012, skin, 0, 0, 0.3));
+  add(upright(0.045, 0.05, dark, 0, 0, 0.33));
+};
+
+/** A flat box with a strip of light around it. */
+const carrier: Builder = (add, skin, dark) => {
+  add(solid(new BoxGeometry(0.8, 0.58, 0.2), skin, 0, 0, 0.16));
+  add(solid(new BoxGeometry(0.81, 0.59, 0.03), paint(0x8fd3ff), 0, 0, 0.2));
+  add(solid(new BoxGeometry(0.74, 0.52, 0.04), dark, 0, 0, 0.28));
+};
+
+/** A pallet truck: cab behind, mast and two forks ahead. */
+const truck: Builder = (add, skin, dark) => {
+  add(solid(new BoxGeometry(0.8, 0.8, 0.7), skin, -0.5, 0, 0.5));
+  add(solid(new BoxGeometry(0.06, 0.7, 0.9), dark, -0.84, 0, 1.2));
+  add(solid(new BoxGeometry(0.8, 0.7, 0.06), dark, -0.5, 0, 1.66));
+  for (const y of [0.28, -0.28]) {
+    add(solid(new BoxGeometry(0.1, 0.08, 2), dark, 0, y, 1));
+    add(solid(new BoxGeometry(0.95, 0.13, 0.05), paint(0x7b828c), 0.52, y, 0.12));
+  }
+  add(solid(new BoxGeometry(0.05, 0.66, 0.3), dark, 0.06, 0, 0.28));
+};
+
+/** A round base, a torso, a head and an arm ahead. */
+const manipulator: Builder = (add, skin, dark) => {
+  add(upright(0.27, 0.3, dark, 0, 0, 0.2));
+  add(solid(new BoxGeometry(0.2, 0.3, 0.7), skin, -0.08, 0, 0.7));
+  add(solid(new BoxGeometry(0.16, 0.24, 0.12), dark, 0, 0, 1.1));
+  add(solid(new BoxGeometry(0.02, 0.18, 0.05), paint(0x8fd3ff), 0.09, 0, 1.1));
+  add(solid(new CapsuleGeometry(0.055, 0.32, 4, 10).rotateZ(Math.PI / 2), skin, 0.22, 0, 0.78));
+  add(solid(new CapsuleGeometry(0.045, 0.26, 4, 10).rotateZ(Math.PI / 2), dark, 0.5, 0, 0.78));
+};
+
+/** A small base, a mast and an arm to the side. */
+const mast: Builder = (add, skin, dark) => {
+  add(solid(new BoxGeometry(0.34, 0.33, 0.15), dark, 0, 0, 0.1));
+  add(upright(0.03, 1.2, paint(0x7b828c), -0.06, 0.05, 0.75));
+  add(solid(new BoxGeometry(0.08, 0.1, 0.1), dark, -0.04, 0.05, 1.38));
+  add(solid(new BoxGeometry(0.06, 0.5, 0.06), skin, -0.02, -0.22, 0.8));
+  add(solid(new BoxGeometry(0.12, 0.06, 0.06), dark, 0.02, -0.48, 0.8));
+};
+
+/** Four legs whose knees bend backwards; they trot as far as it moves. */
+class Quadruped implements Body {
+  readonly group = new Group();
+  readonly top: number;
+  private readonly inner = new Group();
+  private readonly legs: [Limb, Limb][];
+  private readonly hips: Vector3[];
+  private readonly link: number;
+  private readonly high: number;
+  private previous: [x: number, y: number] | null = null;
+  private gone = 0;
+
+  constructor(scale: number, colour: string, length: number, width: number, height: number) {
+    const skin = paint(colour);
+    const dark = paint(DARK);
+    this.high = height * 0.72;
+    this.link = this.high * 0.56;
+    const body = solid(new BoxGeometry(length * 0.8, width * 0.5, height * 0.24), skin, 0, 0, this.high + height * 0.08);
+    const head = solid(new BoxGeometry(length * 0.14, width * 0.42, height * 0.2), dark, length * 0.43, 0, this.high + height * 0.1);
+    const eye = solid(new BoxGeometry(0.01, width * 0.3, height * 0.05), paint(0x8fd3ff), length * 0.505, 0, this.high + height * 0.12);
+    this.hips = axles(length * 0.33, width * 0.4).map(([x, y]) => new Vector3(x, y, this.high));
+    this.legs = this.hips.map(() => [new Limb(height * 0.055, skin), new Limb(height * 0.035, dark)]);
+    this.inner.add(body, head, eye);
+    for (const [thigh, shin] of this.legs) this.inner.add(thigh.mesh, shin.mesh);
+    this.inner.scale.setScalar(scale);
+    this.group.add(this.inner, shade(length * 0.5 * scale));
+    this.top = height * scale + 0.3;
+  }
+
+  pose(sample: Sample): void {
+    if (this.previous !== null) this.gone += Math.hypot(sample.x! - this.previous[0], sample.y! - this.previous[1]);
+    const moved = this.previous !== null && Math.hypot(sample.x! - this.previous[0], sample.y! - this.previous[1]) > 1e-5;
+    this.previous = [sample.x!, sample.y!];
+    this.group.position.set(sample.x!, sample.y!, 0);
+    this.group.rotation.z = sample.yaw ?? 0;
+    this.hips.forEach((hip, i) => {
+      // Diagonal legs swing together.
+      const phase = (this.gone / this.high) * 4 + (i === 0 || i === 3 ? 0 : Math.PI);
+      const stride = moved ? 0.25 * this.high : 0;
+      const foot = new Vector3(hip.x + stride * Math.sin(phase), hip.y, Math.max(0, stride * 0.5 * Math.cos(phase)));
+      const knee = new Vector3();
+      joint(hip, foot, this.link, new Vector3(-1, 0, 0), knee);
+      this.legs[i]![0].span(hip, knee);
+      this.legs[i]![1].span(knee, foot);
+    });
   }
 }
 

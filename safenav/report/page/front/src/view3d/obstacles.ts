@@ -4,8 +4,9 @@
  * yet is a faint outline.
  */
 
-import { BoxGeometry, Color, DoubleSide, EdgesGeometry, Group, IcosahedronGeometry, LineBasicMaterial, LineSegments, Mesh, MeshLambertMaterial } from "three";
+import { BoxGeometry, CapsuleGeometry, Color, CylinderGeometry, DoubleSide, EdgesGeometry, Group, IcosahedronGeometry, LineBasicMaterial, LineSegments, Mesh, MeshLambertMaterial, SphereGeometry, type BufferGeometry } from "three";
 import { at, type Obstacle, type Run, type Status } from "../run/run";
+import { likeness } from "./bodies";
 import { themeColour } from "./colours";
 import { centreOf, isWall } from "./floor";
 import { sampleAt, type Motion, type Sampled } from "./motion";
@@ -53,6 +54,7 @@ class Door extends Thing {
     side: number,
     northSouth: boolean,
     private readonly opens: 1 | -1,
+    barred = false,
   ) {
     super(side);
     const width = side * 0.92;
@@ -62,12 +64,15 @@ class Door extends Thing {
       post.position.set((x * width) / 2, 0, HEIGHT / 2);
       this.solid.add(post);
     }
-    const leaf = new Mesh(new BoxGeometry(width - 0.14, 0.07, HEIGHT * 0.94), this.leaf);
-    leaf.position.set((width - 0.14) / 2, 0, HEIGHT * 0.48);
+    if (barred) {
+      for (let i = 0; i < 9; i++) this.hinge.add(box(0.05, 0.05, HEIGHT * 0.94, this.leaf, ((width - 0.14) * (i + 0.5)) / 9, 0, HEIGHT * 0.48));
+      for (const z of [0.12, 0.85]) this.hinge.add(box(width - 0.14, 0.06, 0.06, this.leaf, (width - 0.14) / 2, 0, HEIGHT * z));
+      this.hinge.add(box(0.24, 0.14, 0.24, frame, width - 0.4, 0, HEIGHT * 0.5));
+    } else this.hinge.add(box(width - 0.14, 0.07, HEIGHT * 0.94, this.leaf, (width - 0.14) / 2, 0, HEIGHT * 0.48));
     const knob = new Mesh(new BoxGeometry(0.07, 0.2, 0.07), frame);
     knob.position.set(width - 0.34, 0, HEIGHT * 0.5);
     this.hinge.position.set(-(width - 0.14) / 2, 0, 0);
-    this.hinge.add(leaf, knob);
+    this.hinge.add(knob);
     this.solid.add(this.hinge);
     this.solid.rotation.z = northSouth ? 0 : Math.PI / 2;
   }
@@ -78,16 +83,154 @@ class Door extends Thing {
   }
 }
 
+function box(x: number, y: number, z: number, material: MeshLambertMaterial, atX = 0, atY = 0, atZ = 0): Mesh {
+  return placed(new BoxGeometry(x, y, z), material, atX, atY, atZ);
+}
+
+function placed(geometry: BufferGeometry, material: MeshLambertMaterial, x = 0, y = 0, z = 0): Mesh {
+  const mesh = new Mesh(geometry, material);
+  mesh.position.set(x, y, z);
+  return mesh;
+}
+
+/** Two leaves that slide apart: a door with a button beside it, or an elevator with arrows above. */
+class Sliding extends Thing {
+  protected override readonly stays = true;
+  private readonly material = new MeshLambertMaterial();
+  private readonly lamp = new MeshLambertMaterial();
+  private readonly leaves: Mesh[];
+
+  constructor(
+    private readonly side: number,
+    northSouth: boolean,
+    lifts: boolean,
+  ) {
+    super(side);
+    const frame = new MeshLambertMaterial({ color: 0x7b828c });
+    const width = side * 0.92;
+    for (const x of [-1, 1]) this.solid.add(box(0.16, lifts ? side * 0.8 : 0.2, HEIGHT, frame, (x * width) / 2, lifts ? side * 0.05 : 0, HEIGHT / 2));
+    this.solid.add(box(width, 0.2, 0.14, frame, 0, 0, HEIGHT));
+    this.leaves = [-1, 1].map((x) => box(width / 2 - 0.08, 0.07, HEIGHT * 0.92, this.material, (x * width) / 4, 0, HEIGHT * 0.46));
+    this.solid.add(...this.leaves);
+    if (lifts) for (const [z, turn] of [[HEIGHT + 0.3, 0], [HEIGHT + 0.14, Math.PI]] as const) {
+      const arrow = placed(new CylinderGeometry(0.1, 0.1, 0.05, 3), this.lamp, 0, -0.06, z);
+      arrow.rotation.y = turn;
+      this.solid.add(arrow);
+    }
+    else this.solid.add(placed(new SphereGeometry(0.07, 12, 8), this.lamp, width / 2, -0.16, HEIGHT * 0.55));
+    this.solid.rotation.z = northSouth ? 0 : Math.PI / 2;
+  }
+
+  protected become(status: Status, gone: number): void {
+    const open = (this.side * 0.92) / 4 - 0.06;
+    this.leaves.forEach((leaf, i) => (leaf.position.x = (i === 0 ? -1 : 1) * ((this.side * 0.92) / 4 + gone * open)));
+    this.material.color = gone >= 1 ? new Color(0xb9c2cc) : statusColour(status);
+    this.lamp.color = new Color(gone > 0 ? 0x2fae5a : 0xd14b3a);
+  }
+}
+
+/** Things that stand or lie there, and go as `leave` says. */
+class Still extends Thing {
+  private readonly material = new MeshLambertMaterial();
+
+  constructor(
+    side: number,
+    build: (own: MeshLambertMaterial, side: number) => Mesh[],
+    private readonly leave: (solid: Group, gone: number) => void,
+  ) {
+    super(side);
+    this.solid.add(...build(this.material, side));
+  }
+
+  protected become(status: Status, gone: number): void {
+    this.material.color = statusColour(status);
+    this.leave(this.solid, gone);
+  }
+}
+
+function shrink(solid: Group, gone: number): void {
+  solid.scale.setScalar(Math.max(0.001, 1 - gone));
+}
+
+const STILL: Record<string, (side: number) => Thing> = {
+  spill: (side) =>
+    new Still(
+      side,
+      (own, s) => [
+        placed(new CylinderGeometry(s * 0.32, s * 0.36, 0.02, 28).rotateX(Math.PI / 2), own, 0, 0, 0.012),
+        placed(new CylinderGeometry(s * 0.16, s * 0.18, 0.02, 20).rotateX(Math.PI / 2), own, s * 0.24, s * 0.2, 0.012),
+      ],
+      shrink,
+    ),
+  crate: (side) =>
+    new Still(
+      side,
+      (own, s) => {
+        const wood = new MeshLambertMaterial({ color: 0xb08a5a });
+        const [size, rim] = [s * 0.5, s * 0.06];
+        const edges = [-1, 1].flatMap((a) => [-1, 1].flatMap((b) => [
+          box(size + rim, rim, rim, own, 0, (a * size) / 2, size / 2 + (b * size) / 2),
+          box(rim, size + rim, rim, own, (a * size) / 2, 0, size / 2 + (b * size) / 2),
+          box(rim, rim, size + rim, own, (a * size) / 2, (b * size) / 2, size / 2),
+        ]));
+        return [box(size, size, size, wood, 0, 0, size / 2), ...edges];
+      },
+      (solid, gone) => {
+        solid.position.z = Math.min(0.5, gone);
+        shrink(solid, Math.max(0, gone * 2 - 1));
+      },
+    ),
+  person: (side) =>
+    new Still(
+      side,
+      (own) => {
+        const skin = new MeshLambertMaterial({ color: 0xd9a679 });
+        const dark = new MeshLambertMaterial({ color: 0x39414d });
+        return [
+          placed(new SphereGeometry(0.12, 16, 12), skin, 0, 0, 1.62),
+          placed(new CapsuleGeometry(0.17, 0.42, 4, 12).rotateX(Math.PI / 2), own, 0, 0, 1.12),
+          ...[-0.1, 0.1].map((y) => placed(new CapsuleGeometry(0.075, 0.7, 4, 10).rotateX(Math.PI / 2), dark, 0, y, 0.43)),
+          ...[-0.25, 0.25].map((y) => placed(new CapsuleGeometry(0.05, 0.48, 4, 10).rotateX(Math.PI / 2), own, 0, y, 1.1)),
+        ];
+      },
+      (solid, gone) => {
+        solid.position.x = gone * side * 0.7;
+        shrink(solid, Math.max(0, gone * 3 - 2));
+      },
+    ),
+  flat_battery: (side) =>
+    new Still(
+      side,
+      (own) => [
+        box(0.6, 0.34, 0.4, new MeshLambertMaterial({ color: 0x39414d }), 0, 0, 0.2),
+        box(0.62, 0.36, 0.1, own, 0, 0, 0.2),
+        ...[-0.18, 0.18].map((x) => placed(new CylinderGeometry(0.05, 0.05, 0.1, 12).rotateX(Math.PI / 2), own, x, 0, 0.45)),
+      ],
+      (solid, gone) => {
+        solid.position.z = gone * 0.8;
+        shrink(solid, gone);
+      },
+    ),
+  debris: (side) => new Heap(side),
+  uncertainty: (side) => new Fog(side),
+  smoke: (side) => new Fog(side, 3, 0x4a4f57),
+};
+
 /** Puffs over the region; they thin out and rise as it is sensed. */
 class Fog extends Thing {
   private readonly material = new MeshLambertMaterial({ transparent: true, depthWrite: false });
   private readonly puffs: Mesh[] = [];
 
-  constructor(side: number) {
+  /** `storeys`: how high it stands; `smoke`: its own colour. */
+  constructor(
+    side: number,
+    storeys = 1,
+    private readonly smoke: number | null = null,
+  ) {
     super(side);
-    for (let i = 0; i < 9; i++) {
+    for (let i = 0; i < 9 * storeys; i++) {
       const puff = new Mesh(new IcosahedronGeometry(side * (0.15 + 0.04 * (i % 3)), 2), this.material);
-      puff.position.set(((i % 3) - 1) * side * 0.26, (Math.floor(i / 3) - 1) * side * 0.26, 0.28 + 0.1 * ((i * 7) % 4));
+      puff.position.set(((i % 3) - 1) * side * 0.26, ((Math.floor(i / 3) % 3) - 1) * side * 0.26, 0.28 + 0.1 * ((i * 7) % 4) + 0.7 * Math.floor(i / 9));
       this.puffs.push(puff);
       this.solid.add(puff);
     }
@@ -95,7 +238,7 @@ class Fog extends Thing {
 
   protected become(status: Status, gone: number): void {
     this.material.opacity = 0.62 * (1 - gone);
-    this.material.color = statusColour(status);
+    this.material.color = this.smoke === null ? statusColour(status) : new Color(this.smoke).lerp(statusColour(status), 0.2);
     this.solid.position.z = gone * 0.6;
   }
 }
@@ -148,11 +291,16 @@ export class Obstacles {
 
   private made(obstacle: Obstacle): Thing {
     const { side } = this.motion;
-    if (obstacle.type.endsWith("door") || obstacle.action === "push") {
+    const still = likeness(STILL, obstacle.type);
+    if (still !== null) return still(side);
+    const door = likeness({ door: "push", pulled_door: "pull", sliding_door: "slide", gate: "bars", elevator: "lift" }, obstacle.type);
+    if (door !== null || obstacle.action === "push") {
       const { run } = this;
       const free = (region: number): boolean => region >= 0 && region < run.rows * run.cols && !isWall(run, region);
       const northSouth = free(obstacle.region - run.cols) && free(obstacle.region + run.cols);
-      return new Door(side, northSouth, this.away(obstacle, northSouth));
+      if (door === "slide" || door === "lift") return new Sliding(side, northSouth, door === "lift");
+      const away = this.away(obstacle, northSouth);
+      return new Door(side, northSouth, door === "pull" ? (-away as 1 | -1) : away, door === "bars");
     }
     return obstacle.action === "sense" ? new Fog(side) : new Heap(side);
   }

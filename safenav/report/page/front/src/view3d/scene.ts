@@ -71,7 +71,7 @@ export class RunScene implements Lens {
     this.obstacles = new Obstacles(run, motion, robots);
     this.trails = new Trails(motion, robots, colours);
     this.bodies = robots.map(({ track }, i) =>
-      bodyOf(track.kind, track.size, colours[i]!, run.robots[i]!.headings !== null),
+      bodyOf(run.robots[i]!.model, track.kind, track.size, colours[i]!, run.robots[i]!.headings !== null),
     );
     this.places = new Places(run, motion.side);
     this.anchors = this.bodies.map(() => new Group());
