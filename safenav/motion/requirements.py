@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from safenav.errors import UsageError
 from safenav.motion.columns import Columns, columns_at
-from safenav.motion.file.records import Action, Blow, Motion, Moving
+from safenav.motion.file.records import Blow, Motion
+from safenav.motion.in_time import in_time
 from safenav.stl.parser import RequirementError, parse_requirement
 from safenav.stl.robustness import Robustness, robustness
 from safenav.stl.syntax import Happens, Requirement, RobotSignal, Within, nodes
@@ -141,21 +142,13 @@ class _Body:
 
 
 def _events(motion: Motion, trace: Trace) -> dict[tuple[str, str], tuple[float, ...]]:
-    """When obstacles were requested (their requester stood where its last move had ended) and
-    when their last action ended."""
-    found: dict[tuple[str, str], list[float]] = {}
-    ends = [(line.robot, line.tick, line.t1) for line in motion.lines if isinstance(line, Moving)]
-    acts = [line for line in motion.lines if isinstance(line, Action)]
-    for record in trace.records:
-        if isinstance(record, Request):
-            times = [t1 for name, k, t1 in ends if name == record.requester and k <= record.tick]
-            moment = max(times, default=0.0)
-            found.setdefault(("requested", record.obstacle), []).append(moment)
-        elif isinstance(record, Resolved):
-            of = [a.t1 for a in acts if (a.obstacle, a.tick) == (record.obstacle, record.tick)]
-            if of:
-                found.setdefault(("resolved", record.obstacle), []).append(max(of))
-    return {key: tuple(sorted(set(times))) for key, times in found.items()}
+    """When obstacles were requested and resolved, in the seconds of the motion."""
+    found: dict[tuple[str, str], set[float]] = {}
+    for record in in_time(trace, motion).records:
+        if isinstance(record, Request | Resolved) and record.t is not None:
+            kind = "requested" if isinstance(record, Request) else "resolved"
+            found.setdefault((kind, record.obstacle), set()).add(record.t)
+    return {key: tuple(sorted(times)) for key, times in found.items()}
 
 
 def requirements_of(trace: Trace, more: tuple[str, ...] = ()) -> dict[str, str]:
@@ -216,3 +209,23 @@ def curve(recording: MotionRecording, text: str) -> Robustness:
     while isinstance(formula, Within) and formula.operator == "always":
         formula = formula.operand
     return evaluated(recording, formula)
+
+
+MOST_POINTS = 400
+
+
+def curves(motion: Motion, trace: Trace) -> list[dict[str, object]]:
+    """The robustness of each requirement over time, for a page: at most MOST_POINTS points [second,
+    value], each the least of those around it, and the verdict."""
+    recording = MotionRecording(motion, trace)
+    told: list[dict[str, object]] = []
+    for one in judged(recording, requirements_of(trace)):
+        found = curve(recording, one.formula)
+        finite = found.low[np.isfinite(found.low)]
+        edge = float(np.max(np.abs(finite), initial=1.0))
+        low = np.clip(found.low, -edge, edge)
+        parts = np.array_split(np.arange(len(low)), min(MOST_POINTS, len(low)))
+        least = [part[int(np.argmin(low[part]))] for part in parts]
+        points = [[round(float(found.times[k]), 3), round(float(low[k]), 4)] for k in least]
+        told.append({"name": one.name, "told": str(one), "verdict": one.verdict, "points": points})
+    return told

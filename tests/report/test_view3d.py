@@ -266,3 +266,19 @@ def test_no_wall_disappears_and_a_disc_shows_its_heading(tmp_path: Path, browser
     browser.wait(lambda: browser.seconds == 50, seconds=30)
     facing.append(browser.run(PICTURE))
     assert facing[0] != facing[1]
+
+
+def test_requirements_are_curves_over_the_seconds_below_the_timeline(
+    tmp_path: Path, browser: Browser
+) -> None:
+    path = tmp_path / "night.jsonl"
+    _safenav("run", str(SCENARIO.with_name("hospital.yaml")), "--trace", str(path), "--no-map")
+    _safenav("replay", str(path), "--3d", "-o", str(tmp_path / "night.html"))
+    browser.open(tmp_path / "night.html")
+    browser.wait(lambda: browser.all(".curves li"))
+    (curve,) = browser.all(".curves li")
+    assert curve.text == "apart: satisfied"
+    assert "always(distance(meals, nurse) >= 0.5)" in str(curve.get_attribute("title"))
+    drawn = str(browser.one(".curves .curve").get_attribute("d"))
+    assert 100 < drawn.count("L") <= 400
+    assert browser.errors() == []

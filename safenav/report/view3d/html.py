@@ -14,6 +14,7 @@ from importlib.resources import files
 
 from safenav.motion.file.records import Motion
 from safenav.motion.in_time import in_time
+from safenav.motion.requirements import curves
 from safenav.report.page.encode import encoded
 from safenav.report.page.html import data_element, document
 from safenav.report.replay.reading import replay_of
@@ -39,7 +40,7 @@ def page3d_of(trace: Trace, source: str, motion: Motion) -> str:
     return document(
         f"{replay.name}: replay in 3D",
         _asset("view3d.css"),
-        data_element("run", encoded(replay, source)),
+        data_element("run", encoded(replay, source) | {"curves": curves(motion, trace)}),
         data_element("motion", encoded_motion(motion)),
         f'<script type="text/plain" id="program">{_program()}</script>',
         f"<script>\n{_LOADER}</script>",

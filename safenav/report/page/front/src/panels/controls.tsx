@@ -1,6 +1,7 @@
 /** Play, step, speed, and the timeline with its marks. */
 
 import { useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
+import { Curves } from "./curves";
 import { EventSign, Icon, type ButtonIcon } from "./icons";
 import { Axis, Lanes } from "./lanes";
 import { unless } from "./notice";
@@ -265,6 +266,7 @@ export function Timeline({ run, player, tick }: ControlsProps) {
         <path d={goals} />
       </svg>
       <Lanes run={run} player={player} />
+      <Curves run={run} end={player.end} />
       <Axis last={player.end} width={width} />
     </div>
   );

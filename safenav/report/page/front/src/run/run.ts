@@ -81,6 +81,14 @@ export interface View {
 /** [from tick, 1 if it sees the other, the set of regions where that may be or -1 for unknown] */
 export type Told = [tick: number, seen: number, set: number];
 
+export interface Curve {
+  name: string;
+  /** Formula, verdict and robustness in words. */
+  told: string;
+  verdict: "satisfied" | "violated" | "undecided";
+  points: [seconds: number, robustness: number][];
+}
+
 export interface Obstacle {
   name: string;
   /** With the name of its region, if that has one. */
@@ -130,6 +138,8 @@ export interface Run {
   last: number;
   /** Seconds of each tick, where the run has a clock: its ticks are the instants at which something happened. */
   times: number[] | null;
+  /** The robustness of the scenario's requirements over the seconds of the motion. */
+  curves?: Curve[];
   /** The run ended within its last tick: not every robot took its turn. */
   within: boolean;
   robots: Robot[];
