@@ -1,4 +1,4 @@
-/* sources b2179d43e8a51efaf80223261e836b189ccc2d4d8a0afb070a5a6d10c03c3c94 */
+/* sources a479de840f60529ec7e8b51791e4c21a6de229efd757e55a27e0b547f738f277 */
 /* Contains Preact:
 The MIT License (MIT)
 

@@ -310,7 +310,7 @@ class Vehicle implements Body {
       paint(DARK),
     );
     for (const [x, y] of places) this.wheels.push(solid(new CylinderGeometry(radius, radius, radius * 0.6, 14), paint(DARK), x, y, radius));
-    inner.add(...this.wheels);
+    for (const wheel of this.wheels) inner.add(wheel);
     inner.scale.setScalar(scale);
     this.group.add(inner, shade(0.3 * scale + 0.1));
     this.top = high * scale + 0.3;
