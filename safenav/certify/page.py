@@ -150,11 +150,16 @@ def _promises(facts: Mapping[str, Any], kinds: Mapping[str, int]) -> list[str]:
     if kept := kinds.get("keeps"):
         texts = [c["text"] for c in facts["claims"] if c["kind"] == "keeps"]
         alone = sum(text.endswith(f"{ASSUMED['none']}.") for text in texts)
-        under = f" in {alone} cases; under the assumptions below in {kept - alone}"
+        under = (
+            ""
+            if alone == kept
+            else f" in {alone} cases; under the assumptions below in {kept - alone}"
+        )
+        under = f", whatever the other robots do{under}" if alone else ""
         found.append(
             f"Strategies: {kept} proofs. Each shows that a strategy obeys the rules of the "
-            "scenario and meets its objective infinitely often, whatever the other robots do"
-            f"{under if alone < kept else ''}."
+            "scenario and meets its objective infinitely often"
+            f"{under or ', under the assumptions below'}."
         )
     named = ("unrealizable", "never", "changed", "broken")
     found += [c["text"] for c in facts["claims"] if c["kind"] in named][:_MOST_NAMED]

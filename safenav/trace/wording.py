@@ -356,7 +356,7 @@ def regions_words(regions: Iterable[Region], word: Word = number_word) -> str:
 
 
 def listed(names: Iterable[str]) -> str:
-    """Return ``a``, ``a and b`` or ``a, b and c``; ``nobody`` for no names."""
+    """Return ``a``, ``a and b`` or ``a, b and c``; ``no robot`` for no names."""
     words = list(names)
     if len(words) < 2:
         return words[0] if words else "no robot"

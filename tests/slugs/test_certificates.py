@@ -252,7 +252,7 @@ def test_counterstrategies(
         (document(SOUND)[:-1], "found the end of the file, expected '}'"),
         (document(SOUND) + "x", "found 'x', expected the end of the file"),
         (document(SOUND).replace("[1, 0, 0, 0]", "[1, 0, 2, 0]"), "found 2 in a state"),
-        (document(SOUND).replace('"1": {', '"0": {'), "node 0 is there twice"),
+        (document(SOUND).replace('"1": {', '"0": {'), "duplicate node 0"),
         ('{"version": 1}', "unknown version of the format, expected 0"),
         ("[" * 100_000, "found '[', expected '{'"),
         ('{"more": ' + "[" * 100_000, "found the end of the file, expected a value"),

@@ -794,7 +794,8 @@ class Run:
                 met = min(map(robot.goals.count, robot.own.goals))
                 its_own = robot.objective.serves(robot.own)
                 require(met >= rounds and its_own, f"{name} has met it {met} times")
-            said = f"every robot has met its objective {rounds} times after the last resolution"
+            often = "once" if rounds == 1 else f"{rounds} times"
+            said = f"every robot has met its objective {often} after the last resolution"
             return f"The mission is completed: {said}."
         if what == "tick_limit":
             most = self.scenario["limits"]["ticks"]

@@ -196,10 +196,10 @@ class _Telling:
         regions = {hidden.name: hidden.region for hidden in self.replay.hidden}
         scene = {track.name: track.regions[tick] for track in self.replay.robots}
         markers: list[Message] = [{**self._marker(tick, "requests", 0, _LINE, _DELETE_ALL)}]
-        for number, frame in enumerate(self.replay.stack.at(tick)):
-            if frame.helper is None or frame.obstacle not in regions:
-                continue
-            ends = (scene[frame.helper], regions[frame.obstacle])
+        frames = [f for f in self.replay.stack.at(tick) if f.obstacle in regions]
+        helping = ((frame, helper) for frame in frames for helper in frame.helpers)
+        for number, (frame, helper) in enumerate(helping):
+            ends = (scene[helper], regions[frame.obstacle or ""])
             markers.append(
                 {
                     **self._marker(tick, "requests", number, _LINE, _ADD),

@@ -168,8 +168,7 @@ def belief_data(belief: RobotBelief | None, sets: RegionPlaces) -> list[Any]:
 
 def frame_data(frame: StackRow, world: RegionMap) -> list[Any]:
     kind = "yield" if frame.obstacle is None else "request"
-    helpers = [*frame.yielding] or [name for name in [frame.helper] if name is not None]
-    return [kind, frame.about(world.word), frame.roles, frame.requester, helpers]
+    return [kind, frame.about(world.word), frame.roles, frame.requester, [*frame.helpers]]
 
 
 def task_data(objective: Objective | None, world: RegionMap) -> list[Any]:

@@ -279,16 +279,17 @@ class ReplayBuilder:
         # The new entry of a replaced helper is pushed at the depth of the one before.
         del self.frames[max(0, line.depth - 1) :]
         giving_way = line.obstacle is None
-        yielding = self._yielding(line) if giving_way else ()
-        self.frames.append(StackRow(line.obstacle, line.requester, line.helper, yielding))
+        helpers = self._yielding(line) if giving_way else line.helpers
+        helpers = helpers or ((line.helper,) if line.helper else ())
+        self.frames.append(StackRow(line.obstacle, line.requester, helpers))
         self._objectives(line)
         kind = StoryKind.YIELD if giving_way else StoryKind.PUSH
         self._about(line, kind, line.requester, line.obstacle)
         if giving_way:
-            about = self.wording.giving_way(yielding, line.requester)
-            self._reword(about + self.wording.objectives(line, yielding))
+            about = self.wording.giving_way(helpers, line.requester)
+            self._reword(about + self.wording.objectives(line, helpers))
         else:
-            parts = [name for name in (line.requester, line.helper) if name is not None]
+            parts = dict.fromkeys(n for n in (line.requester, *helpers) if n is not None)
             self._reword(self.wording.sentence(line) + self.wording.objectives(line, parts))
 
     def _pop(self, line: records.Pop) -> None:
@@ -297,7 +298,7 @@ class ReplayBuilder:
         self._objectives(line)
         self._about(line, StoryKind.POP, line.requester, line.obstacle)
         if line.obstacle is None and dropped:
-            self._reword(self.wording.given_way(line, dropped[0].yielding))
+            self._reword(self.wording.given_way(line, dropped[0].helpers))
 
     def _reword(self, text: str) -> None:
         """Reword the last event with knowledge that only the lines before it have."""

@@ -13,7 +13,7 @@ from enum import StrEnum
 from typing import Generic, TypeVar
 
 from safenav.scenario.objective import Objective, Word, number_word
-from safenav.trace.wording import Wording, obstacle_words
+from safenav.trace.wording import Wording, listed, obstacle_words
 from safenav.world.map import Heading, Region, RegionMap
 
 T = TypeVar("T")
@@ -157,30 +157,31 @@ class Hidden:
 
 @dataclass(frozen=True)
 class StackRow:
-    """One entry of the objective stack: obstacle, waiting robots and helpers.
+    """One entry of the objective stack: obstacle, requester and helpers.
 
-    Without an obstacle the ``yielding`` robots give way to the requester."""
+    Without an obstacle the helpers give way to the requester."""
 
     obstacle: str | None
     requester: str | None
-    helper: str | None
-    yielding: tuple[str, ...] = ()
+    helpers: tuple[str, ...]
 
     def about(self, word: Word = number_word) -> str:
         """``door@47``, or ``east and digit give way to west``; ``word`` names regions."""
         if self.obstacle is not None:
             return obstacle_words(self.obstacle, word)
-        return Wording(word).giving_way(self.yielding, self.requester)
+        return Wording(word).giving_way(self.helpers, self.requester)
 
     @property
     def roles(self) -> str:
         """``quad waits, digit helps``"""
         if self.obstacle is None:
             return f"{self.requester} goes first" if self.requester is not None else ""
-        if self.helper == self.requester:
-            return f"{self.helper} resolves it itself"
-        told = [(self.requester, "waits"), (self.helper, "helps")]
-        return ", ".join(f"{name} {what}" for name, what in told if name is not None)
+        if self.helpers == (self.requester,):
+            return f"{self.requester} resolves it itself"
+        told = [] if self.requester in (None, *self.helpers) else [f"{self.requester} waits"]
+        if self.helpers:
+            told.append(f"{listed(self.helpers)} {'helps' if len(self.helpers) == 1 else 'help'}")
+        return ", ".join(told)
 
 
 @dataclass(frozen=True)

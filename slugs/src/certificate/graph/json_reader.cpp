@@ -182,7 +182,7 @@ void JsonReader::skip() {
         continue;
     } else {
       skip_scalar();
-      open += ' '; // a scalar closes at once
+      open += ' '; // a scalar closes immediately
     }
     // A value has ended, and with it perhaps those around it.
     open.pop_back();

@@ -30,7 +30,7 @@ public:
         has_nodes = true;
         json_.object([&](const std::string &id) { node(id); });
       } else if (key == "variables" || key == "nodes") {
-        json_.fail("\"" + key + "\" is there twice");
+        json_.fail("duplicate \"" + key + "\"");
       } else {
         json_.skip();
       }
@@ -49,7 +49,7 @@ private:
       json_.fail("found node \"" + printable(id) + "\", expected a number in quotes");
     const std::uint64_t number = std::stoull(id);
     if (!index_.emplace(number, static_cast<std::uint32_t>(strategy_.size())).second)
-      json_.fail("node " + id + " is there twice");
+      json_.fail("duplicate node " + id);
     strategy_.ids.push_back(number);
     strategy_.first_bit.push_back(strategy_.bits.size());
     strategy_.first_edge.push_back(strategy_.named.size());

@@ -1,4 +1,4 @@
-// Formulas evaluated on 64 assignments at once.
+// Formulas evaluated on 64 assignments in parallel.
 //
 // The formulas that are needed become a straight-line program; bit k of each
 // word belongs to assignment k.  Values are three-valued (Kleene 1952): a word
@@ -17,7 +17,7 @@ namespace slugs {
 using LaneBits = std::uint64_t;
 inline constexpr unsigned lanes = 64;
 
-// What is known about one formula or variable on each lane.
+// Knowledge about one formula or variable on each lane.
 struct Truth {
   LaneBits yes = 0;
   LaneBits no = 0;

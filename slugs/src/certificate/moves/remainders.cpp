@@ -27,7 +27,7 @@ Remainders::Remainders(const Specification &specification, std::vector<OpenVaria
       position_(specification.variables.size(), {not_open, not_open}),
       evaluation_(pool_, formulas_of(specification, sections)), slots_(pool_.size()),
       only_open_(pool_.size()), rewritten_(pool_.size()), stamp_(pool_.size(), 0) {
-  pool_.remember_all(); // queries make the same remainders again and again
+  pool_.remember_all(); // queries repeat the same remainders
   for (std::uint32_t i = 0; i < open_.size(); ++i)
     position_[open_[i].index][open_[i].next ? 1 : 0] = i;
   for (std::uint32_t slot = 0; slot < evaluation_.needed().size(); ++slot)

@@ -1,7 +1,7 @@
-// What is left of constraints when some variables are known: formulas over the
+// Remainders of constraints when some variables are known: formulas over the
 // open ones.
 //
-// The constraints are evaluated for 64 queries at once with the open variables
+// The constraints are evaluated for 64 queries in parallel with the open variables
 // unknown, and most are decided by that.  The others are rewritten, for one
 // query at a time, in a hash-consed pool, so that equal remainders have equal
 // ids.
