@@ -1,6 +1,6 @@
 """Measures teams that share a floor: one robot's synthesis over map sides, and whole runs.
 
-    python benchmarks/teams.py                     # the curves of docs/tracking.md
+    python benchmarks/teams.py                     # the curves of docs/performance.md
     python benchmarks/teams.py --sides 7,20 --robots 2 --tracking nearby,exact
     python benchmarks/teams.py --bars              # bars of teams and measured figures
 

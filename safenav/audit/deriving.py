@@ -130,8 +130,8 @@ def _met(formulas: Formulas, goal: int, steps: Mapping[Pose, tuple[Pose, ...]]) 
 
 
 def can_alternate(name: str, objective: Objective, now: Situation) -> bool:
-    """Return whether a robot can meet each target of an objective infinitely often as things stand,
-    by its moves alone."""
+    """Return whether a robot can meet each target of an objective infinitely often now, by its
+    moves alone."""
     member = _member(name, now)
     aims = tuple(
         frozenset(pose for pose in member.steps if pose[0] in target)

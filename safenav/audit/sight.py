@@ -1,4 +1,4 @@
-"""Visibility between robots, recomputed from the header of a trace (docs/beliefs.md, Visibility).
+"""Visibility between robots, recomputed from the header of a trace (docs/tracking.md, Visibility).
 
 Independent of ``safenav.world.sight`` on purpose: one line of sight at a time, by its crossings of
 region borders, in whole numbers."""

@@ -1,7 +1,7 @@
 """A run in lockstep as a run in time: each line of its trace at the second of its motion.
 
 What one robot does comes in its own order, what concerns an obstacle in the order of the trace. A
-story that is told by these times agrees with the bodies at every instant.
+story at these times agrees with the bodies at every instant.
 """
 
 from __future__ import annotations

@@ -126,8 +126,8 @@ class Algorithm:
             self.settle(self.turns.leave_plan(PlanEndReason.REACHED))
 
     def _unless_still(self) -> None:
-        """Live: where robots wait only for robots that wait, they plan. Where nothing can change
-        any more, the run ends. Raises RunEnded."""
+        """Live: where robots wait only for robots that wait, they plan. Where nothing can change,
+        the run ends. Raises RunEnded."""
         team = self.team
         if self._changed or team.waiting is not None or team.owed or self._astray:
             self._still = 0
@@ -142,7 +142,7 @@ class Algorithm:
             out = [robot.name for robot in team.robots.values() if not robot.active]
             said = self._what_is_left()
             if not out:
-                raise RunEnded(Conclusion(Outcome.TIME_LIMIT, f"nothing moves any more; {said}"))
+                raise RunEnded(Conclusion(Outcome.TIME_LIMIT, f"no robot moves; {said}"))
             said = f"{' and '.join(out)} out of service; {said}"
             raise RunEnded(Conclusion(Outcome.OPERATOR_NEEDED, said, "out_of_service"))
 

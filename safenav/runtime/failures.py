@@ -16,7 +16,7 @@ OPERATOR = "operator"
 
 
 class Reaction(Enum):
-    """What follows a failed step."""
+    """Policy after a failed step."""
 
     RETRY = "the strategy decides again"
     OBSTACLE = "the region counts as an obstacle that was met"
@@ -47,7 +47,7 @@ class Troubles:
         return Reaction.OUT_OF_SERVICE if gives_up else Reaction.OBSTACLE
 
     def arrived(self, robot: str) -> None:
-        """A robot moves: its failures mean nothing any more."""
+        """A robot moves: forget its failures."""
         self.in_row.pop(robot, None)
         for key in [key for key in self.moves if key[0] == robot]:
             del self.moves[key]
@@ -66,7 +66,7 @@ class Troubles:
         return True
 
     def gone(self, obstacle: str, now: float) -> None:
-        """An obstacle is resolved, or not there any more."""
+        """An obstacle is resolved or has disappeared."""
         self.opened[obstacle] = now
         self.barred = {entry for entry in self.barred if entry[1] != obstacle}
         for key in [key for key in self.actions if key[1] == obstacle]:

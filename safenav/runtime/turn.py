@@ -314,8 +314,8 @@ class Turns:
     def _setback(
         self, robot: RobotState, start: Pose, pose: Pose, event: Ended
     ) -> tuple[Reaction | None, Violation | None]:
-        """What follows if a step has failed (None: it has not), and the obstacle that counts as
-        encountered."""
+        """Return the policy for a failed step (None: it did not fail), and the obstacle that counts
+        as encountered."""
         region, obstacle = pose.region, None
         match event:
             case Arrived() | Elsewhere():
@@ -351,7 +351,7 @@ class Turns:
     def _react(
         self, robot: RobotState, reaction: Reaction, violation: Violation | None, event: Ended
     ) -> Iterator[Event]:
-        """What follows a failed step: the robot is off its strategy; the region that it could not
+        """Apply a failed step: the robot is off its strategy; the region that it could not
         enter is an obstacle, or the robot is out of service."""
         if robot.planner is not None:
             robot.planner.node = None
@@ -620,7 +620,7 @@ class Turns:
             yield from self._resolve(robot, replace(event, found=tuple(done)))
 
     def gone(self, obstacle: Obstacle) -> Iterator[Event]:
-        """An obstacle that the team knows is not there any more."""
+        """An obstacle that the team knows has disappeared."""
         self.state.failures.gone(obstacle.name, self.world.now())
         if self.state.knowledge.knows(obstacle):
             yield from self.leave_plan(PlanEndReason.CHANGED, settling=True)

@@ -69,8 +69,8 @@ def test_a_found_obstacle_without_helper_is_not_requested(tmp_path: Path) -> Non
 def test_the_stack_grows_and_shrinks_with_nested_requests(replays: dict[str, Replay]) -> None:
     replay = replays["chain"]
     first, second = (
-        StackRow("uncertainty@43", "digit", "quad"),
-        StackRow("door@47", "quad", "digit"),
+        StackRow("uncertainty@43", "digit", ("quad",)),
+        StackRow("door@47", "quad", ("digit",)),
     )
     pushes = [e.tick for e in replay.events if e.kind is StoryKind.PUSH]
     pops = [e.tick for e in replay.events if e.kind is StoryKind.POP]
@@ -88,7 +88,7 @@ def test_a_replaced_helper_takes_the_place_of_the_one_before(tmp_path: Path) -> 
     lines.insert(lines.index(second) + 1, again)
     replay = read_replay(made_traces.write(lines, tmp_path / "t.jsonl"))
     stack = replay.stack.at(second["tick"])
-    assert [frame.helper for frame in stack] == ["quad", "quad"]
+    assert [frame.helpers for frame in stack] == [("quad",), ("quad",)]
     assert replay.stack.at(replay.last) == ()
 
 

@@ -82,7 +82,7 @@ class LiveRun:
         path = self._new(telling.regions[name][: last + 1], "path", name)
         facing = self._new(telling.headings[name][: last + 1], "headings", name)
         steps = telling.long_steps(name, last)
-        kept = max(0, self._sent.get(("steps", name), 0) - 1)  # the last one may go on
+        kept = max(0, self._sent.get(("steps", name), 0) - 1)  # the last one may continue
         self._sent["steps", name] = len(steps)
         return {
             "path": path,

@@ -89,7 +89,7 @@ class ReplayBuilder:
     times: list[float] | None = None
     """Seconds of each instant of a live run; None for a run in lockstep, which has ticks."""
     steps: dict[str, list[LongStep]] = field(default_factory=dict)
-    """Of a live run."""
+    """Steps of a live run."""
     plans: list[tuple[int, Mapping[str, tuple[Region, ...]]]] = field(default_factory=list)
     violation: records.Violation | None = None
     ending: RunEnd | None = None

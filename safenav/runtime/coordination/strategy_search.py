@@ -72,7 +72,7 @@ class NotYet(Exception):  # noqa: N818 - it is not an error
 
 class StrategySearch:
     """Requests syntheses, and counts their cost (``syntheses``, ``seconds``). ``busy``: one is
-    running. ``background``: whether they run while the robots go on; asking for one that is not
+    running. ``background``: whether they run while the robots move; asking for one that is not
     there raises NotYet."""
 
     def __init__(
@@ -106,7 +106,7 @@ class StrategySearch:
         return any(not future.done() for future, _ in self._asked.values())
 
     def forget(self) -> None:
-        """No decision waits for a result any more."""
+        """Forget the results that decisions waited for."""
         self._asked.clear()
 
     def synthesize(self, ladders: Mapping[str, Ladder]) -> dict[str, TaskResult]:

@@ -3,7 +3,7 @@
 Its values below the number of regions are regions where the robot sees the other; those above
 are beliefs: sets of cells that may hold it while it is out of sight, numbered as they can occur
 (``knowledge``). The game is as large as with exact positions near the robot and as small as
-the partition everywhere else. See docs/beliefs.md.
+the partition everywhere else. See docs/tracking.md.
 
 Constraints are written for each own region (what is in sight from it) and for each belief,
 never for each pair of positions. Positions that cannot go together are left open wherever that
@@ -37,7 +37,7 @@ from safenav.world.sight import Regions, as_mask, members
 SOURCE = "safenav: beliefs about other robots"
 MOST_CELLS = 6
 """Cells of an automatic partition: with more rooms than that the smallest are joined (figures in
-docs/beliefs.md)."""
+docs/tracking.md)."""
 MOST_BELIEFS = 4000
 """Beliefs that a specification may tell apart."""
 

@@ -1,7 +1,7 @@
 """Others by where exactly they are: one input ``at_NAME`` with the region of each.
 
 The most that can be known, and the most expensive: the game grows with the map once for every
-robot. See docs/tracking.md for figures.
+robot. See docs/performance.md for figures.
 """
 
 from __future__ import annotations
