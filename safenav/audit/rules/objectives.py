@@ -193,6 +193,8 @@ class RoundsRule(Rule):
         for robot, objective in now.objectives.items():
             if outcome is None or objective.kind in ("hold", *ENDS):
                 continue  # a tick of staying at the last target has no line
+            if objective.kind == "ltl" and '"liveness"' not in objective.body:
+                continue  # each tick counts, without a line
             if now.stack and objective != now.header.robots[robot].objective:
                 continue  # it helps or waits; the outcome records the rounds of its own objective
             last, told = self._last.get(robot, 0), outcome.rounds.get(robot)
