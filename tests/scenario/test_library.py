@@ -97,3 +97,14 @@ def test_every_robot_and_obstacle_has_a_silhouette_and_so_have_those_named_like_
     assert obstacle_pictogram("fire_door") == obstacle_pictogram("door")
     assert obstacle_pictogram("my_pulled_door") != obstacle_pictogram("door")
     assert robot_pictogram("rover") == obstacle_pictogram("trapdoor") == ""
+
+
+def test_the_batteries_of_the_page_follow_from_its_figures() -> None:
+    battery = r"`\{capacity: (\d+), move: (\d+), stay: (\d+), charge: \S+\}`"
+    rows = re.findall(rf"^\| `(\w+)` \| [^|]+ \| [^|]+ \| {battery}", PAGE, re.MULTILINE)
+    assert len(rows) >= 5
+    for name, capacity, move, stay in rows:
+        speed = LIBRARY.robots[name].speed
+        assert speed is not None
+        assert int(move) == int(stay) == pytest.approx(27 / speed, abs=1)
+        assert int(capacity) > 100 * int(move)
