@@ -38,6 +38,7 @@ def command(specification: str, strategy: str, counterstrategy: bool, as_json: b
     Initial states, one answer to each allowed input, safety, and no cycle that starves a goal.
     A failure names the constraint, its origin, and a shortest path to it.
     """
+    from safenav.explain.vacuity import Way
     from safenav.report.terminal.strategy_failure import failure_lines, verification_data
     from safenav.spec.parsing import read_specification
     from safenav.synthesis.strategy import Strategy
@@ -59,6 +60,9 @@ def command(specification: str, strategy: str, counterstrategy: bool, as_json: b
         good = click.style("correct:", fg="green", bold=True)
         what = "the environment wins with it" if counterstrategy else "all guarantees are kept"
         click.echo(f"{good} {what} ({found.nodes} nodes, {found.edges} transitions checked)")
+        if found.vacuous:
+            warning = click.style("warning:", fg="yellow", bold=True)
+            click.echo(f"{warning} {Way.NO_BEGINNING} (ENV_INIT)", err=True)
     else:
         for failure in found.failures:
             bad = click.style("wrong:", fg="red", bold=True)

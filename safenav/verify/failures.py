@@ -61,11 +61,13 @@ class Failure:
 @dataclass(frozen=True)
 class Verification:
     """The outcome of a check: ``failures`` has the shallowest one of each kind and constraint;
-    ``nodes`` and ``edges`` were reached and checked."""
+    ``nodes`` and ``edges`` were reached and checked. ``vacuous``: no initial state satisfies the
+    assumptions, so the strategy guarantees nothing."""
 
     failures: tuple[Failure, ...]
     nodes: int
     edges: int
+    vacuous: bool = False
 
     @property
     def ok(self) -> bool:

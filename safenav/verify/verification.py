@@ -15,12 +15,14 @@ checked. For counterstrategies see ``verify_counterstrategy``: the players' role
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 from safenav.formula.evaluator import evaluate
 from safenav.spec.specification import Constraint, Owner, Section, Specification
 from safenav.synthesis.strategy import Strategy
 from safenav.verify.automaton import Automaton, Clause
 from safenav.verify.bitparallel import first_row
+from safenav.verify.completions import Completions, Slot
 from safenav.verify.counterstrategy import counterstrategy_failures, counterstrategy_starts
 from safenav.verify.cycles import fair_cycle
 from safenav.verify.failures import Failure, Fault, Verification
@@ -33,7 +35,8 @@ def verify_strategy(spec: Specification, strategy: Strategy) -> Verification:
     assumptions tie so many inputs together that they cannot be counted.
     """
     automaton = Automaton(spec, strategy, strategy.initial())
-    return _verification(automaton, _strategy_failures(automaton))
+    found = _verification(automaton, _strategy_failures(automaton))
+    return replace(found, vacuous=not _starts(automaton).count([()])[0])
 
 
 def verify_counterstrategy(spec: Specification, counterstrategy: Strategy) -> Verification:
@@ -88,10 +91,8 @@ def _strategy_failures(automaton: Automaton) -> Iterator[Failure]:
 
 def _start_failures(automaton: Automaton) -> Iterator[Failure]:
     """Each initial input of the environment needs a start; the starts satisfy both INITs."""
-    inputs = automaton.spec.owned(Owner.INPUT)
-    unknown = [place for place in automaton.current if place.variable in inputs]
-    assumed = automaton.clauses(Section.ENV_INIT)
-    completions = automaton.completions((), unknown, assumed)
+    completions = _starts(automaton)
+    unknown = _inputs(automaton)
     covered = {automaton.part(node, Owner.INPUT) for node in automaton.starts}
     if completions.count([()])[0] == len(covered):
         return
@@ -102,6 +103,16 @@ def _start_failures(automaton: Automaton) -> Iterator[Failure]:
     yield Failure(
         Fault.NO_START, constraint=_why_no_start(automaton), detail=detail if unknown else ""
     )
+
+
+def _inputs(automaton: Automaton) -> list[Slot]:
+    inputs = automaton.spec.owned(Owner.INPUT)
+    return [place for place in automaton.current if place.variable in inputs]
+
+
+def _starts(automaton: Automaton) -> Completions:
+    """Initial inputs that the assumptions allow."""
+    return automaton.completions((), _inputs(automaton), automaton.clauses(Section.ENV_INIT))
 
 
 def _why_no_start(automaton: Automaton) -> Constraint | None:

@@ -54,6 +54,14 @@ HOPELESS = DOOR.replace("open' -> region' = 3", "open' -> region' = 3 & request'
 )
 
 
+def test_assumptions_that_cannot_hold_are_reported(tmp_path: Path, invoke: Invoke) -> None:
+    text, automaton = _written(tmp_path, DOOR.replace("!request\n\n", "!request\nrequest\n\n"))
+    answer = invoke(command, str(text), str(automaton))
+    assert answer.status == 0 and answer.output.startswith("correct: ")
+    assert "warning: no initial state satisfies the assumptions" in answer.error
+    assert json.loads(invoke(command, str(text), str(automaton), "--json").output)["vacuous"]
+
+
 @pytest.fixture
 def door(tmp_path: Path) -> tuple[Path, Path]:
     return _written(tmp_path, DOOR)

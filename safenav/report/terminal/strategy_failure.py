@@ -35,6 +35,7 @@ def verification_data(found: Verification, strategy: Strategy) -> dict[str, obje
     """Return all that a check found, for machines; values are those of the specification."""
     return {
         "ok": found.ok,
+        "vacuous": found.vacuous,
         "nodes": found.nodes,
         "transitions": found.edges,
         "failures": [_failure_data(failure, strategy) for failure in found.failures],
