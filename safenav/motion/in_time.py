@@ -6,12 +6,13 @@ story at these times agrees with the bodies at every instant.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 from safenav.motion.file.records import Action, Motion, Moving
 from safenav.motion.timing.order import SHARED
 from safenav.trace import records
+from safenav.trace.setting import ObstacleHeader
 from safenav.trace.trace import Trace
 from safenav.trace.vocabulary import ActResult, MovedBy, MoveEnd
 
@@ -23,24 +24,46 @@ def in_time(trace: Trace, motion: Motion) -> Trace:
     """The trace as that of a run with a clock; a trace that is one stays as it is."""
     if trace.header.clock is not None:
         return trace
-    run = _Run(trace, motion)
+    steps: dict[tuple[str, int], tuple[float, float]] = {}
+    for line in motion.lines:
+        if isinstance(line, Moving) and line.origin != line.to:
+            begin, _ = steps.get((line.robot, line.tick), (line.t0, 0.0))
+            steps[line.robot, line.tick] = begin, line.t1
+    actions = [line for line in motion.lines if isinstance(line, Action)]
+    told = at_times(trace, steps, actions, motion.outcome.makespan)
+    return replace(told, records=tuple(_numbered(told.records)))
+
+
+def at_times(
+    trace: Trace,
+    steps: Mapping[tuple[str, int], tuple[float, float]],
+    actions: Iterable[Action],
+    makespan: float = 0.0,
+) -> Trace:
+    """The trace as that of a run with a clock, with the ticks that it had: by the times of each
+    step (robot and tick of its first line) and of each action."""
+    run = _Run(trace.obstacles, steps, list(actions), makespan)
     for record in trace.records:
         run.take(record)
-    header = replace(trace.header, clock="live")
-    return replace(trace, header=header, records=tuple(_numbered(run.told)))
+    told = sorted(run.told, key=lambda line: line[0])
+    lines = tuple(replace(record, t=t) for t, record in told)
+    return replace(trace, header=replace(trace.header, clock="live"), records=lines)
 
 
-def _numbered(told: Iterable[tuple[float, records.Record]]) -> Iterable[records.Record]:
+def _numbered(told: Iterable[records.Record]) -> Iterable[records.Record]:
     tick, now = 0, 0.0
-    for t, record in sorted(told, key=lambda line: line[0]):
-        tick, now = tick + (t > now), t
-        yield replace(record, t=t, tick=tick)
+    for record in told:
+        assert record.t is not None
+        tick, now = tick + (record.t > now), record.t
+        yield replace(record, tick=tick)
 
 
 @dataclass
 class _Run:
-    trace: Trace
-    motion: Motion
+    obstacles: Mapping[str, ObstacleHeader]
+    steps: Mapping[tuple[str, int], tuple[float, float]]
+    actions: list[Action]
+    makespan: float
     told: list[tuple[float, records.Record]] = field(default_factory=list)
     ended: dict[str, float] = field(default_factory=dict)
     """When each robot has done all that it did so far."""
@@ -54,15 +77,6 @@ class _Run:
     decided: float = 0.0
     """The time of the last decision that concerned more than one robot."""
     commands: int = 0
-
-    def __post_init__(self) -> None:
-        self.steps: dict[tuple[str, int], tuple[float, float]] = {}
-        for line in self.motion.lines:
-            if isinstance(line, Moving) and line.origin != line.to:
-                begin, _ = self.steps.get((line.robot, line.tick), (line.t0, 0.0))
-                self.steps[line.robot, line.tick] = begin, line.t1
-        self.actions = [line for line in self.motion.lines if isinstance(line, Action)]
-        self.obstacles = self.trace.obstacles
 
     def take(self, record: records.Record) -> None:
         now = self.ended.get(self.turn, 0.0)
@@ -82,8 +96,8 @@ class _Run:
             case records.Truth():
                 self._about(record.obstacle, now, record)
             case records.Outcome():
-                end = max([self.motion.outcome.makespan, *(t for t, _ in self.told)])
-                self._tell(end, replace(record, makespan=self.motion.outcome.makespan))
+                end = max([self.makespan, *(t for t, _ in self.told)])
+                self._tell(end, replace(record, makespan=end))
             case _:
                 if isinstance(record, SHARED):
                     now = self.decided = max(now, self.decided)

@@ -7,15 +7,22 @@ from dataclasses import asdict, dataclass
 
 import safenav
 from safenav.errors import Diagnostic, InputError, UsageError
-from safenav.motion.file.records import Flight, Line, Motion, MotionHeader, Segment
+from safenav.motion.file.records import Flight, Line, Motion, MotionHeader, MotionOutcome, Segment
 from safenav.motion.flyer.mover import FlyerMover
 from safenav.motion.flyer.simulation import check_gust, flown
 from safenav.motion.geometry import MetricFloor
+from safenav.motion.in_time import at_times
 from safenav.motion.kinds import mover
 from safenav.motion.mover import Mover
-from safenav.motion.timing.given import carried_out
+from safenav.motion.timing.given import carried_out, when
 from safenav.motion.timing.order import order_of
-from safenav.motion.timing.schedule import scheduled, when
+from safenav.motion.timing.schedule import (
+    actions_of,
+    chain_of,
+    scheduled,
+    steps_of,
+    waits_of,
+)
 from safenav.motion.walker.limits import RECOVERING
 from safenav.motion.walker.mover import WalkerMover
 from safenav.motion.walker.pushes import pushed
@@ -50,11 +57,7 @@ def motion_of(
         if against.gust and isinstance(moved, FlyerMover):
             speed = moved.values["speed"]
             check_gust(name, against.gust, moved.values["tilt"], speed, floor.side)
-    if trace.header.clock is None:
-        plan = scheduled(order_of(trace, floor), movers)
-    else:
-        plan = carried_out(trace, floor, movers)
-    lines = plan.lines
+    lines, outcome = _carried_out(trace, floor, movers)
     if against.gust:
         lines = _in_wind(lines, movers, floor, against)
     if against.push:
@@ -71,7 +74,26 @@ def motion_of(
         gust=against.gust,
         push=against.push,
     )
-    return Motion(header, lines, plan.outcome)
+    return Motion(header, lines, outcome)
+
+
+def _carried_out(
+    trace: Trace, floor: MetricFloor, movers: Mapping[str, Mover]
+) -> tuple[tuple[Line, ...], MotionOutcome]:
+    """What happens at the seconds of the trace; in lockstep, as early as its order allows."""
+    if trace.header.clock is not None:
+        plan = carried_out(trace, floor, movers)
+        return plan.lines, plan.outcome
+    done = scheduled(order_of(trace, floor), movers)
+    plan = carried_out(at_times(trace, steps_of(done), actions_of(done)), floor, movers)
+    waits = [*waits_of(done)]
+    waiting = dict.fromkeys(movers, 0.0)
+    for wait in waits:
+        waiting[wait.robot] += wait.t1 - wait.t0
+    makespan = plan.outcome.makespan
+    chain = chain_of(done, makespan)
+    outcome = MotionOutcome(makespan, plan.outcome.busy, waiting, chain)
+    return tuple(sorted([*plan.lines, *waits], key=when)), outcome
 
 
 def _in_wind(

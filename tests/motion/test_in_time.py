@@ -38,6 +38,8 @@ def test_words_and_bodies_agree(name: str) -> None:
     assert replay.times is not None
     for tick, time in enumerate(replay.times[:-1]):
         middle = (time + replay.times[tick + 1]) / 2
+        if middle - time < 0.01:
+            continue  # instants within a millisecond are one
         for track in replay.robots:
             step = track.transit(tick)
             shown = {track.regions[tick]} | ({step.toward} if step else set())

@@ -9,12 +9,13 @@ from itertools import combinations
 import pytest
 
 from motion.runs import SHIPPED, motion, trace_of
-from safenav.motion.file.records import Action, Moving, Release, Reserve
+from safenav.motion.file.records import Action, Line, Moving, Release, Reserve
 from safenav.motion.geometry import MetricFloor
 from safenav.motion.making import floor_of
 from safenav.motion.mover import Crossing, Mover
+from safenav.motion.timing.given import when
 from safenav.motion.timing.order import StepNode, order_of
-from safenav.motion.timing.schedule import Timetable, scheduled
+from safenav.motion.timing.schedule import actions_of, scheduled
 from safenav.trace.records import Met, Move, Resolved
 from safenav.trace.trace import Trace
 
@@ -45,7 +46,7 @@ class Stroller(Mover):
         return {"size": 0.5}
 
 
-def strolled(trace: Trace, seed: int, edges: bool = True) -> Timetable:
+def strolled(trace: Trace, seed: int, edges: bool = True) -> list[Line]:
     floor = MetricFloor(trace.header.scenario.map.rows, trace.header.scenario.map.cols, 2.7)
     movers: dict[str, Mover] = {}
     for name, robot in trace.header.scenario.robots.items():
@@ -55,18 +56,26 @@ def strolled(trace: Trace, seed: int, edges: bool = True) -> Timetable:
     nodes = order_of(trace, floor_of(trace))
     if not edges:
         nodes = tuple(node if not isinstance(node, StepNode) else _alone(node) for node in nodes)
-    return scheduled(nodes, movers)
+    done = scheduled(nodes, movers)
+    lines: list[Line] = [*actions_of(done)]
+    lines += [Reserve(name, 0, robot.region, 0.0) for name, robot in movers.items()]
+    for timed in done:
+        if isinstance(timed.node, StepNode):
+            step = timed.node
+            lines.append(Reserve(step.robot, step.tick, step.to, timed.begun))
+            lines.append(Release(step.robot, step.tick, step.origin, timed.end))
+    return sorted(lines, key=when)
 
 
 def _alone(step: StepNode) -> StepNode:
     return StepNode(step.index, step.tick, step.robot, (), step.origin, step.to, step.heading)
 
 
-def overlaps(trace: Trace, plan: Timetable) -> int:
+def overlaps(trace: Trace, plan: list[Line]) -> int:
     """Pairs of robots in conflict that have one region at once."""
     held: dict[tuple[str, int], float] = {}
     spans: dict[int, list[tuple[str, float, float]]] = {}
-    for line in plan.lines:
+    for line in plan:
         if isinstance(line, Reserve):
             held[line.robot, line.region] = line.t
         elif isinstance(line, Release):
@@ -85,13 +94,13 @@ def overlaps(trace: Trace, plan: Timetable) -> int:
     )
 
 
-def entered_early(trace: Trace, plan: Timetable) -> int:
+def entered_early(trace: Trace, plan: list[Line]) -> int:
     """Reservations of a region whose obstacle blocks the robot and is not resolved yet, but by
     those that resolve it by entering."""
-    done = {line.obstacle: line.t1 for line in plan.lines if isinstance(line, Action)}
+    done = {line.obstacle: line.t1 for line in plan if isinstance(line, Action)}
     blocked = [
         line
-        for line in plan.lines
+        for line in plan
         if isinstance(line, Reserve)
         for obstacle in trace.obstacles.values()
         if obstacle.region == line.region
@@ -118,8 +127,8 @@ def test_slow_robots_never_overlap_never_enter_a_door_early_and_all_end(name: st
         plan = strolled(trace, seed)
         assert overlaps(trace, plan) == 0
         assert entered_early(trace, plan) == 0
-        assert sum(1 for line in plan.lines if isinstance(line, Release)) == steps
-        assert sum(1 for line in plan.lines if isinstance(line, Action)) == sum(map(len, acting))
+        assert sum(1 for line in plan if isinstance(line, Release)) == steps
+        assert sum(1 for line in plan if isinstance(line, Action)) == sum(map(len, acting))
 
 
 def test_without_the_rule_slow_robots_would_overlap() -> None:

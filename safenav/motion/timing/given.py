@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from copy import copy
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from safenav.errors import Diagnostic, InputError
 from safenav.motion.file.records import (
@@ -25,13 +25,23 @@ from safenav.motion.file.records import (
 )
 from safenav.motion.geometry import MetricFloor
 from safenav.motion.mover import Crossing, Mover
-from safenav.motion.timing.schedule import STANDING, Timetable, when
+from safenav.motion.timing.schedule import ACTION_SECONDS
 from safenav.trace import records
 from safenav.trace.trace import Trace
 from safenav.trace.vocabulary import MoveEnd
 
+STANDING = 1.0
+"""Seconds that a motion shows of a run in which nobody moves."""
 SLACK = 1e-6
 """Seconds that are rounding."""
+
+
+@dataclass(frozen=True)
+class Timetable:
+    """The activities of all robots in the order of time, with their durations."""
+
+    lines: tuple[Line, ...]
+    outcome: MotionOutcome
 
 
 def carried_out(trace: Trace, floor: MetricFloor, movers: Mapping[str, Mover]) -> Timetable:
@@ -126,7 +136,7 @@ class _Run:
             if mover.time > end + SLACK:
                 late = f"{mover.robot} acts until {end:.2f} s, and is at rest at {mover.time:.2f} s"
                 raise self._refused(acted, late)
-        lasting = max(mover.values.get("action_seconds", 2.0) for mover in team)
+        lasting = max(mover.values.get(ACTION_SECONDS, 2.0) for mover in team)
         start = min(end, max(end - lasting, *(mover.time for mover in team)))
         span = (end - start) / max(1, len(deeds))
         for mover in team:
@@ -166,6 +176,14 @@ class _Run:
         waiting = {name: end - self._busy[name] for name, end in self._last.items()}
         outcome = MotionOutcome(until, self._busy, waiting, ())
         return Timetable(tuple(sorted(self._lines, key=when)), outcome)
+
+
+def when(line: Line) -> tuple[float, int]:
+    """By time; at the same time what ends comes before what begins."""
+    if isinstance(line, Release):
+        return line.t, 0
+    time = line.t0 if hasattr(line, "t0") else line.t
+    return time, 1 if isinstance(line, Reserve) else 2
 
 
 def _time(record: records.Record) -> float:
