@@ -27,6 +27,7 @@ from safenav.studio.editing.played import played
 from safenav.trace.reading import read_lines
 from safenav.trace.records import Move, Record
 from safenav.trace.writing import as_data
+from safenav.world.moves import Mobility
 from studio.serving import SCENARIOS
 
 DOOR = (SCENARIOS / "case_study_1.yaml").read_text()
@@ -64,6 +65,26 @@ def lines(before: str, after: str) -> list[str]:
 )
 def test_an_edit_changes_only_its_lines(operation: dict[str, Any], change: list[str]) -> None:
     assert lines(DOOR, edited(DOOR, operation)) == change
+
+
+def test_all_robots_and_obstacles_of_the_library_can_be_drawn() -> None:
+    library = built_in()
+    text = DOOR.replace("obstacles:", "requirements: [always(height(quad) > 1)]\nobstacles:")
+    free = [r for r in sorted(load_scenario_text(text).map.free) if r not in (14, 71, 47)]
+    for name, model in library.robots.items():
+        added = {"op": "add_robot", "model": name, "region": free.pop()}
+        turns = model.mobility is Mobility.HEADING
+        text = edited(text, added | ({"heading": "north"} if turns else {}))
+    for name in library.obstacles:
+        text = edited(text, {"op": "add_obstacle", "type": name, "region": free.pop()})
+    scenario = load_scenario_text(text)
+    assert {robot.model.name for robot in scenario.robots} == set(library.robots)
+    assert {obstacle.type.name for obstacle in scenario.obstacles} == set(library.obstacles)
+    draft = load_draft(text, "library.yaml")
+    assert draft.world is not None
+    run = drawing_of(text, draft.world, draft.catalogue)["run"]
+    assert all(item["shape"] for item in [*run["robots"], *run["obstacles"]])
+    assert list(scenario.requirements) == ["always(height(quad) > 1)"]
 
 
 def test_spacing_that_nobody_asked_about_stays() -> None:
