@@ -54,6 +54,7 @@ from safenav.trace.vocabulary import (
     Ending,
     Form,
     Heading,
+    OperatorDeed,
     Region,
 )
 
@@ -150,6 +151,10 @@ class Situation:
         self.requests: dict[str, dict[str, Region]] = {}
         """The open requests, the oldest first: obstacle -> requesters, each with the region where
         it waits."""
+        self.given_up: dict[str, dict[str, Region]] = {}
+        """The requests for obstacles that are given up."""
+        self.permanent: set[str] = set()
+        """The obstacles of which an operator says that they stay."""
         self.helping: dict[str, frozenset[str]] = {}
         """The helpers of each obstacle that were named last."""
         self.listed = {
@@ -333,6 +338,11 @@ class Situation:
                 self._perform(record.robot, record.results)
             case Reopened():
                 self.status[record.obstacle] = Status.UNRESOLVED
+                self.requests[record.obstacle] = self.given_up.pop(record.obstacle, {})
+            case Operator() if (
+                record.deed is OperatorDeed.PERMANENT and record.obstacle is not None
+            ):
+                self.permanent.add(record.obstacle)
             case Operator() if record.region is not None and record.robot is not None:
                 self.region[record.robot] = record.region
                 self.heading[record.robot] = record.heading
@@ -392,7 +402,7 @@ class Situation:
                 self.status[record.obstacle] = Status.ABSENT
                 self.discovered.discard(record.obstacle)
             case Blocked():
-                self.requests.pop(record.obstacle, None)
+                self.given_up[record.obstacle] = self.requests.pop(record.obstacle, {})
                 untraversable = record.reason is BlockReason.UNTRAVERSABLE
                 self.status[record.obstacle] = (
                     Status.UNTRAVERSABLE if untraversable else Status.GIVEN_UP

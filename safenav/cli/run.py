@@ -34,6 +34,7 @@ Examples:
   safenav run lab.yaml --motion lab.motion.jsonl # extra 'motion'
   safenav run lab.yaml --live                    # extra 'studio'
   safenav run lab.yaml --clock live              # robots move at the same time
+  safenav run lab.yaml --clock live --operator fixes.txt
 \b
 Exit codes:
   0  the run ended as the scenario expects (without 'expect': completed)
@@ -68,6 +69,11 @@ Exit codes:
     help="Let the run pass in seconds (live) or in ticks (lockstep), not as the scenario says.",
 )
 @click.option("--lockstep", "clock", flag_value="lockstep", help="Short for --clock lockstep.")
+@click.option(
+    "--operator",
+    metavar="FILE",
+    help="Where a live run needs an operator, read interventions from this file (-: ask here).",
+)
 @click.option("--verify/--no-verify", default=True, help="Check each strategy before it is used.")
 @click.option(
     "--live", is_flag=True, help="Watch the run in a browser as it happens (extra: studio)."
@@ -89,6 +95,7 @@ def command(
     max_ticks: int | None,
     time_limit: float | None,
     clock: str | None,
+    operator: str | None,
     verify: bool,
     live: bool,
     maps: bool,
@@ -97,6 +104,7 @@ def command(
     with the scenario's hidden obstacles until every robot has met its objective."""
     if live:
         return _watch(scenario, seed, trace)
+    from safenav.cli.operator import run_with_operator
     from safenav.report.terminal.story import Story
     from safenav.report.terminal.synthesis_progress import WaitingLine
     from safenav.runtime.expectation import Ledger, differences
@@ -132,12 +140,22 @@ def command(
             listeners.append(stack.enter_context(TraceWriter(trace)))
         if not as_json:
             listeners.append(_while_heard(Story(plan, maps=maps)))
-        mission = Mission(plan, synthesizer, listeners=listeners, progress=WaitingLine())
+        operator = _operator(operator, plan.clock is Clock.LIVE, as_json)
+        mission = Mission(
+            plan,
+            synthesizer,
+            listeners=listeners,
+            progress=WaitingLine(),
+            attended=operator is not None,
+        )
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGALRM):
             signal.signal(number, lambda number, _: _interrupt(mission, number))
         wall = plan.limits.seconds if plan.clock is Clock.LOCKSTEP else None
         signal.setitimer(signal.ITIMER_REAL, wall or 0, PATIENCE)
-        result = mission.run()
+        if operator is None:
+            result = mission.run()
+        else:
+            result = run_with_operator(mission, operator, helping=not as_json)
         signal.setitimer(signal.ITIMER_REAL, 0)
         if html is not None and trace is not None:
             _write_page(trace, html)
@@ -153,6 +171,17 @@ def command(
         for line in _next_steps(result.outcome.value, scenario, kept, html):
             click.echo(f"    {line}", err=True)
     return status
+
+
+def _operator(given: str | None, live: bool, as_json: bool) -> str | None:
+    """The file of interventions; TERMINAL where somebody can be asked. Raises UsageError."""
+    from safenav.cli.operator import TERMINAL
+
+    if given is not None and not live:
+        raise UsageError("--operator helps live runs only; add '--clock live'")
+    if given is None and live and not as_json and sys.stdin.isatty() and sys.stderr.isatty():
+        return TERMINAL
+    return given
 
 
 def _watch(scenario: Path, seed: int | None, trace: Path | None) -> int:

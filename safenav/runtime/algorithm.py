@@ -30,7 +30,14 @@ from functools import partial
 from safenav.dataclass import dataclass
 from safenav.runtime.commands import Commands
 from safenav.runtime.coordination.decision import Decision, coordinate, reconsider
-from safenav.runtime.coordination.events import Astray, Event, ObstacleChanged, Started, Unsettled
+from safenav.runtime.coordination.events import (
+    Astray,
+    Event,
+    HopeReturned,
+    ObstacleChanged,
+    Started,
+    Unsettled,
+)
 from safenav.runtime.coordination.strategies import Strategies
 from safenav.runtime.coordination.strategy_search import (
     NotYet,
@@ -48,7 +55,7 @@ from safenav.runtime.turn import Turns
 from safenav.scenario.model import Obstacle, Outcome
 from safenav.trace import records
 from safenav.trace.header import objective_in_trace
-from safenav.trace.vocabulary import Ending, HoldReason, OperatorCause, PlanEndReason, Reason
+from safenav.trace.vocabulary import Ending, HoldReason, OperatorCause, PlanEndReason
 from safenav.trace.wording import seconds_words
 
 WAITS = (Outcome.OPERATOR_NEEDED, Outcome.ASSUMPTION_VIOLATED, Outcome.SEARCH_LIMIT)
@@ -79,6 +86,7 @@ class Algorithm:
     def __post_init__(self) -> None:
         self._changed, self._still = True, 0
         self._owed: Unsettled | None = None
+        self._together = False
         self._astray: list[Astray] = []
         self.limit = self._limit()
 
@@ -93,17 +101,25 @@ class Algorithm:
         turn. Raises RunEnded."""
         team, before = self.team, self.team.changes
         self.stop.check()
+        asked = self.interventions.asked
+        if team.waiting is not None and not asked and self.world.simulated and self.world.idle:
+            return  # time stands still until an operator intervenes
         if not self.world.hear(self._due(), self._changed or self.interventions.asked):
             return  # there is nothing to do yet
         team.tick += 1  # 5
         self.deadlines.tick_begins()
         self._hear()
+        given_up, self._together = self.interventions.given_up, team.waiting is not None and asked
         self._guarded(lambda: self.settle(self.interventions.apply()))
+        if given_up:
+            raise RunEnded(team.waiting or Conclusion(Outcome.INTERRUPTED, "given up"))
         for change in self.world.changes(team.occupied()):
             if not change.appeared and team.knowledge.knows(change.obstacle):
                 self.settle(self.turns.leave_plan(PlanEndReason.CHANGED, settling=True))
             team.introduce(change.obstacle, change.truth)
             self.settle([ObstacleChanged(change)])
+        if self._together:
+            self._resume()
         for number, robot in enumerate(team.robots.values(), 1):
             self.stop.check()
             self._guarded(partial(self._step, robot))
@@ -139,12 +155,10 @@ class Algorithm:
         self._still += 1
         self._changed = self._still < STILL
         if not self._changed:
-            out = [robot.name for robot in team.robots.values() if not robot.active]
-            said = self._what_is_left()
-            if not out:
-                raise RunEnded(Conclusion(Outcome.TIME_LIMIT, f"no robot moves; {said}"))
-            said = f"{' and '.join(out)} out of service; {said}"
-            raise RunEnded(Conclusion(Outcome.OPERATOR_NEEDED, said, "out_of_service"))
+            if any(not robot.active for robot in team.robots.values()):
+                self._unless_back()
+            said = f"no robot moves; {self._what_is_left()}"
+            raise RunEnded(Conclusion(Outcome.TIME_LIMIT, said))
 
     def _times(self) -> list[float]:
         """The times to come at which the scenario changes something."""
@@ -178,7 +192,7 @@ class Algorithm:
             self.wait_for_operator(over.conclusion)
 
     def wait_for_operator(self, conclusion: Conclusion) -> None:
-        """Let all robots stand until an intervention. Nothing of the decision that could not be
+        """Let the robots stand until an intervention. Nothing of the decision that could not be
         made is in force."""
         team = self.team
         if team.waiting is not None:
@@ -189,10 +203,11 @@ class Algorithm:
         told = conclusion.explanation, cause, conclusion.proof
         team.emit(records.Waiting(team.tick, outcome, *told))
 
-    def resume(self) -> None:
-        """Decide again after an intervention. Raises RunEnded."""
-        self.team.waiting = None
-        self._guarded(lambda: self.settle([Unsettled(Reason.SERVICE)]))
+    def _resume(self) -> None:
+        """Decide once after all interventions of a pass: first what was given up is requested
+        again, for what it lacked may be there now."""
+        self.team.waiting, self._together = None, False
+        self._guarded(lambda: self.settle([HopeReturned()]))
 
     def _hear(self) -> None:
         """Take in what the world has reported beside the ends of commands."""
@@ -216,6 +231,8 @@ class Algorithm:
         for happened in events:
             event: Event | None = happened
             while event is not None:
+                if self._together and isinstance(event, Unsettled):
+                    break  # what follows from several interventions is decided once
                 decision = coordinate(self.team, event, self.stop.check)  # 7 to 13, 17 to 19
                 try:
                     results = self.search.synthesize(decision.tasks)  # 14, 20
@@ -298,11 +315,23 @@ class Algorithm:
             said = f"every robot has met its objective for {wanted} {plural}"
             self.deadlines.completed()
             raise RunEnded(Conclusion(Outcome.COMPLETED, said))
+        left = [robot for robot in team.robots.values() if robot.own.rounds < wanted]
+        served = team.last_settled.found.served
+        if team.live and free and left and not served and not any(r.active for r in left):
+            self._guarded(self._unless_back)
         if team.live:
             if self.limit is not None and self.world.now() >= self.limit:
                 raise RunEnded(self._out_of(Outcome.TIME_LIMIT))
         elif team.tick >= scenario.limits.ticks:
             raise RunEnded(self._out_of(Outcome.TICK_LIMIT))
+
+    def _unless_back(self) -> None:
+        """Only robots out of service have something left to do. Raises RunEnded unless one may be
+        back by itself."""
+        if not self._times():
+            out = [robot.name for robot in self.team.robots.values() if not robot.active]
+            said = f"{' and '.join(out)} out of service; {self._what_is_left()}"
+            raise RunEnded(Conclusion(Outcome.OPERATOR_NEEDED, said, "out_of_service"))
 
     def _out_of(self, limit: Outcome) -> Conclusion:
         said = "; ".join([self._what_is_left(), *self.turns.monitors.unmet_fairness()])

@@ -23,6 +23,7 @@ from safenav.runtime.protocol import (
     Ended,
     Failed,
     Lost,
+    PlacingWorld,
     Sensed,
     TimedWorld,
     World,
@@ -124,6 +125,11 @@ class Commands:
     def simulated(self) -> bool:
         """Whether time passes only while the run waits."""
         return isinstance(self.world, TimedWorld)
+
+    def placed(self, robot: Robot, pose: Pose) -> None:
+        """Let a simulated world know that an operator has put a robot somewhere."""
+        if isinstance(self.world, PlacingWorld):
+            self.world.placed(robot, pose)
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
         """The obstacle in ``region``, as far as the world's sensors know. Raises WorldError."""

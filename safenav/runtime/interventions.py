@@ -11,7 +11,7 @@ from dataclasses import field, replace
 
 from safenav.dataclass import dataclass
 from safenav.errors import UsageError
-from safenav.runtime.coordination.events import Event, Unsettled
+from safenav.runtime.coordination.events import Event, ObstacleSealed, Unsettled
 from safenav.runtime.knowledge import UNTRAVERSABLE
 from safenav.runtime.progress import Progress
 from safenav.runtime.team import Assignment, RobotState, Role, TeamState
@@ -21,9 +21,10 @@ from safenav.scenario.model import Obstacle, ObstacleType
 from safenav.scenario.objective import Objective, avoided, targets_of
 from safenav.spec.objective import NO_MEMORY
 from safenav.trace import records, vocabulary
-from safenav.trace.header import objective_in_trace
+from safenav.trace.header import heading_in_trace, objective_in_trace
+from safenav.trace.vocabulary import OperatorDeed
 from safenav.world.map import Region
-from safenav.world.moves import distances
+from safenav.world.moves import Mobility, Pose, distances
 
 
 @dataclass(frozen=True)
@@ -75,7 +76,45 @@ class SetInput:
     on: bool
 
 
-Intervention = Close | TakeAway | SetTruth | Give | Serve | SetInput
+@dataclass(frozen=True)
+class MarkResolved:
+    """An operator has resolved an obstacle, by its name."""
+
+    obstacle: str
+
+
+@dataclass(frozen=True)
+class MarkPermanent:
+    """An obstacle that the team has met stays for good, by its name."""
+
+    obstacle: str
+
+
+@dataclass(frozen=True)
+class PutBack:
+    """A robot that has no command stands in ``pose`` now, and is in service."""
+
+    robot: str
+    pose: Pose
+
+
+@dataclass(frozen=True)
+class GiveUp:
+    """The run ends: as it would have ended where it waits, else as interrupted."""
+
+
+Intervention = (
+    Close
+    | TakeAway
+    | SetTruth
+    | Give
+    | Serve
+    | SetInput
+    | MarkResolved
+    | MarkPermanent
+    | PutBack
+    | GiveUp
+)
 
 _USER = vocabulary.ChangeCause.USER
 _SCENARIO = vocabulary.ChangeCause.SCENARIO
@@ -120,6 +159,13 @@ class Interventions:
                 if name not in self.state.inputs:
                     raise UsageError(f"there is no input '{name}'")
                 self._simulation()
+            case MarkResolved(name):
+                self._met(name)
+            case MarkPermanent(name):
+                if self._met(name).name not in self.state.knowledge.pending | self._given_up():
+                    raise UsageError(f"{name} is permanent already")
+            case PutBack():
+                self._may_put(wanted)
         self._asked.append(wanted)
 
     def apply(self) -> Iterator[Event]:
@@ -136,6 +182,8 @@ class Interventions:
                 yield from self.turns.serve(robot, active=change.active, cause=_SCENARIO)
         asked, self._asked = self._asked, []
         for wanted in asked:
+            if self.state.live:
+                self._tell(wanted)
             yield from self._bring_about(wanted)
         yield from self._inputs()
 
@@ -163,6 +211,32 @@ class Interventions:
             limit = within if mode is None else None
             yield from self._give(robot, given, _INPUT, limit, own)
 
+    @property
+    def given_up(self) -> bool:
+        """Whether an operator wants the run to end."""
+        return any(isinstance(wanted, GiveUp) for wanted in self._asked)
+
+    def _tell(self, wanted: Intervention) -> None:
+        """Record what an operator does in a live run."""
+        tick, emit = self.state.tick, self.state.emit
+        match wanted:
+            case MarkResolved(name) | TakeAway(name):
+                emit(records.Operator(tick, OperatorDeed.RESOLVED, obstacle=name))
+            case MarkPermanent(name):
+                emit(records.Operator(tick, OperatorDeed.PERMANENT, obstacle=name))
+            case PutBack(name, pose):
+                at = pose.region, heading_in_trace(pose)
+                deed = OperatorDeed.PUT_BACK
+                emit(records.Operator(tick, deed, name, region=at[0], heading=at[1]))
+            case Give(name, objective):
+                told = objective_in_trace(objective)
+                emit(records.Operator(tick, OperatorDeed.OBJECTIVE, name, objective=told))
+            case Serve(name, active):
+                deed = OperatorDeed.ADDED if active else OperatorDeed.OUT_OF_SERVICE
+                emit(records.Operator(tick, deed, name))
+            case GiveUp():
+                emit(records.Operator(tick, OperatorDeed.GIVE_UP))
+
     def _bring_about(self, wanted: Intervention) -> Iterator[Event]:
         state = self.state
         match wanted:
@@ -185,6 +259,36 @@ class Interventions:
                 yield from self.turns.serve(self._robot(name), active=active, cause=_USER)
             case SetInput(name, on):
                 self._simulation().set_inputs[name] = on
+            case MarkResolved(name):
+                obstacle = self._met(name)
+                if self.world is not None and self.world.stands(obstacle):
+                    self.world.take_away(name)  # the world reports it
+                else:
+                    yield from self.turns.gone(obstacle)
+            case MarkPermanent(name):
+                yield from self.turns.leave_plan(vocabulary.PlanEndReason.CHANGED, settling=True)
+                yield ObstacleSealed(self._met(name))
+            case PutBack(name, pose):
+                yield from self._put_back(self._robot(name), pose)
+
+    def _put_back(self, robot: RobotState, pose: Pose) -> Iterator[Event]:
+        """The robot continues from another pose; where it was lost it is not any more."""
+        yield from self.turns.leave_plan(vocabulary.PlanEndReason.CHANGED, settling=True)
+        robot.pose = pose
+        self.turns.world.placed(robot.robot, pose)
+        if robot.planner is not None:
+            self.turns.monitors.watch(robot.robot, robot.planner)
+            robot.planner.node = None
+        self.state.failures.back(robot.name)
+        knowledge = self.state.knowledge
+        known = [work.obstacle for work in knowledge.pending.values()]
+        known += [obstacle for obstacle, _ in knowledge.joined.values()]
+        for obstacle in known:
+            if obstacle.type.name == f"lost_{robot.name}":
+                yield from self.turns.gone(obstacle)
+        if robot.active:
+            yield Unsettled(vocabulary.Reason.SERVICE)
+        yield from self.turns.serve(robot, active=True, cause=_USER)
 
     def _give(
         self,
@@ -238,6 +342,32 @@ class Interventions:
             if not any(region in reach for region in target):
                 where = ", ".join(map(str, sorted(target)))
                 raise UsageError(f"{wanted.robot} cannot reach {where} from its region")
+
+    def _met(self, name: str) -> Obstacle:
+        """The obstacle of that name that the team knows."""
+        knowledge = self.state.knowledge
+        known = {work.obstacle.name: work.obstacle for work in knowledge.pending.values()}
+        known |= {obstacle.name: obstacle for obstacle, _ in knowledge.joined.values()}
+        if name not in known:
+            listed = ", ".join(known) or "none"
+            raise UsageError(f"the team knows of no obstacle '{name}'; known: {listed}")
+        return known[name]
+
+    def _given_up(self) -> dict[str, object]:
+        return dict(self.state.knowledge.given_up())
+
+    def _may_put(self, wanted: PutBack) -> None:
+        robot, world = self._robot(wanted.robot), self.state.scenario.map
+        region, heading = wanted.pose.region, wanted.pose.heading
+        if robot.transit is not None or robot.acting is not None:
+            raise UsageError(f"{robot.name} has a command: wait for its end")
+        if not world.is_free(region):
+            raise UsageError(f"region {region} is a wall: put {robot.name} on a free one")
+        if (robot.robot.model.mobility is Mobility.HEADING) is (heading is None):
+            said = "needs a heading" if heading is None else "has no heading"
+            raise UsageError(f"{robot.name} {said}")
+        if region in self.state.taken(robot.robot):
+            raise UsageError(f"another robot is in region {region}")
 
     def _there(self, name: str) -> Obstacle:
         for obstacle in self._simulation().standing().values():

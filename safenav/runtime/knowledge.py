@@ -18,6 +18,7 @@ from safenav.spec.task import Known
 from safenav.world.map import Region
 
 UNTRAVERSABLE = "found to be untraversable"
+PERMANENT = "an operator says that it stays"
 
 
 @dataclass(frozen=True)
@@ -160,7 +161,7 @@ class Knowledge:
         return {
             name: self.stuck_at[name]
             for name, (_, reason) in self.joined.items()
-            if reason != UNTRAVERSABLE
+            if reason not in (UNTRAVERSABLE, PERMANENT)
         }
 
     @property

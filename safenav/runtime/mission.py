@@ -9,6 +9,7 @@ robots.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Collection, Iterable
 from contextlib import suppress
 from typing import Any
@@ -41,6 +42,9 @@ from safenav.trace import records, vocabulary
 from safenav.trace.header import scenario_header
 from safenav.trace.writing import Listener
 from safenav.verify.verification import first_failure
+
+WAITED = 0.05
+"""Seconds between two looks for an intervention."""
 
 
 @dataclass(frozen=True)
@@ -130,6 +134,8 @@ class Mission:
         """
         self.start()
         while self.result is None:
+            if self.waiting is not None and not self._interventions.asked:
+                time.sleep(WAITED)  # an operator intervenes from another thread
             self.step()
         return self.result
 
@@ -159,6 +165,11 @@ class Mission:
     def waiting(self) -> Conclusion | None:
         """The end of a live run that waits for an operator instead."""
         return self.state.waiting
+
+    @property
+    def still(self) -> bool:
+        """Whether no robot has a command."""
+        return self._commands.idle
 
     def rested(self, seconds: float) -> None:
         """Exclude the time in which no tick was requested from the time limit of the run."""

@@ -15,7 +15,9 @@ from safenav.errors import SafenavError
 from safenav.runtime.coordination.foresight import Foresight, foresee
 from safenav.runtime.coordination.reasons import Hindrance, Shortfall
 from safenav.runtime.mission import Mission, RunResult
+from safenav.runtime.team import TeamState
 from safenav.scenario.model import (
+    Clock,
     Need,
     Obstacle,
     ObstacleType,
@@ -97,6 +99,22 @@ def explain_run(
                 repairs.append(TeamRepair(candidate.kind, candidate.change, ticks))
                 good += 1
     return Postmortem(result, result.links, tuple(repairs), tried, time.monotonic() - begun)
+
+
+def as_it_stands(state: TeamState) -> Scenario:
+    """The rest of a mission as a scenario in ticks: robots begin where they are, with the obstacles
+    that the team knows of and those that the scenario still hides."""
+    knowledge = state.knowledge
+    known = {work.obstacle.name: work.obstacle for work in knowledge.pending.values()}
+    known |= {obstacle.name: obstacle for obstacle, _ in knowledge.joined.values()}
+    hidden = (o for o in state.scenario.obstacles if o.name not in known | state.failures.opened)
+    return replace(
+        state.scenario,
+        clock=Clock.LOCKSTEP,
+        robots=tuple(replace(r.robot, start=r.pose) for r in state.robots.values()),
+        obstacles=(*known.values(), *hidden),
+        changes=(),
+    )
 
 
 def _completes(scenario: Scenario, synthesizer: Synthesizer, seconds: float) -> int | None:

@@ -169,3 +169,12 @@ class TimedWorld(Protocol):
     def times(self) -> Sequence[float]:
         """The times to come at which something changes by itself."""
         ...
+
+
+@runtime_checkable
+class PlacingWorld(Protocol):
+    """A world that must be told where an operator puts a robot: a simulation."""
+
+    def placed(self, robot: Robot, pose: Pose) -> None:
+        """A robot without a command stands in ``pose`` now."""
+        ...

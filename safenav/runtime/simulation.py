@@ -107,6 +107,13 @@ class LiveSimulation:
             found.append(self._happens(event, robot, missing))
         return found
 
+    def placed(self, robot: Robot, pose: Pose) -> None:
+        """An operator has put a robot somewhere."""
+        self._poses[robot.name] = pose
+        heading = None if pose.heading is None else pose.heading.label
+        self._paces[robot.name].placed(self._now, heading)
+        self.truth.move(robot, pose)
+
     def times(self) -> list[float]:
         return [float(tick) for tick in self.truth.times() if tick > self._now]
 

@@ -93,6 +93,8 @@ class BlockReason(StrEnum):
     NO_HELPER = "no_helper"
     UNRESOLVABLE = "unresolvable"
     """The closure of all that the team can do never resolves it: see ``proof``."""
+    OPERATOR = "operator"
+    """Live: an operator says that it stays."""
 
 
 class MovedBy(StrEnum):

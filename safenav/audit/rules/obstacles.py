@@ -279,6 +279,10 @@ class BlockedRule(Rule):
             if not any(r.obstacle == name and r.traversable is False for r in turn.all(Resolved)):
                 yield f"no robot found {name} untraversable in this turn"
             return
+        if record.reason is BlockReason.OPERATOR:
+            if name not in now.permanent:
+                yield f"no operator says that {name} stays"
+            return
         # That it can never be resolved is proven, which another rule judges.
         if name not in now.requests:
             yield f"no request for {name} is open"

@@ -23,11 +23,14 @@ from safenav.trace.records import (
     Gone,
     Outcome,
     Record,
+    Reopened,
     Resolved,
     Synthesis,
     Waiting,
 )
-from safenav.trace.vocabulary import BlockReason, Ending
+from safenav.trace.vocabulary import BlockReason, Ending, OperatorCause
+
+_FINAL = (BlockReason.UNTRAVERSABLE, BlockReason.OPERATOR)
 
 
 class ProofRule(Rule):
@@ -51,11 +54,15 @@ class ProofRule(Rule):
             self._goals.clear()
         elif isinstance(record, Synthesis):
             self._memory[record.robot, record.spec] = record.memory
-        elif isinstance(record, Appeared | Gone):
+        elif isinstance(record, Appeared | Gone | Reopened):
             self._never.discard(record.obstacle)
-        elif isinstance(record, Blocked) and record.reason is not BlockReason.UNTRAVERSABLE:
+        elif isinstance(record, Blocked) and record.reason not in _FINAL:
             yield from self._given_up(record, now)
         elif isinstance(record, Outcome | Waiting) and record.outcome is Ending.OPERATOR_NEEDED:
+            if record.cause is OperatorCause.OUT_OF_SERVICE:
+                if not now.out:
+                    yield self.broken_by(record, None, "no robot is out of service")
+                return
             if record.proof is None:
                 if not self._unrealizable(record, now):
                     yield self.broken_by(

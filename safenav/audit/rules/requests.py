@@ -21,6 +21,7 @@ from safenav.trace.records import (
     Synthesis,
     Told,
     Violation,
+    Waiting,
 )
 from safenav.trace.vocabulary import BlockReason, RecordedVerdict
 
@@ -66,6 +67,8 @@ class RequestRule(Rule):
         if turn.torn or now.is_cut_short():
             return
         asked = {record.obstacle for record in turn.all(Request)}
+        if turn.first(Waiting) is not None:
+            violation = None  # the request follows what the operator does
         if violation is not None and violation.obstacle in now.requests.keys() - asked:
             problem = f"{turn.robot} encounters {violation.obstacle} and does not request help"
             yield self.broken_by(violation, turn.robot, problem)

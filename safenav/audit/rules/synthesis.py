@@ -13,6 +13,7 @@ from safenav.trace.records import (
     Met,
     Move,
     NewObjective,
+    Operator,
     Record,
     Request,
     Resolved,
@@ -31,7 +32,7 @@ _CAUSES: dict[Reason, tuple[type[Record], ...]] = {
     Reason.REQUEST: (Violation, Request, Met),
     Reason.RESOLVED: (Resolved,),
     Reason.GONE: (Gone,),
-    Reason.SERVICE: (Service,),
+    Reason.SERVICE: (Service, Operator),
     Reason.OBJECTIVE: (NewObjective,),
 }
 _PROVEN = (RecordedVerdict.REALIZABLE, RecordedVerdict.UNREALIZABLE)

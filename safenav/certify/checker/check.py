@@ -370,6 +370,7 @@ class Run:
         self.robots, self.obstacles = dict[str, Robot](), dict[str, Obstacle]()
         self.tick = self.turn = self.answered = self.strayed = 0
         self.stack = list[tuple[Any, ...]]()  # of requests
+        self.permanent = set[str]()  # obstacles that stay, as an operator says
         self.met: Any = None  # the obstacle encountered last, its robot and tick
         self.shown: dict[Any, Any] = {}  # what files show, each once
         self.hopeless: set[tuple[str, str]] = set()  # robots that have no strategy, and for what
@@ -505,6 +506,26 @@ class Run:
                 self.alter(obstacle, present=False, known=False, left=(), sealed=sealed)
                 for each in self.robots.values():
                     each.goals = each.held()
+            case "waiting":
+                self.met = None  # what was met last is requested after the operator's deed
+            case "operator" if record["deed"] == "put_back":
+                put: Pose = record["region"], record.get("heading")
+                free = record["region"] in self.world.free
+                free = free and not any(
+                    record["region"] in self.robots[rival].places for rival in robot.rivals
+                )
+                require(free, f"{robot.name} is put where it cannot be")
+                robot.pose = robot.destination = put
+                robot.places, robot.way = {record["region"]}, []
+                robot.nodes = robot.task.of_pose.get(put, set()) if robot.task else set()
+            case "operator" if record["deed"] == "permanent":
+                self.permanent.add(record["obstacle"])
+            case "reopened":
+                self.alter(obstacle, sealed=None)
+            case "blocked" if record["reason"] == "operator":
+                require(obstacle.name in self.permanent, f"no operator closed {obstacle.name}")
+                self.claim("operator", f"An operator says that {obstacle.name} stays.")
+                self.alter(obstacle, known=True, sealed=tuple(sorted(obstacle.blocks)))
             case "blocked":
                 if obstacle.sealed is None:  # else it was found untraversable
                     require(obstacle.name in Team(self).never(), f"{obstacle.name} can be resolved")
@@ -807,6 +828,10 @@ class Run:
             what = what.replace("_", " ")
             return f"The run ended early ({what}); no claim about its goal."
         proof, specs = record.get("proof"), record.get("unrealizable") or {}
+        if record.get("cause") == "out_of_service":
+            out = [name for name, robot in self.robots.items() if not robot.active]
+            require(out, "no robot is out of service")
+            return f"An operator is needed: {' and '.join(out)} out of service."
         if proof is None:
             require(specs and specs.items() <= self.hopeless, "a negative without a proof")
             said = f"there is no strategy for {' and '.join(specs)}"

@@ -131,7 +131,7 @@ def stack(
             for name, objective in objectives.items()
             if objective != team.recorded[name]
         ]
-    return Requests(tuple(after)), tuple(lines)
+    return Requests(tuple(after), given_up=team.requests.given_up), tuple(lines)
 
 
 _Entry = tuple[str, tuple[str, ...]]

@@ -19,8 +19,10 @@ from safenav.runtime.coordination.events import (
     Astray,
     Event,
     HelpRequested,
+    HopeReturned,
     ObstacleChanged,
     ObstacleEncountered,
+    ObstacleSealed,
     ObstaclesResolved,
     Started,
     Unsettled,
@@ -41,11 +43,11 @@ from safenav.runtime.coordination.solve import Solver
 from safenav.runtime.coordination.strategies import outdated
 from safenav.runtime.coordination.strategy_search import TaskResult, failed
 from safenav.runtime.coordination.synthesis_recorder import synthesis_record
-from safenav.runtime.knowledge import UNTRAVERSABLE, Knowledge
+from safenav.runtime.knowledge import PERMANENT, UNTRAVERSABLE, Knowledge
 from safenav.runtime.team import Role, TeamState
 from safenav.runtime.termination import Conclusion
-from safenav.scenario.model import Coordination, Outcome
-from safenav.trace.records import Record
+from safenav.scenario.model import Coordination, Obstacle, Outcome
+from safenav.trace.records import Record, Reopened
 from safenav.trace.vocabulary import BlockReason, Reason
 
 
@@ -96,6 +98,10 @@ def _decided(team: TeamState, event: Event, stopping: Stopping) -> Decision:
             return _resolved(team, event)
         case ObstacleChanged():
             return _changed(team, event)
+        case ObstacleSealed(obstacle):
+            return _sealed(team, event, obstacle)
+        case HopeReturned():
+            return _reopened(team, event)
         case Astray(name):
             assert team.settled is not None
             return _assigned(team, event, team.settled, only=name)
@@ -197,6 +203,31 @@ def _changed(team: TeamState, event: ObstacleChanged) -> Decision:
     return replace(decision, knowledge=knowledge, requests=requests)
 
 
+def _sealed(team: TeamState, event: Event, obstacle: Obstacle) -> Decision:
+    """An operator knows that an obstacle stays: it joins O."""
+    knowledge = team.knowledge.copy()
+    knowledge.join(obstacle, PERMANENT)
+    said: tuple[Record, ...] = ()
+    if obstacle.name not in team.knowledge.joined:
+        said = (lines.blocked(team, obstacle, BlockReason.OPERATOR),)
+    decision = _unchanged(team, event, records=said, next=Unsettled(Reason.BLOCKED))
+    requests = team.requests.without(obstacle.name).decided(obstacle.name)
+    return replace(decision, knowledge=knowledge, requests=requests)
+
+
+def _reopened(team: TeamState, event: Event) -> Decision:
+    """Obstacles that were given up are requested again, before anything else is decided."""
+    knowledge, requests, said = team.knowledge.copy(), team.requests, list[Record]()
+    for request in requests.given_up:
+        name = request.obstacle.name
+        if name in knowledge.given_up():
+            knowledge.meet(request.obstacle)
+            requests = requests.reopened(request)
+            said.append(Reopened(team.tick, name))
+    decision = _unchanged(team, event, records=tuple(said), next=Unsettled(Reason.SERVICE))
+    return replace(decision, knowledge=knowledge, requests=requests)
+
+
 def _never_resolved(team: TeamState, event: Unsettled, stopping: Stopping) -> Decision | None:
     """Obstacles that can never be brought any further join O, with the proof; None if there are
     none."""
@@ -220,7 +251,7 @@ def _never_resolved(team: TeamState, event: Unsettled, stopping: Stopping) -> De
         )
         proof = closure_told(floor, closure)
         said.append(lines.blocked(team, request.obstacle, reason, proof, because))
-        requests = requests.without(request.obstacle.name)
+        requests = requests.without(request.obstacle.name, given_up=True)
     return replace(
         _unchanged(team, event, records=tuple(said), next=event),
         knowledge=knowledge,

@@ -50,6 +50,19 @@ class ObstacleChanged:
 
 
 @dataclass(frozen=True)
+class ObstacleSealed:
+    """An operator says that an obstacle stays for good."""
+
+    obstacle: Obstacle
+
+
+@dataclass(frozen=True)
+class HopeReturned:
+    """What obstacles lacked that were given up may be there now: an operator has intervened, or a
+    robot is back in service."""
+
+
+@dataclass(frozen=True)
 class Unsettled:
     """Duties must be derived from the present state. ``refused``: (robot, obstacle) for which no
     strategy was found; ``idle``: robots for whose own objective none was found."""
@@ -75,6 +88,8 @@ Event = (
     | HelpRequested
     | ObstaclesResolved
     | ObstacleChanged
+    | ObstacleSealed
+    | HopeReturned
     | Unsettled
     | Astray
 )

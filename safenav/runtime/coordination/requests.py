@@ -41,10 +41,12 @@ class Request:
 @dataclass(frozen=True)
 class Requests:
     """The open requests, the oldest first; ``closed``: those that have left the stack and whose
-    pops the trace does not have yet."""
+    pops the trace does not have yet; ``given_up``: those whose obstacles can never be resolved as
+    things stood."""
 
     stack: tuple[Request, ...] = ()
     closed: tuple[Request, ...] = ()
+    given_up: tuple[Request, ...] = ()
 
     def __iter__(self) -> Iterator[Request]:
         return iter(self.stack)
@@ -77,13 +79,24 @@ class Requests:
         )
         return replace(self, stack=tuple(stack))
 
-    def without(self, obstacle: str) -> Requests:
+    def without(self, obstacle: str, *, given_up: bool = False) -> Requests:
         """Without the request for an obstacle, if there is one."""
         found = self.of(obstacle)
         if found is None:
             return self
         left = tuple(request for request in self.stack if request is not found)
-        return Requests(left, (*self.closed, found))
+        lost = (*self.given_up, found) if given_up else self.given_up
+        return Requests(left, (*self.closed, found), lost)
+
+    def decided(self, obstacle: str) -> Requests:
+        """The same, with an obstacle that is not requested again."""
+        kept = tuple(r for r in self.given_up if r.obstacle.name != obstacle)
+        return replace(self, given_up=kept)
+
+    def reopened(self, request: Request) -> Requests:
+        """With a request that was given up, as one that was just made."""
+        again = Request(request.obstacle, request.requesters)
+        return replace(self.decided(request.obstacle.name), stack=(*self.stack, again))
 
     def waits(self, robot: str) -> list[Request]:
         """The requests that a robot has made."""

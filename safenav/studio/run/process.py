@@ -15,9 +15,10 @@ from dataclasses import replace
 from typing import IO, Any
 
 from safenav.errors import SafenavError, UsageError
+from safenav.runtime.intervening import intervention
 from safenav.runtime.mission import Mission
 from safenav.scenario.reading.loader import load_scenario_text
-from safenav.studio.run.orders import DONE, FAILED, REFUSED, RunOrder, intervention
+from safenav.studio.run.orders import DONE, FAILED, REFUSED, RunOrder
 from safenav.trace.records import Record
 from safenav.trace.writing import as_data
 

@@ -1,0 +1,145 @@
+"""Interventions in words: as data of a page, or as a line of a terminal or a file.
+
+A line begins with its deed: ``resolved door@47``, ``put_back digit 46 east``, ``give_up``; see
+``LINES``.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+import yaml
+
+from safenav.errors import InputError, UsageError
+from safenav.runtime.interventions import (
+    Close,
+    Give,
+    GiveUp,
+    Intervention,
+    MarkPermanent,
+    MarkResolved,
+    PutBack,
+    Serve,
+    SetTruth,
+    TakeAway,
+)
+from safenav.scenario.model import Scenario
+from safenav.scenario.reading.changes import ChangeReader
+from safenav.scenario.reading.regions import RegionReader
+from safenav.scenario.yaml.document import Node
+from safenav.scenario.yaml.findings import Findings
+from safenav.scenario.yaml.source import parsed
+from safenav.world.map import Heading
+from safenav.world.moves import Pose
+
+LINES = {
+    "resolved": "resolved OBSTACLE",
+    "permanent": "permanent OBSTACLE",
+    "put_back": "put_back ROBOT REGION [HEADING]",
+    "service": "service ROBOT out|back",
+    "objective": "objective ROBOT {visit: [A, B]}",
+    "give_up": "give_up",
+}
+
+
+def line_read(line: str, scenario: Scenario) -> Intervention:
+    """An intervention from a line of words. Raises UsageError with the form that is expected."""
+    word, *rest = line.split(maxsplit=2)
+    if word not in LINES:
+        raise UsageError(f"unknown intervention '{word[:40]}'; known: {'; '.join(LINES.values())}")
+    data: dict[str, Any] = {"kind": word}
+    match word, rest:
+        case (("resolved" | "permanent"), [name]):
+            data["obstacle"] = name
+        case "put_back", [robot, where]:
+            place, *heading = where.rsplit(maxsplit=1) if where.split()[1:] else [where]
+            if heading and heading[0] not in _HEADINGS:
+                place, heading = where, []
+            data |= {
+                "robot": robot,
+                "region": _value(place),
+                "heading": heading[0] if heading else None,
+            }
+        case "service", [robot, ("out" | "back") as way]:
+            data |= {"robot": robot, "active": way == "back"}
+        case "objective", [robot, objective]:
+            data |= {"robot": robot, "objective": _value(objective)}
+        case "give_up", []:
+            pass
+        case _:
+            raise UsageError(f"'{line.strip()[:60]}' is incomplete; expected: {LINES[word]}")
+    return intervention(data, scenario)
+
+
+def _value(text: str) -> object:
+    try:
+        return yaml.safe_load(text)
+    except yaml.YAMLError as error:
+        raise UsageError(f"'{text[:60]}' is not valid YAML") from error
+
+
+_HEADINGS = {heading.label: heading for heading in Heading}
+
+
+def intervention(data: Mapping[str, Any], scenario: Scenario) -> Intervention:
+    """A change that a page requests, read as the scenario's loader reads its parts. Raises
+    UsageError for one that is not possible."""
+    findings = Findings("the change")
+    found = _read(data, scenario, findings)
+    try:
+        findings.raise_if_any()
+    except InputError as error:
+        told = (f"{d.found} ({d.hint})" if d.hint else d.found for d in error.diagnostics)
+        raise UsageError("; ".join(told)) from error
+    if found is None:
+        known = "close, open, truth, objective, service, resolved, permanent, put_back, give_up"
+        raise UsageError(f"unknown change; known: {known}")
+    return found
+
+
+def _read(data: Mapping[str, Any], scenario: Scenario, findings: Findings) -> Intervention | None:
+    world, types = scenario.map, scenario.catalogue.obstacles
+    regions = RegionReader(world, world.names, findings, world.areas)
+    match data.get("kind"):
+        case "close":
+            name = str(data.get("type"))
+            if name not in types:
+                raise UsageError(f"the catalogue has no obstacle type '{name[:40]}'")
+            region = regions.region(_node(data.get("region"), findings), "'region'")
+            truth = bool(data.get("truth", True)) if types[name].has_truth else None
+            return None if region is None else Close(types[name], region, truth)
+        case "open":
+            return TakeAway(str(data.get("obstacle")))
+        case "resolved":
+            return MarkResolved(str(data.get("obstacle")))
+        case "permanent":
+            return MarkPermanent(str(data.get("obstacle")))
+        case "put_back":
+            place = regions.region(_node(data.get("region"), findings), "'region'")
+            heading = data.get("heading")
+            if heading is not None and heading not in _HEADINGS:
+                raise UsageError(f"unknown heading '{str(heading)[:40]}'")
+            facing = None if heading is None else _HEADINGS[heading]
+            return None if place is None else PutBack(str(data.get("robot")), Pose(place, facing))
+        case "give_up":
+            return GiveUp()
+        case "truth":
+            return SetTruth(str(data.get("obstacle")), bool(data.get("traversable")))
+        case "objective" | "service" as kind:
+            what = "back" if data.get("active") else "out"
+            told = data.get("objective") if kind == "objective" else what
+            names = frozenset(robot.name for robot in scenario.robots)
+            reader = ChangeReader(regions, scenario.robots, names, findings, reachable=False)
+            listed = [{"at": 1, "robot": data.get("robot"), kind: told}]
+            for change in reader.read(_node(listed, findings)):
+                if change.objective is not None:
+                    return Give(change.robot, change.objective)
+                return Serve(change.robot, change.active is True)
+    return None
+
+
+def _node(data: object, findings: Findings) -> Node | None:
+    document = parsed(json.dumps(data), findings)
+    return None if document is None else document.root

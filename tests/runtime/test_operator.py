@@ -1,0 +1,203 @@
+"""An operator in a live run: it waits, is told what would help, and goes on after interventions."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from runtime.played import Run
+from safenav.audit.check import check_trace
+from safenav.errors import UsageError
+from safenav.runtime.intervening import line_read
+from safenav.runtime.mission import Mission
+from safenav.scenario.model import Outcome
+from safenav.scenario.reading.loader import load_scenario_text
+from safenav.trace.writing import TraceWriter
+
+SAFENAV = Path(sys.executable).parent / "safenav"
+GATE = """
+safenav: 1
+name: nobody can push this gate
+map:
+  grid: |
+    ###########
+    #....#....#
+    #.........#
+    #....#....#
+    ###########
+catalogue:
+  robots:
+    cart: {mobility: free, layer: ground, capabilities: []}
+    bee: {mobility: free, layer: air, capabilities: []}
+  obstacles:
+    gate: {action: push, resolve_at: self, blocks: [ground]}
+robots:
+  cart: {model: cart, start: [2, 1], objective: {visit: [[2, 8], [2, 1]]}}
+  bee: {model: bee, start: [1, 1], objective: {visit: [[1, 9], [1, 1]]}}
+obstacles: [{type: gate, region: [2, 5]}]
+until: {rounds: 1}
+clock: live
+"""
+PUSHER_OUT = GATE.replace("layer: air, capabilities: []", "layer: air, capabilities: [push]") + (
+    "changes: [{at: 1, robot: bee, service: out}]\n"
+)
+
+Played = Callable[..., Run]
+
+
+@pytest.fixture
+def attended(tmp_path: Path) -> Played:
+    """Play a scenario with the interventions of each wait; its trace must pass the audit."""
+
+    def play(text: str, *waits: list[str]) -> Run:
+        left = list(waits)
+        path = tmp_path / "trace.jsonl"
+        with TraceWriter(path) as trace:
+            mission = Mission(load_scenario_text(text), listeners=[trace], attended=True)
+            mission.start()
+            while mission.result is None:
+                if mission.waiting is not None and mission.still:
+                    for line in left.pop(0) if left else ["give_up"]:
+                        mission.intervene(line_read(line, mission.state.scenario))
+                mission.step()
+        audit = check_trace(path)
+        assert audit.findings == (), "\n".join(map(str, audit.findings))
+        assert not left
+        return Run([json.loads(line) for line in path.read_text().splitlines()])
+
+    return play
+
+
+@pytest.mark.parametrize(
+    ("text", "waits", "outcome"),
+    [
+        (GATE, [["resolved gate@27"]], "completed"),
+        (GATE, [["permanent gate@27", "objective cart {visit: [[1, 1], [2, 1]]}"]], "completed"),
+        (GATE, [["put_back cart [2, 8]", "objective cart {visit: [[1, 9], [2, 8]]}"]], "completed"),
+        (GATE, [["service bee out"], ["resolved gate@27"], ["service bee back"]], "completed"),
+        (GATE, [["give_up"]], "operator_needed"),
+        (PUSHER_OUT, [["service bee back"]], "completed"),
+    ],
+    ids=["resolved", "permanent", "put back", "out and back", "given up", "helper back"],
+)
+def test_a_run_waits_and_goes_on(
+    attended: Played, text: str, waits: list[list[str]], outcome: str
+) -> None:
+    trace = attended(text, *waits)
+    assert trace.outcome["outcome"] == outcome
+    told = trace.all("waiting")
+    assert len(told) == len(waits)
+    assert all(line["explanation"] for line in told)
+    deeds = [line["deed"] for line in trace.all("operator")]
+    assert len(deeds) == sum(map(len, waits))
+
+
+def test_fixes_together_are_settled_once(attended: Played) -> None:
+    """The first alone would be a second wait: the gate is given up, and the cart cannot go on."""
+    trace = attended(GATE, ["service bee out", "service bee back", "resolved gate@27"])
+    assert len(trace.all("waiting")) == 1
+    assert trace.all("reopened") == []
+
+
+def test_what_is_given_up_is_requested_again(attended: Played) -> None:
+    trace = attended(GATE, ["service bee out"], ["resolved gate@27"], ["service bee back"])
+    first, second = trace.all("waiting")[:2]
+    assert first["cause"] == second["cause"] == "no_capable_robot"
+    assert [line["obstacle"] for line in trace.all("reopened")] == ["gate@27"]
+    assert trace.all("waiting")[2]["cause"] == "out_of_service"
+
+
+def test_an_unattended_run_ends_instead() -> None:
+    result = Mission(load_scenario_text(GATE)).run()
+    assert result.outcome is Outcome.OPERATOR_NEEDED
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("resolved door@9", "the team knows of no obstacle 'door@9'; known: gate@27"),
+        ("put_back cart [0, 0]", "is a wall"),
+        ("put_back cart [1, 1] north", "cart has no heading"),
+        ("put_back rover [1, 1]", "no robot rover"),
+        ("service cart away", "expected: service ROBOT out|back"),
+        ("open gate@27", "unknown intervention 'open'"),
+        ("objective cart {visit: [1}", "is not valid YAML"),
+    ],
+)
+def test_an_impossible_intervention_is_refused(line: str, message: str) -> None:
+    mission = Mission(load_scenario_text(GATE), attended=True)
+    mission.start()
+    while mission.waiting is None:
+        mission.step()
+    with pytest.raises(UsageError) as error:
+        mission.intervene(line_read(line, mission.state.scenario))
+    assert message in str(error.value)
+
+
+def changed(kind: str, **fields: Any) -> Callable[[list[dict[str, Any]]], None]:
+    """Other fields of the first line of a type; without fields, that line is left out."""
+
+    def change(lines: list[dict[str, Any]]) -> None:
+        index = next(i for i, line in enumerate(lines) if line["type"] == kind)
+        if fields:
+            lines[index].update(fields)
+        else:
+            del lines[index]
+
+    return change
+
+
+@pytest.mark.parametrize(
+    ("waits", "change", "rule"),
+    [
+        ([["resolved gate@27"]], changed("operator"), "waiting"),
+        ([["permanent gate@27", "give_up"]], changed("waiting", outcome="completed"), "waiting"),
+        ([["service bee out"], ["give_up"]], changed("reopened", obstacle="gate@99"), "names"),
+        ([["service bee out"], ["give_up"]], changed("blocked"), "waiting"),
+        ([["put_back cart [2, 8]"]], changed("operator", region=0), "waiting"),
+        ([["give_up"]], changed("waiting", proof=None), "proof"),
+    ],
+    ids=["no deed", "no end", "unknown", "not given up", "wall", "no proof"],
+)
+def test_a_broken_trace_is_found(
+    attended: Played,
+    waits: list[list[str]],
+    change: Callable[[list[dict[str, Any]]], None],
+    rule: str,
+) -> None:
+    lines = json.loads(json.dumps(attended(GATE, *waits).records))
+    change(lines)
+    assert rule in {finding.rule for finding in check_trace(map(json.dumps, lines)).findings}
+
+
+def test_a_file_gives_the_interventions(tmp_path: Path) -> None:
+    scenario, fixes, bundle = (tmp_path / name for name in ("gate.yaml", "fixes.txt", "bundle"))
+    scenario.write_text(GATE)
+    fixes.write_text("# the caretaker opens it\nresolved gate@27\n")
+    run = [SAFENAV, "run", scenario, "--operator", fixes, "--trace", tmp_path / "t.jsonl"]
+    assert subprocess.run(run, capture_output=True, check=False).returncode == 0
+    proven = [SAFENAV, "certify", "--trace", tmp_path / "t.jsonl", "-o", bundle]
+    done = subprocess.run(proven, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    fixes.write_text("resolved gate@27\n\npush it\n")
+    done = subprocess.run(run, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert f"{fixes}:3: 'push it' is no intervention" in done.stderr
+
+
+def test_the_terminal_tells_what_would_help(tmp_path: Path) -> None:
+    scenario = tmp_path / "gate.yaml"
+    scenario.write_text(GATE)
+    run = [SAFENAV, "run", scenario, "--operator", "-", "--no-map"]
+    typed = "open it\nresolved gate@27\n\n"
+    done = subprocess.run(run, input=typed, capture_output=True, text=True, check=False)
+    assert done.returncode == 0
+    assert "tried: catalogue.robots.cart.capabilities: [push]" in done.stderr
+    assert "unknown intervention 'open'" in done.stderr
+    assert "an operator intervenes: resolved gate@27" in done.stdout
