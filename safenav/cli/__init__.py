@@ -101,7 +101,8 @@ class _Commands(click.Group):
 def group() -> None:
     """Correct-by-construction controllers for teams of heterogeneous robots.
 
-    A scenario (YAML) holds a map, robots, their objectives and obstacles that they do not know;
+    A scenario (YAML) holds a map, robots, their objectives and obstacles
+    unknown to them;
     safenav synthesizes a controller for each robot and runs the team.
 
     \b

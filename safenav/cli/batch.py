@@ -81,7 +81,7 @@ class _Batch(click.Command):
 @click.option(
     "--certify",
     type=FOLDER,
-    help="Write the bundle of each run into this folder (docs/certificates.md).",
+    help="Write the bundle of each run into this folder (docs/certify.md).",
 )
 @click.option("--junit", type=FILE, help="Write a JUnit report (XML).")
 @click.option("--json", "as_json", is_flag=True, help="Print all results as JSON, no table.")

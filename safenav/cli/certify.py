@@ -42,7 +42,7 @@ Exit codes:
 )
 @click.option("--with-motion", is_flag=True, help="Also compute the motion of SCENARIO's run.")
 @click.option("--proved", is_flag=True, help="Also run the proved checker (docs/proof.md).")
-@click.option("--seed", type=click.IntRange(min=0), help="Use this seed, not the scenario's.")
+@click.option("--seed", type=click.IntRange(min=0), help="Override the scenario's seed.")
 def command(
     scenario: Path | None,
     trace: Path | None,
@@ -55,7 +55,7 @@ def command(
     """Run SCENARIO and write a bundle: the run, each strategy with its proof, and a checker that
     needs only Python.
 
-    Any outcome can be certified, also that the mission is impossible."""
+    Any outcome can be certified, including that the mission is impossible."""
     from safenav.certify.record import bundle_of_run, bundle_of_trace
 
     if (scenario is None) == (trace is None):

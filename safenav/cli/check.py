@@ -28,7 +28,8 @@ Exit codes:
 @click.option("--json", "as_json", is_flag=True, help="Print the verdicts as JSON.")
 def command(scenario: Path, strict: bool, as_json: bool) -> int:
     """Validate SCENARIO, compile each robot's specification and check whether it is realizable.
-    Runs nothing. Warns of items that are valid but probably not intended: an obstacle with an
+    Runs nothing. Warns about
+    valid items that are probably unintended: an obstacle with an
     action that no robot has, a capability that no obstacle needs, a seed without effect, a robot
     that can win by breaking its assumptions about the other robots."""
     from safenav.explain.vacuity import vacuous_wins

@@ -57,11 +57,11 @@ def _tell(found: Installation) -> None:
     if slugs.problem is not None:
         _line(False, "slugs", slugs.problem)
     else:
-        _line(True, "slugs", f"answers, and a check accepts it ({slugs.seconds:.2f} s)")
+        _line(True, "slugs", f"synthesizes; its strategy passes the check ({slugs.seconds:.2f} s)")
     if cache.directory is None:
         _line(None, "cache", f"off ({cache.chosen_by})")
     else:
-        used = f"{cache.entries} answers, {cache.bytes / 2**20:.1f} MiB"
+        used = f"{cache.entries} results, {cache.bytes / 2**20:.1f} MiB"
         told = cache.problem or f"writable, {used}"
         _line(cache.problem is None or None, "cache", f"{cache.directory} ({told})")
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 EPILOG = """\b
 TICK is a number, 'last', or the kind of an event (violation, request, push,
-yield, resolved, blocked, pop, goal): the first tick in which there is one.
+yield, resolved, blocked, pop, goal): its first tick.
 \b
 Examples:
   safenav new lab.yaml && safenav run lab.yaml --trace lab.jsonl

@@ -56,7 +56,7 @@ Exit codes:
 @click.option("--html", type=FILE, help="Write the replay as one HTML page.")
 @click.option("--motion", type=FILE, help="Write the run in metres and seconds.")
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON, not the events.")
-@click.option("--seed", type=click.IntRange(min=0), help="Use this seed, not the scenario's.")
+@click.option("--seed", type=click.IntRange(min=0), help="Override the scenario's seed.")
 @click.option("--max-ticks", type=click.IntRange(min=1), help="Stop after this many ticks.")
 @click.option(
     "--time-limit",
@@ -66,7 +66,7 @@ Exit codes:
 @click.option(
     "--clock",
     type=click.Choice(["live", "lockstep"]),
-    help="Let the run pass in seconds (live) or in ticks (lockstep), not as the scenario says.",
+    help="Override the scenario's clock: seconds (live) or ticks (lockstep).",
 )
 @click.option("--lockstep", "clock", flag_value="lockstep", help="Short for --clock lockstep.")
 @click.option(

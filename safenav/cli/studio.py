@@ -36,9 +36,10 @@ Exit codes:
 def command(
     file: Path | None, folder: Path | None, port: int | None, browser: bool, keep: bool
 ) -> int:
-    """Draw a scenario in a browser, run it, and close a door in front of a robot: the run continues
-    as it would in the world. FILE is opened, or created when it is saved; for a folder, its
-    scenarios can be opened."""
+    """Draw a scenario in a browser, run it, and change its world during the run: close a door,
+    assign an objective. FILE is opened, or created on the first save; a folder lists its
+    scenarios.
+    """
     from safenav.studio.starting import start_studio
 
     start_studio(file, folder=folder, port=port, browser=browser, keep=keep)

@@ -89,12 +89,12 @@ _HINTS = {
     "=<": "write '<='",
     "<=>": "write '<->' for 'if and only if'",
     "<>": "for 'not equal' write '!='; a goal is a line of its own under 'liveness'",
-    "[]": "what must always hold is a line of its own under 'safety'",
+    "[]": "put each condition that must always hold under 'safety'",
 }
 
 _TEMPORAL = {
     "F": "put each goal to reach infinitely often under 'liveness'",
-    "G": "what must always hold is a line of its own under 'safety'",
+    "G": "put each condition that must always hold under 'safety'",
     "U": "until has no place in GR(1): use a memory variable, or goals under 'liveness'",
     "W": "weak until has no place in GR(1): use a memory variable under 'safety'",
 }
@@ -292,7 +292,7 @@ class _Parser:
 
     def _shown(self) -> str:
         token = self._peek()
-        return "the end of the formula" if token.kind == "end" else repr(token.text)
+        return "end of the formula" if token.kind == "end" else repr(token.text)
 
     def _unexpected(self, expected: str) -> FormulaError:
         token = self._peek()

@@ -140,7 +140,7 @@ class _Parser:
 
     def _unexpected(self, expected: str) -> RequirementError:
         found = self._peek()
-        shown = "the end of the formula" if found.kind == "end" else repr(found.text)
+        shown = "end of the formula" if found.kind == "end" else repr(found.text)
         hint = f"expected {expected}"
         if found.kind == "word" and found.text in _WORDS:
             hint = f"write '{_WORDS[found.text]}'"

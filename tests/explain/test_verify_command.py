@@ -162,7 +162,7 @@ def test_the_strategy_may_come_on_standard_input(door: tuple[Path, Path], invoke
         (
             b"[OUTPUT]\na\n[SYS_TRANS]\na &\n",
             b'{"variables": ["a"], "nodes": {}}',
-            "unexpected the end",
+            "unexpected end",
         ),
     ],
     ids=["declaration", "binary", "truncated", "another specification", "formula"],

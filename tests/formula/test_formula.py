@@ -218,9 +218,9 @@ def test_aliases_mean_the_same(alias: str, plain: str) -> None:
     ("text", "column", "words"),
     [
         ("", 1, "empty"),
-        ("a &", 4, "the end of the formula.*expected"),
+        ("a &", 4, "end of the formula.*expected"),
         ("a b", 3, "'b'.*operator"),
-        ("(a", 3, r"the end.*'\)' for the '\(' in column 1"),
+        ("(a", 3, r"unexpected end.*'\)' for the '\(' in column 1"),
         ("a)", 2, r"'\)'"),
         ("x - 1 = 2", 3, "subtraction"),
         ("x * 2 = 2", 3, "multiplication"),

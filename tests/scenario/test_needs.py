@@ -85,7 +85,7 @@ def test_robots_keep_out_unless_they_resolve_by_entering(
         (
             "[{action: push}]",
             "[{type: vault, region: [1, 4], until: 9}, {type: door, region: [1, 4], from: 8}]",
-            "is in this region already",
+            "the region already contains",
         ),
     ],
 )

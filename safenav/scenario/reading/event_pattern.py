@@ -67,7 +67,7 @@ class EventPatternReader:
                 return None
         if len(obstacles) > 1 or len(regions) > 1:
             found = f"{what}: '{clipped(text)}' names more than one obstacle or region"
-            self._findings.add(node, found, "an event is about one of each at most")
+            self._findings.add(node, found, "an event names at most one obstacle and one region")
             return None
         obstacle = obstacles[0] if obstacles else None
         named = regions[0] if regions else frozenset()

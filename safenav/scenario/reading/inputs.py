@@ -32,7 +32,7 @@ def read_inputs(node: Node | None, robots: frozenset[str], findings: Findings) -
         elif key.text in RESERVED_WORDS | OWN_VARIABLES | TAKEN | robots or key.text.startswith(
             ("busy_", "at_")
         ):
-            findings.add(key, f"'{name}' has a meaning of its own", "use another name")
+            findings.add(key, f"'{name}' is reserved", "use another name")
         fields = read.mapping(value, what, findings, KEYS)
         spans = _spans(fields.get("at") if fields else None, what, findings)
         chance = _chance(fields.get("probability") if fields else None, what, findings)

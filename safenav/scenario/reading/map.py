@@ -112,7 +112,7 @@ def _frame(fields: Mapping, findings: Findings) -> Frame | None:
     side = read.positive(fields.get("resolution"), "'resolution' of map", findings)
     node = fields.get("origin")
     if node is not None and fields.get("resolution") is None:
-        hint = "write 'resolution', the metres that a region measures, as well"
+        hint = "also write 'resolution', the side of a region in metres"
         findings.add(node, "map: 'origin' without 'resolution'", hint)
     origin = read_origin(node, "'origin' of map", findings)
     if side is None:

@@ -38,7 +38,7 @@ def read_never_together(
         for name in sorted(names - named):
             findings.add(place, f"no robot is named '{clipped(name)}'", suggestion(name, named))
         if place is not None and len(names) < 2 and len(findings) == before:
-            findings.add(place, "'robots' of never_together: two are needed at least")
+            findings.add(place, "'robots' of never_together: at least two robots are needed")
         zone = _zone(where, regions)
         together = sorted(n for n in names & {*known} if zone and known[n].start.region in zone)
         if len(together) > 1:

@@ -133,7 +133,7 @@ class ObjectiveReader:
             return objective
         if word != "literal":
             found = f"'form' of {robot} is 'literal', not '{clipped(word)}'"
-            self._findings.add(node, found, "leave it out: then a weaker form may do")
+            self._findings.add(node, found, "leave it out to accept a weaker form")
         elif kind != "patrol":
             found = f"'form' of {robot}: '{kind}' has one form only"
             self._findings.add(node, found, "leave it out: it is for 'patrol'")
@@ -207,7 +207,7 @@ class ObjectiveReader:
             hint = "use letters, digits and '_', beginning with a letter"
             self._findings.add(key, f"'{name}' cannot name a variable", hint)
         elif key.text in RESERVED_WORDS | OWN_VARIABLES:
-            self._findings.add(key, f"'{name}' has a meaning of its own", "use another name")
+            self._findings.add(key, f"'{name}' is reserved", "use another name")
         elif key.text in self._robots | self._inputs:
             kind = "a robot" if key.text in self._robots else "an input"
             self._findings.add(key, f"'{name}' is the name of {kind}", "use another name")

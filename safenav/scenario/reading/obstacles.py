@@ -37,7 +37,7 @@ def read_obstacles(
         for first in found:
             if first.region != obstacle.region or not _meet(first, obstacle):
                 continue
-            message = f"{obstacle.name}: {first.name} is in this region already"
+            message = f"{obstacle.name}: the region already contains {first.name}"
             findings.add(_where(item), message, "a region holds one hidden obstacle")
             break
         else:

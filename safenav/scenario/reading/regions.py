@@ -69,7 +69,7 @@ class RegionReader:
         if items is None:
             return None
         if not items:
-            self._findings.add(node, f"{what}: a set of no regions", "name at least one region")
+            self._findings.add(node, f"{what}: an empty set of regions", "name at least one region")
             return None
         found = [self.regions(item, what) for item in items]
         sets = [regions for regions in found if regions is not None]
@@ -176,4 +176,4 @@ class RegionReader:
         beside = self.world.neighbours(region)
         if not beside:
             return "all neighbouring regions are also walls"
-        return "free beside it: " + ", ".join(self.world.label(free) for free in beside)
+        return "free neighbours: " + ", ".join(self.world.label(free) for free in beside)

@@ -169,7 +169,7 @@ class _RobotReader:
             self._findings.add(key, f"'{shown}' cannot name a robot", hint)
         elif key.text in RESERVED_WORDS | OWN_VARIABLES:
             hint = "use another name: robots become variables of specifications"
-            self._findings.add(key, f"the robot name '{shown}' has a meaning of its own", hint)
+            self._findings.add(key, f"'{shown}' is reserved and cannot name a robot", hint)
 
     def _model(self, node: Node | None, name: str) -> RobotModel | None:
         word = read.text(node, f"'model' of {name}", self._findings)
@@ -212,7 +212,7 @@ class _RobotReader:
             if not isinstance(other, str) or not other.strip():
                 continue  # told below
             if other == name:
-                self._findings.add(item, f"{what}: a robot is not one of the others")
+                self._findings.add(item, f"{what}: a robot cannot list itself")
             elif other not in self._names:
                 found = f"{what}: no robot is named '{clipped(other)}'"
                 hint = suggestion(other, frozenset(self._names) - {name})
@@ -271,7 +271,7 @@ def _check_reachable(robot: Robot, node: Node | None, world: RegionMap, findings
     places = _target_nodes(robot.objective, node)
     start = world.label(robot.start.region)
     if robot.start.region in avoid:
-        found = f"'avoid' of {robot.name}: it starts in {start}, which it is to avoid"
+        found = f"'avoid' of {robot.name}: it starts in {start}, which it must avoid"
         place = node.get("avoid") if isinstance(node, Mapping) else node
         findings.add(place, found, "let it start elsewhere")
     missed = False
@@ -285,10 +285,10 @@ def _check_reachable(robot: Robot, node: Node | None, world: RegionMap, findings
     settles = not isinstance(robot.objective, Ltl) and robot.objective.settles
     if not missed and settles and not reach.follows(targets):
         found = f"objective of {robot.name}: it cannot get from target to target in this order"
-        findings.add(node, found, "with heading mobility it cannot turn round where it gets to")
+        findings.add(node, found, "with heading mobility it cannot turn at its target")
     elif not missed and not settles and not reach.recurs(targets):
         found = f"objective of {robot.name}: it cannot visit all targets infinitely often"
-        hint = "with heading mobility it cannot turn round where it gets to"
+        hint = "with heading mobility it cannot turn at its target"
         findings.add(node, found, hint)
 
 

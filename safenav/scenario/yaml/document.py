@@ -210,7 +210,7 @@ class _Builder:
         parent = self.stack[-1]
         parent.weight += weight
         if parent.weight > MAX_NODES:
-            hint = "aliases count as all that they stand for"
+            hint = "aliases count with all their content"
             raise DocumentError(
                 place or node.place, f"more than {MAX_NODES} values in one file", hint
             )
