@@ -61,10 +61,13 @@ def expanded(trace: Trace) -> Trace:
     return replace(trace, records=tuple(_Passes(trace).lines()))
 
 
-def _after_turns(record: Record) -> bool:
-    """Whether a line stands after all turns of its pass: a plan begins, or all have followed it."""
-    reached = isinstance(record, PlanEnd) and record.reason is PlanEndReason.REACHED
-    return reached or isinstance(record, Plan)
+def _ends_pass(record: Record) -> bool:
+    """Return whether a line comes when all robots have had their turns in a pass."""
+    if isinstance(record, PlanEnd):
+        return record.reason is PlanEndReason.REACHED
+    if isinstance(record, Plan):
+        return True
+    return isinstance(record, Outcome) and record.outcome is Ending.COMPLETED
 
 
 class _Passes:
@@ -85,16 +88,11 @@ class _Passes:
 
     def lines(self) -> Iterator[Record]:
         for record in self._trace.records:
-            over = record.tick > self._tick > 0 or (
-                isinstance(record, Outcome) and record.outcome is Ending.COMPLETED
-            )
-            if over:
+            if record.tick > self._tick > 0:
                 yield from self._pass_over(record)
+            elif _ends_pass(record) and self._tick:
+                yield from self._others(record)
             self._tick = record.tick
-            if _after_turns(record):
-                yield from self._all_moved(record)
-            if isinstance(record, Act) and record.robot in self._by:
-                self._by[record.robot] = MovedBy.STAY
             robot = self._owner(record)
             if robot is not None:
                 yield from self._turn_of(robot, record)
@@ -130,13 +128,11 @@ class _Passes:
         self._due -= 1
 
     def _pass_over(self, record: Record) -> Iterator[Record]:
-        if self._tick:
-            yield from self._all_moved(record)
-        else:
-            yield from self._moved()
+        yield from self._others(record)
         self._due = 0
 
-    def _all_moved(self, record: Record) -> Iterator[Record]:
+    def _others(self, record: Record) -> Iterator[Record]:
+        """The moves that are left of a pass."""
         yield from self._moved()
         while self._due < len(self._names):
             yield self._stay(record)

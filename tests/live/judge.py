@@ -42,6 +42,7 @@ class Walk:
         self._missed: tuple[Any, ...] = ()
         self._begun: dict[str, float] = {}
         self._since: dict[str, float] = {}
+        self.log = log
         for line in log:
             self._follow(line)
             self.over = max(self.over, line["t"])

@@ -59,6 +59,14 @@ class Live(_Seen):
     def now(self) -> float:
         return float(self.floor.now())
 
+    def expected(self, robot: Robot) -> float | None:
+        """Nobody knows. (Time passes in ``wait`` only.)"""
+        del robot
+        return None
+
+    def times(self) -> Sequence[float]:
+        return ()
+
     def start(self, robot: Robot, pose: Pose, command: int) -> WorldEvent | None:
         heading = None if pose.heading is None else pose.heading.label
         self.floor.start(robot.name, pose.region, heading, command)

@@ -205,15 +205,20 @@ class HoldsRule(Rule):
         self._why: dict[str, tuple[HoldReason, object]] = {}
         self._plan: frozenset[str] = frozenset()
         self._waiting = False
+        self._acts: Hold | None = None
 
     def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        held, self._acts = self._acts, None
+        if held is not None and not (isinstance(record, Act) and held.robot in record.robots):
+            problem = f"{held.robot} stays to act, but does not"
+            yield self.broken_by(held, held.robot, problem)
         match record:
             case Hold():
                 problem = self._problem(record, now)
                 if problem:
                     yield self.broken_by(record, record.robot, problem)
                 self._why[record.robot] = record.why, record.signal
-            case Depart() | Act():
+            case Depart():
                 self._why.pop(record.robot, None)
             case Plan():
                 self._plan = frozenset(record.robots)
@@ -232,9 +237,10 @@ class HoldsRule(Rule):
             return f"{robot} stays, but is on its way"
         if self._why.get(robot) == (record.why, record.signal):
             return f"{robot} stays for the same reason as before"
-        taking = any(robot in act.robots for act in now.acting.values())
+        if record.why is HoldReason.ACTING:
+            taking = any(robot in act.robots for act in now.acting.values())
+            self._acts = None if taking else record  # an ``act`` line follows at once
         true = {
-            HoldReason.ACTING: taking,
             HoldReason.SERVICE: robot in now.out,
             HoldReason.PLAN: robot in self._plan,
             HoldReason.OPERATOR: self._waiting,

@@ -1,0 +1,172 @@
+"""A campaign from the shell: ``python -m live.campaign --seeds 0:2000 --faults`` (in tests/).
+
+Plays the missions of the seeds in time, some of them with faults and some through a world in another
+process, and judges each by the world's log; its trace is audited. Prints what has been found.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import signal
+import sys
+import time
+import traceback
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from contextlib import closing, contextmanager, nullcontext
+from dataclasses import dataclass, replace
+from random import Random
+from typing import Any
+
+import yaml
+
+from live.floor import Floor
+from live.judge import Walk, verdict
+from live.missions import timed
+from live.wire import Wired
+from live.worlds import HangError, Live, Serial
+from safenav import Mission
+from safenav.audit.check import check_trace
+from safenav.scenario.model import Clock, Scenario
+from safenav.scenario.reading.loader import load_scenario_text
+from safenav.trace.writing import as_data
+
+MOST = {
+    **{"abort": 0.08, "elsewhere": 0.02, "lost": 0.004, "motor": 0.004, "act": 0.4},
+    **{"stale": 0.2, "ghost": 0.004, "late": 0.4, "told_late": 0.1, "told_twice": 0.2},
+}
+"""The greatest chance of each fault."""
+
+
+@dataclass(frozen=True)
+class Played:
+    """``found``: what is wrong, empty for nothing, ``?`` if the search was too large."""
+
+    outcome: str
+    found: str
+    walk: Walk
+    injected: Mapping[str, int]
+    seconds: float
+    cpu: float
+
+
+class SlowError(Exception):
+    pass
+
+
+def faults_of(seed: int) -> dict[str, float]:
+    """Some kinds of faults, each with a chance of its own."""
+    random = Random(f"faults of {seed}")
+    return {kind: random.random() * most for kind, most in MOST.items() if random.random() < 0.6}
+
+
+def scenario_of(data: Mapping[str, Any], clock: Clock) -> Scenario:
+    text = yaml.safe_dump(dict(data), sort_keys=False)
+    return replace(load_scenario_text(text), clock=clock)
+
+
+def play(seed: int, *, faults: bool = False, wired: bool = False, patience: int = 120) -> Played:
+    """One live run, judged. ``patience``: seconds of wall time that it may take."""
+    data = timed(seed)
+    about: dict[str, Any] = {"seed": seed, "faults": faults_of(seed) if faults else {}}
+    place = closing(Wired(data, **about)) if wired else nullcontext(Floor(data, **about))
+    with place as floor:
+        lines: list[str] = []
+        begun, cpu = time.monotonic(), time.process_time()
+        outcome, found = "no outcome", ""
+        try:
+            scenario = scenario_of(data, Clock.LIVE)
+            world = Live(scenario, floor)
+            mission = Mission(
+                scenario, world=world, listeners=[lambda r: lines.append(json.dumps(as_data(r)))]
+            )
+            with limited(patience):
+                result = mission.run()
+            outcome = result.outcome.value
+            said = {"outcome": outcome, "explanation": result.explanation}
+        except HangError:
+            found = "hang: it waits, and nothing is under way"
+        except SlowError:
+            found = f"slow: no end after {patience} s"
+        except Exception as error:
+            where = traceback.extract_tb(error.__traceback__)[-1]
+            found = f"crash: {type(error).__name__}: {error} ({where.name}, line {where.lineno})"
+        spent, cpu = time.monotonic() - begun, time.process_time() - cpu
+        log = floor.records()
+        walk = Walk(Floor(data).mission, log)
+        if found and walk.defects:
+            found = f"{walk.defects[0]}; {found}"
+        found = found or verdict(data, log, said)
+        if found in ("", "?") and (findings := check_trace(lines).findings):
+            found = f"audit: {findings[0]}"
+        return Played(outcome, found, walk, dict(floor.faults_so_far()), spent, cpu)
+
+
+def serially(seed: int) -> Played:
+    """The same mission and durations with blocking calls, one robot after the other."""
+    data = timed(seed)
+    scenario, floor = scenario_of(data, Clock.LOCKSTEP), Floor(data, seed)
+    result = Mission(scenario, world=Serial(scenario, floor)).run()
+    said = {"outcome": result.outcome.value, "explanation": result.explanation}
+    walk = Walk(floor.mission, floor.log)
+    return Played(said["outcome"], verdict(data, floor.log, said), walk, {}, 0.0, 0.0)
+
+
+@contextmanager
+def limited(seconds: int) -> Iterator[None]:
+    """Raise SlowError after so many seconds of wall time."""
+
+    def over(*_: object) -> None:
+        raise SlowError
+
+    former = signal.signal(signal.SIGALRM, over)
+    signal.alarm(seconds)
+    try:
+        yield
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, former)
+
+
+def main() -> int:
+    """Play the seeds; 1 if there is a finding."""
+    parser = argparse.ArgumentParser(prog="live.campaign", description=__doc__)
+    parser.add_argument("--seeds", default="0:50", help="first:behind")
+    parser.add_argument("--faults", action="store_true", help="in every fourth run")
+    parser.add_argument("--all-faults", action="store_true", help="in every run")
+    parser.add_argument("--both", action="store_true", help="compare with lockstep, without faults")
+    parser.add_argument("--patience", type=int, default=120, help="seconds for one run")
+    parser.add_argument("--trace", help="write the floor's log of a single seed there")
+    options = parser.parse_args()
+    first, behind = map(int, options.seeds.split(":"))
+    counts: Counter[str] = Counter()
+    injected: Counter[str] = Counter()
+    found = 0
+    for seed in range(first, behind):
+        faults = options.all_faults or (options.faults and seed % 4 == 3)
+        one = play(seed, faults=faults, wired=seed % 10 == 7, patience=options.patience)
+        counts[one.outcome] += 1
+        counts["runs with faults"] += faults
+        counts["undecided"] += one.found == "?"
+        counts["moves"] += one.walk.moves
+        counts["stopped by an obstacle"] += one.walk.stopped
+        injected.update(one.injected)
+        problem = one.found if one.found != "?" else ""
+        if options.both and not faults and not problem:
+            other = serially(seed).outcome
+            same = other == one.outcome
+            counts["ends alike"] += same
+            problem = "" if same else f"ends as {one.outcome}, in lockstep as {other}"
+        if problem:
+            found += 1
+            print(f"seed {seed}{' with faults' * faults}: {problem}", flush=True)
+        if options.trace:
+            with open(options.trace, "w", encoding="utf-8") as file:
+                file.writelines(json.dumps(line) + "\n" for line in one.walk.log)
+    print(f"{behind - first} runs, {found} findings: {dict(counts)}; faults: {dict(injected)}")
+    return int(found > 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
