@@ -39,7 +39,6 @@ from safenav.trace.vocabulary import (
     Heading,
     HoldReason,
     MovedBy,
-    MoveEnd,
     OperatorDeed,
     PlanEndReason,
     Region,
@@ -50,7 +49,7 @@ LIVE = "live"
 _DECIDES = (Violation, Backtrack, Depart, Arrive)
 """Lines before the move of a robot's turn, or in its place."""
 _FOLLOWS = (Act, Acted, Met, Resolved, Goal, Belief)
-_ASIDE = (Discovered, Late)
+_ASIDE = (Discovered, Late, PlanEnd)
 _BY = {HoldReason.STRATEGY: MovedBy.STRATEGY, HoldReason.PLAN: MovedBy.PLAN}
 
 
@@ -93,6 +92,8 @@ class _Passes:
             elif _ends_pass(record) and self._tick:
                 yield from self._others(record)
             self._tick = record.tick
+            if isinstance(record, Act | Depart):  # what held it before does so no more
+                self._by[record.robot] = MovedBy.STAY
             robot = self._owner(record)
             if robot is not None:
                 yield from self._turn_of(robot, record)
@@ -141,6 +142,7 @@ class _Passes:
         """The move of the robot that is next, if no line tells another."""
         name = self._names[self._due]
         self._due += 1
+        self._begun.clear()
         here, depart = self._region[name], self._toward[name]
         toward = None if depart is None else depart.to
         by = self._by[name] if depart is None else None
@@ -154,7 +156,6 @@ class _Passes:
         move, self._open = self._open, None
         self._due = self._names.index(move.robot) + 1
         self._region[move.robot], self._heading[move.robot] = move.to, move.heading
-        self._begun.clear()
         yield move
 
     def _take(self, record: Record) -> None:
@@ -170,8 +171,6 @@ class _Passes:
                 self._open = replace(
                     self._open, to=record.at, heading=record.heading, toward=None, by=by
                 )
-                if record.result is MoveEnd.LOST:
-                    self._by[record.robot] = MovedBy.STAY
             case Hold():
                 self._by[record.robot] = _BY.get(record.why, MovedBy.STAY)
                 if self._open is not None and self._open.toward is None:

@@ -54,6 +54,7 @@ from safenav.trace.vocabulary import (
     Ending,
     Form,
     Heading,
+    MoveEnd,
     OperatorDeed,
     Region,
 )
@@ -96,7 +97,7 @@ class Turn:
     ``origin``, ``on_the_way`` (from an earlier turn) and ``progress`` are the robot's when the turn
     began, ``objectives`` those of the whole team. ``final``: only the outcome comes after it.
     ``torn``: the run ended from outside, or the trace breaks off, so that lines may be missing
-    here."""
+    here. ``failed``: live, a step has ended here otherwise than it should."""
 
     tick: int
     robot: str | None
@@ -108,6 +109,7 @@ class Turn:
     records: list[Record] = field(default_factory=list)
     final: bool = False
     torn: bool = False
+    failed: bool = False
     advanced: set[str] = field(default_factory=set)
     """Obstacles of which a need was met in this turn, as far as that follows from the moves."""
     met: dict[tuple[str, int], frozenset[str]] = field(default_factory=dict)
@@ -354,7 +356,8 @@ class Situation:
                 if record.signal is not None:
                     self.signals[record.robot] = record.signal
                 self._wait_here(record.robot)
-                self.ended.pop(record.robot, None)
+                ended = self.ended.pop(record.robot, None)
+                self.turn.failed = ended is not None and ended.result is not MoveEnd.ARRIVED
                 if not self.live:
                     self._perform(record.robot, {})
             case Belief():
@@ -364,9 +367,11 @@ class Situation:
                 requesters = self.requests.setdefault(record.obstacle, {})
                 requesters.pop(record.robot, None)
                 requesters[record.robot] = self.region[record.robot]
-                if self.external and self.status[record.obstacle] is Status.RESOLVED:
-                    # A door has fallen shut again.
+                closed = self.status[record.obstacle] in (Status.RESOLVED, Status.ABSENT)
+                if self.external and closed:  # a door has fallen shut again
                     self.status[record.obstacle] = Status.UNRESOLVED
+                    self.stage[record.obstacle] = 0
+                    self.done[record.obstacle].clear()
             case Discovered():
                 self.introduced.add(record.obstacle.name)
             case Resolved():

@@ -151,7 +151,7 @@ class Walk:
         return found
 
 
-def verdict(data: Mapping[str, Any], log: Sequence[Line], said: Line, budget: int = 100_000) -> str:
+def verdict(data: Mapping[str, Any], log: Sequence[Line], said: Line, budget: int = 20_000) -> str:
     """What is wrong with a run that ``said`` its ``outcome``; empty: nothing; ``?``: the search
     that would tell was too large."""
     mission = read_mission(data)

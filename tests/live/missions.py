@@ -8,7 +8,7 @@ from campaigns.generate.build import Data, Draft, rooms
 from campaigns.generate.families import mission
 
 KINDS = ("visit", "visit", "cover", "patrol", "hold")
-SIZES = (2, 3, 4, 5, 6, 8, 10, 12, 16, 20)
+SIZES = (2, 2, 3, 3, 3, 4, 4, 4, 5, 5, 5, 6, 6, 6, 8, 8, 10, 12, 16, 20)
 
 
 def timed(seed: int) -> Data:

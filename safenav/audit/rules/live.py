@@ -12,11 +12,14 @@ from safenav.trace.records import (
     Acted,
     Appeared,
     Arrive,
+    Belief,
     Blocked,
     Depart,
+    Goal,
     Gone,
     Hold,
     Late,
+    Move,
     Operator,
     Outcome,
     Plan,
@@ -208,6 +211,8 @@ class HoldsRule(Rule):
         self._acts: Hold | None = None
 
     def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        if isinstance(record, Move | Goal | Belief):
+            return
         held, self._acts = self._acts, None
         if held is not None and not (isinstance(record, Act) and held.robot in record.robots):
             problem = f"{held.robot} stays to act, but does not"

@@ -294,6 +294,8 @@ def _steady(turn: Turn, now: Situation) -> Progress | None:
     """Return the robot's progress when its turn began, if the same strategy drove it throughout."""
     if turn.robot is None or turn.progress is None or turn.first(Violation) is not None:
         return None
+    if turn.failed:
+        return None
     if now.progress[turn.robot].reset_line >= turn.line:
         return None
     return turn.progress

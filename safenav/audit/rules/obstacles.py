@@ -55,7 +55,7 @@ class ViolationRule(Rule):
         if robot not in now.blocked_by(obstacle.name):
             yield f"{obstacle.name} does not block {robot}"
         status = now.status[obstacle.name]
-        if status is Status.RESOLVED:
+        if status is Status.RESOLVED or (status is Status.ABSENT and now.external):
             if not now.external:  # where doors fall shut again
                 yield f"{obstacle.name} was resolved before"
         elif status is not Status.UNRESOLVED:

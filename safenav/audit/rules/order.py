@@ -119,7 +119,7 @@ class OrderRule(Rule):
 
     def _of_the_turn(self, record: Record, now: Situation) -> Iterator[Finding]:
         if now.live and not self._index:  # a pass in which nothing happens has no lines
-            self._tick = max(self._tick, record.tick)
+            self._tick = record.tick
         if isinstance(record, _AT_ANY_MOMENT):  # within a turn, or before the first line of one
             if record.tick not in (now.turn.tick, self._tick):
                 problem = f"a line of tick {record.tick} among those of tick {now.turn.tick}"

@@ -194,7 +194,7 @@ class CompletedRule(Rule):
     def _over(self, now: Situation) -> bool:
         """Return whether the run is certainly completed."""
         wanted = now.header.until.rounds
-        if wanted is None or now.stack or not now.header.robots:
+        if wanted is None or now.stack or now.acting or not now.header.robots:
             return False
         if any(now.due(robot) != now.base[robot] for robot in now.header.robots):
             return False  # an input keeps a robot from its objective

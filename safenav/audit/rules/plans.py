@@ -17,7 +17,7 @@ from safenav.trace.records import (
     Record,
     Violation,
 )
-from safenav.trace.vocabulary import MovedBy, Place, PlanEndReason, Region
+from safenav.trace.vocabulary import MovedBy, MoveEnd, Place, PlanEndReason, Region
 
 
 class PlanRule(Rule):
@@ -87,6 +87,8 @@ class FollowsPlanRule(Rule):
                     problem = f"the plan is reached, but {robot} has {left} steps to make"
                     yield self.broken_by(record, robot, problem)
         elif record.reason is PlanEndReason.VIOLATION and now.turn.first(Violation) is None:
+            if any(end.result is not MoveEnd.ARRIVED for end in now.ended.values()):
+                return  # its violation follows
             yield self.broken_by(record, None, "the plan ends by a violation that no line reports")
 
 
@@ -105,6 +107,10 @@ class _Running:
         """Return what is wrong with a move, or an empty text; the robot is moved in either case."""
         robot, places = move.robot, self.plan.robots[move.robot]
         entered = move.to if move.toward is None else move.toward
+        ended = now.ended.get(robot)
+        if ended is not None and ended.result is not MoveEnd.ARRIVED:
+            self.bound.discard(robot)
+            return ""  # its step has failed
         if entered == now.region[robot]:
             return ""
         if self.at[robot] == 0 and entered == places[0][0]:
@@ -164,6 +170,8 @@ def _way_problems(robot: str, places: tuple[Place, ...], now: Situation) -> Iter
             yield f"{robot} faces {faced} and cannot step {way} to {now.show(to)}"
         elif now.has_heading(robot) and heading != way:
             yield f"{robot} steps {way} to {now.show(to)} and cannot face {heading} there"
+        if to == toward and origin == here[0]:
+            continue  # it is under way
         for obstacle in now.obstacles_at(to):
             closed = now.status[obstacle.name] in (Status.UNTRAVERSABLE, Status.GIVEN_UP)
             known = closed or obstacle.name in now.discovered

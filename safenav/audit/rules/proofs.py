@@ -64,7 +64,8 @@ class ProofRule(Rule):
                     yield self.broken_by(record, None, "no robot is out of service")
                 return
             if record.proof is None:
-                if not self._unrealizable(record, now):
+                out = record.cause == "out_of_service" and now.live and now.out
+                if not out and not self._unrealizable(record, now):
                     yield self.broken_by(
                         record, None, "an operator is needed, but that is not proven"
                     )

@@ -8,6 +8,7 @@ from safenav.audit.rules.rule import Finding, Rule
 from safenav.audit.situation import RESYNTHESIS, Situation
 from safenav.trace.objective import Objective
 from safenav.trace.records import (
+    Acted,
     Assumption,
     Gone,
     Met,
@@ -29,7 +30,7 @@ from safenav.trace.vocabulary import (
 )
 
 _CAUSES: dict[Reason, tuple[type[Record], ...]] = {
-    Reason.REQUEST: (Violation, Request, Met),
+    Reason.REQUEST: (Violation, Request, Met, Acted),
     Reason.RESOLVED: (Resolved,),
     Reason.GONE: (Gone,),
     Reason.SERVICE: (Service, Operator),
@@ -49,9 +50,11 @@ class SynthesisRule(Rule):
 
     def __init__(self) -> None:
         self._initial: set[str] = set()
+        self._happened: set[type[Record]] = set()
         self._begun = False
 
     def line(self, record: Record, now: Situation) -> Iterator[Finding]:
+        self._happened.add(type(record))
         if isinstance(record, Synthesis):
             for problem in self._problems(record, now):
                 yield self.broken_by(record, record.robot, problem)
@@ -69,6 +72,8 @@ class SynthesisRule(Rule):
             causes = _CAUSES.get(record.reason)
             if record.reason is Reason.REQUEST and any(map(now.done.get, now.requests)):
                 continue  # a robot has had its part in a need
+            if now.live and causes and self._happened & {*causes}:
+                continue  # its strategy may have come later
             if causes and not any(map(turn.first, causes)):
                 problem = f"a synthesis for the reason {record.reason}, which no line records"
                 yield self.broken_by(record, record.robot, problem)

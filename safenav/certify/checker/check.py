@@ -280,6 +280,8 @@ class Passes:
             after_turns = kind == "plan" or (kind, line.get("reason")) == ("plan_end", "reached")
             if after_turns or line.get("outcome") == "completed":
                 yield from self.until(every)
+            if kind in ("act", "depart"):  # what held it before does so no more
+                self.by[str(name)] = "stay"
             decides = kind in ("violation", "backtrack", "depart", "arrive")
             own = decides or kind in ("hold", "act", "acted", "met", "resolved", "belief")
             own = own or (kind == "goal" and name not in self.begun)
@@ -290,7 +292,7 @@ class Passes:
                 if index >= self.due:
                     yield from self.until(index)
                     self.open = self.stay()
-            if not decides and kind not in ("hold", "discovered", "late"):
+            if not decides and kind not in ("hold", "discovered", "late", "plan_end"):
                 yield from self.until(0)
             yield line
             self.take(line, kind, str(name))
@@ -304,11 +306,11 @@ class Passes:
             move, self.open = self.open or self.stay(), {}
             self.pose[move["robot"]] = move["to"], move["heading"]
             self.due = self.names.index(move["robot"]) + 1
-            self.begun.clear()
             yield move
 
     def stay(self) -> dict[str, Any]:
         name = self.names[self.due]
+        self.begun.clear()
         (here, heading), depart = self.pose[name], self.under_way.get(name)
         more = {"toward": depart["to"]} if depart else {"by": self.by[name]}
         base = {"type": "move", "tick": self.tick, "robot": name, "expanded": True}
@@ -320,7 +322,7 @@ class Passes:
         if kind == "depart":
             require(name not in self.under_way, f"{name} departs before its last step has ended")
             require(line["from"] == self.pose[name][0], f"{name} departs from where it is not")
-            self.under_way[name], self.by[name] = line, "stay"
+            self.under_way[name] = line
             move |= {"toward": line["to"], "by": line["by"], "busy": line.get("shown", ())} | told
             self.have(name, line["t"], {line["from"], line["to"]})
         elif kind == "arrive":

@@ -1,0 +1,75 @@
+"""Campaigns in time: no overlap, no entry, no hang, each run completed or with a true statement.
+
+A sample by default; ``SAFENAV_FUZZ=5000`` plays 2,000 missions, with faults in 500 of them and 200
+through a world in another process, and compares 1,000 with lockstep.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+
+import pytest
+
+import warm
+from live.campaign import play
+from safenav.runtime.characterization import Characterization
+from safenav.runtime.team import RobotState
+from safenav.runtime.traffic.execution import Execution
+
+PART = 50
+LONG = 2000 if os.environ.get("SAFENAV_FUZZ") else 0
+PARTS = [f"{k}:{k + PART}" for k in range(0, LONG, PART)] or ["0:10"]
+CROWDS = (22, 57, 20, 25, 21, 26, 27, 55, 56)
+
+
+def run(*options: object) -> None:
+    done = warm.program("live.campaign", *options)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seeds", PARTS)
+def test_runs_keep_what_the_judge_asks_for(seeds: str) -> None:
+    run("--seeds", seeds, "--faults", *(["--both"] if int(seeds.split(":")[0]) < LONG // 2 else []))
+
+
+def destination_not_reserved(patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(RobotState, "occupied", property(lambda self: frozenset({self.pose.region})))
+
+
+def origin_released_at_departure(patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(RobotState, "occupied", property(lambda self: frozenset({self.next_pose.region})))
+
+
+def orders_of_plans_ignored(patch: pytest.MonkeyPatch) -> None:
+    def next_pose(self: Execution, robot: int) -> int | None:
+        return None if self.done(robot) else self.schedule.ways[robot][self.taken[robot] + 1]
+
+    patch.setattr(Execution, "next", next_pose)
+
+
+def nothing_characterized(patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(Characterization, "check", lambda *_: None)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("mutate", "told"),
+    [
+        (destination_not_reserved, "at the same time"),
+        (origin_released_at_departure, "at the same time"),
+        (orders_of_plans_ignored, "does not wait until"),
+        (nothing_characterized, "before its sensor"),
+    ],
+)
+def test_a_runtime_that_forgets_something_is_found(
+    mutate: Callable[[pytest.MonkeyPatch], None], told: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mutate(monkeypatch)
+    found = []
+    for seed in CROWDS:
+        found.append(play(seed, patience=30).found)
+        if told in found[-1]:
+            return
+    pytest.fail(f"no run shows it: {found}")
