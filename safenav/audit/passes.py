@@ -92,7 +92,7 @@ class _Passes:
             elif _ends_pass(record) and self._tick:
                 yield from self._others(record)
             self._tick = record.tick
-            if isinstance(record, Act | Depart):  # what held it before does so no more
+            if isinstance(record, Act | Depart) and record.robot in self._by:  # held no more
                 self._by[record.robot] = MovedBy.STAY
             robot = self._owner(record)
             if robot is not None:

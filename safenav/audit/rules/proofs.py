@@ -64,8 +64,7 @@ class ProofRule(Rule):
                     yield self.broken_by(record, None, "no robot is out of service")
                 return
             if record.proof is None:
-                out = record.cause == "out_of_service" and now.live and now.out
-                if not out and not self._unrealizable(record, now):
+                if not self._unrealizable(record, now):
                     yield self.broken_by(
                         record, None, "an operator is needed, but that is not proven"
                     )
