@@ -18,8 +18,9 @@ if TYPE_CHECKING:
     from safenav.report.replay.timeline import Replay
 
 EPILOG = """\b
-TICK is a number, 'last', or the kind of an event (violation, request, push,
-yield, resolved, blocked, pop, goal): its first tick.
+TICK is a number (of seconds in a run with a clock), 'last', or the kind of an
+event (violation, request, push, yield, resolved, blocked, pop, goal): its first
+tick.
 \b
 Examples:
   safenav new lab.yaml && safenav run lab.yaml --trace lab.jsonl
@@ -51,13 +52,11 @@ Exit codes:
     help="The motion to show (3D); without it, one is made for the trace.",
 )
 @click.option("--width", type=click.IntRange(100, 8000), help="Width of PNG or GIF in pixels.")
-@click.option("--ticks", metavar="A-B", help="Only these ticks (GIF, terminal).")
+@click.option("--ticks", metavar="A-B", help="Only these ticks, or seconds (GIF, terminal).")
 @click.option(
     "--speed",
     type=click.FloatRange(0.1, 100),
-    default=4.0,
-    show_default=True,
-    help="Ticks per second (GIF, terminal).",
+    help="Ticks per second, or times as fast as a run in seconds (GIF, terminal).  [4 or 12]",
 )
 @click.option(
     "--sight", metavar="ROBOT", help="Shade what this robot sees and believes (SVG, PNG, GIF)."
@@ -75,7 +74,7 @@ def command(
     motion: Path | None,
     width: int | None,
     ticks: str | None,
-    speed: float,
+    speed: float | None,
     sight: str | None,
     legend: bool,
     hidden: bool,
@@ -99,22 +98,27 @@ def command(
     replay = read_replay(trace)
     if sight is not None:
         _check_viewer(replay, sight)
+    speed = speed or (4.0 if replay.times is None else 12.0)
     if terminal:
         return _show(replay, _ticks(replay, ticks), speed)
     if gif:
         return _film(replay, output or trace.with_suffix(".gif"), ticks, speed, width, sight)
     if svg is not None or png is not None:
-        tick = _tick(replay, svg if svg is not None else png or "")
+        tick, part = _moment(replay, svg if svg is not None else png or "")
         shading = None if sight is None else shading_of(replay, sight, tick)
         options = Options(legend=legend, hidden=hidden, shading=shading)
-        picture = svg_of(replay.scene(tick), options)
+        picture = svg_of(replay.scene(tick, part), options)
         content = picture.encode()
         if png is not None:
             from safenav.report.picture.raster import png_of
 
             content = png_of(picture, width)
         form = "svg" if svg is not None else "png"
-        write_bytes(output or trace.with_name(f"{trace.stem}-{tick}.{form}"), content)
+        write_bytes(
+            output
+            or trace.with_name(f"{trace.stem}-{replay.when(tick).removeprefix('tick ')}.{form}"),
+            content,
+        )
         return ExitCode.OK
     from safenav.report.page.html import page_of
 
@@ -144,21 +148,28 @@ def _page3d(trace: Path, file: Path | None) -> str:
     return page3d_of(source.trace, trace.name, motion)
 
 
-def _tick(replay: Replay, written: str) -> int:
+def _moment(replay: Replay, written: str) -> tuple[int, float]:
+    """The tick that is written, and the part of the way to the next one."""
+    unit, end = _unit(replay)
     if written == "last":
-        return replay.last
-    if written.isdecimal():
-        if int(written) > replay.last:
-            raise UsageError(f"the run has ticks 0 to {replay.last}, not {written}")
-        return int(written)
+        return replay.last, 0.0
+    if re.fullmatch(r"\d+" if replay.times is None else r"\d+(\.\d+)?", written):
+        if float(written) > end:
+            raise UsageError(f"the run has {unit} 0 to {int(end)}, not {written}")
+        return replay.moment(float(written))
     for event in replay.events:
         if event.kind.value == written:
-            return event.tick
+            return event.tick, 0.0
     kinds = sorted({event.kind.value for event in replay.events})
     raise UsageError(
-        f"no tick {written!r}: give a number from 0 to {replay.last}, 'last', or the kind of an "
-        f"event of this run ({', '.join(kinds)})"
+        f"no {unit[:-1]} {written!r}: give a number from 0 to {int(end)}, 'last', or the kind of "
+        f"an event of this run ({', '.join(kinds)})"
     )
+
+
+def _unit(replay: Replay) -> tuple[str, float]:
+    """What the run counts in, and its end."""
+    return "ticks" if replay.times is None else "seconds", replay.time(replay.last)
 
 
 def _check_viewer(replay: Replay, robot: str) -> None:
@@ -175,9 +186,10 @@ def _ticks(replay: Replay, written: str | None) -> range:
     if written is None:
         return range(replay.last + 1)
     found = re.fullmatch(r"(\d+)-(\d+)", written)
-    if found is None or not int(found[1]) <= int(found[2]) <= replay.last:
-        raise UsageError(f"--ticks {written}: give two ticks such as 0-{replay.last}, in order")
-    return range(int(found[1]), int(found[2]) + 1)
+    unit, end = _unit(replay)
+    if found is None or not int(found[1]) <= int(found[2]) <= end:
+        raise UsageError(f"--ticks {written}: give two {unit} such as 0-{int(end)}, in order")
+    return range(replay.tick_at(int(found[1])), replay.tick_at(int(found[2])) + 1)
 
 
 def _show(replay: Replay, ticks: range, speed: float) -> int:
@@ -206,7 +218,9 @@ def _film(
     shown = _ticks(replay, ticks)
     steps = max(1, min(3, round(12 / speed)))
     film = Film(shown.start, shown.stop - 1, speed, steps, width or 720, sight)
-    with click.progressbar(length=film.frames, label="drawing", file=sys.stderr) as bar:
+    with click.progressbar(
+        length=len(film.moments(replay)), label="drawing", file=sys.stderr
+    ) as bar:
         write_whole(path, lambda part: write_gif(replay, part, film, lambda _: bar.update(1)))
     tell(path)
     return ExitCode.OK

@@ -1,6 +1,7 @@
 """A run as waypoints in metres, for a robot stack to follow: read from the trace alone.
 
-A waypoint is the middle of the region where a robot is at the end of a tick, in the frame of
+A waypoint is the middle of the region where a robot is at the end of a tick, or, in a run with a
+clock, at the end of each of its steps, in the frame of
 the map as ROS map_server has it: x grows east, y grows north, the origin is the south-western
 corner (docs/maps.md).
 """
@@ -10,16 +11,14 @@ from __future__ import annotations
 import csv
 import io
 import json
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import pi, remainder, tau
 
 from safenav.errors import Diagnostic, InputError, UsageError
-from safenav.trace.records import Move
+from safenav.trace.records import Arrive, Move
 from safenav.trace.trace import Trace
 from safenav.world.frame import Frame
-
-COLUMNS = ("robot", "tick", "x", "y", "yaw", "region")
 
 _YAW = {"east": 0.0, "north": pi / 2, "west": pi, "south": -pi / 2}
 _DECIMALS = 6
@@ -27,8 +26,8 @@ _DECIMALS = 6
 
 @dataclass(frozen=True)
 class Waypoint:
-    """Where a robot is at the end of a tick (0: the start). ``yaw`` is counterclockwise from
-    the x axis, in radians; None for a robot without a heading."""
+    """Where a robot is at the end of a tick (0: the start), or at a time ``t`` in seconds. ``yaw``
+    is counterclockwise from the x axis, in radians; None for a robot without a heading."""
 
     robot: str
     tick: int
@@ -36,6 +35,7 @@ class Waypoint:
     y: float
     yaw: float | None
     region: int
+    t: float | None = None
 
 
 def frame_of(
@@ -63,22 +63,31 @@ def waypoints(trace: Trace, frame: Frame) -> list[Waypoint]:
     """The ways of all robots, one robot after the other. Raises InputError for a robot that is
     not of the team, or a region that is not on the map."""
     header = trace.header
+    start = None if header.clock is None else 0.0
     ways: dict[str, list[Waypoint]] = {
-        name: [_waypoint(trace, frame, name, 0, robot.start, robot.heading, header.line)]
+        name: [_waypoint(trace, frame, name, 0, robot.start, robot.heading, header.line, start)]
         for name, robot in header.scenario.robots.items()
     }
     for record in trace.records:
-        if isinstance(record, Move):
+        if isinstance(record, Move | Arrive):
             if record.robot not in ways:
                 found = f"'{record.robot[:40]}' is not a robot of this trace"
                 raise InputError([Diagnostic(trace.source, record.line, 1, found)])
-            at = (record.tick, record.to, record.heading, record.line)
+            region = record.to if isinstance(record, Move) else record.at
+            at = (record.tick, region, record.heading, record.line, record.t)
             ways[record.robot].append(_waypoint(trace, frame, record.robot, *at))
     return [waypoint for way in ways.values() for waypoint in way]
 
 
 def _waypoint(
-    trace: Trace, frame: Frame, robot: str, tick: int, region: int, facing: str | None, line: int
+    trace: Trace,
+    frame: Frame,
+    robot: str,
+    tick: int,
+    region: int,
+    facing: str | None,
+    line: int,
+    t: float | None,
 ) -> Waypoint:
     world = trace.header.scenario.map
     if not 0 <= region < world.rows * world.cols:
@@ -87,23 +96,29 @@ def _waypoint(
     row, col = divmod(region, world.cols)
     x, y = (round(value, _DECIMALS) for value in frame.centre(row, col, world.rows))
     yaw = None if facing is None else round(remainder(_YAW[facing] + frame.yaw, tau), _DECIMALS)
-    return Waypoint(robot, tick, x, y, yaw, region)
+    return Waypoint(robot, tick, x, y, yaw, region, t)
 
 
-def as_csv(found: Iterable[Waypoint]) -> str:
+def _columns(found: Sequence[Waypoint]) -> tuple[str, ...]:
+    when = "t" if any(waypoint.t is not None for waypoint in found) else "tick"
+    return ("robot", when, "x", "y", "yaw", "region")
+
+
+def as_csv(found: Sequence[Waypoint]) -> str:
     """A line for each waypoint, below a line of headings; no yaw is an empty field."""
+    columns = _columns(found)
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(COLUMNS)
-    writer.writerows([getattr(waypoint, column) for column in COLUMNS] for waypoint in found)
+    writer.writerow(columns)
+    writer.writerows([getattr(waypoint, column) for column in columns] for waypoint in found)
     return text.getvalue()
 
 
-def as_json(found: Iterable[Waypoint], frame: Frame) -> str:
+def as_json(found: Sequence[Waypoint], frame: Frame) -> str:
     """The frame, and the waypoints of each robot, one on a line."""
     robots: dict[str, list[str]] = {}
     for waypoint in found:
-        entry = {column: getattr(waypoint, column) for column in COLUMNS if column != "robot"}
+        entry = {column: getattr(waypoint, column) for column in _columns(found)[1:]}
         robots.setdefault(waypoint.robot, []).append(json.dumps(entry))
     joint = ",\n"
     ways = joint.join(f"{json.dumps(n)}: [\n{joint.join(way)}\n]" for n, way in robots.items())

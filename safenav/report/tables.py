@@ -1,4 +1,6 @@
-"""A run as tables: moves, events and syntheses, one CSV file each."""
+"""A run as tables: moves, events and syntheses, one CSV file each.
+
+Times are ticks, or seconds where the run has a clock."""
 
 from __future__ import annotations
 
@@ -15,11 +17,12 @@ Row = Iterable[object]
 
 def tables(trace: Trace, replay: Replay) -> dict[str, str]:
     """Return the name of each table and its CSV text (RFC 4180, one heading line)."""
+    when = "tick" if replay.times is None else "t"
     return {
-        "moves": _csv(("tick", "robot", "region", "row", "col", "name", "heading"), _moves(replay)),
-        "events": _csv(("tick", "kind", "robot", "region", "obstacle", "text"), _events(replay)),
+        "moves": _csv((when, "robot", "region", "row", "col", "name", "heading"), _moves(replay)),
+        "events": _csv((when, "kind", "robot", "region", "obstacle", "text"), _events(replay)),
         "syntheses": _csv(
-            ("tick", "robot", "reason", "verdict", "seconds", "states", "cached", "verified"),
+            (when, "robot", "reason", "verdict", "seconds", "states", "cached", "verified"),
             _syntheses(trace),
         ),
     }
@@ -32,20 +35,20 @@ def _moves(replay: Replay) -> Iterable[Row]:
             region, heading = track.regions[tick], track.headings[tick]
             row, col = replay.map.position(region)
             facing = None if heading is None else heading.label
-            yield tick, track.name, region, row, col, names.get(region), facing
+            yield _when(replay, tick), track.name, region, row, col, names.get(region), facing
 
 
 def _events(replay: Replay) -> Iterable[Row]:
     for e in replay.events:
         if e.kind is not StoryKind.SYNTHESIS:
-            yield e.tick, e.kind.value, e.robot, e.region, e.obstacle, e.text
+            yield _when(replay, e.tick), e.kind.value, e.robot, e.region, e.obstacle, e.text
 
 
 def _syntheses(trace: Trace) -> Iterable[Row]:
     for line in trace.records:
         if isinstance(line, records.Synthesis):
             yield (
-                line.tick,
+                line.tick if line.t is None else line.t,
                 line.robot,
                 line.reason.value,
                 line.verdict.value,
@@ -54,6 +57,10 @@ def _syntheses(trace: Trace) -> Iterable[Row]:
                 line.cached,
                 line.verified,
             )
+
+
+def _when(replay: Replay, tick: int) -> float:
+    return tick if replay.times is None else replay.times[tick]
 
 
 def _csv(headings: Row, rows: Iterable[Row]) -> str:

@@ -46,9 +46,9 @@ def test_texts_are_rendered_with_our_own_fonts(replays: dict[str, Replay]) -> No
 def test_a_film_rests_where_something_happens(replays: dict[str, Replay], tmp_path: Path) -> None:
     path = tmp_path / "door.gif"
     frames: list[int] = []
-    film = Film(first=9, last=13, ticks_per_second=4, steps=2, width=400)
+    film = Film(first=9, last=13, speed=4, steps=2, width=400)
     write_gif(replays["door"], path, film, frames.append)
-    assert frames == list(range(1, film.frames + 1))
+    assert frames == list(range(1, len(film.moments(replays["door"])) + 1))
     durations = []
     with Image.open(path) as gif:
         assert gif.size[0] == 400

@@ -30,6 +30,8 @@ _HALTS = {
     StoryKind.RESOLVED,
     StoryKind.BLOCKED,
 }
+PAUSE = 0.125
+"""Seconds of a frame of a run with a clock."""
 _CAPTIONS = _HALTS | {StoryKind.ASSUMPTION, StoryKind.OUTCOME}
 
 
@@ -55,11 +57,12 @@ def png_of(svg: str, width: int | None = None, zoom: float = 2.0) -> bytes:
 
 @dataclass(frozen=True)
 class Film:
-    """Options of a film of a run: first and last tick, speed, smoothness, width."""
+    """Options of a film of a run: first and last tick, speed, smoothness, width. ``speed``: ticks
+    per second, or how many times as fast as its clock the run is shown."""
 
     first: int
     last: int
-    ticks_per_second: float = 4.0
+    speed: float = 4.0
     steps: int = 3
     width: int = 720
     sight: str | None = None
@@ -69,9 +72,18 @@ class Film:
     def ticks(self) -> range:
         return range(self.first, self.last + 1)
 
-    @property
-    def frames(self) -> int:
-        return (self.last - self.first) * self.steps + 1
+    def moments(self, replay: Replay) -> list[tuple[int, float]]:
+        """Return the tick of each frame, and the part of the way to the next one. A run with a
+        clock is shown every ``PAUSE`` seconds, and at each instant at which the film rests."""
+        if replay.times is None:
+            ticks = range(self.first, self.last)
+            steps = [(tick, part / self.steps) for tick in ticks for part in range(self.steps)]
+            return [*steps, (self.last, 0.0)]
+        begin, end = replay.times[self.first], replay.times[self.last]
+        count = int((end - begin) / (PAUSE * self.speed)) + 1
+        found = {replay.moment(begin + PAUSE * self.speed * number) for number in range(count)}
+        halts = {(e.tick, 0.0) for e in replay.events if e.kind in _HALTS and e.tick in self.ticks}
+        return sorted(found | halts | {(self.last, 0.0)})
 
     def shading(self, replay: Replay, tick: int) -> Shading | None:
         return None if self.sight is None else shading_of(replay, self.sight, tick)
@@ -108,21 +120,23 @@ def write_gif(
 
 
 def _frames(replay: Replay, film: Film) -> Iterator[tuple[str, int]]:
-    step = max(20, round(1000 / film.ticks_per_second / film.steps / 10) * 10)
-    caption, shown_since = "", film.first
-    for tick in range(film.first, film.last + 1):
-        events = replay.happened(tick)
-        told = [event.text for event in events if event.kind in _CAPTIONS]
-        if told:
-            caption, shown_since = ". ".join(told) + ".", tick
-        elif tick - shown_since > 8:
-            caption = ""
-        halt = 1200 if any(event.kind in _HALTS for event in events) else 0
-        halt = 2500 if tick == film.last else halt
-        for part in range(film.steps if tick < film.last else 1):
-            scene = replay.scene(tick, part / film.steps)
-            options = Options(legend=False, caption=caption, shading=film.shading(replay, tick))
-            yield svg_of(scene, options), step + (halt if part == 0 else 0)
+    pause = PAUSE if replay.times is not None else 1 / film.speed / film.steps
+    milliseconds = max(20, round(100 * pause) * 10)
+    caption, since, shown = "", film.first, film.first - 1
+    for tick, part in film.moments(replay):
+        halt = 0
+        if tick > shown:
+            events = [event for now in range(shown + 1, tick + 1) for event in replay.happened(now)]
+            told = [event.text for event in events if event.kind in _CAPTIONS]
+            if told:
+                caption, since = ". ".join(told) + ".", tick
+            elif tick - since > 8:
+                caption = ""
+            halt = 1200 if any(event.kind in _HALTS for event in events) else 0
+            halt = 2500 if tick == film.last else halt
+            shown = tick
+        options = Options(legend=False, caption=caption, shading=film.shading(replay, tick))
+        yield svg_of(replay.scene(tick, part), options), milliseconds + halt
 
 
 def _palette(replay: Replay, film: Film) -> Palette:

@@ -298,6 +298,12 @@ class Replay:
             return max(0, min(self.last, int(time)))
         return max(0, bisect_right(self.times, time + 1e-9) - 1)
 
+    def moment(self, time: float) -> tuple[int, float]:
+        """Return the last tick that is not after a time, and the part of the way to the next."""
+        tick = self.tick_at(time)
+        span = self.time(min(tick + 1, self.last)) - self.time(tick)
+        return tick, min(1.0, max(0.0, time - self.time(tick)) / span) if span > 0 else 0.0
+
     def when(self, tick: int) -> str:
         """``tick 12``, or ``12.3 s`` where the run has a clock."""
         return f"tick {tick}" if self.times is None else f"{self.times[tick]:.1f} s"

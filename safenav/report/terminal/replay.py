@@ -78,6 +78,10 @@ def frame(replay: Replay, tick: int, recent: int = 6) -> list[str]:
     return lines
 
 
+def _pause(replay: Replay, tick: int) -> float:
+    return replay.time(min(tick + 1, replay.last)) - replay.time(tick)
+
+
 def _moment(replay: Replay, tick: int) -> str:
     return f"{tick:5}" if replay.times is None else f"{replay.when(tick):>9}"
 
@@ -94,16 +98,18 @@ def log(replay: Replay, ticks: range) -> Iterator[str]:
 def play(
     replay: Replay,
     ticks: range,
-    ticks_per_second: float,
+    speed: float,
     write: Callable[[str], None],
     sleep: Callable[[float], None] = time.sleep,
 ) -> None:
-    """Show the frames one over the other. Ctrl-C ends it with the cursor restored."""
+    """Show the frames one over the other; ``speed``: ticks per second, or times as fast as the
+    clock of the run. Ctrl-C ends it with the cursor restored."""
     write(_BEGIN)
     try:
         for tick in ticks:
             lines = frame(replay, tick)
             write(_FRAME + "\n".join(f"{line}\x1b[K" for line in lines) + "\n" + _REST)
-            sleep(1 / ticks_per_second)
+            pause = 1.0 if replay.times is None else _pause(replay, tick)
+            sleep(pause / speed)
     finally:
         write(_END)

@@ -1,0 +1,73 @@
+"""The page of a run with a clock: it plays in seconds, and robots are under way in between."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from motion.runs import live_trace
+from report.browser import Browser, Keys
+from safenav.report.page.html import page_of
+from safenav.report.replay.reading import replay_of
+from safenav.report.replay.timeline import Replay
+from safenav.trace.reading import read_bytes
+
+
+@pytest.fixture(scope="module")
+def replay() -> Replay:
+    return replay_of(read_bytes(live_trace("case_study_1")))
+
+
+@pytest.fixture(scope="module")
+def page(replay: Replay, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("live") / "door.html"
+    path.write_text(page_of(replay, "door.jsonl"), encoding="utf-8")
+    return path
+
+
+def test_story_map_and_timeline_show_one_moment(
+    browser: Browser, page: Path, replay: Replay
+) -> None:
+    assert replay.times is not None
+    resolved = next(e for e in replay.events if e.kind.value == "resolved")
+    at = replay.times[resolved.tick]
+    for seconds, status in ((at - 0.3, "requested"), (at + 0.3, "resolved")):
+        browser.open(page, f"#t={seconds:.1f}")
+        assert browser.seconds == pytest.approx(seconds, abs=0.06)
+        for place in (".knowledge", ".obstacles"):
+            door = browser.one(f'{place} [data-obstacle="door@47"]')
+            assert door.get_attribute("data-status") == status
+        assert ("resolves" in browser.one(".story").text) == (status == "resolved")
+        past = browser.all('.marks button.past[data-kind="resolved"]')
+        assert len(past) == (status == "resolved")
+    assert browser.errors() == []
+
+
+def test_a_robot_is_between_two_regions_while_it_is_under_way(
+    browser: Browser, page: Path, replay: Replay
+) -> None:
+    step = replay.track("quad").steps[2]
+    col, row = replay.map.position(replay.track("quad").regions[step.first])[::-1]
+    to_col, to_row = replay.map.position(step.toward)[::-1]
+    for part in (0.2, 0.8):
+        browser.open(page, f"#t={step.begin + part * (step.end - step.begin):.1f}")
+        where = browser.centre("quad")
+        assert where == pytest.approx(
+            (col + part * (to_col - col), row + part * (to_row - row)), abs=0.1
+        )
+    assert f"in transit to {replay.map.label(step.toward)}" in browser.one(".robots").text
+
+
+def test_keys_step_from_instant_to_instant(browser: Browser, page: Path, replay: Replay) -> None:
+    assert replay.times is not None
+    browser.open(page)
+    shown = []
+    for key in (Keys.RIGHT, Keys.RIGHT, Keys.LEFT, Keys.END):
+        browser.press(key)
+        shown.append(browser.seconds)
+    wanted = [replay.times[1], replay.times[2], replay.times[1], replay.times[-1]]
+    assert shown == pytest.approx(wanted, abs=0.051)
+    browser.press(Keys.HOME)
+    browser.press(" ")
+    browser.wait(lambda: 0.5 < browser.seconds < 20, seconds=60)
