@@ -159,9 +159,10 @@ def command(
         signal.setitimer(signal.ITIMER_REAL, 0)
         if html is not None and trace is not None:
             _write_page(trace, html)
+        unmet = []
         if motion is not None and trace is not None:
-            _write_motion(trace, motion)
-    wrong = differences(plan.expect, ledger, plan.map.word)
+            unmet = _write_motion(trace, motion)
+    wrong = [*differences(plan.expect, ledger, plan.map.word), *unmet]
     if as_json:
         click.echo(json.dumps(_record(ledger, mission, wrong), indent=2))
     for difference in wrong:
@@ -286,14 +287,20 @@ def _write_page(trace: Path, html: Path) -> None:
     write_bytes(html, page_of(read_replay(trace), trace.name).encode())
 
 
-def _write_motion(trace: Path, motion: Path) -> None:
+def _write_motion(trace: Path, motion: Path) -> list[str]:
+    """Write the motion of a run; returns which requirements of the scenario it does not satisfy."""
     from safenav.motion.file.writing import text_of
     from safenav.motion.making import motion_of
+    from safenav.motion.requirements import MotionRecording, judged, requirements_of
     from safenav.motion.source import read_source
     from safenav.outfile import write_bytes
 
     source = read_source(trace)
-    write_bytes(motion, text_of(motion_of(source.trace, source.digest)).encode())
+    made = motion_of(source.trace, source.digest)
+    write_bytes(motion, text_of(made).encode())
+    recording = MotionRecording(made, source.trace)
+    found = judged(recording, requirements_of(source.trace))
+    return [one.complaint for one in found if one.complaint]
 
 
 def _status(outcome: str, expected: bool, wrong: bool) -> ExitCode:

@@ -153,7 +153,9 @@ requirements:
 def test_requirements_from_scenario_to_verdict(safenav: Command, tmp_path: Path) -> None:
     (tmp_path / "a.yaml").write_text(scenario(tmp_path).read_text() + REQUIRED)
     made = safenav("run", "a.yaml", "--trace", "a.jsonl", "--motion", "a.motion.jsonl")
-    assert made.returncode == 0, made.stderr
+    assert made.returncode == 1
+    assert "not as expected: requirement always(resolved_door@17 -> once" in made.stderr
+    assert safenav("run", "a.yaml").returncode == 0, "without a motion nothing can be measured"
     assert safenav("check-trace", "a.jsonl").returncode == 0
     found = safenav("check-motion", "a.motion.jsonl", "a.jsonl")
     assert found.returncode == 1
