@@ -40,6 +40,7 @@ def main() -> None:
         with tempfile.TemporaryDirectory() as folder:
             for number in (1, 2, 3):
                 _case_study(browser, number, Path(folder))
+            _tutorial(browser, Path(folder))
             _solid(Path(folder))
             _team(browser, Path(folder))
             _strategies(Path(folder))
@@ -61,6 +62,17 @@ def _case_study(browser: Browser, number: int, folder: Path) -> None:
         (HERE / f"{name}.svg").write_text(svg_of(replay.scene(request)))
         film = ("--gif", "--width", "760", "--speed", "5", "-o", str(HERE / f"{name}.gif"))
         _safenav("replay", str(folder / f"{name}.jsonl"), *film)
+
+
+def _tutorial(browser: Browser, folder: Path) -> None:
+    """The scenario of the tutorial, drawn, and its page at the request."""
+    text = (HERE.parent / "tutorial.md").read_text(encoding="utf-8")
+    scenario, trace = folder / "lab.yaml", folder / "lab.jsonl"
+    scenario.write_text(text.split('```yaml title="lab.yaml"\n')[1].split("```")[0])
+    _safenav("draw", str(scenario), "-o", str(HERE / "lab.svg"))
+    _safenav("run", str(scenario), "--trace", str(trace), "--html", str(folder / "lab.html"))
+    request = _first(read_replay(trace), StoryKind.REQUEST)
+    _shoot(browser, folder / "lab.html", request, HERE / "lab_request.png")
 
 
 def _solid(folder: Path) -> None:

@@ -66,7 +66,9 @@ def _batches(path: Path) -> Iterator[Lines]:
         told = line.partition("#")[0].strip()
         if told and told.split()[0] not in LINES:
             known = "; ".join(LINES.values())
-            raise UsageError(f"{path}:{number}: '{told[:60]}' is no intervention; known: {known}")
+            raise UsageError(
+                f"{path}:{number}: '{told[:60]}' is not an intervention; known: {known}"
+            )
         if told:
             found[-1].append((f"{path}:{number}", told))
         elif not line.strip() and found[-1]:

@@ -80,7 +80,7 @@ def motion_of(
 def _carried_out(
     trace: Trace, floor: MetricFloor, movers: Mapping[str, Mover]
 ) -> tuple[tuple[Line, ...], MotionOutcome]:
-    """What happens at the seconds of the trace; in lockstep, as early as its order allows."""
+    """Return the motion at the seconds of the trace; in lockstep, as early as its order allows."""
     if trace.header.clock is not None:
         plan = carried_out(trace, floor, movers)
         return plan.lines, plan.outcome

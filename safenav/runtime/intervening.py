@@ -1,6 +1,6 @@
 """Interventions in words: as data of a page, or as a line of a terminal or a file.
 
-A line begins with its deed: ``resolved door@47``, ``put_back digit 46 east``, ``give_up``; see
+A line begins with its kind: ``resolved door@47``, ``put_back digit 46 east``, ``give_up``; see
 ``LINES``.
 """
 

@@ -85,7 +85,7 @@ class MarkResolved:
 
 @dataclass(frozen=True)
 class MarkPermanent:
-    """An obstacle that the team has met stays for good, by its name."""
+    """An obstacle that the team has encountered is permanent, by its name."""
 
     obstacle: str
 
@@ -272,7 +272,7 @@ class Interventions:
                 yield from self._put_back(self._robot(name), pose)
 
     def _put_back(self, robot: RobotState, pose: Pose) -> Iterator[Event]:
-        """The robot continues from another pose; where it was lost it is not any more."""
+        """The robot continues from another pose; it is no longer lost."""
         yield from self.turns.leave_plan(vocabulary.PlanEndReason.CHANGED, settling=True)
         robot.pose = pose
         self.turns.world.placed(robot.robot, pose)

@@ -81,7 +81,7 @@ def seconds_words(seconds: float) -> str:
 
 _WHY = {
     vocabulary.Reason.INITIAL: "before the start",
-    vocabulary.Reason.REQUEST: "to meet a request",
+    vocabulary.Reason.REQUEST: "for a request",
     vocabulary.Reason.RESOLVED: "after a resolution",
     vocabulary.Reason.BLOCKED: "around a blocked region",
     vocabulary.Reason.YIELD: "to make way",

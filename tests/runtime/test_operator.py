@@ -188,7 +188,7 @@ def test_a_file_gives_the_interventions(tmp_path: Path) -> None:
     fixes.write_text("resolved gate@27\n\npush it\n")
     done = subprocess.run(run, capture_output=True, text=True, check=False)
     assert done.returncode == 2
-    assert f"{fixes}:3: 'push it' is no intervention" in done.stderr
+    assert f"{fixes}:3: 'push it' is not an intervention" in done.stderr
 
 
 def test_the_terminal_tells_what_would_help(tmp_path: Path) -> None:

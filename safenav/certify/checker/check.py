@@ -509,7 +509,7 @@ class Run:
                 for each in self.robots.values():
                     each.goals = each.held()
             case "waiting":
-                self.met = None  # what was met last is requested after the operator's deed
+                self.met = None  # the last one met is requested after the operator's action
             case "operator" if record["deed"] == "put_back":
                 put: Pose = record["region"], record.get("heading")
                 free = record["region"] in self.world.free

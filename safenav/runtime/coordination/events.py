@@ -51,15 +51,15 @@ class ObstacleChanged:
 
 @dataclass(frozen=True)
 class ObstacleSealed:
-    """An operator says that an obstacle stays for good."""
+    """An operator reports that an obstacle is permanent."""
 
     obstacle: Obstacle
 
 
 @dataclass(frozen=True)
 class HopeReturned:
-    """What obstacles lacked that were given up may be there now: an operator has intervened, or a
-    robot is back in service."""
+    """Obstacles that were given up may be resolvable again: an operator has intervened, or a robot
+    is back in service."""
 
 
 @dataclass(frozen=True)
