@@ -97,6 +97,15 @@ _BLOCKED = {
     vocabulary.BlockReason.NO_CAPABLE_ROBOT: "too few robots have the action it needs",
     vocabulary.BlockReason.NO_HELPER: "no robot can help",
     vocabulary.BlockReason.UNRESOLVABLE: "no robot can ever resolve it",
+    vocabulary.BlockReason.OPERATOR: "an operator reports that it is permanent",
+}
+
+_DEADLINES = {
+    vocabulary.DeadlineVerdict.SET: "set",
+    vocabulary.DeadlineVerdict.KEPT: "met",
+    vocabulary.DeadlineVerdict.LATE: "missed",
+    vocabulary.DeadlineVerdict.EXCUSED: "excused",
+    vocabulary.DeadlineVerdict.LOST: "can no longer be met",
 }
 
 _LISTED_ROBOTS = 4
@@ -191,6 +200,11 @@ class Wording:
                 return f"{self.robot(line.robot)} reaches {self._at(line.region)}{done}"
             case records.Assumption():
                 return f"{self.robot(line.robot)}: assumption broken: {line.name}"
+            case records.Deadline():
+                of = "the mission" if line.of == "mission" else self.obstacle(line.of)
+                least = line.earliest
+                soonest = "" if least is None else f" (tick {least} at the earliest)"
+                return f"deadline of {of}, tick {line.due}: {_DEADLINES[line.verdict]}{soonest}"
             case records.Plan():
                 return f"{self._all(line.robots)} move by a joint plan ({line.reason})"
             case records.PlanEnd():
