@@ -211,6 +211,7 @@ class _Loader:
             named,
             obstacles if all_known else None,
             self._findings,
+            "" if flat is None else flat.name,
         )
         name = read.text(item.get("name"), "'name'", self._findings)
         until, limits = self._until(item.get("until")), self._limits(item.get("limits"))

@@ -22,9 +22,11 @@ def read_requirements(
     robots: Sequence[str],
     obstacles: Sequence[Obstacle] | None,
     findings: Findings,
+    flat: str,
 ) -> dict[str, str]:
     """The formulas by name: a list of formulas, each its own name, or named ones, or both.
-    ``obstacles`` is None if they are not all known because some were reported."""
+    ``obstacles`` is None if they are not all known because some were reported. ``flat``: the type
+    of those that appear wherever robots stop without charge, or empty."""
     found: dict[str, str] = {}
     for name, item in _entries(node, findings):
         what = _WHAT if name is None else f"requirement {clipped(name.text)}"
@@ -37,7 +39,7 @@ def read_requirements(
         label = text if name is None else name.text
         if label in found:
             findings.add(name or item, f"{_WHAT}: '{clipped(label)}' already exists")
-        found[label] = _formula(item, text, what, regions, robots, obstacles, findings)
+        found[label] = _formula(item, text, what, regions, robots, obstacles, findings, flat)
     return found
 
 
@@ -58,6 +60,7 @@ def _formula(
     robots: Sequence[str],
     obstacles: Sequence[Obstacle] | None,
     findings: Findings,
+    flat: str,
 ) -> str:
     """The text with the regions of events as numbers."""
     try:
@@ -78,7 +81,8 @@ def _formula(
         kind, _, where = event.obstacle.partition("@")
         region = regions.written(where)
         name = event.obstacle if region is None else f"{kind}@{region}"
-        if obstacles is not None and name not in (known := [o.name for o in obstacles]):
+        known = [obstacle.name for obstacle in obstacles or ()]
+        if obstacles is not None and name not in known and kind != flat:
             told = f"{what}: there is no obstacle '{clipped(event.obstacle)}'"
             hint = suggestion(event.obstacle, known) or "the scenario has no obstacles"
             findings.add_inside(node, event.column + len(event.kind) + 1, told, hint)
